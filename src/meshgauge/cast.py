@@ -1,0 +1,131 @@
+"""The door for arrays: cast and check once, so that kernels accept exactly one layout."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .cells import CELL_TYPES, CellType, type_name
+from .errors import MeshError
+from .polyhedra import IndexArray, Polyhedra
+
+CHUNK = 1 << 18
+"""Items checked at a time, so that no check allocates a temporary as large as the mesh."""
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """A view of the array that cannot be written through."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def points(values: ArrayLike) -> NDArray[np.floating]:
+    """``(n, 3)`` C-contiguous float32 or float64 in native byte order; other real types become float64."""
+    array = np.asarray(values)
+    if array.ndim != 2 or array.shape[1] != 3:
+        if array.size == 0:
+            raise MeshError("no points")
+        raise MeshError(f"points have shape {array.shape}, expected (n_points, 3)")
+    if array.dtype.kind not in "fiub":
+        raise MeshError(f"points have dtype {array.dtype}, expected real numbers")
+    dtype = np.float32 if array.dtype.kind == "f" and array.dtype.itemsize == 4 else np.float64
+    return read_only(np.ascontiguousarray(array, dtype=dtype))
+
+
+def indices(values: ArrayLike, what: str) -> IndexArray:
+    """One-dimensional C-contiguous int32 or int64; other integer types become int64."""
+    array = np.asarray(values)
+    if array.ndim != 1:
+        raise MeshError(f"{what} has shape {array.shape}, expected one dimension")
+    return read_only(_integers(array, what))
+
+
+def connectivity(values: ArrayLike, row: CellType) -> IndexArray:
+    """``(n_cells, n_nodes)`` C-contiguous int32 or int64 with the right number of nodes for the type."""
+    array = np.asarray(values)
+    if array.size == 0 and array.ndim < 2:
+        array = np.empty((0, row.n_nodes or 0), np.int64)
+    least = row.shape.n_nodes if row.shape is not None else 1
+    wrong = array.ndim != 2 or (
+        array.shape[1] != row.n_nodes if row.n_nodes is not None else array.shape[1] < least and len(array) > 0
+    )
+    if wrong:
+        expected = str(row.n_nodes) if row.n_nodes is not None else f"at least {least}"
+        raise MeshError(f"connectivity of {row.name} has shape {array.shape}, expected (n_cells, {expected})")
+    return read_only(_integers(array, f"connectivity of {row.name}"))
+
+
+def check_ids(ids: IndexArray, n_points: int, what: str) -> None:
+    """Raise `MeshError` if an id is not in ``0 <= id < n_points``."""
+    if ids.size == 0:
+        return
+    flat = ids.reshape(-1)
+    unsigned = flat.view(np.uint64 if flat.dtype.itemsize == 8 else np.uint32)
+    # Negative ids are huge when read as unsigned, so that one pass over memory finds both kinds.
+    if int(unsigned.max()) >= n_points:
+        at = int(np.argmax(unsigned >= n_points))
+        raise MeshError(f"{what}: point id {int(flat[at])} at position {at} is outside 0..{n_points - 1}")
+
+
+def check_cells(types: NDArray[np.uint8], offsets: IndexArray, nodes: IndexArray, n_points: int) -> None:
+    """Raise `MeshError` unless types, offsets and connectivity make cells on ``n_points`` points."""
+    n_cells = len(types)
+    if types.ndim != 1 or len(offsets) != n_cells + 1:
+        raise MeshError(f"offsets have length {len(offsets)}, expected {n_cells + 1} for {n_cells} cells")
+    if n_cells and (offsets[0] != 0 or int(offsets[-1]) != len(nodes)):
+        raise MeshError(f"offsets run from {offsets[0]} to {offsets[-1]}, expected 0 to {len(nodes)}")
+    for start in range(0, n_cells, CHUNK):
+        stop = min(start + CHUNK, n_cells)
+        _check_sizes(types[start:stop], np.diff(offsets[start : stop + 1]), start)
+    try:
+        check_ids(nodes, n_points, "connectivity")
+    except MeshError as error:
+        ids = np.asarray(nodes, np.int64)
+        at = int(np.argmax((ids < 0) | (ids >= n_points)))
+        cell = int(np.searchsorted(offsets, at, side="right")) - 1
+        raise MeshError(
+            f"cell {cell} ({type_name(types[cell])}): point id {int(ids[at])} is outside 0..{n_points - 1}"
+        ) from error
+
+
+_FIXED = np.array([CELL_TYPES[t].n_nodes or -1 if t in CELL_TYPES else -1 for t in range(256)], np.int64)
+_LEAST = np.array(
+    [s.n_nodes if t in CELL_TYPES and (s := CELL_TYPES[t].shape) is not None else 0 for t in range(256)], np.int64
+)
+
+
+def _check_sizes(types: NDArray[np.uint8], sizes: NDArray[np.signedinteger], start: int) -> None:
+    fixed = _FIXED[types]
+    wrong = np.where(fixed >= 0, sizes != fixed, sizes < _LEAST[types])
+    if wrong.any():
+        at = int(np.argmax(wrong))
+        name, size, expected = type_name(types[at]), int(sizes[at]), int(fixed[at])
+        wanted = str(expected) if expected >= 0 else f"at least {int(_LEAST[types[at]])}"
+        raise MeshError(f"cell {start + at} ({name}) has {size} nodes, expected {wanted}")
+
+
+def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
+    """Raise `MeshError` unless faces and points of the polyhedra are in range."""
+    if len(poly.cell_offsets) != n_cells + 1:
+        raise MeshError(f"polyhedra: cell offsets have length {len(poly.cell_offsets)}, expected {n_cells + 1}")
+    for offsets, items, what in (
+        (poly.cell_offsets, poly.cell_faces, "cell offsets"),
+        (poly.face_offsets, poly.face_points, "face offsets"),
+    ):
+        if len(offsets) and (offsets[0] != 0 or int(offsets[-1]) != len(items) or (np.diff(offsets) < 0).any()):
+            raise MeshError(f"polyhedra: {what} do not run from 0 up to {len(items)}")
+    if poly.cell_faces.size and (int(poly.cell_faces.min()) < 0 or int(poly.cell_faces.max()) >= poly.n_faces):
+        raise MeshError(f"polyhedra: a face id is outside 0..{poly.n_faces - 1}")
+    check_ids(np.ascontiguousarray(poly.face_points), n_points, "polyhedra: faces")
+
+
+def _integers(array: NDArray[Any], what: str) -> IndexArray:
+    if array.dtype.kind not in "iu" and array.size:
+        raise MeshError(f"{what} has dtype {array.dtype}, expected integers")
+    dtype = np.int32 if array.dtype.kind == "i" and array.dtype.itemsize == 4 else np.int64
+    if array.dtype.kind == "u" and array.dtype.itemsize == 8 and array.size and int(array.max()) > 2**63 - 1:
+        raise MeshError(f"{what}: id {int(array.max())} does not fit a signed integer")
+    return np.ascontiguousarray(array, dtype=dtype)

@@ -1,0 +1,1 @@
+"""Numba kernels: arrays in, arrays out. Kernels never see a `Mesh`."""

@@ -1,0 +1,178 @@
+"""A mesh: points, cells in file order, and the data that came with them. Immutable."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import cast
+from .cells import CELL_TYPES, CellType, cell_type, type_name
+from .errors import MeshError
+from .polyhedra import IndexArray, Polyhedra
+
+CellIds = slice | NDArray[np.int64]
+"""Cells of a mesh: a slice if they follow one another, else their ids, ascending."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellBlock:
+    """Cells that the file keeps together (an element block, a zone, a piece): ``start <= cell < stop``."""
+
+    name: str
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Mesh:
+    """Points and cells of any type, as flat read-only arrays in file order.
+
+    Make one with `meshgauge.read`, `meshgauge.from_pyvista`, `meshgauge.from_meshio` or `Mesh.from_arrays`.
+
+    Attributes
+    ----------
+    points
+        ``(n_points, 3)`` float32 or float64, in the file's unit of length.
+    types
+        ``(n_cells,)`` uint8, VTK ids.
+    offsets
+        ``(n_cells + 1,)`` integer: nodes of cell ``c`` are ``connectivity[offsets[c]:offsets[c + 1]]``.
+    connectivity
+        Point ids, int32 or int64. Wedges have the normal of (0, 1, 2) pointing to (3, 4, 5).
+    polyhedra
+        Faces of the polyhedral cells, or None if there are none.
+    blocks
+        How the file groups its cells; together they cover every cell once, in order.
+    point_data, cell_data, field_data
+        Arrays by name; the first axis of point and cell data is that of the points and the cells.
+    path
+        Where the mesh came from, or None.
+    notes
+        What was noticed or changed while reading, a sentence each.
+    """
+
+    points: NDArray[np.floating]
+    types: NDArray[np.uint8]
+    offsets: IndexArray
+    connectivity: IndexArray
+    polyhedra: Polyhedra | None = None
+    blocks: tuple[CellBlock, ...] = ()
+    point_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    cell_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    field_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    path: str | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "points", cast.points(self.points))
+        put(self, "types", cast.read_only(np.ascontiguousarray(self.types, dtype=np.uint8)))
+        put(self, "offsets", cast.indices(self.offsets, "offsets"))
+        put(self, "connectivity", cast.indices(self.connectivity, "connectivity"))
+        cast.check_cells(self.types, self.offsets, self.connectivity, len(self.points))
+        if self.polyhedra is not None:
+            cast.check_polyhedra(self.polyhedra, self.n_cells, len(self.points))
+        if not self.blocks:
+            put(self, "blocks", (CellBlock("", 0, self.n_cells),))
+        for name, n in (("point_data", self.n_points), ("cell_data", self.n_cells), ("field_data", None)):
+            put(self, name, _frozen_data(getattr(self, name), name, n))
+
+    @classmethod
+    def from_arrays(
+        cls,
+        points: ArrayLike,
+        cells: Mapping[str, ArrayLike] | Sequence[tuple[str | int, ArrayLike]],
+        *,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
+    ) -> Mesh:
+        """A mesh from points ``(n_points, 3)`` and, for each block, a cell type and connectivity ``(n, n_nodes)``.
+
+        >>> import meshgauge
+        >>> mesh = meshgauge.Mesh.from_arrays(
+        ...     [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [("tetra", [(0, 1, 2, 3)])])
+
+        Wedges must have the normal of (0, 1, 2) pointing to (3, 4, 5). Raises `MeshError` where the arrays
+        do not make a mesh.
+        """
+        pairs = list(cells.items()) if isinstance(cells, Mapping) else list(cells)
+        types, sizes, nodes, blocks, start = [], [], [], [], 0
+        for which, connectivity in pairs:
+            try:
+                row = cell_type(which)
+            except KeyError as error:
+                raise MeshError(error.args[0]) from None
+            dense = cast.connectivity(connectivity, row)
+            n, width = dense.shape
+            types.append(np.full(n, row.vtk_id, np.uint8))
+            sizes.append(np.full(n, width, np.int64))
+            nodes.append(dense.ravel())
+            blocks.append(CellBlock(row.name, start, start + n))
+            start += n
+        offsets = np.zeros(start + 1, np.int64)
+        if sizes:
+            np.cumsum(np.concatenate(sizes), out=offsets[1:])
+        return cls(
+            points=np.asarray(points),
+            types=np.concatenate(types) if types else np.empty(0, np.uint8),
+            offsets=offsets,
+            connectivity=np.concatenate(nodes) if nodes else np.empty(0, np.int64),
+            blocks=tuple(blocks),
+            point_data={k: np.asarray(v) for k, v in (point_data or {}).items()},
+            cell_data={k: np.asarray(v) for k, v in (cell_data or {}).items()},
+        )
+
+    @property
+    def n_points(self) -> int:
+        return len(self.points)
+
+    @property
+    def n_cells(self) -> int:
+        return len(self.types)
+
+    def type_counts(self) -> dict[str, int]:
+        """Number of cells by type name, in the order of the VTK ids."""
+        counts = np.bincount(self.types, minlength=256)
+        return {type_name(t): int(counts[t]) for t in np.flatnonzero(counts)}
+
+    def groups(self) -> Iterator[tuple[CellType | None, int, CellIds]]:
+        """For each type in the mesh: its row (None if unknown), its VTK id, and its cells."""
+        counts = np.bincount(self.types, minlength=256)
+        for vtk_id in (int(t) for t in np.flatnonzero(counts)):
+            yield CELL_TYPES.get(vtk_id), vtk_id, self.cells_of_type(vtk_id)
+
+    def cells_of_type(self, vtk_id: int) -> CellIds:
+        """The cells of one type: a slice if they follow one another, else their ids."""
+        ids = np.flatnonzero(self.types == vtk_id)
+        if len(ids) == 0:
+            return slice(0, 0)
+        first, last = int(ids[0]), int(ids[-1])
+        return slice(first, last + 1) if last - first + 1 == len(ids) else ids
+
+    def nodes(self, cell: int) -> IndexArray:
+        """Point ids of one cell."""
+        return self.connectivity[self.offsets[cell] : self.offsets[cell + 1]]
+
+    def replace(self, **changes: Any) -> Mesh:
+        """A new mesh with some attributes changed."""
+        return replace(self, **changes)
+
+    def __repr__(self) -> str:
+        cells = ", ".join(f"{n} {name}" for name, n in self.type_counts().items()) or "no cells"
+        where = f" from {self.path}" if self.path else ""
+        return f"<Mesh{where}: {self.n_points} points; {cells}>"
+
+
+def _frozen_data(data: Mapping[str, Any], name: str, n: int | None) -> Mapping[str, NDArray[Any]]:
+    frozen = {}
+    for key, values in data.items():
+        array = np.asarray(values)
+        if n is not None and (array.ndim == 0 or len(array) != n):
+            raise MeshError(f"{name}[{key!r}] has shape {array.shape}, expected {n} rows")
+        frozen[str(key)] = cast.read_only(array)
+    return MappingProxyType(frozen)
