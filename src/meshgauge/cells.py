@@ -1,4 +1,4 @@
-"""The cell types, one row each, and the corner shapes that are measured on them.
+r"""The cell types, one row each, and the corner shapes that are measured on them.
 
 A *shape* is what the metric sees: the corners of a linear cell, their right-handed neighbours and
 the constant ``k`` of the ideal cell. A *cell type* is what a file holds: a VTK id, a name (as in
