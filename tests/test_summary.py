@@ -13,12 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from meshgauge import summary
 from meshgauge.cells import BY_NAME, CELL_TYPES
 from meshgauge.errors import MetricError
 from meshgauge.metrics import METRICS
 from meshgauge.status import Status
-from meshgauge.summary import EXACT, QUANTILES, Summary, Tally, summarise
+from meshgauge.summary import EXACT, QUANTILES, Scale, Summary, Tally, summarise
 
 TETRA, HEXAHEDRON, QUAD, TETRA10, POLYHEDRON = (
     BY_NAME[name].vtk_id for name in ("tetra", "hexahedron", "quad", "tetra10", "polyhedron")
@@ -224,7 +223,7 @@ def test_values_on_an_edge_belong_to_the_bin_above() -> None:
 
 
 def test_edges_of_the_display_are_listed_decimals() -> None:
-    one = Tally.empty(summary.Scale.of("jens"))
+    one = Tally.empty(Scale.of("jens"))
     assert one.histogram(20)[0].tolist() == [i / 10 for i in range(-10, 11)]
     assert one.histogram(3)[0].tolist() == [-1.0, -0.3334, 0.3333, 1.0]
     with pytest.raises(ValueError, match="bins is 0"):
