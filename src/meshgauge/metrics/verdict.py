@@ -11,9 +11,9 @@ at their corners. What it scores wrongly becomes NaN, as the row's ``masked`` sa
 Left out are: relative size, shape-and-size and shear-and-size (they depend on the whole mesh), the distortion of
 linear tetrahedra (1 for every cell) and of wedges (from -56 to 13 on valid cells).
 
-Verdict takes lengths below about 1e-15 for zero, so a mesh in very small or large units is scaled by a power of two
-first. Its wedge has the normal of (0, 1, 2) pointing to (3, 4, 5), as ours; the VTK at hand is asked once which way it
-is. The condition of wedges rounds a constant: the ideal wedge has 1.0000034.
+Verdict takes lengths below about 1e-15 for zero (below 1e-8 in Oddy and in the shape of pyramids), so a mesh in small or
+large units is scaled by a power of two first. Its wedge has the normal of (0, 1, 2) pointing to (3, 4, 5), as ours; the
+VTK at hand is asked once which way it is. The condition of wedges rounds a constant: the ideal wedge has 1.0000034.
 
 Ranges are those of C. J. Stimpson et al., The Verdict Geometric Quality Library; the manual gives none for some
 measures of wedges and pyramids, which then have those of the hexahedron and the tetrahedron.
@@ -139,7 +139,7 @@ _MEASURES = (
     ),
     _Measure(
         "scaled_jacobian", "scaled Jacobian",
-        "smallest J_S/k of the corners (of a hexahedron also of the centre; of a pyramid without its apex)",
+        "smallest J_S/k of the corners (of a hexahedron also of the centre; of a pyramid, of tetrahedra cut from it)",
         (-2 / sqrt(3), 1.0), "higher",
         {"tetra": (1.0, (0.5, 1.0)), "pyramid": (1.0, (0.5, 1.0)), "wedge": (1.0, (0.5, 1.0)),
          "hexahedron": (1.0, (0.5, 1.0))},
@@ -298,7 +298,7 @@ def _in_range(points: NDArray[np.floating], cells: NDArray[np.signedinteger]) ->
     with np.errstate(over="ignore", invalid="ignore"):
         edges = np.abs(sample[:, 1] - sample[:, 0]).max(axis=1)
     edges = edges[np.isfinite(edges) & (edges > 0)]
-    if len(edges) == 0 or 1e-6 < (size := float(np.median(edges))) < 1e6:
+    if len(edges) == 0 or 1e-3 < (size := float(np.median(edges))) < 1e3:
         return points, 0
     exponent = int(np.frexp(size)[1])
     with np.errstate(over="ignore", under="ignore"):
