@@ -1,0 +1,56 @@
+"""Medit's .mesh and .meshb (GMF)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import ReadError
+from ..mesh import Mesh
+from . import _meshio
+from ._format import Format
+
+_MARK = re.compile(rb"^(?:\s|#[^\n]*\n)*MeshVersionFormatted\b")
+_BINARY = (b"\x01\x00\x00\x00", b"\x00\x00\x00\x01")
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return _MARK.match(head) is not None or _is_binary(head)
+
+
+def _is_binary(head: bytes) -> bool:
+    """The number 1, a version from 1 to 4, and the keyword Dimension, 3."""
+    if head[:4] not in _BINARY or len(head) < 12:
+        return False
+    one, version, keyword = np.frombuffer(head[:12], "<i4" if head[0] else ">i4").tolist()
+    return bool(one == 1 and 1 <= version <= 4 and keyword == 3)
+
+
+def read(path: Path) -> Mesh:
+    """References are ``medit:ref`` in point and cell data."""
+    source, notes = _meshio.read(path, "medit")
+    if any("End-of-file" in note for note in notes):
+        raise ReadError(f"{path}: the file ends before its end mark; it is truncated")
+    return _meshio.mesh(source, path, notes)
+
+
+def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """Ascii or, for .meshb, binary. Of the data one integer a point and a cell is kept: a reference or physical tag."""
+    source = _meshio.from_mesh(mesh)
+    lost = []
+    for what, data in (("point", source.point_data), ("cell", source.cell_data)):
+        name = next((n for n in _REFERENCES if n in data), None)
+        values = data.get(name)
+        data.clear()
+        if name is not None:
+            data["medit:ref"] = values
+        if name not in (None, "medit:ref"):
+            lost.append(f"The {what} data {name!r} became Medit's references.")
+    return (*lost, *_meshio.write_source(path, source, mesh, "medit"))
+
+
+_REFERENCES = ("medit:ref", "gmsh:physical")
+
+MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, read, write)

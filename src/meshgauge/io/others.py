@@ -1,0 +1,147 @@
+"""Every other format that PyVista or meshio reads, and those that neither reads right, which are refused by name.
+
+Which of the two reads a format was chosen by trying both on real files. A reader that drops cells, adds some or mixes
+up zones is no choice: the format is refused with the reason until there is a right one.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from ..errors import ReadError
+from ..mesh import Mesh
+from . import _meshio, _vtk
+from ._format import Format, Reader, Sniffer, Writer, anything
+
+
+def _by_pyvista(path: Path) -> Mesh:
+    import pyvista
+
+    with _vtk.listening() as log:
+        try:
+            data: Any = pyvista.get_reader(str(path)).read()
+        except (Exception, SystemExit) as error:
+            reason = "; ".join(log.errors[:3]) or " ".join(str(error).split()) or type(error).__name__
+            raise ReadError(f"{path}: PyVista says: {reason}") from error
+    if log.errors:
+        raise ReadError(f"{path}: VTK says: {'; '.join(log.errors[:3])}")
+    return _filled(_vtk.mesh(data, path), path)
+
+
+def _by_meshio(module: str) -> Reader:
+    def read(path: Path) -> Mesh:
+        source, notes = _meshio.read(path, module)
+        return _filled(_meshio.mesh(source, path, notes), path)
+
+    return read
+
+
+def _first_of(*readers: Reader) -> Reader:
+    """Readers tried in turn; if all fail, the reasons of all."""
+
+    def read(path: Path) -> Mesh:
+        reasons = []
+        for reader in readers:
+            try:
+                return reader(path)
+            except ReadError as error:
+                reasons.append(str(error).removeprefix(f"{path}: "))
+        raise ReadError(f"{path}: {'; '.join(dict.fromkeys(reasons))}")
+
+    return read
+
+
+def _filled(mesh: Mesh, path: Path) -> Mesh:
+    """These readers return nothing where they understood nothing."""
+    if not mesh.n_cells:
+        raise ReadError(f"{path}: no cells were found in it")
+    return mesh
+
+
+def _meshio_writer(module: str, **options: Any) -> Writer:
+    def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+        return _meshio.write(path, mesh, module, **options)
+
+    return write
+
+
+def _mark(pattern: bytes) -> Sniffer:
+    compiled = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
+    return lambda head, path: compiled.search(head) is not None
+
+
+def _refused(reason: str) -> Reader:
+    def read(path: Path) -> Mesh:
+        raise ReadError(f"{path}: {reason}")
+
+    return read
+
+
+def _one_zone(path: Path) -> Mesh:
+    with path.open("rb") as file:
+        zones = re.search(rb"^\s*NZONE\s*=\s*(\d+)", file.read(), re.MULTILINE)
+    if zones and int(zones.group(1)) > 1:
+        raise ReadError(
+            f"{path}: has {int(zones.group(1))} zones, each numbered from 0, which meshio mixes up; "
+            "write one file a zone"
+        )
+    return _by_meshio("su2")(path)
+
+
+_FIVE_COUNTS = rb"\A(\s*#[^\n]*\n)*\s*\d+([ \t]+\d+){4}"
+_HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
+_XDMF = _mark(rb"<Xdmf\b")
+
+OTHERS: tuple[Format, ...] = (
+    # By PyVista.
+    Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"), _by_pyvista),
+    Format("openfoam", "OpenFOAM", (".foam",), anything, _by_pyvista, by_content=False),
+    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
+           _first_of(_by_meshio("tecplot"), _by_pyvista), _meshio_writer("tecplot"), by_content=False),
+    Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"), _by_pyvista),
+    # By either.
+    Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
+           _first_of(_by_pyvista, _by_meshio("xdmf")), _meshio_writer("xdmf", data_format="XML")),
+    Format("cgns", "CGNS", (".cgns",), _mark(rb"\A(\x89HDF|ADF)"),
+           _first_of(_by_pyvista, _by_meshio("cgns")), by_content=False),
+    Format("stl", "STL", (".stl",), anything, _first_of(_by_pyvista, _by_meshio("stl")), by_content=False),
+    Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), _first_of(_by_pyvista, _by_meshio("ply"))),
+    Format("obj", "Wavefront OBJ", (".obj",), anything, _first_of(_by_pyvista, _by_meshio("obj")), by_content=False),
+    # By meshio.
+    Format("abaqus", "Abaqus", (".inp",), _mark(rb"^\*(heading|node|element|part|include|\*)"),
+           _by_meshio("abaqus"), _meshio_writer("abaqus"), by_content=False),
+    Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
+           _by_meshio("avsucd"), _meshio_writer("avsucd"), by_content=False),
+    Format("nastran", "Nastran", (".bdf", ".fem", ".nas", ".nastran"), anything,
+           _by_meshio("nastran"), _meshio_writer("nastran"), by_content=False),
+    Format("med", "MED", (".med",), _HDF, _by_meshio("med"), _meshio_writer("med"), by_content=False),
+    Format("h5m", "MOAB", (".h5m",), _HDF, _by_meshio("h5m"), by_content=False),
+    Format("ugrid", "AFLR UGRID", (".ugrid",), anything, _by_meshio("ugrid"), _meshio_writer("ugrid"),
+           by_content=False),
+    Format("su2", "SU2", (".su2",), _mark(rb"^\s*(NDIME|NZONE|NELEM|NPOIN)\s*="), _one_zone, _meshio_writer("su2")),
+    Format("tetgen", "TetGen", (".ele", ".node"), _mark(rb"\A(\s*#[^\n]*\n|\s)*\d+[ \t]+\d+[ \t]+\d+"),
+           _by_meshio("tetgen"), by_content=False),
+    Format("netgen", "Netgen", (".vol",), _mark(rb"^mesh3d\b"), _by_meshio("netgen"), _meshio_writer("netgen")),
+    Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), _by_meshio("dolfin")),
+    Format("flac3d", "FLAC3D", (".f3grid",), anything, _by_meshio("flac3d"), by_content=False),
+    Format("mdpa", "Kratos", (".mdpa",), _mark(rb"^\s*Begin\s"), _by_meshio("mdpa"), by_content=False),
+    Format("permas", "PERMAS", (".post", ".dato"), _mark(rb"^\s*\$"), _by_meshio("permas"), by_content=False),
+    Format("off", "OFF", (".off",), _mark(rb"\A\s*(#[^\n]*\n\s*)*OFF\b"), _by_meshio("off")),
+    # By none of the two.
+    Format("rf", "RF (HArDCore)", (".ele", ".node"), _mark(rb"\A(#[^\n]*\n)*\s*\d+([ \t]+0)?[ \t]*\r?\n|REGN_FACE"),
+           _refused("is in the RF format of HArDCore, not TetGen's, and cannot be read yet"), by_content=False),
+    Format("mfem", "MFEM", (".mesh",), _mark(rb"\AMFEM "),
+           _refused("is an MFEM mesh, not a Medit one, and cannot be read yet; save it as VTU from MFEM")),
+    Format("fluent", "Fluent", (".cas", ".msh"), _mark(rb"\A\s*\(\s*\d+\s"),
+           _refused("is a Fluent mesh, of which VTK's reader repeats cells for every zone; export CGNS or VTU")),
+    Format("gambit", "GAMBIT neutral", (".neu",), anything,
+           _refused("is a GAMBIT neutral file, on which VTK's reader crashes; convert it to another format"),
+           by_content=False),
+    Format("unv", "I-DEAS universal", (".unv",), _mark(rb"\A\s*-1\s"),
+           _refused("is an I-DEAS universal file, which cannot be read yet; convert it with Gmsh"), by_content=False),
+    Format("hedra", "HEDRA (cinolib)", (".hedra",), anything,
+           _refused("is a HEDRA file, which cannot be read yet"), by_content=False),
+)  # fmt: skip
+"""A row a format."""
