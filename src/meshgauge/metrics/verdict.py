@@ -11,9 +11,10 @@ at their corners. What it scores wrongly becomes NaN, as the row's ``masked`` sa
 Left out are: relative size, shape-and-size and shear-and-size (they depend on the whole mesh), the distortion of
 linear tetrahedra (1 for every cell) and of wedges (from -56 to 13 on valid cells).
 
-Verdict takes lengths below about 1e-15 for zero (below 1e-8 in Oddy and in the shape of pyramids), so a mesh in small or
-large units is scaled by a power of two first. Its wedge has the normal of (0, 1, 2) pointing to (3, 4, 5), as ours; the
-VTK at hand is asked once which way it is. The condition of wedges rounds a constant: the ideal wedge has 1.0000034.
+Verdict takes lengths below about 1e-15 for zero (below 1e-8 in Oddy and in the shape of pyramids), so a mesh in small
+or large units is scaled by a power of two first. Its wedge has the normal of (0, 1, 2) pointing to (3, 4, 5), as
+ours; the VTK at hand is asked once which way it is. The condition of wedges rounds a constant: the ideal wedge has
+1.0000034.
 
 Ranges are those of C. J. Stimpson et al., The Verdict Geometric Quality Library; the manual gives none for some
 measures of wedges and pyramids, which then have those of the hexahedron and the tetrahedron.
