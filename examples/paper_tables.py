@@ -74,7 +74,7 @@ def main(console: Console | None = None) -> None:
     """Print the three tables, and the entries that cannot be right."""
     if console is None:
         console = Console()
-        console.width = max(console.width, 100)  # narrower, the rows would wrap
+        console.width = max(console.width, 108)  # narrower, the rows would wrap
     paper = json.loads(SHAPES.read_text(encoding="utf-8"))
     reasons = {(w["table"], w["shape"], w["row"]): w["reason"] for w in paper["cannot_be_right"]}
     every = list(entries(paper["tables"]))
