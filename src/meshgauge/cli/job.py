@@ -1,0 +1,96 @@
+"""One file after another: read, measure, summarise, write what is asked for, drop."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import MeshgaugeError
+from ..io import read, write
+from ..metrics import metric
+from ..metrics.verdict import PREFIX
+from ..quality import Quality, measure
+from ..report import FailedFile, FileReport
+from ..report.csv import CsvWriter
+from ..summary import Summary, summarise
+from .terminal import activity, warn
+
+JENS = "jens"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is asked for, of every file."""
+
+    metrics: tuple[str, ...]  #: J_ENS first
+    worst: int
+    threads: int | None
+    wedge_order: str
+    format: str | None
+    output: Path | None
+    shows_progress: bool
+
+    def run(self, path: str, table: CsvWriter | None) -> FileReport | FailedFile:
+        """Report on one file; what is wrong with it, if it cannot be read or measured.
+
+        Raises
+        ------
+        WriteError
+            If an output cannot be written.
+        """
+        try:
+            with activity(f"reading {path}", shown=self.shows_progress):
+                mesh = read(path, format=self.format, wedge_order=self.wedge_order)
+            with activity(f"measuring {path}", shown=self.shows_progress):
+                quality = measure(mesh, metrics=self.metrics, threads=self.threads)
+                summaries = [self._summary(quality, name) for name in self.metrics]
+                worst = quality.worst(self.worst) if self.worst else []
+        except (MeshgaugeError, OSError, MemoryError) as error:
+            return FailedFile(path, _reason(path, error))
+        except Exception as error:
+            # The other files are still reported; a message says what happened where a traceback would end all.
+            if os.environ.get("MESHGAUGE_TRACEBACK"):
+                raise
+            return FailedFile(path, f"unexpected {type(error).__name__}: {error}")
+        with activity(f"writing {path}", shown=self.shows_progress):
+            if table is not None:
+                table.add(path, mesh.types, quality.status, quality.metrics)
+            if self.output is not None:
+                self._write(quality, self.output)
+        return FileReport(
+            path, mesh.n_points, mesh.n_cells, summaries[0], tuple(worst), tuple(summaries[1:]), tuple(mesh.notes)
+        )
+
+    def _summary(self, quality: Quality, name: str) -> Summary:
+        return summarise(quality.metrics[name], quality.status, quality.mesh.types, name, threads=self.threads)
+
+    def _write(self, quality: Quality, output: Path) -> None:
+        mesh = quality.mesh
+        measured = mesh.replace(
+            cell_data={**mesh.cell_data, **quality.cell_data()}, point_data={**mesh.point_data, **quality.point_data()}
+        )
+        for lost in write(output, measured):
+            warn("note", f"{output}: {lost}")
+
+
+def metric_names(ours: Iterable[str], verdict: Iterable[str]) -> tuple[str, ...]:
+    """The metrics asked for, J_ENS first, each once; those of Verdict may be named without their prefix.
+
+    Raises
+    ------
+    MetricError
+        If there is no such metric.
+    """
+    prefixed = (name if name.startswith(PREFIX) else PREFIX + name for name in verdict)
+    return tuple(dict.fromkeys(metric(name).name for name in (JENS, *ours, *prefixed)))
+
+
+def _reason(path: str, error: BaseException) -> str:
+    """Why, without the name of the file in front, which every message carries already."""
+    if isinstance(error, MemoryError):
+        return "does not fit into memory"
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    return str(error).removeprefix(f"{path}: ")

@@ -1,0 +1,91 @@
+"""The entry of the command line: subcommands, exit codes, errors in one line."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from typing import Annotated
+
+import typer
+
+from ..errors import MeshgaugeError
+from . import metrics, report
+
+DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
+"""Exit codes; the last is what a shell gives for Ctrl-C."""
+
+TRACEBACK = "MESHGAUGE_TRACEBACK"
+"""Environment variable: set, unexpected errors are shown with their traceback."""
+
+app = typer.Typer(
+    name="meshgauge",
+    help="Measure every cell of a 3D mesh, of every type, with one number.",
+    epilog="Start with: [bold]meshgauge report MESH[/bold]",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+report.register(app)
+metrics.register(app)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from .. import __version__
+
+        typer.echo(f"meshgauge {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit code: 0 done, 2 could not, 130 Ctrl-C. Never a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        # A path or a name that the terminal's encoding does not have must not end the program.
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        code = app(args=arguments, prog_name="meshgauge", standalone_mode=False)
+    except (KeyboardInterrupt, typer.Abort):
+        return INTERRUPTED
+    except BrokenPipeError:
+        closed_pipe()
+        return DONE
+    except (MeshgaugeError, OSError) as error:
+        return failed(str(error))
+    except Exception as error:
+        # Typer's usage errors: known by what they do, because their class moved between its versions.
+        if hasattr(error, "format_message"):
+            return failed(f"{error.format_message()} (see 'meshgauge report --help')")
+        if os.environ.get(TRACEBACK):
+            raise
+        return failed(f"unexpected {type(error).__name__}: {error} (set {TRACEBACK}=1 for the traceback)")
+    return code if isinstance(code, int) else DONE
+
+
+def failed(message: str) -> int:
+    """Say in one line what could not be done."""
+    with contextlib.suppress(BrokenPipeError):
+        print(f"meshgauge: error: {' '.join(message.split())}", file=sys.stderr)
+    return COULD_NOT
+
+
+def closed_pipe() -> None:
+    """Nobody reads the output any more: let the interpreter flush it into nothing when it ends."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

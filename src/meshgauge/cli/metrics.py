@@ -1,0 +1,28 @@
+"""``meshgauge metrics``: the metrics there are."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command(name="metrics", short_help="List the metrics: range, acceptable range, ideal, cells, reference.")(
+        metrics
+    )
+
+
+def metrics(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[NAME]...", help="Say everything about these.", show_default=False)
+    ] = None,
+) -> None:
+    """List the metrics: range, acceptable range, value on the ideal cell, cells, reference."""
+    from ..metrics import METRICS, metric
+    from ..report.catalogue import MetricsText
+    from .terminal import Output
+
+    rows = [metric(name) for name in names] if names else list(METRICS.values())
+    Output().show(MetricsText(rows, in_full=bool(names)))

@@ -1,0 +1,69 @@
+"""What comes out on standard output: the report for people, one line a file, or JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from rich.console import Group
+from rich.text import Text
+
+from ..report import FailedFile, FileReport
+from ..report.json import dumps
+from ..report.several import SeveralText
+from ..report.style import LEVELS
+from ..report.text import FileText
+from ..report.verdict import verdict
+from .terminal import Output
+
+
+class Printer(Protocol):
+    """Prints each file when it is done, and what is to be said at the end."""
+
+    def file(self, report: FileReport) -> None: ...
+
+    def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None: ...
+
+
+class TextPrinter:
+    """Tables, histograms and the worst cells of each file; then a comparison, if there are several."""
+
+    def __init__(self, bins: int, *, several: bool) -> None:
+        self.output = Output()
+        self.bins = bins
+        self.several = several
+
+    def file(self, report: FileReport) -> None:
+        text = FileText(report, bins=self.bins, with_bars=not self.several)
+        self.output.show(Group(text, "") if self.several else text)
+
+    def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
+        if self.several and len(reports) > 1:
+            self.output.show(SeveralText(reports, failures))
+
+
+class QuietPrinter:
+    """The verdict on each file, in one line."""
+
+    def __init__(self) -> None:
+        self.output = Output()
+
+    def file(self, report: FileReport) -> None:
+        level, text = verdict(report.summary)
+        self.output.show(Text(f"{report.path}: ", overflow="ignore", no_wrap=True).append(text, LEVELS[level]))
+
+    def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
+        pass
+
+
+class JsonPrinter:
+    """One JSON document, when all files are done."""
+
+    def __init__(self, bins: int) -> None:
+        self.bins = bins
+
+    def file(self, report: FileReport) -> None:
+        pass
+
+    def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
+        print(dumps(reports, failures, bins=self.bins), flush=True)

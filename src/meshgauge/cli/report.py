@@ -1,0 +1,179 @@
+"""``meshgauge report``: measure meshes and say how good they are."""
+
+from __future__ import annotations
+
+import contextlib
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..errors import WriteError
+from . import inputs
+
+WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
+
+HELP = """Measure every cell and report how good the mesh is.
+
+Says how many cells of which type are invalid, degenerate, poor or good, the minimum, quantiles, mean and histogram of their quality by type, and the worst cells with the node that is worst. Quality is J_ENS: [green]1[/green] for the ideal cell of every type, [yellow]below 0.2[/yellow] poor, [magenta]0[/magenta] degenerate, [red]below 0[/red] inverted.
+
+Exit codes: 0 done, 2 some file could not be read or written, 130 interrupted."""  # noqa: E501  Typer joins no lines of a paragraph
+
+EPILOG = """[bold]Examples[/bold]
+
+  meshgauge report wing.vtu
+
+  meshgauge report coarse.msh fine.msh      [dim]which is better, and in what[/dim]
+
+  meshgauge report 'runs/**/*.vtu' --json   [dim]for programs[/dim]
+
+  meshgauge report wing.vtu -o out.vtu      [dim]to colour by jens in ParaView[/dim]
+
+  meshgauge report wing.vtu --csv out.csv   [dim]every cell[/dim]
+
+  meshgauge report wing.vtu --compare-metric shape"""
+
+READING, MEASURING, WRITING = "How to read", "What to measure", "Where to"
+
+
+class WedgeOrder(StrEnum):
+    """How the wedges of a file are numbered."""
+
+    auto = "auto"
+    gmsh = "gmsh"
+    vtk_legacy = "vtk-legacy"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the subcommand."""
+    app.command(
+        name="report",
+        help=HELP,
+        short_help="Measure every cell and report how good the mesh is.",
+        epilog=EPILOG,
+        no_args_is_help=True,
+    )(report)
+
+
+def report(
+    meshes: Annotated[list[str], typer.Argument(metavar="MESH", help="Mesh files, or patterns such as 'runs/*.vtu'.")],
+    json: Annotated[
+        bool, typer.Option("--json", help="Print JSON instead (docs/json-schema.md).", rich_help_panel=WRITING)
+    ] = False,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write one row a cell as CSV.", rich_help_panel=WRITING),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="MESH",
+            help="Write the mesh with jens and status of the cells, and the worst of each point.",
+            rich_help_panel=WRITING,
+        ),
+    ] = None,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="One line a file, no progress.", rich_help_panel=WRITING)
+    ] = False,
+    worst: Annotated[
+        int | None,
+        typer.Option(
+            "--worst",
+            metavar="N",
+            min=0,
+            help="List the N worst cells.",
+            show_default=f"{WORST_OF_ONE}, or {WORST_OF_SEVERAL} of several",
+            rich_help_panel=MEASURING,
+        ),
+    ] = None,
+    bins: Annotated[
+        int, typer.Option("--bins", metavar="N", min=1, max=10_000, help="Histogram bins.", rich_help_panel=MEASURING)
+    ] = 20,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--metric",
+            metavar="NAME",
+            help="Measure this as well; repeatable. 'meshgauge metrics' lists them.",
+            show_default=False,
+            rich_help_panel=MEASURING,
+        ),
+    ] = None,
+    compare_metric: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--compare-metric",
+            metavar="NAME",
+            help="Ask Verdict, through VTK, for this as well; repeatable.",
+            show_default=False,
+            rich_help_panel=MEASURING,
+        ),
+    ] = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            "--threads",
+            metavar="N",
+            min=1,
+            help="Threads to use.",
+            show_default="all processors",
+            rich_help_panel=MEASURING,
+        ),
+    ] = None,
+    wedge_order: Annotated[
+        WedgeOrder,
+        typer.Option(
+            "--wedge-order",
+            help="Numbering of wedges in the file; auto tells by their volumes.",
+            rich_help_panel=READING,
+        ),
+    ] = WedgeOrder.auto,
+    format: Annotated[
+        str | None,
+        typer.Option(
+            "--format",
+            metavar="NAME",
+            help="Read as this format.",
+            show_default="told by name and content",
+            rich_help_panel=READING,
+        ),
+    ] = None,
+) -> int:
+    """Read, measure, summarise and drop each mesh in turn, then say what was found; returns the exit code."""
+    paths = inputs.expanded(meshes)
+    several = len(paths) > 1
+    if several and output is not None:
+        raise WriteError(f"{output}: --output takes one mesh, {len(paths)} are given")
+    inputs.check_targets(paths, (output, csv))
+
+    # From here on NumPy and the readers are needed, which `--help` does not wait for.
+    from ..report import FailedFile, FileReport
+    from ..report.csv import CsvWriter
+    from . import job, printer, terminal
+
+    names = job.metric_names(metric or (), compare_metric or ())
+    count = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
+    work = job.Job(names, count, threads, wedge_order.value, format, output, shows_progress=not quiet)
+    chosen: printer.Printer = (
+        printer.JsonPrinter(bins)
+        if json
+        else printer.QuietPrinter()
+        if quiet
+        else printer.TextPrinter(bins, several=several)
+    )
+    reports: list[FileReport] = []
+    failures: list[FailedFile] = []
+    with CsvWriter(csv, names, with_file=several) if csv else contextlib.nullcontext() as table:
+        for path in paths:
+            outcome = work.run(path, table)
+            if isinstance(outcome, FailedFile):
+                failures.append(outcome)
+                terminal.warn("error", f"{path}: {outcome.reason}")
+            else:
+                reports.append(outcome)
+                chosen.file(outcome)
+    chosen.end(reports, failures)
+    return 2 if failures else 0

@@ -1,0 +1,71 @@
+"""What is printed where: the report on standard output, errors and progress on standard error."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import threading
+from collections.abc import Iterator
+
+from rich.console import Console, RenderableType
+
+PIPED_WIDTH = 160
+"""Columns where there is no terminal: room for every table, so that no data are cut."""
+
+PATIENCE = 1.0
+"""Seconds before a spinner appears."""
+
+
+class Output(Console):
+    """Standard output: as wide as the terminal, or wide enough where there is none."""
+
+    def __init__(self) -> None:
+        width = None if sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit() else PIPED_WIDTH
+        super().__init__(width=width, highlight=False, markup=False, emoji=False)
+
+    def on_broken_pipe(self) -> None:
+        # Rich would end the process with code 1.
+        raise BrokenPipeError
+
+    def show(self, *items: RenderableType) -> None:
+        """Print and flush, so that a closed pipe is noticed here. Raises `BrokenPipeError` then."""
+        if self.is_terminal:
+            self.print(*items)
+        else:
+            with self.capture() as captured:
+                self.print(*items)
+            # Tables pad their lines; in a file that is but noise.
+            print("\n".join(line.rstrip() for line in captured.get().splitlines()))
+        sys.stdout.flush()
+
+
+def warn(kind: str, message: str) -> None:
+    """One line on standard error."""
+    print(f"meshgauge: {kind}: {' '.join(message.split())}", file=sys.stderr, flush=True)
+
+
+@contextlib.contextmanager
+def activity(text: str, *, shown: bool) -> Iterator[None]:
+    """A spinner on standard error, if that is a terminal and the work takes longer than `PATIENCE`."""
+    if not (shown and sys.stderr.isatty()):
+        yield
+        return
+    status = Console(stderr=True, highlight=False, markup=False).status(text)
+    lock, over = threading.Lock(), False
+
+    def start() -> None:
+        with lock:
+            if not over:
+                status.start()
+
+    timer = threading.Timer(PATIENCE, start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        with lock:
+            over = True
+            status.stop()

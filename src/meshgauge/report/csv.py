@@ -1,0 +1,98 @@
+"""One row a cell, as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import type_name
+from ..errors import WriteError
+from ..status import STATUSES, Status
+
+CHUNK = 1 << 16
+"""Rows formatted at a time."""
+
+
+class CsvWriter:
+    """Writes cells to a CSV file; the file appears, whole, when the ``with`` block ends without an exception.
+
+    Columns: ``file`` (if asked for), ``cell`` (position in the file, from 0), ``type``, ``status``, and each metric.
+    Numbers are the shortest that read back to the same double; a cell without a value has an empty field.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot be written; nothing is left half-written then.
+    """
+
+    def __init__(self, path: str | Path, metrics: tuple[str, ...], *, with_file: bool) -> None:
+        self.path = Path(path)
+        self.metrics = metrics
+        self.with_file = with_file
+        self._partial = self.path.with_name(f".{self.path.name}.{os.getpid()}.partial")
+
+    def __enter__(self) -> CsvWriter:
+        try:
+            # newline: rows end the same way on every system.
+            self._stream: TextIO = open(self._partial, "w", encoding="utf-8", errors="surrogateescape", newline="\n")
+            columns = ("cell", "type", "status", *self.metrics)
+            self._stream.write(",".join(("file", *columns) if self.with_file else columns) + "\n")
+        except OSError as error:
+            raise WriteError(f"{self.path}: {error.strerror or error}") from error
+        return self
+
+    def add(
+        self,
+        file: str,
+        types: NDArray[np.uint8],
+        status: NDArray[np.uint8],
+        values: Mapping[str, NDArray[np.float64]],
+    ) -> None:
+        """Append the cells of one mesh: VTK ids, status codes and the values of each metric, ``(n_cells,)`` each."""
+        prefix = f"{_quoted(file)}," if self.with_file else ""
+        # Type and status together have few values: one lookup a row in a table of ready text.
+        texts = [f",{type_name(t)},{STATUSES[s].name}," for t in range(256) for s in Status]
+        try:
+            for start in range(0, len(types), CHUNK):
+                here = slice(start, start + CHUNK)
+                kinds = (types[here].astype(np.intp) * len(Status) + status[here]).tolist()
+                columns = [_texts(values[name][here]) for name in self.metrics]
+                cells = columns[0] if len(columns) == 1 else map(",".join, zip(*columns, strict=True))
+                self._stream.write(
+                    "".join(
+                        f"{prefix}{cell}{texts[kind]}{row}\n"
+                        for cell, (kind, row) in enumerate(zip(kinds, cells, strict=True), start)
+                    )
+                )
+        except OSError as error:
+            raise WriteError(f"{self.path}: {error.strerror or error}") from error
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self._stream.close()
+            if kind is None:
+                self._partial.replace(self.path)
+        except OSError as failure:
+            raise WriteError(f"{self.path}: {failure.strerror or failure}") from failure
+        finally:
+            self._partial.unlink(missing_ok=True)
+
+
+def _texts(values: NDArray[np.float64]) -> list[str]:
+    return ["" if value != value else repr(value) for value in values.tolist()]
+
+
+def _quoted(text: str) -> str:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="").writerow([text])
+    return line.getvalue()

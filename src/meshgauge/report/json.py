@@ -1,0 +1,73 @@
+"""The report for programs: strictly valid JSON in the versioned schema of ``docs/json-schema.md``."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from .. import __version__
+from .comparison import comparison_dict
+from .record import FailedFile, FileReport
+from .verdict import verdict
+
+SCHEMA = "meshgauge-report"
+VERSION = 1
+
+
+def report_dict(
+    reports: Sequence[FileReport], failures: Sequence[FailedFile] = (), *, bins: int = 20
+) -> dict[str, Any]:
+    """The report as plain data; numbers that are undefined or infinite are None."""
+    plain: dict[str, Any] = _finite(
+        {
+            "schema": SCHEMA,
+            "version": VERSION,
+            "meshgauge": __version__,
+            "files": [_file(report, bins) for report in reports],
+            "comparison": comparison_dict(reports),
+            "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
+        }
+    )
+    return plain
+
+
+def dumps(reports: Sequence[FileReport], failures: Sequence[FailedFile] = (), *, bins: int = 20) -> str:
+    """The report as JSON text, indented, ASCII only."""
+    return json.dumps(report_dict(reports, failures, bins=bins), indent=2, allow_nan=False)
+
+
+def _file(report: FileReport, bins: int) -> dict[str, Any]:
+    opinion = verdict(report.summary)
+    return {
+        "path": report.path,
+        "n_points": report.n_points,
+        "n_cells": report.n_cells,
+        "verdict": {"level": opinion.level, "text": opinion.text},
+        **report.summary.to_dict(bins),
+        "worst": [
+            {
+                "cell": cell.cell,
+                "type": cell.type,
+                "quality": cell.quality,
+                "status": cell.status,
+                "node": cell.node,
+                "node_quality": cell.node_quality,
+                "point": cell.point,
+                "coordinates": list(cell.coordinates),
+            }
+            for cell in report.worst
+        ],
+        "other_metrics": [summary.to_dict(bins) for summary in report.others],
+        "notes": list(report.notes),
+    }
+
+
+def _finite(item: Any) -> Any:
+    """A copy in which every float that JSON cannot hold is None."""
+    if isinstance(item, dict):
+        return {key: _finite(value) for key, value in item.items()}
+    if isinstance(item, list):
+        return [_finite(value) for value in item]
+    return None if isinstance(item, float) and not math.isfinite(item) else item

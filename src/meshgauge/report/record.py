@@ -1,0 +1,43 @@
+"""What a report is made of: data only, nothing to read or measure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+from ..summary import Summary
+
+if TYPE_CHECKING:
+    from ..quality import WorstCell
+
+
+@dataclass(frozen=True)
+class FileReport:
+    """One measured mesh."""
+
+    path: str
+    n_points: int
+    n_cells: int
+    summary: Summary  #: of J_ENS
+    worst: tuple[WorstCell, ...] = ()  #: worst first
+    others: tuple[Summary, ...] = ()  #: of other metrics, in the order asked for
+    notes: tuple[str, ...] = ()  #: what was noticed while reading, a sentence each
+
+
+@dataclass(frozen=True)
+class FailedFile:
+    """A file that could not be read or measured, and why."""
+
+    path: str
+    reason: str
+
+
+def short_names(paths: list[str]) -> list[str]:
+    """The last parts of each path, as many as it takes to tell the paths apart."""
+    parts = [PurePath(path).parts for path in paths]
+    for length in range(1, max(map(len, parts), default=1) + 1):
+        names = [str(PurePath(*p[-length:])) if p else "" for p in parts]
+        if len(set(names)) == len(set(paths)):
+            return names
+    return list(paths)

@@ -1,0 +1,100 @@
+"""How numbers, bands and bars look. Shared by everything that is printed for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+SPARKS = " ▁▂▃▄▅▆▇█"
+SPARKS_ASCII = " .:-=+*%#"
+EIGHTHS = " ▏▎▍▌▋▊▉█"
+
+
+@dataclass(frozen=True, slots=True)
+class Band:
+    """A band of quality: values from ``start`` (included) to that of the next band."""
+
+    name: str
+    start: float
+    style: str
+
+
+BANDS = (Band("inverted", -1.0, "red"), Band("poor", 0.0, "yellow"), Band("good", 0.2, "green"))
+"""The bands of J_ENS on a histogram; a degenerate cell is at the start of *poor*, where no bin can tell it apart."""
+
+STYLES = {"invalid": "bold red", "degenerate": "bold magenta", "poor": "yellow", "good": "green"}
+"""Of the columns of counts, where the count is not 0."""
+
+LEVELS = {
+    "bad": "bold red",
+    "unknown": "bold yellow",
+    "poor": "bold yellow",
+    "good": "bold green",
+    "nothing": "bold yellow",
+}
+"""Of the verdict."""
+
+MARKS = {"bad": "✗", "unknown": "?", "poor": "!", "good": "✓", "nothing": "?"}
+MARKS_ASCII = {"bad": "x", "unknown": "?", "poor": "!", "good": "ok", "nothing": "?"}
+
+
+def band(value: float) -> Band:
+    """The band of a value of J_ENS."""
+    return next((b for b in reversed(BANDS) if value >= b.start), BANDS[0])
+
+
+def number(n: int) -> str:
+    """A count: ``1,234,567``."""
+    return f"{n:,}"
+
+
+def plural(n: int, noun: str) -> str:
+    """``1 cell``, ``2 cells``."""
+    return f"{number(n)} {noun}{'' if n == 1 else 's'}"
+
+
+def quality(value: float) -> str:
+    """A value of J_ENS or another metric in at most seven characters; a small one never looks like 0."""
+    if math.isnan(value):
+        return "-"
+    size = abs(value)
+    if math.isinf(value) or size == 0 or size >= 1e5:
+        return f"{value:.3g}"
+    if size < 5e-4:
+        return f"{value:.0e}"
+    return f"{value:.3f}" if size < 100 else f"{value:.4g}"
+
+
+def percent(part: int, whole: int) -> str:
+    """A share; one that is not 0 or 100 % never looks so."""
+    if whole == 0:
+        return "-"
+    share = 100.0 * part / whole
+    if 0 < share < 0.05:
+        return "<0.1 %"
+    if 99.95 <= share < 100:
+        return ">99.9 %"
+    return f"{share:.1f} %"
+
+
+def listed(items: Sequence[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}" if items else ""
+
+
+def spark(counts: Sequence[int], *, ascii_only: bool = False) -> str:
+    """One character a count, its height linear in the count; a count of 1 shows, whatever the others are."""
+    characters = SPARKS_ASCII if ascii_only else SPARKS
+    top = max(counts, default=0)
+    return "".join(characters[math.ceil(8 * n / top)] if n else " " for n in counts)
+
+
+def bar(n: int, top: int, width: int, *, ascii_only: bool = False) -> str:
+    """A bar at most ``width`` characters long, its length linear in ``n``; that of 1 shows, whatever ``top`` is."""
+    if n == 0:
+        return ""
+    if ascii_only:
+        return "#" * max(round(width * n / top), 1)
+    eighths = max(round(8 * width * n / top), 1)
+    return EIGHTHS[8] * (eighths // 8) + (EIGHTHS[eighths % 8] if eighths % 8 else "")

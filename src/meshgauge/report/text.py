@@ -1,0 +1,267 @@
+"""The report for people: one mesh, as Rich renderables that fit the width they are given."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from rich.box import Box
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.measure import Measurement
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from ..status import STATUSES
+from ..summary import UNDEFINED, Summary, Tally
+from . import style
+from .record import FileReport
+from .verdict import verdict
+
+SPARK_WIDTH = 20
+"""Characters of the small histograms: 0.1 each, so that 0 and 0.2 fall between two."""
+
+BAR_WIDTH = 60
+"""Most characters of a bar."""
+
+STYLES_OF_COUNTS = tuple(style.STYLES)
+"""Columns of counts: invalid, degenerate, poor, good."""
+
+STATUS_TEXTS = {row.name: row.text for row in STATUSES.values()}
+
+
+class _Lines(Box):
+    """A line below the header and nothing else, also where the terminal has only ASCII."""
+
+    def substitute(self, options: ConsoleOptions, safe: bool = True) -> Box:
+        return _Lines(_HEADER_LINE.replace("─", "-"), ascii=True) if options.ascii_only else self
+
+
+_HEADER_LINE = "    \n    \n ── \n    \n    \n    \n    \n    \n"
+LINES = _Lines(_HEADER_LINE)
+
+Column = tuple[str, Callable[[Tally], str | Text]]
+
+
+class FileText:
+    """One mesh: verdict, table by type, histogram, worst cells, what was not measured, notes."""
+
+    def __init__(self, report: FileReport, *, bins: int = 20, with_bars: bool = True) -> None:
+        self.report = report
+        self.bins = bins
+        self.with_bars = with_bars
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        report, summary = self.report, self.report.summary
+        measured = summary.all.n_measured > 0
+        yield headline(report)
+        yield verdict_line(summary, ascii_only=options.ascii_only)
+        if measured:
+            yield type_tables(summary, console, options)
+            if self.with_bars:
+                yield from bars(summary.all, self.bins, options)
+        if report.worst:
+            yield from worst_cells(report, console, options)
+        for other in report.others:
+            yield from other_metric(other)
+        yield from remarks(report)
+
+
+def headline(report: FileReport) -> Text:
+    """Path, cells and points."""
+    text = Text(overflow="fold")
+    text.append(report.path, "bold")
+    text.append(f"  {style.plural(report.n_cells, 'cell')}, {style.plural(report.n_points, 'point')}", "dim")
+    return text
+
+
+def verdict_line(summary: Summary, *, ascii_only: bool) -> Table:
+    """The verdict with its mark, in its colour."""
+    level, text = verdict(summary)
+    marks = style.MARKS_ASCII if ascii_only else style.MARKS
+    return _hanging(marks[level], [text], style.LEVELS[level])
+
+
+def type_tables(summary: Summary, console: Console, options: ConsoleOptions) -> RenderableType:
+    """Counts, values and small histograms by type: one table where it fits, else two, without histograms if need be."""
+    counts = _count_columns()
+    values = _value_columns(options.ascii_only)
+    wide = _by_type(summary, "cells", [*counts, *values])
+    if fits(wide, console, options):
+        return wide
+    narrow = _by_type(summary, "quality", values)
+    if not fits(narrow, console, options):
+        narrow = _by_type(summary, "quality", values[:-1])
+    return Group(_by_type(summary, "cells", counts), narrow)
+
+
+def fits(item: RenderableType, console: Console, options: ConsoleOptions) -> bool:
+    """True if nothing has to be wrapped to print this as wide as allowed."""
+    return Measurement.get(console, options.update_width(10_000), item).maximum <= options.max_width
+
+
+def _count_columns() -> list[Column]:
+    return [
+        ("measured", lambda t: style.number(t.n_measured)),
+        ("invalid", lambda t: count(t.n_invalid, "invalid")),
+        ("degenerate", lambda t: count(t.n_degenerate, "degenerate")),
+        ("poor", lambda t: count(t.n_poor, "poor")),
+        ("good", lambda t: count(t.n_good, "good")),
+    ]
+
+
+def _value_columns(ascii_only: bool) -> list[Column]:
+    return [
+        ("min", lambda t: colored(t.min)),
+        ("1 %", lambda t: colored(t.quantiles()[0.01])),
+        ("5 %", lambda t: colored(t.quantiles()[0.05])),
+        ("median", lambda t: colored(t.quantiles()[0.5])),
+        ("mean", lambda t: colored(t.mean)),
+        ("-1        0         1", lambda t: spark(t, ascii_only)),
+    ]
+
+
+def _by_type(summary: Summary, title: str, columns: list[Column]) -> Table:
+    table = new_table(title, *(name for name, _ in columns))
+    solid = {name: tally for name, tally in summary.types.items() if tally.n_measured}
+    for name, tally in solid.items():
+        table.add_row(name, *(cell(tally) for _, cell in columns))
+    if len(solid) > 1:
+        table.add_section()
+        table.add_row(Text("all", "bold"), *(cell(summary.all) for _, cell in columns))
+    return table
+
+
+def spark(tally: Tally, ascii_only: bool) -> Text:
+    """A histogram over -1 to 1 in one row of characters, in the colours of the bands, closed at both ends."""
+    edges, counts = tally.histogram(SPARK_WIDTH)
+    text = Text("|" if ascii_only else "▕", "dim", no_wrap=True)
+    for character, edge in zip(style.spark(counts.tolist(), ascii_only=ascii_only), edges, strict=False):
+        text.append(character, style.band(edge).style + " not dim")
+    return text.append("|" if ascii_only else "▏")
+
+
+def bars(tally: Tally, bins: int, options: ConsoleOptions) -> Iterator[RenderableType]:
+    """The histogram of all cells, a bar a bin, from the lowest bin that holds a cell."""
+    edges, counts = tally.histogram(bins)
+    first = int(np.flatnonzero(counts)[0])
+    digits = max(len(f"{e:.4f}".rstrip("0").split(".")[1]) for e in edges.tolist())
+    digits = max(digits, 1)
+    top = int(counts.max())
+    label, number = 2 * digits + 8, max(len(style.number(top)), 5)
+    width = min(max(options.max_width - label - number - 22, 10), BAR_WIDTH)
+    dash = "..." if options.ascii_only else "…"
+    yield _title("quality of all cells (J_ENS: 1 is ideal, below 0.2 poor, below 0 inverted)")
+    table = Table.grid(padding=(0, 1))
+    for justify in ("right", "center", "right", "left", "right", "right", "left"):
+        table.add_column(justify=justify, no_wrap=True)
+    named = ""
+    for at in range(first, bins):
+        low, high, n = float(edges[at]), float(edges[at + 1]), int(counts[at])
+        band = style.band(low)
+        bar = style.bar(n, top, width, ascii_only=options.ascii_only)
+        table.add_row(
+            Text(f"{low:.{digits}f}", "dim"),
+            Text(dash, "dim"),
+            Text(f"{high:.{digits}f}", "dim"),
+            Text(bar.ljust(width), band.style),
+            style.number(n),
+            Text(style.percent(n, tally.n_measured) if n else "", "dim"),
+            Text(band.name if band.name != named else "", band.style),
+        )
+        named = band.name
+    yield Padding(table, (0, 0, 1, 1), expand=False)
+
+
+def worst_cells(report: FileReport, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+    """The worst cells, each with the node and the point at which it is worst; fewer digits where there is no room."""
+    yield _title(f"worst {style.plural(len(report.worst), 'cell')}, each with its worst node")
+    tables = (_worst(report, digits, with_node_quality=digits == 6) for digits in (6, 5, 4))
+    fitting = (table for table in tables if fits(table, console, options))
+    yield next(fitting, _worst(report, 6, with_node_quality=False))
+
+
+def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table:
+    names = ["cell", "type", "quality", "node", *(["at node"] if with_node_quality else []), "point", "x", "y", "z"]
+    table = new_table(*names)
+    table.columns[1].justify = "left"
+    for cell in report.worst:
+        table.add_row(
+            str(cell.cell),
+            cell.type,
+            colored(cell.quality),
+            str(cell.node),
+            *([colored(cell.node_quality)] if with_node_quality else []),
+            str(cell.point),
+            *(f"{x:.{digits}g}" for x in cell.coordinates),
+        )
+    return table
+
+
+def other_metric(summary: Summary) -> Iterator[RenderableType]:
+    """Another metric by type: both ends of its values, because lower may be better."""
+    low, high = (f"{end:.4g}" for end in summary.scale.acceptable)
+    yield _title(f"{summary.metric} (usually acceptable: {low} to {high})")
+    table = new_table("cells", "measured", "acceptable", "min", "1 %", "median", "mean", "99 %", "max")
+    rows = {name: tally for name, tally in summary.types.items() if tally.n_measured}
+    if len(rows) > 1:
+        rows["all"] = summary.all
+    for name, tally in rows.items():
+        at = tally.quantiles()
+        numbers = (tally.min, at[0.01], at[0.5], tally.mean, at[0.99], tally.max)
+        share = style.percent(tally.n_good, tally.n_measured)
+        table.add_row(name, style.number(tally.n_measured), share, *map(style.quality, numbers))
+    yield table if rows else Text("  no cell has a value\n", "dim")
+
+
+def remarks(report: FileReport) -> Iterator[RenderableType]:
+    """What was not measured, what was measured only in part, how exact the numbers are, and what the reader noticed."""
+    summary = report.summary
+    lines = []
+    for name, reasons in summary.not_measured.items():
+        for reason, n in reasons.items():
+            why = "the metric is not defined for it" if reason == UNDEFINED else STATUS_TEXTS[reason]
+            lines.append(f"not measured: {style.number(n)} {name} ({reason}: {why})")
+    for name, n in summary.corners_only.items():
+        lines.append(f"measured at the corners only: {style.number(n)} {name}")
+    resolution = summary.all.quantile_resolution
+    if resolution:
+        lines.append(f"quantiles are right to {resolution:g}")
+    lines.extend(report.notes)
+    if lines:
+        yield _title("notes")
+        yield Padding(_hanging("-", lines, "dim"), (0, 0, 0, 1), expand=False)
+
+
+def _hanging(mark: str, lines: list[str], look: str) -> Table:
+    """Paragraphs, each behind a mark; their further lines stay clear of it."""
+    table = Table.grid(padding=(0, 1))
+    table.add_column(no_wrap=True)
+    table.add_column(overflow="fold")
+    for line in lines:
+        table.add_row(Text(mark, look), Text(line, look))
+    return table
+
+
+def _title(text: str) -> Text:
+    return Text(text, "bold")
+
+
+def new_table(first: str, *others: str) -> Table:
+    """A table whose first column is text and whose others are numbers; what does not fit is wrapped, never cut."""
+    table = Table(box=LINES, header_style="dim", padding=(0, 1), pad_edge=False, collapse_padding=True)
+    table.add_column(first, overflow="fold")
+    for name in others:
+        table.add_column(name, justify="right", overflow="fold")
+    return table
+
+
+def count(n: int, band: str) -> Text:
+    """A number of cells in a band, in its colour unless it is 0."""
+    return Text(style.number(n), style.STYLES[band] if n else "dim")
+
+
+def colored(value: float) -> Text:
+    """A value of J_ENS, in the colour of its band unless it is good."""
+    bad = "bold magenta" if value == 0 else style.band(value).style
+    return Text(style.quality(value), "" if value >= style.BANDS[-1].start else bad)
