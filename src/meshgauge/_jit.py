@@ -7,7 +7,6 @@ that loops vectorise). Fast-math is off: it would let the compiler assume that t
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import TypeVar
 
@@ -15,18 +14,17 @@ import numba
 
 F = TypeVar("F", bound=Callable[..., object])
 
+JIT_DISABLED = bool(numba.config.DISABLE_JIT)
+"""True if kernels run as plain Python, for tests and coverage (``NUMBA_DISABLE_JIT=1``)."""
+
 
 def kernel(function: F) -> F:
-    """Compile with Numba on first call and cache the machine code on disk."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        return function
+    """Compile with Numba on the first call and cache the machine code on disk."""
     compiled: F = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
     return compiled
 
 
 def inlined(function: F) -> F:
-    """A scalar helper of a kernel in the same file, inlined by LLVM."""
-    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
-        return function
-    compiled: F = numba.njit(error_model="numpy", nogil=True, inline="never")(function)
+    """Compile a scalar helper of kernels in the same file; LLVM inlines it, nothing is cached for it alone."""
+    compiled: F = numba.njit(error_model="numpy", nogil=True)(function)
     return compiled
