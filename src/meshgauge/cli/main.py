@@ -60,6 +60,8 @@ def main(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED
     except BrokenPipeError:
+        from .terminal import closed_pipe
+
         closed_pipe()
         return DONE
     except (MeshgaugeError, OSError) as error:
@@ -79,12 +81,6 @@ def failed(message: str) -> int:
     with contextlib.suppress(BrokenPipeError):
         print(f"meshgauge: error: {' '.join(message.split())}", file=sys.stderr)
     return COULD_NOT
-
-
-def closed_pipe() -> None:
-    """Nobody reads the output any more: let the interpreter flush it into nothing when it ends."""
-    with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -174,6 +174,11 @@ def report(
                 terminal.warn("error", f"{path}: {outcome.reason}")
             else:
                 reports.append(outcome)
-                chosen.file(outcome)
+                try:
+                    chosen.file(outcome)
+                except BrokenPipeError:
+                    terminal.closed_pipe()
+                    if table is None:
+                        break
     chosen.end(reports, failures)
     return 2 if failures else 0

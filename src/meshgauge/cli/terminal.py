@@ -36,8 +36,14 @@ class Output(Console):
             with self.capture() as captured:
                 self.print(*items)
             # Tables pad their lines; in a file that is but noise.
-            print("\n".join(line.rstrip() for line in captured.get().splitlines()))
+            print("\n".join(line.rstrip() for line in captured.get().removesuffix("\n").split("\n")))
         sys.stdout.flush()
+
+
+def closed_pipe() -> None:
+    """Nobody reads the output any more: let what is still printed, also when the interpreter ends, go nowhere."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def warn(kind: str, message: str) -> None:

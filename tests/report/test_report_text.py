@@ -1,0 +1,109 @@
+"""The text report: what a reader finds in it, at any width, with and without colour, in Unicode and ASCII."""
+
+from __future__ import annotations
+
+import io
+import re
+
+import numpy as np
+import pytest
+from made_up import report_of
+from rich.console import Console
+
+from meshgauge.report import FailedFile, FileReport, style
+from meshgauge.report.several import SeveralText
+from meshgauge.report.text import FileText
+
+
+def rendered(item: object, width: int, *, encoding: str = "utf-8", **options: object) -> str:
+    raw = io.BytesIO()
+    stream = io.TextIOWrapper(raw, encoding=encoding)
+    Console(file=stream, width=width, highlight=False, **options).print(item)  # type: ignore[arg-type]
+    stream.flush()
+    return raw.getvalue().decode(encoding)
+
+
+@pytest.mark.parametrize("width", [50, 80, 120, 200])
+def test_everything_is_there_at_any_width(mixed: FileReport, width: int) -> None:
+    text = rendered(FileText(mixed), width)
+    assert max(len(line) for line in text.splitlines()) <= width
+    assert "…\n" not in text
+    flat = " ".join(text.split())
+    for part in (
+        "mixed.vtu",
+        "10 cells",
+        "1 of 7 cells is inverted",
+        "not measured: 2 quad",
+        "corners only: 1 tetra10",
+    ):
+        assert part in flat
+    for part in ("a note", "aspect_ratio_gamma", "worst 2 cells", "-0.250", "0.1 … 0.2"):
+        assert part in flat
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_the_worst_cells_are_there_with_their_point(mixed: FileReport, width: int) -> None:
+    rows = [line.split() for line in rendered(FileText(mixed), width).splitlines() if "-2e-07" in line]
+    assert [row[0] for row in rows] == ["0", "1"]
+    assert all(row[-4:] == ["7", "1.5", "-2e-07", "3e+08"] for row in rows)
+
+
+def test_two_tables_in_80_columns_one_in_120(mixed: FileReport) -> None:
+    assert rendered(FileText(mixed), 80).count(" tetra ") > rendered(FileText(mixed), 120).count(" tetra ")
+
+
+def test_small_histograms_put_0_in_the_middle_of_their_scale() -> None:
+    report = report_of(tetra=[-1.0, -0.001, 0.001, 1.0])
+    lines = rendered(FileText(report), 140).splitlines()
+    header = next(line for line in lines if "median" in line)
+    row = next(line for line in lines if line.startswith(" tetra"))
+    cells = row[row.index("▕") + 1 : row.rindex("▏")]
+    assert [i for i, c in enumerate(cells) if c != " "] == [0, 9, 10, 19]
+    assert header.index(" 0 ") + 1 == row.index("▕") + 1 + 10
+
+
+def test_no_colour_no_escape(mixed: FileReport) -> None:
+    assert "\x1b" not in rendered(FileText(mixed), 80)
+    assert "\x1b" in rendered(FileText(mixed), 80, force_terminal=True, color_system="standard")
+    plain = rendered(FileText(mixed), 80, force_terminal=True, no_color=True)
+    assert not re.search(r"\x1b\[[0-9;]*3[0-7]m", plain)
+
+
+def test_ascii_terminals_are_served(mixed: FileReport) -> None:
+    assert rendered(FileText(mixed), 120, encoding="ascii").isascii()
+
+
+def test_one_bad_cell_in_a_million_is_seen() -> None:
+    counts = [1, 0, 10**6]
+    assert style.spark(counts) == "▁ █"
+    assert style.bar(1, 10**6, 40) == "▏"
+    assert style.bar(10**6, 10**6, 40) == "█" * 40
+    assert style.percent(1, 10**6) == "<0.1 %"
+    assert style.percent(10**6 - 1, 10**6) == ">99.9 %"
+
+
+def test_a_small_quality_never_looks_like_0() -> None:
+    assert style.quality(0.0) == "0"
+    assert style.quality(1.3e-7) == "1e-07"
+    assert style.quality(-4e-4) == "-4e-04"
+    assert style.quality(0.0831) == "0.083"
+    assert style.quality(np.nan) == "-"
+
+
+def test_a_mesh_without_solid_cells_is_reported() -> None:
+    text = rendered(FileText(report_of(quad=[np.nan])), 80)
+    assert "the mesh has no solid cells" in text
+    assert "not measured: 1 quad" in text
+
+
+def test_several_files_are_compared_in_a_table_and_a_sentence() -> None:
+    reports = [report_of("x/a.vtu", tetra=[0.1, 0.5]), report_of("y/a.vtu", tetra=[0.3, 0.9, np.nan])]
+    text = rendered(SeveralText(reports, [FailedFile("z.vtu", "no such file")]), 160)
+    assert "2 files compared" in text
+    rows = {line.split()[0]: line.split() for line in text.splitlines() if line.strip()}
+    assert rows["x/a.vtu"][1:] == ["2", "0", "0", "1", "1", "0", "0.100", "0.104", "0.300"]
+    assert rows["y/a.vtu"][1:] == ["3", "0", "0", "0", "2", "1", "0.300", "0.306", "0.600"]
+    flat = " ".join(text.split())
+    assert "y/a.vtu is better in min (0.300 against 0.100)" in flat
+    assert "1 of the cells of y/a.vtu could not be measured" in flat
+    assert "not reported: z.vtu: no such file" in flat
