@@ -127,7 +127,10 @@ def _sqrt(r: Fraction) -> float:
 
 
 def exact_triple_scaled_jacobian(x: ArrayLike, corner: tuple[int, int, int, int]) -> float:
-    """J_S of one corner triple to about 1e-16 of itself: the root of the exact ``det² / (l1² l2² l3²)``."""
+    """J_S of one corner triple to about 1e-16 of itself: the root of the exact ``det² / (l1² l2² l3²)``.
+
+    Where that is below every float64 it is the smallest one, so that the sign is not lost.
+    """
     edges = _exact_edges(x, corner)
     if edges is None:
         return nan
@@ -135,7 +138,7 @@ def exact_triple_scaled_jacobian(x: ArrayLike, corner: tuple[int, int, int, int]
     squares = [e[0] ** 2 + e[1] ** 2 + e[2] ** 2 for e in edges]
     if det == 0:
         return 0.0
-    value = _sqrt(det**2 / (squares[0] * squares[1] * squares[2]))
+    value = max(_sqrt(det**2 / (squares[0] * squares[1] * squares[2])), 5e-324)
     return value if det > 0 else -value
 
 
