@@ -59,11 +59,8 @@ def main(arguments: list[str] | None = None) -> int:
         code = app(args=arguments, prog_name="meshgauge", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED
-    except BrokenPipeError:
-        from .terminal import closed_pipe
-
-        closed_pipe()
-        return DONE
+    except SystemExit:
+        return DONE  # Typer's answer to a pipe that was closed while it printed help
     except (MeshgaugeError, OSError) as error:
         return failed(str(error))
     except Exception as error:

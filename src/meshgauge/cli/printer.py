@@ -14,13 +14,15 @@ from ..report.several import SeveralText
 from ..report.style import LEVELS
 from ..report.text import FileText
 from ..report.verdict import verdict
-from .terminal import Output
+from .terminal import Output, emit
 
 
 class Printer(Protocol):
     """Prints each file when it is done, and what is to be said at the end."""
 
-    def file(self, report: FileReport) -> None: ...
+    def file(self, report: FileReport) -> bool:
+        """False if nobody reads any more."""
+        ...
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None: ...
 
@@ -33,9 +35,9 @@ class TextPrinter:
         self.bins = bins
         self.several = several
 
-    def file(self, report: FileReport) -> None:
+    def file(self, report: FileReport) -> bool:
         text = FileText(report, bins=self.bins, with_bars=not self.several)
-        self.output.show(Group(text, "") if self.several else text)
+        return self.output.show(Group(text, "") if self.several else text)
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
         if self.several and len(reports) > 1:
@@ -48,9 +50,9 @@ class QuietPrinter:
     def __init__(self) -> None:
         self.output = Output()
 
-    def file(self, report: FileReport) -> None:
+    def file(self, report: FileReport) -> bool:
         level, text = verdict(report.summary)
-        self.output.show(Text(f"{report.path}: ", overflow="ignore", no_wrap=True).append(text, LEVELS[level]))
+        return self.output.show(Text(f"{report.path}: ", overflow="ignore", no_wrap=True).append(text, LEVELS[level]))
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
         pass
@@ -62,8 +64,8 @@ class JsonPrinter:
     def __init__(self, bins: int) -> None:
         self.bins = bins
 
-    def file(self, report: FileReport) -> None:
-        pass
+    def file(self, report: FileReport) -> bool:
+        return True
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
-        print(dumps(reports, failures, bins=self.bins), flush=True)
+        emit(dumps(reports, failures, bins=self.bins))

@@ -174,11 +174,7 @@ def report(
                 terminal.warn("error", f"{path}: {outcome.reason}")
             else:
                 reports.append(outcome)
-                try:
-                    chosen.file(outcome)
-                except BrokenPipeError:
-                    terminal.closed_pipe()
-                    if table is None:
-                        break
+                if not chosen.file(outcome) and table is None:
+                    break  # nobody reads any more, and there is no file to complete
     chosen.end(reports, failures)
     return 2 if failures else 0

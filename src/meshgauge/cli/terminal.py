@@ -28,22 +28,34 @@ class Output(Console):
         # Rich would end the process with code 1.
         raise BrokenPipeError
 
-    def show(self, *items: RenderableType) -> None:
-        """Print and flush, so that a closed pipe is noticed here. Raises `BrokenPipeError` then."""
+    def show(self, *items: RenderableType) -> bool:
+        """Print now; False if nobody reads any more."""
         if self.is_terminal:
-            self.print(*items)
-        else:
-            with self.capture() as captured:
+            try:
                 self.print(*items)
-            # Tables pad their lines; in a file that is but noise.
-            print("\n".join(line.rstrip() for line in captured.get().removesuffix("\n").split("\n")))
-        sys.stdout.flush()
+            except BrokenPipeError:
+                return _closed()
+            return True
+        with self.capture() as captured:
+            self.print(*items)
+        # Tables pad their lines; in a file that is but noise.
+        return emit("\n".join(line.rstrip() for line in captured.get().removesuffix("\n").split("\n")))
 
 
-def closed_pipe() -> None:
-    """Nobody reads the output any more: let what is still printed, also when the interpreter ends, go nowhere."""
+def emit(text: str) -> bool:
+    """Print text on standard output now; False if nobody reads any more."""
+    try:
+        print(text, flush=True)
+    except BrokenPipeError:
+        return _closed()
+    return True
+
+
+def _closed() -> bool:
+    # What is still printed, also when the interpreter flushes at its end, is to go nowhere.
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return False
 
 
 def warn(kind: str, message: str) -> None:

@@ -1,0 +1,62 @@
+"""The command line as a process: what it loads, closed pipes, real exit codes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import meshgauge
+
+
+def run(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "meshgauge", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **options)  # type: ignore[call-overload,no-any-return]
+
+
+def test_help_loads_nothing_heavy() -> None:
+    code = (
+        "import sys; from meshgauge.cli.main import main; main(['report', '--help']);"
+        "print(sorted({'numpy', 'numba', 'vtk', 'vtkmodules', 'pyvista', 'h5py', 'meshio'} & set(sys.modules)))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True).stdout
+    assert out.splitlines()[-1] == "[]"
+
+
+def test_version_and_help() -> None:
+    assert run("--version").stdout == f"meshgauge {meshgauge.__version__}\n"
+    shown = run("report", "--help")
+    assert shown.returncode == 0
+    for word in ("--json", "--compare-metric", "--wedge-order", "Examples", "Exit codes"):
+        assert word in shown.stdout
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "ascii"])
+def test_a_report_in_a_process(good: Path, encoding: str) -> None:
+    done = run("report", str(good), env={**os.environ, "PYTHONIOENCODING": encoding})
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "all 2 measured cells are valid" in done.stdout
+    assert done.stdout.isascii() == (encoding == "ascii")
+
+
+def test_a_missing_file_in_a_process(tmp_path: Path) -> None:
+    done = run("report", str(tmp_path / "none.vtu"))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"meshgauge: error: {tmp_path / 'none.vtu'}: ")
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="closed pipes are another matter there")
+@pytest.mark.parametrize("option", [[], ["--json"], ["-q"]])
+def test_a_closed_pipe_is_no_error(good: Path, option: list[str]) -> None:
+    command = [sys.executable, "-m", "meshgauge", "report", str(good), *option]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    with process.stderr:
+        assert process.stderr.read() == ""
+    assert process.wait(timeout=60) == 0
