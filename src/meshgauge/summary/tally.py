@@ -137,9 +137,12 @@ class Tally:
         """Edges ``(bins + 1,)`` and number of values in each bin ``(bins,)``.
 
         Edges are snapped to those of the fine bins; a value on an edge belongs to the bin above, the last is closed.
+        A value outside the range of the metric is counted in the nearest bin, so that none is lost.
         """
         edges = self.scale.display(bins)
-        counts = np.add.reduceat(self._fine(), edges[:-1])
+        fine = self._fine()
+        counts = np.add.reduceat(fine, edges[:-1])
+        counts[0] += fine[: edges[0]].sum()
         return self.scale.edges(edges), counts
 
     def merge(self, other: Tally) -> Tally:
