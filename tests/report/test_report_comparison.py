@@ -33,6 +33,11 @@ def test_of_three_the_best_are_named() -> None:
     assert best["best"]["min"] == ["b.vtu", "c.vtu"]
 
 
+def test_many_that_are_equal_are_counted() -> None:
+    reports = [report_of(f"{n}.vtu", tetra=[0.5]) for n in range(9)] + [report_of("z.vtu", tetra=[0.1])]
+    assert sentence(reports).startswith("9 of the 10 files share the best min (0.500)")
+
+
 def test_a_mesh_in_which_nothing_was_measured_is_not_compared() -> None:
     a, none = report_of("a.vtu", tetra=[0.5]), report_of("b.vtu", quad=[np.nan])
     assert comparison_dict([a, none]) is None

@@ -52,7 +52,7 @@ class QuietPrinter:
 
     def file(self, report: FileReport) -> bool:
         level, text = verdict(report.summary)
-        return self.output.show(Text(f"{report.path}: ", overflow="ignore", no_wrap=True).append(text, LEVELS[level]))
+        return self.output.show(Text(f"{report.path}: ").append(text, LEVELS[level]), wrap=False)
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
         pass

@@ -28,16 +28,16 @@ class Output(Console):
         # Rich would end the process with code 1.
         raise BrokenPipeError
 
-    def show(self, *items: RenderableType) -> bool:
+    def show(self, item: RenderableType, *, wrap: bool = True) -> bool:
         """Print now; False if nobody reads any more."""
         if self.is_terminal:
             try:
-                self.print(*items)
+                self.print(item, soft_wrap=not wrap)
             except BrokenPipeError:
                 return _closed()
             return True
         with self.capture() as captured:
-            self.print(*items)
+            self.print(item, soft_wrap=not wrap)
         # Tables pad their lines; in a file that is but noise.
         return emit("\n".join(line.rstrip() for line in captured.get().removesuffix("\n").split("\n")))
 

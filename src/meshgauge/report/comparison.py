@@ -9,6 +9,9 @@ from ..summary import Tally
 from .record import FileReport, short_names
 from .style import listed, number, quality
 
+FEW = 3
+"""More files than this that are equally good are counted, not named."""
+
 Read = Callable[[Tally], float]
 
 
@@ -70,6 +73,8 @@ def sentence(reports: Sequence[FileReport]) -> str:
         said = listed([_number(c, best, pair) for c in comparisons])
         if len(best) == len(measured):
             clauses.append(f"{'both' if pair else 'all'} are equal in {said}")
+        elif len(best) > FEW:
+            clauses.append(f"{len(best)} of the {len(measured)} files share the best {said}")
         elif len(best) > 1:
             clauses.append(f"{listed([names[i] for i in best])} are best in {said}")
         else:
