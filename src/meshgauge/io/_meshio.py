@@ -46,6 +46,19 @@ _VTK_NAME = {
 }
 
 
+_DIMENSION = {"wedge15": 3, "wedge12": 3, "pyramid13": 3, "hexahedron24": 3, "penta_prism": 3, "hexa_prism": 3}
+"""Of types that meshio 5.3 reads and writes, but does not know the dimension of, so that it raises `KeyError`."""
+
+
+def _dimensions() -> dict[str, int]:
+    from meshio import _mesh
+
+    known: dict[str, int] = _mesh.topological_dimension
+    for name, dimension in _DIMENSION.items():
+        known.setdefault(name, dimension)
+    return known
+
+
 @contextlib.contextmanager
 def hushed() -> Iterator[io.StringIO]:
     """Keep meshio from printing, warning and exiting; the yielded text is what it said."""
@@ -63,6 +76,7 @@ def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
     ReadError
         Whatever meshio did instead of returning a mesh: raise, print, or end the process.
     """
+    _dimensions()
     with hushed() as said:
         try:
             source = importlib.import_module(f"meshio.{module}").read(str(path))
@@ -76,7 +90,7 @@ def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
 
 def _reason(error: BaseException, said: io.StringIO) -> str:
     reason = str(error) if str(error) and not isinstance(error, SystemExit) else said.getvalue()
-    reason = " ".join(reason.split()) or "not readable"
+    reason = " ".join(reason.split()) or "failed"
     kind = type(error).__name__
     return reason if kind in ("ReadError", "WriteError", "SystemExit") else f"{reason} ({kind})"
 
@@ -104,8 +118,8 @@ def row(name: str) -> CellType:
     raise MeshError(f"cells of meshio's type {name!r} are unknown")
 
 
-def name_of(cell: CellType, n_nodes: int) -> str | None:
-    """meshio's name of a cell type, None if it has none."""
+def name_of(cell: CellType) -> str:
+    """meshio's name of a cell type, where it has one; pixels and voxels as quads and hexahedra."""
     if cell.name.startswith(("lagrange_", "bezier_")):
         kind, base = cell.name.split("_")
         return f"VTK_{kind.upper()}_" + next(k for k, v in _VTK_NAME.items() if v == base)
@@ -191,8 +205,10 @@ def _polyhedra(cells: list[list[NDArray[np.int64]]]) -> Polyhedra:
     )
 
 
-def from_mesh(mesh: Mesh) -> Any:
+def from_mesh(mesh: Mesh, *, by_type: bool = False) -> Any:
     """A `Mesh` as a meshio mesh: a block for each run of cells of one type and size, so that the order is kept.
+
+    With ``by_type`` a block for each type and size instead, for formats that hold no more.
 
     Raises
     ------
@@ -201,19 +217,22 @@ def from_mesh(mesh: Mesh) -> Any:
     """
     import meshio
 
+    known = _dimensions()
     sizes = np.diff(mesh.offsets)
-    breaks = np.flatnonzero((np.diff(mesh.types) != 0) | (np.diff(sizes) != 0)) + 1
-    starts = [0, *breaks.tolist()] if mesh.n_cells else []
-    stops = [*starts[1:], mesh.n_cells]
+    kinds = np.stack([mesh.types.astype(np.int64), sizes])
+    if by_type:
+        kinds_found, inverse = np.unique(kinds, axis=1, return_inverse=True)
+        runs = [np.flatnonzero(inverse.reshape(-1) == k) for k in range(kinds_found.shape[1])]
+    else:
+        breaks = np.flatnonzero((np.diff(kinds, axis=1) != 0).any(axis=0)) + 1
+        runs = [r for r in np.split(np.arange(mesh.n_cells), breaks) if len(r)]
     cells = []
-    for start, stop in zip(starts, stops, strict=False):
-        cell = CELL_TYPES.get(int(mesh.types[start]))
-        name = name_of(cell, int(sizes[start])) if cell is not None and cell.vtk_id != 42 else None
-        if name is None:
-            raise WriteError(
-                f"cells of type {cell.name if cell else int(mesh.types[start])} cannot be written by meshio"
-            )
-        dense = mesh.connectivity[mesh.offsets[start] : mesh.offsets[stop]].reshape(stop - start, -1)
+    for ids in runs:
+        cell, n_nodes = CELL_TYPES.get(int(mesh.types[ids[0]])), int(sizes[ids[0]])
+        name = name_of(cell) if cell is not None else None
+        if name is None or name not in known:
+            raise WriteError(f"cells of type {type_name(mesh.types[ids[0]])} cannot be written in this format")
+        dense = mesh.connectivity[mesh.offsets[ids][:, None] + np.arange(n_nodes)]
         if cell is not None and cell.vtk_id in (8, 11):  # pixels and voxels in the order of quads and hexahedra
             dense = dense[:, [0, 1, 3, 2] if cell.vtk_id == 8 else [0, 1, 3, 2, 4, 5, 7, 6]]
         cells.append((name, dense))
@@ -221,20 +240,25 @@ def from_mesh(mesh: Mesh) -> Any:
         mesh.points,
         cells,
         point_data=dict(mesh.point_data),
-        cell_data={k: [v[a:b] for a, b in zip(starts, stops, strict=False)] for k, v in mesh.cell_data.items()},
+        cell_data={k: [v[ids] for ids in runs] for k, v in mesh.cell_data.items()},
         field_data=dict(mesh.field_data),
     )
 
 
-def write(path: Path, mesh: Mesh, module: str, **options: Any) -> tuple[str, ...]:
+def write(path: Path, mesh: Mesh, module: str, *, by_type: bool = False, **options: Any) -> tuple[str, ...]:
     """Write by one of meshio's writers and read the result back; what is then missing is what the format lost.
+
+    ``by_type`` is for formats that hold one block a type: the cells change their order, which is said.
 
     Raises
     ------
     WriteError
         If meshio cannot write the mesh, or if cells are missing from what it wrote.
     """
-    return write_source(path, from_mesh(mesh), mesh, module, **options)
+    source = from_mesh(mesh, by_type=by_type)
+    moved = by_type and np.any(np.diff(mesh.types.astype(np.int64)) < 0)
+    order = ("The format keeps cells by type: their order changed.",) if moved else ()
+    return (*order, *write_source(path, source, mesh, module, **options))
 
 
 def write_source(path: Path, source: Any, original: Mesh, module: str, **options: Any) -> tuple[str, ...]:
@@ -243,6 +267,8 @@ def write_source(path: Path, source: Any, original: Mesh, module: str, **options
         try:
             importlib.import_module(f"meshio.{module}").write(str(path), source, **options)
         except (Exception, SystemExit) as error:
+            if isinstance(error, KeyError) and error.args[0] in _dimensions():
+                raise WriteError(f"{path}: cells of type {error.args[0]} cannot be written in this format") from error
             raise WriteError(f"{path}: meshio ({module}) says: {_reason(error, said)}") from error
     try:
         back = mesh(read(path, module)[0], path)

@@ -7,6 +7,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import ReadError
 from ..mesh import Mesh
 from . import _vtk
@@ -22,7 +24,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path) -> Mesh:
-    """A block for each element block, on the points of the file; side and node sets are not cells and are left out."""
+    """A block for each element block; side and node sets are not cells, points without cells not needed: left out."""
     _check(path)
     from vtkmodules.vtkIOExodus import vtkExodusIIReader
 
@@ -30,7 +32,7 @@ def read(path: Path) -> Mesh:
     with _vtk.listening() as log:
         reader.SetFileName(str(path))
         reader.UpdateInformation()
-        reader.SetSqueezePoints(False)
+        reader.GenerateGlobalNodeIdArrayOn()
         for kind in (reader.NODAL, reader.ELEM_BLOCK):
             for index in range(reader.GetNumberOfObjectArrays(kind)):
                 reader.SetObjectArrayStatus(kind, reader.GetObjectArrayName(kind, index), 1)
@@ -38,10 +40,26 @@ def read(path: Path) -> Mesh:
         raise ReadError(f"{path}: VTK says: {'; '.join(log.errors[:3])}")
     steps = reader.GetNumberOfTimeSteps()
     data: Any = _vtk.output(reader, path)
-    mesh = _vtk.mesh(data.GetBlock(0), path)
+    mesh = _shared(_vtk.mesh(data.GetBlock(0), path))
     if steps > 1:
         mesh = mesh.replace(notes=(*mesh.notes, f"The file holds {steps} time steps; the first was read."))
     return mesh
+
+
+def _shared(mesh: Mesh) -> Mesh:
+    """Blocks come with points of their own; those of one node id are made one again."""
+    ids = mesh.point_data.get("GlobalNodeId")
+    if ids is None or len(mesh.blocks) < 2:
+        return mesh
+    _, first, place = np.unique(ids, return_index=True, return_inverse=True)
+    points = mesh.points[first]
+    if not np.array_equal(points[place], mesh.points, equal_nan=True):
+        return mesh  # ids that are not unique in the file
+    return mesh.replace(
+        points=points,
+        connectivity=place.astype(np.int64)[mesh.connectivity],
+        point_data={name: values[first] for name, values in mesh.point_data.items()},
+    )
 
 
 def _check(path: Path) -> None:

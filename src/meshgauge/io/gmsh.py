@@ -46,7 +46,7 @@ def _is_above_second_order(name: str) -> bool:
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    """Binary; version 4.1, or 2.2 where cells have physical tags, which meshio can keep in that version only."""
+    """Binary, version 2.2: for 4.1 meshio wants the CAD entities of all points and cells, which few meshes have."""
     source: Any = _meshio.from_mesh(mesh)
     for block in source.cells:
         if block.type == "VTK_LAGRANGE_PYRAMID" and block.data.shape[1] == 14:
@@ -56,8 +56,8 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         if block.type in _FROM_GMSH:
             block.data = block.data[:, np.argsort(_FROM_GMSH[block.type])]
     lost = _fit(source)
-    version = "2.2" if "gmsh:physical" in mesh.cell_data else "4.1"
-    return (*lost, *_meshio.write_source(path, source, mesh, "gmsh", fmt_version=version, binary=True))
+    source.point_data.pop("gmsh:dim_tags", None)
+    return (*lost, *_meshio.write_source(path, source, mesh, "gmsh", fmt_version="2.2", binary=True))
 
 
 def _fit(source: Any) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import ReadError
 from ..mesh import Mesh
-from . import _vtk
+from . import _vtk, vtu_raw
 from ._format import HEAD, Format
 
 _READERS = {
@@ -47,6 +47,8 @@ def read(path: Path) -> Mesh:
     if kind not in _READERS:
         raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {', '.join(_READERS)}")
     _check(path, refers=kind not in list(_READERS)[:5])
+    if kind == "UnstructuredGrid" and (mesh := vtu_raw.read(path)) is not None:
+        return mesh
     reader = getattr(importlib.import_module("vtkmodules.vtkIOXML"), _READERS[kind])()
     return _vtk.mesh(_vtk.output(reader, path), path)
 

@@ -33,7 +33,7 @@ def sniff(head: bytes, path: Path) -> bool:
     try:
         with h5py.File(path, "r") as file:
             return "VTKHDF" in file
-    except OSError:  # HDF5, but truncated: reading it will say so
+    except (OSError, RuntimeError):  # HDF5, but broken: reading it will say so
         return path.suffix.lower() in (".vtkhdf", ".hdf")
 
 
@@ -246,7 +246,10 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
         if what != "field":
             lost.append(f"The {what} data {name!r} are strings, which VTKHDF holds as field data only.")
             return
-        group.create_dataset(key, data=values.astype(object), dtype=h5py.string_dtype())
+        # Variable length and marked as ascii: VTK 9.7 crashes on strings of fixed length and on those marked as UTF-8.
+        encoded = [v if isinstance(v, bytes) else str(v).encode() for v in values.ravel()]
+        text = np.array(encoded, dtype=object).reshape(values.shape)
+        group.create_dataset(key, data=np.atleast_1d(text), dtype=h5py.string_dtype("ascii"))
     elif values.dtype.kind in "fiub":
         flat = values.reshape(len(values), -1) if values.ndim > 2 else np.atleast_1d(values)
         group.create_dataset(key, data=flat.view(np.uint8) if flat.dtype == np.bool_ else flat)
