@@ -379,3 +379,14 @@ def test_curved_cells_are_measured_at_their_corners(name: str) -> None:
     np.testing.assert_array_equal(
         meshgauge.jens(*one_by_one(all_nodes), name), meshgauge.jens(*one_by_one(x), row.shape.name)
     )
+
+
+@pairs
+def test_float32_points_are_taken_at_their_exact_value(row: Metric, shape: Shape) -> None:
+    narrow = random_cells(shape, 200).astype(np.float32)
+    points, cells = one_by_one(narrow)  # type: ignore[arg-type]
+    function: Callable[..., Floats] = getattr(meshgauge, row.name)
+    arguments = () if row.shapes == ("tetra",) else (shape.name,)
+    for ids in (cells, cells.astype(np.int32), cells.astype(np.uint16)):
+        got = function(points, ids, *arguments)
+        np.testing.assert_array_equal(got, cell_values(row, shape.name, narrow.astype(np.float64)))
