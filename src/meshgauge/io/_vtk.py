@@ -64,11 +64,12 @@ def error_messages(text: str) -> list[str]:
     ends = [mark.start() for mark in marks[1:]] + [len(text)] * bool(marks)
     found = []
     for mark, end in zip(marks, ends, strict=True):
-        if mark.group(1).lower() == "error":
-            message = " ".join(_OBJECT.sub("", text[mark.end() : end].strip()).split())
-            if message and message not in found:
-                found.append(message)
-    return found
+        kind = mark.group(1).lower()
+        message = " ".join(_OBJECT.sub("", text[mark.end() : end].strip()).split())
+        # Of a legacy file that is cut off VTK only warns: "Error reading binary data!".
+        if message and (kind == "error" or (kind == "generic warning" and message.lower().startswith("error"))):
+            found.append(message)
+    return list(dict.fromkeys(found))
 
 
 def output(reader: Any, path: Path) -> Any:

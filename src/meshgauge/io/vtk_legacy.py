@@ -23,7 +23,7 @@ def read(path: Path) -> Mesh:
     """Any legacy data set: images and rectilinear grids become voxels, structured grids hexahedra."""
     from vtkmodules.vtkIOLegacy import vtkGenericDataObjectReader
 
-    _check(path)
+    stated = _stated(path)
     reader = vtkGenericDataObjectReader()
     reader.ReadAllScalarsOn()
     reader.ReadAllVectorsOn()
@@ -32,11 +32,24 @@ def read(path: Path) -> Mesh:
     reader.ReadAllColorScalarsOn()
     reader.ReadAllTCoordsOn()
     reader.ReadAllFieldsOn()
-    return _vtk.mesh(_vtk.output(reader, path), path)
+    mesh = _vtk.mesh(_vtk.output(reader, path), path)
+    if mesh.n_points < stated.get("POINTS", 0):
+        raise ReadError(f"{path}: states {stated['POINTS']} points, but {mesh.n_points} could be read")
+    # From version 5 on, CELLS counts the offsets: one more than the cells.
+    if mesh.n_cells < max(stated.get("CELL_TYPES", 0), stated.get("CELLS", 0) - 1):
+        raise ReadError(f"{path}: states {stated.get('CELLS')} cells, but {mesh.n_cells} could be read")
+    return mesh
 
 
-def _check(path: Path) -> None:
-    """Refuse counts that no file of this size can hold: VTK would try to allocate them and end the process."""
+def _stated(path: Path) -> dict[str, int]:
+    """How many items each section says that it has.
+
+    Raises
+    ------
+    ReadError
+        If no file of this size can hold them: VTK would try to allocate them and end the process.
+    """
+    first = {}
     size = path.stat().st_size
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         for keyword in _SECTIONS:
@@ -46,6 +59,9 @@ def _check(path: Path) -> None:
                 if stated is not None and not 0 <= int(stated) <= size:
                     what = keyword.decode()
                     raise ReadError(f"{path}: states {what} {int(stated)}, but has only {size} bytes")
+            if match:
+                first[keyword.decode()] = int(match.group(2))
+    return first
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:

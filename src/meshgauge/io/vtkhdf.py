@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ReadError
+from ..errors import MeshgaugeError, ReadError
 from ..mesh import Mesh
 from ..polyhedra import Polyhedra
 from . import _vtk
@@ -50,6 +50,8 @@ def read(path: Path) -> Mesh:
             if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
                 parts = [part for name, group in _grids(root) for part in _parts(name, group)]
                 return merged(parts, path=path, field_data=_field_data(root))
+    except MeshgaugeError:
+        raise
     except (OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError) as error:
         raise ReadError(f"{path}: not a whole VTKHDF file: {error}") from error
     from vtkmodules.vtkIOHDF import vtkHDFReader
@@ -63,9 +65,27 @@ def _kind(group: Any) -> str:
 
 
 def _grids(root: Any) -> Iterator[tuple[str, Any]]:
-    """The data sets of a composite file in their order, which an attribute gives (else that of the names)."""
-    groups = [(name, item) for name, item in root.items() if name != "Assembly" and "Type" in item.attrs]
-    return iter(sorted(groups, key=lambda pair: int(pair[1].attrs.get("Index", 0))))
+    """Name and group of the data sets of a composite file, in the order of their index, else of their own names.
+
+    The names are those of the links to them in the tree of the assembly.
+    """
+    names: dict[str, str] = {}
+    if "Assembly" in root:
+        _link_names(root["Assembly"], names)
+    groups = [(key, item) for key, item in root.items() if key != "Assembly" and "Type" in item.attrs]
+    groups.sort(key=lambda pair: (int(pair[1].attrs.get("Index", 0)), len(pair[0]), pair[0]))
+    return iter([(names.get(key, key), item) for key, item in groups])
+
+
+def _link_names(node: Any, names: dict[str, str]) -> None:
+    import h5py
+
+    for name in node:
+        link = node.get(name, getlink=True)
+        if isinstance(link, h5py.SoftLink):
+            names.setdefault(link.path.rsplit("/", 1)[-1], name)
+        elif isinstance(link, h5py.HardLink):
+            _link_names(node[name], names)
 
 
 @dataclass(slots=True)

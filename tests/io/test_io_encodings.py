@@ -1,0 +1,211 @@
+"""One mesh in every encoding that others write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from io_meshes import assert_same_cells, assert_same_data
+
+from meshgauge import io
+from meshgauge.io import _vtk
+from meshgauge.mesh import Mesh
+
+
+def save_vtu(path: Path, mesh: Mesh, mode: str, compressor: str, header: int, order: str = "Little") -> None:
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    grid, _ = _vtk.grid(mesh)
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(grid)
+    getattr(writer, f"SetDataModeTo{mode.removesuffix('Raw')}")()
+    writer.SetEncodeAppendedData(not mode.endswith("Raw"))
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    getattr(writer, f"SetHeaderTypeToUInt{header}")()
+    getattr(writer, f"SetByteOrderTo{order}Endian")()
+    assert writer.Write()
+
+
+@pytest.mark.parametrize("mode", ["Ascii", "Binary", "Appended", "AppendedRaw"])
+@pytest.mark.parametrize("compressor", ["None", "ZLib", "LZ4", "LZMA"])
+@pytest.mark.parametrize("header", [32, 64])
+def test_vtu(tmp_path: Path, loaded: Mesh, polyhedral: Mesh, mode: str, compressor: str, header: int) -> None:
+    for mesh in (loaded, loaded.replace(field_data={}), polyhedral):
+        save_vtu(tmp_path / "a.vtu", mesh, mode, compressor, header)
+        back = io.read(tmp_path / "a.vtu")
+        assert_same_cells(mesh, back)
+        assert_same_data(mesh, back)
+
+
+@pytest.mark.parametrize("mode", ["Binary", "AppendedRaw"])
+def test_big_endian_vtu(tmp_path: Path, loaded: Mesh, mode: str) -> None:
+    mesh = loaded.replace(field_data={"time": np.array([0.5])})
+    save_vtu(tmp_path / "a.vtu", mesh, mode, "None", 64, "Big")
+    back = io.read(tmp_path / "a.vtu")
+    assert_same_cells(mesh, back)
+    assert_same_data(mesh, back)
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("version", [42, 51])
+def test_legacy_vtk(tmp_path: Path, loaded: Mesh, polyhedral: Mesh, binary: bool, version: int) -> None:
+    from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
+
+    for mesh in (loaded, polyhedral):
+        grid, _ = _vtk.grid(mesh)
+        writer = vtkUnstructuredGridWriter()
+        writer.SetFileName(str(tmp_path / "a.vtk"))
+        writer.SetInputData(grid)
+        writer.SetFileType(2 if binary else 1)
+        writer.SetFileVersion(version)
+        assert writer.Write()
+        back = io.read(tmp_path / "a.vtk")
+        np.testing.assert_allclose(back.points, mesh.points, rtol=1e-5)
+        np.testing.assert_array_equal(back.connectivity, mesh.connectivity)
+        assert back.type_counts() == mesh.type_counts()
+        assert set(back.point_data) == set(mesh.point_data)
+        assert set(back.cell_data) == set(mesh.cell_data)
+
+
+@pytest.mark.parametrize("version", ["2.2", "4.1"])
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize(
+    ("name", "n"), [("tetra", 4), ("tetra10", 10), ("hexahedron27", 27), ("pyramid13", 13), ("wedge15", 15)]
+)
+def test_gmsh(tmp_path: Path, version: str, binary: bool, name: str, n: int) -> None:
+    from meshgauge.io import _meshio
+
+    rng = np.random.default_rng(1)
+    mesh = Mesh.from_arrays(rng.random((40, 3)), [(name, [rng.permutation(40)[:n] for _ in range(3)])])
+    source = _meshio.from_mesh(mesh)
+    gmsh = pytest.importorskip("meshio").gmsh
+    with _meshio.hushed():
+        gmsh.write(tmp_path / "a.msh", source, fmt_version=version, binary=binary)
+    back = io.read(tmp_path / "a.msh", wedge_order="gmsh")
+    np.testing.assert_allclose(back.points, mesh.points, rtol=1e-15)
+    np.testing.assert_array_equal(back.connectivity, mesh.connectivity)
+    np.testing.assert_array_equal(back.types, mesh.types)
+
+
+def vtkhdf_by_vtk(path: Path, data: Any) -> None:
+    from vtkmodules.vtkIOHDF import vtkHDFWriter
+
+    writer = vtkHDFWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(data)
+    assert writer.Write()
+
+
+def test_vtkhdf_by_vtk(tmp_path: Path, loaded: Mesh, polyhedral: Mesh) -> None:
+    for mesh in (loaded, polyhedral):
+        vtkhdf_by_vtk(tmp_path / "a.vtkhdf", _vtk.grid(mesh)[0])
+        back = io.read(tmp_path / "a.vtkhdf")
+        assert_same_cells(mesh, back)
+        assert_same_data(mesh, back)
+
+
+def test_partitions_of_vtkhdf_become_blocks(tmp_path: Path, loaded: Mesh, polyhedral: Mesh) -> None:
+    from vtkmodules.vtkCommonDataModel import vtkPartitionedDataSet
+
+    for mesh in (loaded, polyhedral):
+        parts = vtkPartitionedDataSet()
+        parts.SetPartition(0, _vtk.grid(mesh)[0])
+        parts.SetPartition(1, _vtk.grid(mesh)[0])
+        vtkhdf_by_vtk(tmp_path / "a.vtkhdf", parts)
+        back = io.read(tmp_path / "a.vtkhdf")
+        assert [(b.start, b.stop) for b in back.blocks] == [(0, mesh.n_cells), (mesh.n_cells, 2 * mesh.n_cells)]
+        assert_twice(mesh, back)
+
+
+def test_composite_data_sets_become_blocks(tmp_path: Path, loaded: Mesh, polyhedral: Mesh) -> None:
+    from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkMultiBlockDataSet
+    from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
+
+    for mesh in (loaded, polyhedral):
+        blocks = vtkMultiBlockDataSet()
+        for index, name in enumerate(("fluid", "solid")):
+            blocks.SetBlock(index, _vtk.grid(mesh)[0])
+            blocks.GetMetaData(index).Set(vtkCompositeDataSet.NAME(), name)
+        vtkhdf_by_vtk(tmp_path / "a.vtkhdf", blocks)
+        writer = vtkXMLMultiBlockDataWriter()
+        writer.SetFileName(str(tmp_path / "a.vtm"))
+        writer.SetInputData(blocks)
+        assert writer.Write()
+        for back in (io.read(tmp_path / "a.vtkhdf"), io.read(tmp_path / "a.vtm"), io.from_pyvista(blocks)):
+            assert [b.name for b in back.blocks] == ["fluid", "solid"]
+            assert_twice(mesh, back)
+
+
+def assert_twice(mesh: Mesh, back: Mesh) -> None:
+    """``back`` is ``mesh`` two times."""
+    n, p = len(mesh.connectivity), mesh.n_points
+    np.testing.assert_array_equal(back.types, np.tile(mesh.types, 2))
+    np.testing.assert_array_equal(back.points, np.tile(mesh.points, (2, 1)))
+    np.testing.assert_array_equal(back.connectivity[:n], mesh.connectivity)
+    np.testing.assert_array_equal(back.connectivity[n:], mesh.connectivity + p)
+    for name, values in mesh.cell_data.items():
+        np.testing.assert_array_equal(back.cell_data[name], np.concatenate([values, values]))
+    if mesh.polyhedra is not None:
+        assert back.polyhedra is not None
+        np.testing.assert_array_equal(
+            back.polyhedra.face_points, np.r_[mesh.polyhedra.face_points, mesh.polyhedra.face_points + p]
+        )
+        assert back.polyhedra.cell_offsets.tolist() == [0, 0, 6, 6, 12]
+        assert back.polyhedra.cell_faces.tolist() == list(range(12))
+
+
+def test_first_of_several_time_steps(tmp_path: Path, solid: Mesh) -> None:
+    import h5py
+
+    path = tmp_path / "a.vtkhdf"
+    n, p = solid.n_cells, solid.n_points
+    io.write(path, solid)
+    with h5py.File(path, "a") as file:
+        root = file["VTKHDF"]
+        root["CellData"]["t"] = np.arange(2 * n)
+        steps = root.create_group("Steps")
+        steps.attrs["NSteps"] = 2
+        steps["Values"] = [0.0, 1.0]
+        for name in ("PartOffsets", "PointOffsets"):
+            steps[name] = [0, 0]
+        steps["NumberOfParts"] = [1, 1]
+        for name in ("CellOffsets", "ConnectivityIdOffsets"):
+            steps[name] = [[0], [0]]
+        steps.create_group("CellDataOffsets")["t"] = [n, 0]
+    back = io.read(path)
+    assert_same_cells(solid, back)
+    assert back.n_points == p
+    np.testing.assert_array_equal(back.cell_data["t"], np.arange(n, 2 * n))
+    assert "2 time steps" in back.notes[0]
+
+
+def test_gzipped_file(tmp_path: Path, solid: Mesh) -> None:
+    import gzip
+
+    io.write(tmp_path / "a.vtk", solid)
+    packed = tmp_path / "b.vtk.gz"
+    packed.write_bytes(gzip.compress((tmp_path / "a.vtk").read_bytes()))
+    back = io.read(packed)
+    assert_same_cells(solid, back)
+    assert back.path == str(packed)
+
+
+@pytest.mark.parametrize(("extension", "name"), [(".vti", "voxel"), (".vtr", "voxel"), (".vts", "hexahedron")])
+def test_grids_become_cells(tmp_path: Path, extension: str, name: str) -> None:
+    pv = pytest.importorskip("pyvista")
+    image = pv.ImageData(dimensions=(3, 4, 5))
+    image.cell_data["k"] = np.arange(image.n_cells)
+    cast = {".vti": lambda: image, ".vtr": image.cast_to_rectilinear_grid, ".vts": image.cast_to_structured_grid}
+    cast[extension]().save(tmp_path / f"a{extension}")
+    mesh = io.read(tmp_path / f"a{extension}")
+    assert mesh.type_counts() == {name: 24}
+    np.testing.assert_array_equal(mesh.cell_data["k"], np.arange(24))
+
+
+def test_surfaces_are_read_as_surfaces(tmp_path: Path) -> None:
+    pv = pytest.importorskip("pyvista")
+    pv.Sphere(theta_resolution=6, phi_resolution=6).save(tmp_path / "a.vtp")
+    assert set(io.read(tmp_path / "a.vtp").type_counts()) == {"triangle"}

@@ -1,0 +1,130 @@
+"""Meshes made of PyVista grids and meshio meshes."""
+
+from __future__ import annotations
+
+import gc
+
+import numpy as np
+import pytest
+from io_meshes import assert_same_cells, assert_same_data, mesh_of
+
+from meshgauge import io
+from meshgauge.errors import MeshError, ReadError
+from meshgauge.io import _meshio, _vtk
+from meshgauge.mesh import Mesh
+
+pv = pytest.importorskip("pyvista")
+meshio = pytest.importorskip("meshio")
+RNG = np.random.default_rng(5)
+
+
+def test_pyvista_grid(loaded: Mesh, polyhedral: Mesh) -> None:
+    for mesh in (loaded, polyhedral):
+        back = io.from_pyvista(pv.wrap(_vtk.grid(mesh)[0]))
+        assert_same_cells(mesh, back)
+        assert_same_data(mesh, back)
+
+
+def test_pyvista_arrays_are_shared_and_outlive_the_grid() -> None:
+    grid = pv.ImageData(dimensions=(20, 20, 20)).cast_to_structured_grid().cast_to_unstructured_grid()
+    points = grid.points.copy()
+    mesh = io.from_pyvista(grid)
+    assert np.shares_memory(mesh.points, grid.points)
+    assert np.shares_memory(mesh.connectivity, grid.cell_connectivity)
+    del grid
+    gc.collect()
+    np.testing.assert_array_equal(mesh.points, points)
+    assert not mesh.points.flags.writeable
+
+
+def test_fixed_size_cell_arrays() -> None:
+    grid = pv.UnstructuredGrid({pv.CellType.TETRA: np.array([[0, 1, 2, 3], [1, 2, 3, 4]])}, RNG.random((5, 3)))
+    cells = grid.GetCells()
+    if not hasattr(cells, "UseFixedSizeDefaultStorage"):
+        pytest.skip("VTK before 9.5 has no cell arrays of fixed size")
+    assert cells.ConvertToFixedSize64BitStorage()
+    mesh = io.from_pyvista(grid)
+    assert mesh.offsets.tolist() == [0, 4, 8]
+    assert mesh.connectivity.tolist() == [0, 1, 2, 3, 1, 2, 3, 4]
+
+
+def test_data_that_only_some_blocks_have_are_filled() -> None:
+    a, b = (pv.wrap(_vtk.grid(mesh_of("tetra"))[0]) for _ in range(2))
+    a.cell_data["n"] = np.array([1, 2])
+    b.cell_data["s"] = np.array(["x", "y"])
+    mesh = io.from_pyvista(pv.MultiBlock({"a": a, "b": b}))
+    np.testing.assert_array_equal(mesh.cell_data["n"], [1, 2, np.nan, np.nan])
+    assert mesh.cell_data["s"].tolist() == ["", "", "x", "y"]
+    assert [block.name for block in mesh.blocks] == ["a", "b"]
+
+
+@pytest.mark.parametrize("wrong", [None, 3, "text", [1, 2]])
+def test_what_is_no_mesh_is_refused(wrong: object) -> None:
+    with pytest.raises(ReadError, match="not a PyVista"):
+        io.from_pyvista(wrong)
+    with pytest.raises(MeshError, match="not a meshio"):
+        io.from_meshio(wrong)
+
+
+def test_meshio_mesh_keeps_blocks_data_and_sets() -> None:
+    source = meshio.Mesh(
+        RNG.random((8, 3)),
+        [("tetra", [[0, 1, 2, 3]]), ("triangle", [[0, 1, 2], [1, 2, 3]]), ("tetra", [[4, 5, 6, 7]])],
+        cell_data={"m": [[1], [2, 3], [4]]},
+        point_data={"t": np.arange(8)},
+        cell_sets={"wall": [[], [1], [0]]},
+    )
+    mesh = io.from_meshio(source)
+    assert mesh.types.tolist() == [10, 5, 5, 10]
+    assert [(b.name, b.start, b.stop) for b in mesh.blocks] == [("tetra", 0, 1), ("triangle", 1, 3), ("tetra", 3, 4)]
+    assert mesh.cell_data["m"].tolist() == [1, 2, 3, 4]
+    assert mesh.cell_data["wall"].tolist() == [0, 0, 1, 1]
+    assert mesh.point_data["t"].tolist() == list(range(8))
+
+
+def test_meshio_two_dimensional_points() -> None:
+    mesh = io.from_meshio(meshio.Mesh([[0.0, 0], [1, 0], [0, 1]], [("triangle", [[0, 1, 2]])]))
+    assert mesh.points.shape == (3, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "n", "ours"),
+    [
+        ("pyramid14", 14, "lagrange_pyramid"),
+        ("tetra20", 20, "lagrange_tetra"),
+        ("wedge40", 40, "lagrange_wedge"),
+        ("hexahedron64", 64, "lagrange_hexahedron"),
+        ("VTK_LAGRANGE_TETRAHEDRON", 20, "lagrange_tetra"),
+        ("hexahedron20", 20, "hexahedron20"),
+    ],
+)
+def test_meshio_curved_types(name: str, n: int, ours: str) -> None:
+    source = meshio.Mesh(RNG.random((n, 3)), [(name, [np.arange(n)])])
+    mesh = io.from_meshio(source, wedge_order="gmsh")
+    assert mesh.type_counts() == {ours: 1}
+    assert mesh.nodes(0).tolist() == list(range(n))
+
+
+def test_meshio_polyhedra() -> None:
+    faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+    source = meshio.Mesh(RNG.random((5, 3)), [("tetra", [[0, 1, 2, 4]]), ("polyhedron4", [faces])])
+    mesh = io.from_meshio(source)
+    assert mesh.type_counts() == {"tetra": 1, "polyhedron": 1}
+    assert mesh.nodes(1).tolist() == [0, 1, 2, 3]
+    assert mesh.polyhedra is not None
+    assert mesh.polyhedra.cell_offsets.tolist() == [0, 0, 4]
+    assert mesh.polyhedra.face_points.tolist() == [p for face in faces for p in face]
+
+
+def test_every_meshio_type_with_a_dimension_has_a_row() -> None:
+    for name in meshio._mesh.topological_dimension:
+        assert _meshio.row(name).dimension == meshio._mesh.topological_dimension[name]
+    with pytest.raises(MeshError, match="'blob'"):
+        _meshio.row("blob")
+
+
+@pytest.mark.parametrize("order", ["auto", "gmsh"])
+def test_wedges_of_meshio_and_pyvista(order: str) -> None:
+    mesh = mesh_of("wedge")
+    assert_same_cells(mesh, io.from_meshio(_meshio.from_mesh(mesh), wedge_order=order))
+    assert_same_cells(mesh, io.from_pyvista(_vtk.grid(mesh)[0], wedge_order=order))
