@@ -133,7 +133,7 @@ def test_unknown_format_lists_the_known(tmp_path: Path) -> None:
     (tmp_path / "a.xyz").write_text("hello")
     with pytest.raises(ReadError, match=r"'\.xyz'.*\.vtu"):
         io.read(tmp_path / "a.xyz")
-    with pytest.raises(ReadError, match="'nonsense'.*vtu"):
+    with pytest.raises(ReadError, match=r"'nonsense'.*vtu"):
         io.read(tmp_path / "a.xyz", format="nonsense")
 
 

@@ -209,3 +209,39 @@ def test_surfaces_are_read_as_surfaces(tmp_path: Path) -> None:
     pv = pytest.importorskip("pyvista")
     pv.Sphere(theta_resolution=6, phi_resolution=6).save(tmp_path / "a.vtp")
     assert set(io.read(tmp_path / "a.vtp").type_counts()) == {"triangle"}
+
+
+@pytest.mark.parametrize("version", [2.2, 4.1])
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("serendipity", [False, True])
+def test_second_order_nodes_of_gmsh_are_at_the_middle_of_their_edges(
+    tmp_path: Path, version: float, binary: bool, serendipity: bool
+) -> None:
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.option.setNumber("Mesh.Binary", binary)
+        gmsh.option.setNumber("Mesh.SecondOrderIncomplete", serendipity)
+        square = gmsh.model.occ.addRectangle(0, 0, 0, 1, 1)
+        gmsh.model.occ.extrude([(2, square)], 0, 0, 1, numElements=[2], recombine=True)
+        gmsh.model.occ.synchronize()
+        gmsh.option.setNumber("Mesh.MeshSizeMin", 0.5)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        gmsh.write(str(tmp_path / "a.msh"))
+    finally:
+        gmsh.finalize()
+    mesh = io.read(tmp_path / "a.msh")
+    name, edges = ("wedge15" if serendipity else "wedge18"), [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3)]
+    edges += [(0, 3), (1, 4), (2, 5)]
+    assert mesh.type_counts()[name] > 4
+    assert not [note for note in mesh.notes if "turned" in note]
+    wedges = np.flatnonzero(mesh.types == (26 if serendipity else 32))
+    for cell in wedges:
+        at = mesh.points[mesh.nodes(int(cell))]
+        np.testing.assert_allclose(at[6:15], [(at[a] + at[b]) / 2 for a, b in edges], atol=1e-12)
+        if not serendipity:
+            faces = [(0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
+            np.testing.assert_allclose(at[15:18], [at[list(f)].mean(axis=0) for f in faces], atol=1e-12)

@@ -115,6 +115,12 @@ def test_each_block_is_decided_by_itself() -> None:
     assert "3 of 6 wedges" in after.notes[0]
 
 
+def test_short_runs_of_one_type_are_decided_together() -> None:
+    mesh = wedges(5, mirrored=2)
+    mesh = mesh.replace(blocks=tuple(CellBlock("wedge", c, c + 1) for c in range(5)))
+    assert settled(mesh, "auto") is mesh
+
+
 def test_other_cells_are_never_touched() -> None:
     mesh = mesh_of("tetra", "hexahedron", "pyramid")
     mirrored = mesh.replace(points=mesh.points * (1, 1, -1))
@@ -123,7 +129,7 @@ def test_other_cells_are_never_touched() -> None:
 
 
 def test_unknown_order_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(ReadError, match="'vtk'.*auto, gmsh, vtk-legacy"):
+    with pytest.raises(ReadError, match=r"'vtk'.*auto, gmsh, vtk-legacy"):
         io.read(tmp_path / "a.vtu", wedge_order="vtk")
 
 

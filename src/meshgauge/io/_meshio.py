@@ -143,6 +143,8 @@ def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = ()) -> Me
         else:
             lists = [[] for _ in range(n)] if any(b.type.startswith("polyhedron") for b in source.cells) else []
             dense = np.asarray(block.data)
+            if dense.dtype not in (np.int32, np.int64):  # unsigned and signed ids would join as floats
+                dense = dense.astype(np.int64)
             width = dense.shape[1] if dense.ndim == 2 else 0
             sizes.append(np.full(n, width, np.int64))
             nodes.append(dense.ravel())

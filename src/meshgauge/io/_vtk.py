@@ -55,6 +55,7 @@ def listening() -> Iterator[Log]:
 
 
 _ENTRY = re.compile(r"^(error|warning|generic warning|debug): in [^\n]*\n", re.IGNORECASE | re.MULTILINE)
+_LONGEST = 300
 _OBJECT = re.compile(r"^\w+ \((0x)?[0-9a-fA-F]+\): ")
 
 
@@ -69,7 +70,9 @@ def error_messages(text: str) -> list[str]:
         # Of a legacy file that is cut off VTK only warns: "Error reading binary data!".
         if message and (kind == "error" or (kind == "generic warning" and message.lower().startswith("error"))):
             found.append(message)
-    return list(dict.fromkeys(found))
+    # The pipeline repeats, with a dump of itself, that a reader failed; the reader's own words say why.
+    own = [message for message in found if not message.startswith("Algorithm vtk")]
+    return [message[:_LONGEST] for message in dict.fromkeys(own or found)]
 
 
 def output(reader: Any, path: Path) -> Any:
@@ -88,6 +91,8 @@ def output(reader: Any, path: Path) -> Any:
 def mesh(data: Any, path: Path | None = None) -> Mesh:
     """The cells of a data set, or of every leaf of a composite one: one block a leaf, in the order of the leaves."""
     parts = [_part(name, leaf) for name, leaf in leaves(data)]
+    if not parts:
+        raise ReadError(f"a {data.GetClassName()} without any data set that has cells")
     return merged(parts, path=path, field_data=_field_data(data))
 
 

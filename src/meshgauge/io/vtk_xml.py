@@ -28,7 +28,9 @@ _READERS = {
     "vtkPartitionedDataSetCollection": "vtkXMLPartitionedDataSetCollectionReader",
 }
 _TYPE = re.compile(rb"<VTKFile\b[^>]*?\btype\s*=\s*[\"']([^\"']*)[\"']")
-_COUNT = re.compile(rb"<Piece\b[^>]*?\bNumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)\s*[\"'][^>]*>")
+_ALONE = ("UnstructuredGrid", "PolyData", "StructuredGrid", "RectilinearGrid", "ImageData")
+"""Types of files that refer to no others."""
+_COUNT = re.compile(rb"\bNumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)")
 _FILE = re.compile(rb"\b(?:file|Source)\s*=\s*[\"']([^\"']+)[\"']", re.IGNORECASE)
 
 _DENSEST = 1100
@@ -46,7 +48,7 @@ def read(path: Path) -> Mesh:
     kind = found.group(1).decode("ascii", "replace") if found else ""
     if kind not in _READERS:
         raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {', '.join(_READERS)}")
-    _check(path, refers=kind not in list(_READERS)[:5])
+    _check(path, refers=kind not in _ALONE)
     if kind == "UnstructuredGrid" and (mesh := vtu_raw.read(path)) is not None:
         return mesh
     reader = getattr(importlib.import_module("vtkmodules.vtkIOXML"), _READERS[kind])()
@@ -62,7 +64,7 @@ def _check(path: Path, *, refers: bool) -> None:
         at = data.find(b"<Piece", 0, stop)
         while at >= 0:
             tag = data[at : min(at + HEAD, stop)].split(b">", 1)[0] + b">"
-            for match in re.finditer(rb"NumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)", tag):
+            for match in _COUNT.finditer(tag):
                 count = int(match.group(2))
                 if not 0 <= count <= size * _DENSEST:
                     what = match.group(1).decode().lower()

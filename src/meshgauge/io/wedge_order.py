@@ -44,8 +44,8 @@ def settled(mesh: Mesh, order: str) -> Mesh:
         With wedges in the order of its file.
     order
         "gmsh": the file is in our order, nothing changes. "vtk-legacy": the file is in the other, all wedges are
-        turned. "auto": those blocks are turned in which more wedges have a negative volume than a positive one; where
-        as many are negative as positive, nothing changes.
+        turned. "auto": those blocks are turned (blocks of one name together) in which more wedges have a negative
+        volume than a positive one; where as many are negative as positive, nothing changes.
 
     Returns
     -------
@@ -62,20 +62,32 @@ def settled(mesh: Mesh, order: str) -> Mesh:
     if order == "vtk-legacy":
         return _turned(mesh, wedges, "as asked (vtk-legacy)")
     chosen, notes = [], []
-    for block in mesh.blocks:
-        first, last = np.searchsorted(wedges, (block.start, block.stop))
-        ids = wedges[first:last]
+    for name, ids in _by_block(mesh, wedges).items():
         negative, positive = _signs(mesh, ids)
         if negative > positive:
             chosen.append(ids)
         elif negative and negative == positive:
-            where = f"block {block.name!r}" if block.name else "the mesh"
+            where = f"block {name!r}" if name else "the mesh"
             notes.append(f"As many wedges of {where} have a negative volume as a positive one: left as they are.")
     if notes:
         mesh = mesh.replace(notes=(*mesh.notes, *notes))
     if not chosen:
         return mesh
     return _turned(mesh, np.concatenate(chosen), "because most have a negative volume as read")
+
+
+def _by_block(mesh: Mesh, wedges: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
+    """Wedges by the name of their block.
+
+    Blocks of one name are decided together: some readers make a block of every run of cells of one type, and a run may
+    be as short as one wedge, whose sign must stay what it is.
+    """
+    found: dict[str, list[NDArray[np.int64]]] = {}
+    for block in mesh.blocks:
+        first, last = np.searchsorted(wedges, (block.start, block.stop))
+        if last > first:
+            found.setdefault(block.name, []).append(wedges[first:last])
+    return {name: np.concatenate(ids) for name, ids in found.items()}
 
 
 def check_order(order: str) -> None:
@@ -120,16 +132,21 @@ def _turned(mesh: Mesh, cells: NDArray[np.int64], why: str) -> Mesh:
     connectivity = mesh.connectivity.copy()
     sizes = mesh.offsets[cells + 1] - mesh.offsets[cells]
     types = mesh.types[cells]
+    corners_only = 0
     for vtk_id in np.unique(types):
         of_type = types == vtk_id
         for n_nodes in np.unique(sizes[of_type]):
             order = np.array(permutation(int(vtk_id), int(n_nodes)))
             first = mesh.offsets[cells[of_type & (sizes == n_nodes)]]
+            if n_nodes > 6 and np.array_equal(order[6:], np.arange(6, n_nodes)):
+                corners_only += len(first)
             for start in range(0, len(first), CHUNK):
                 at = first[start : start + CHUNK, None]
                 connectivity[at + np.arange(n_nodes)] = mesh.connectivity[at + order]
     n_wedges = int(np.count_nonzero(_IS_WEDGE[mesh.types]))
     note = f"{len(cells)} of {n_wedges} wedges were turned from VTK's documented order into ours, {why}."
+    if corners_only:
+        note += f" Of {corners_only} curved ones only the corners were turned."
     return mesh.replace(connectivity=connectivity, notes=(*mesh.notes, note))
 
 
@@ -138,7 +155,9 @@ def permutation(vtk_id: int, n_nodes: int) -> tuple[int, ...]:
     """Old position of each node when the triangles of a wedge of this type are turned round. Its own inverse."""
     if vtk_id in _TURNED:
         return _TURNED[vtk_id]
-    return _turned_by_coordinates(n_nodes)
+    if n_nodes == 21 or any((p + 1) ** 2 * (p + 2) // 2 == n_nodes for p in range(1, 50)):
+        return _turned_by_coordinates(n_nodes)
+    return (*_CORNERS, *range(6, n_nodes))  # of different orders along and across, which the number does not tell
 
 
 def _turned_by_coordinates(n_nodes: int) -> tuple[int, ...]:
