@@ -27,7 +27,7 @@ from .lanes import BLOCK, load4, prefetch, prefetch_write
 U = np.uint64  # unsigned indices: Numba adds a branch for negative ones otherwise
 
 FLAT = 1.6e-29  # (4e-15)²: below this squared J_S a sign is not certain
-SMALL, LARGE = 1e-280, 1e280  # of l1² l2² l3²: within, no product has lost bits
+SMALL, LARGE = 1e-140, 1e140  # of l1² l2² l3²: within, no product of two of them has lost bits
 AHEAD = 128  # cells asked for ahead in the connectivity; half of it in the output
 
 
@@ -100,6 +100,14 @@ def tetra(points: Any, connectivity: Any, out: Any, k: Any) -> None:
 
 
 @inlined
+def _worst_right(small: Any, nearest: Any) -> Any:
+    """The same for k = 1, where no corner lies beyond the peak: one root. Rounding may lift J_S just above 1."""
+    root = sqrt(small if small > 0.0 else -nearest)
+    q = min(root, 2.0 - root)
+    return q if small > 0.0 else -q
+
+
+@inlined
 def _worst(small: Any, large: Any, nearest: Any, k: Any) -> Any:
     """E_q from the least and greatest signed square, and the greatest of the negative ones."""
     valid = small > 0.0
@@ -107,8 +115,10 @@ def _worst(small: Any, large: Any, nearest: Any, k: Any) -> Any:
 
 
 @inlined
-def _signed(det: Any, product: Any) -> Any:
-    return det * abs(det) / product
+def _squares(d0: Any, p0: Any, d1: Any, p1: Any) -> Any:
+    """Signed squared J_S of two corners with one division: it is the slowest instruction here."""
+    inverse = 1.0 / (p0 * p1)
+    return d0 * abs(d0) * (p1 * inverse), d1 * abs(d1) * (p0 * inverse)
 
 
 @inlined
@@ -148,8 +158,10 @@ def pyramid(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             d3 = _det(cx, cy, cz, dx, dy, dz, hx, hy, hz)
             p0, p1, p2, p3 = a * d * e, a * b * f, b * c * g, c * d * h
             p4, p5, p6, p7 = e * f * h, f * g * e, g * h * f, h * e * g
-            s0, s1, s2, s3 = _signed(d0, p0), _signed(d1, p1), _signed(d2, p2), _signed(d3, p3)
-            s4, s5, s6, s7 = _signed(d0, p4), _signed(d1, p5), _signed(d2, p6), _signed(d3, p7)
+            s0, s1 = _squares(d0, p0, d1, p1)
+            s2, s3 = _squares(d2, p2, d3, p3)
+            s4, s5 = _squares(d0, p4, d1, p5)
+            s6, s7 = _squares(d2, p6, d3, p7)
             apex = min(min(s4, s5), min(s6, s7))
             worst_apex = max(max(_negative(s4), _negative(s5)), max(_negative(s6), _negative(s7)))
             apex = apex if apex > 0.0 else worst_apex
@@ -197,12 +209,15 @@ def wedge(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             d, e, f = dx * dx + dy * dy + dz * dz, ex * ex + ey * ey + ez * ez, fx * fx + fy * fy + fz * fz
             g, h, i = gx * gx + gy * gy + gz * gz, hx * hx + hy * hy + hz * hz, ix * ix + iy * iy + iz * iz
             p0, p1, p2, p3, p4, p5 = a * b * g, a * c * h, b * c * i, d * e * g, d * f * h, e * f * i
-            s0 = _signed(_det(ax, ay, az, bx, by, bz, gx, gy, gz), p0)
-            s1 = _signed(_det(ax, ay, az, cx, cy, cz, hx, hy, hz), p1)
-            s2 = _signed(_det(bx, by, bz, cx, cy, cz, ix, iy, iz), p2)
-            s3 = _signed(_det(dx, dy, dz, ex, ey, ez, gx, gy, gz), p3)
-            s4 = _signed(_det(dx, dy, dz, fx, fy, fz, hx, hy, hz), p4)
-            s5 = _signed(_det(ex, ey, ez, fx, fy, fz, ix, iy, iz), p5)
+            v0 = _det(ax, ay, az, bx, by, bz, gx, gy, gz)
+            v1 = _det(ax, ay, az, cx, cy, cz, hx, hy, hz)
+            v2 = _det(bx, by, bz, cx, cy, cz, ix, iy, iz)
+            v3 = _det(dx, dy, dz, ex, ey, ez, gx, gy, gz)
+            v4 = _det(dx, dy, dz, fx, fy, fz, hx, hy, hz)
+            v5 = _det(ex, ey, ez, fx, fy, fz, ix, iy, iz)
+            s0, s1 = _squares(v0, p0, v1, p1)
+            s2, s3 = _squares(v2, p2, v3, p3)
+            s4, s5 = _squares(v4, p4, v5, p5)
             small = min(min(min(s0, s1), min(s2, s3)), min(s4, s5))
             large = max(max(max(s0, s1), max(s2, s3)), max(s4, s5))
             nearest = max(
@@ -221,7 +236,7 @@ def wedge(points: Any, connectivity: Any, out: Any, k: Any) -> None:
 
 @kernel
 def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> None:
-    """Eight corners on twelve edges: a along 0-1, b along 0-3, c along 0-4."""
+    """Eight corners on twelve edges: a along 0-1, b along 0-3, c along 0-4. ``k`` must be 1."""
     m = len(out)
     x, q = np.zeros(24 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
@@ -257,16 +272,19 @@ def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             c2, c3 = c2x * c2x + c2y * c2y + c2z * c2z, c3x * c3x + c3y * c3y + c3z * c3z
             p0, p1, p2, p3 = a0 * b0 * c0, a0 * b1 * c1, a1 * b1 * c2, a1 * b0 * c3
             p4, p5, p6, p7 = a2 * b2 * c0, a2 * b3 * c1, a3 * b3 * c2, a3 * b2 * c3
-            s0 = _signed(_det(a0x, a0y, a0z, b0x, b0y, b0z, c0x, c0y, c0z), p0)
-            s1 = _signed(_det(a0x, a0y, a0z, b1x, b1y, b1z, c1x, c1y, c1z), p1)
-            s2 = _signed(_det(a1x, a1y, a1z, b1x, b1y, b1z, c2x, c2y, c2z), p2)
-            s3 = _signed(_det(a1x, a1y, a1z, b0x, b0y, b0z, c3x, c3y, c3z), p3)
-            s4 = _signed(_det(a2x, a2y, a2z, b2x, b2y, b2z, c0x, c0y, c0z), p4)
-            s5 = _signed(_det(a2x, a2y, a2z, b3x, b3y, b3z, c1x, c1y, c1z), p5)
-            s6 = _signed(_det(a3x, a3y, a3z, b3x, b3y, b3z, c2x, c2y, c2z), p6)
-            s7 = _signed(_det(a3x, a3y, a3z, b2x, b2y, b2z, c3x, c3y, c3z), p7)
+            v0 = _det(a0x, a0y, a0z, b0x, b0y, b0z, c0x, c0y, c0z)
+            v1 = _det(a0x, a0y, a0z, b1x, b1y, b1z, c1x, c1y, c1z)
+            v2 = _det(a1x, a1y, a1z, b1x, b1y, b1z, c2x, c2y, c2z)
+            v3 = _det(a1x, a1y, a1z, b0x, b0y, b0z, c3x, c3y, c3z)
+            v4 = _det(a2x, a2y, a2z, b2x, b2y, b2z, c0x, c0y, c0z)
+            v5 = _det(a2x, a2y, a2z, b3x, b3y, b3z, c1x, c1y, c1z)
+            v6 = _det(a3x, a3y, a3z, b3x, b3y, b3z, c2x, c2y, c2z)
+            v7 = _det(a3x, a3y, a3z, b2x, b2y, b2z, c3x, c3y, c3z)
+            s0, s1 = _squares(v0, p0, v1, p1)
+            s2, s3 = _squares(v2, p2, v3, p3)
+            s4, s5 = _squares(v4, p4, v5, p5)
+            s6, s7 = _squares(v6, p6, v7, p7)
             small = min(min(min(s0, s1), min(s2, s3)), min(min(s4, s5), min(s6, s7)))
-            large = max(max(max(s0, s1), max(s2, s3)), max(max(s4, s5), max(s6, s7)))
             nearest = max(
                 max(max(_negative(s0), _negative(s1)), max(_negative(s2), _negative(s3))),
                 max(max(_negative(s4), _negative(s5)), max(_negative(s6), _negative(s7))),
@@ -278,6 +296,6 @@ def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             most = max(max(max(p0, p1), max(p2, p3)), max(max(p4, p5), max(p6, p7)))
             total = ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7))  # NaN if any is: min and max may drop it
             settled = (flattest > FLAT) and (least > SMALL) and (most < LARGE) and (total == total)
-            q[p] = _worst(small, large, nearest, k) if settled else np.nan
+            q[p] = _worst_right(small, nearest) if settled else np.nan
         for lane in range(n):
             out[first + lane] = q[lane]
