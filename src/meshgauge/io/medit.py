@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import ReadError
 from ..mesh import Mesh
@@ -40,6 +43,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """Ascii or, for .meshb, binary. Of the data one integer a point and a cell is kept: a reference or physical tag."""
     source = _meshio.from_mesh(mesh)
     lost = []
+    renamed: dict[str, str | None] = {"point": None, "cell": None}
     for what, data in (("point", source.point_data), ("cell", source.cell_data)):
         name = next((n for n in _REFERENCES if n in data), None)
         values = data.get(name)
@@ -47,8 +51,16 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         if name is not None:
             data["medit:ref"] = values
         if name not in (None, "medit:ref"):
+            renamed[what] = name
             lost.append(f"The {what} data {name!r} became Medit's references.")
-    return (*lost, *_meshio.write_source(path, source, mesh, "medit"))
+    named = mesh.replace(
+        point_data=_without(mesh.point_data, renamed["point"]), cell_data=_without(mesh.cell_data, renamed["cell"])
+    )
+    return (*lost, *_meshio.write_source(path, source, named, "medit"))
+
+
+def _without(data: Mapping[str, NDArray[Any]], name: str | None) -> dict[str, NDArray[Any]]:
+    return {k: v for k, v in data.items() if k != name}
 
 
 _REFERENCES = ("medit:ref", "gmsh:physical")
