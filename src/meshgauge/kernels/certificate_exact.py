@@ -60,7 +60,7 @@ def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Bound
         subdivision.
     """
     row, whole = table(name), _whole(name)
-    points = _whole_points(nodes)
+    points = whole_points(nodes)
     vectors = [_combination(parts, points) for parts in whole.vectors]
     coefficients = [sum(w * _det(vectors[a], vectors[b], vectors[c]) for a, b, c, w in terms) for terms in whole.terms]
     square = Fraction(sum(w * _distance2(points[a], points[b]) for a, b, w in whole.edges), whole.edge_unit)
@@ -69,12 +69,6 @@ def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Bound
     status, low, high = _decide(row, whole, coefficients, corners, max_splits)
     ideal = row.terms.ideal
     return Bounds(status, _ratio(low / unit, square, ideal, -1), _ratio(high / unit, square, ideal, 1))
-
-
-def sign_of_corner(corner: Vector, i: Vector, j: Vector, k: Vector) -> int:
-    """Sign of ``det(i - corner, j - corner, k - corner)`` of whole points."""
-    det = _det(*((p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]) for p in (i, j, k)))
-    return (det > 0) - (det < 0)
 
 
 def _decide(
@@ -139,15 +133,19 @@ def _ratio(value: Fraction, square: Fraction, ideal: float, outward: int) -> flo
     sign = 1 if value > 0 else -1
     if square == 0:
         return sign * float("inf")
-    quotient = value * value / square**3
+    return sign * root_ratio(value * value / square**3, (1 + sign * outward * 2.0**-50) / ideal)
+
+
+def root_ratio(quotient: Fraction, factor: float = 1.0) -> float:
+    """Square root of a positive number times a factor near 1, at least the smallest positive float."""
     # An even power of two brings the quotient near 1, where its square root is exact to half a unit.
     half = (quotient.numerator.bit_length() - quotient.denominator.bit_length()) // 2
     quotient = quotient / 4**half if half >= 0 else quotient * 4**-half
-    near = sqrt(quotient.numerator / quotient.denominator) / ideal * (1 + sign * outward * 4 * 2.0**-52)
-    return sign * max(ldexp(near, min(max(half, -2000), 1000)), nextafter(0.0, 1.0))
+    root = sqrt(quotient.numerator / quotient.denominator) * factor
+    return max(ldexp(root, min(max(half, -2000), 1000)), nextafter(0.0, 1.0))
 
 
-def _whole_points(nodes: Sequence[Sequence[float]]) -> list[Vector]:
+def whole_points(nodes: Sequence[Sequence[float]]) -> list[Vector]:
     """The points times a power of two that makes all coordinates whole."""
     ratios = [[float(x).as_integer_ratio() for x in point] for point in nodes]
     unit = max(d for point in ratios for _, d in point)

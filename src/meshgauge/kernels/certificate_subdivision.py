@@ -40,6 +40,7 @@ def subdivide(
     status, lower, upper
         ``(m,)``, written: `VALID` if positive everywhere, `INVALID` if it is certain that it is zero or negative at
         some point, `UNDECIDED` if neither could be told; and bounds on the minimum, tightened from those there.
+        A cell with NaN bounds stays as it is.
     """
     n = coefficients.shape[1]
     n_corners = splits.corners.shape[0]
@@ -52,6 +53,10 @@ def subdivide(
     depth = np.empty(n_slots, np.int64)
     stack = np.arange(n_slots)
     for cell in range(coefficients.shape[0]):
+        if math.isnan(lower[cell]):
+            # Some number left its range: nothing can be told from these coefficients.
+            status[cell] = UNDECIDED
+            continue
         done = math.inf  # least lower bound of the parts that are done with
         high = upper[cell]
         slot = stack[0]

@@ -264,6 +264,11 @@ def table(name: str) -> Table:
     )
 
 
+def edges(name: str) -> tuple[tuple[int, ...], ...]:
+    """The edges of a cell type: two corners, and the node between them if there is one."""
+    return _ROWS[name].edges
+
+
 # ---- Bernstein forms -------------------------------------------------------------------------------------------
 
 
