@@ -97,7 +97,7 @@ def test_vectors_are_sums_of_differences(name: str) -> None:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_parts_of_a_cut_are_the_same_polynomial(name: str) -> None:
-    """Any polynomial, cut: at each place of a part, the part has the value of the whole; and the parts fill the cell."""
+    """Any polynomial, cut: at each place of a part it has the value of the whole; and the parts fill the cell."""
     splits = table(name).splits
     n = table(name).terms.n_coefficients
     values = np.random.default_rng(0).normal(size=n)

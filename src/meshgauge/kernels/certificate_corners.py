@@ -58,7 +58,7 @@ def corner_tangents_js(
 
 
 def fold(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fold the last axis: least if all are positive, 0 if none is negative, else the greatest negative; NaN if any is."""
+    """Fold the last axis: least if all are positive, 0 if none is negative, else the greatest negative; NaN stays."""
     greatest_negative = np.where(values < 0, values, -inf).max(axis=-1)
     result = np.where(greatest_negative > -inf, greatest_negative, values.min(axis=-1))
     return np.where(np.isnan(values).any(axis=-1), nan, result)
