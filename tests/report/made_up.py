@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from meshgauge.quality import WorstCell
 
+from meshgauge._quality import WorstCell
 from meshgauge.cells import BY_NAME
 from meshgauge.report import FileReport
 from meshgauge.summary import Summary, summarise

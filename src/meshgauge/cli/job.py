@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from .._quality import Quality, measure
 from ..errors import MeshgaugeError
 from ..io import read, write
 from ..metrics import metric
 from ..metrics.verdict import PREFIX
-from ..quality import Quality, measure
 from ..report import FailedFile, FileReport
 from ..report.csv import CsvWriter
 from ..summary import Summary, summarise

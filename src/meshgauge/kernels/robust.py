@@ -53,7 +53,7 @@ def node_scaled_jacobian(points: Values, shape: Shape) -> Values:
 def _chunk(points: Values, shape: Shape) -> Values:
     triples = np.array(shape.triples)
     corners = points[:, triples]  # (cell, triple, 4, 3)
-    finite = np.isfinite(corners).all(axis=(2, 3))
+    finite = np.asarray(np.isfinite(corners).all(axis=(2, 3)))
     corners = np.where(finite[..., None, None], corners, 0.0)
     _, exponent = np.frexp(np.abs(corners).max(axis=(2, 3), initial=0.0))
     corners = np.ldexp(corners, np.where(exponent > _HUGE_EXPONENT, -4, 0)[..., None, None])
@@ -61,10 +61,12 @@ def _chunk(points: Values, shape: Shape) -> Values:
     high, low = _difference(corners[:, :, 1:], corners[:, :, :1])  # (cell, triple, neighbour, 3)
     size = np.abs(high).max(axis=3, keepdims=True)
     _, exponent = np.frexp(size)
+    before = (high, low)
     high, low = np.ldexp(high, -exponent), np.ldexp(low, -exponent)
+    vanished = ((high == 0.0) & (before[0] != 0.0)) | ((low == 0.0) & (before[1] != 0.0))  # beside one 2^1074 times it
     det, permanent = _determinant(high, low)
     length = np.sqrt((high * high).sum(axis=3)).prod(axis=2)
-    is_zero = (size == 0.0).any(axis=(2, 3)) | _two_equal(high, low)
+    is_zero = (size == 0.0).any(axis=(2, 3)) | (_two_equal(high, low) & ~vanished.any(axis=(2, 3)))
     with np.errstate(invalid="ignore"):
         values = np.clip(np.where(is_zero, 0.0, det / length), -1.0, 1.0)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..summary import Summary
 
 if TYPE_CHECKING:
-    from ..quality import WorstCell
+    from .._quality import WorstCell
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,304 @@
+"""Measuring a mesh: a value and a status for every cell, in file order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import arrays, connectivity
+from ._threads import run
+from .cast import read_only
+from .cells import CellType, Shape, cell_type, type_name
+from .errors import MetricError
+from .kernels import driver, folds, robust
+from .mesh import CellIds, Mesh
+from .metrics import METRICS, Metric, metric
+from .metrics import tetra as tetra_metrics
+from .metrics.verdict import verdict_quality
+from .status import STATUSES, Status
+from .summary import Summary, summarise
+
+Values = NDArray[np.float64]
+
+JENS = "jens"
+
+_NodeValues = Callable[[CellIds, NDArray[np.int64]], Values]
+"""Values of the corners of some cells, given the cells and where the corners stand in the connectivity."""
+
+
+@dataclass(frozen=True, slots=True)
+class WorstCell:
+    """A cell to look at, and the node of it that is worst."""
+
+    cell: int  #: position in the file, from 0
+    type: str
+    quality: float  #: J_ENS of the cell
+    status: str
+    node: int  #: position in the cell, from 0, of the node with the lowest J_ENS
+    node_quality: float  #: its J_ENS; below that of the cell where several nodes are negative
+    point: int  #: its point id
+    coordinates: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Quality:
+    """What was measured on a mesh. Arrays are read-only and in file order; NaN means undefined and nothing else does.
+
+    Attributes
+    ----------
+    mesh
+        What was measured.
+    values
+        ``(n_cells,)`` J_ENS in [-1, 1], 1 is best; NaN for a cell that could not be measured, see `status`.
+    status
+        ``(n_cells,)`` uint8, codes of `meshgauge.Status`.
+    metrics
+        ``(n_cells,)`` values by name of metric, ``"jens"`` among them; NaN where a metric is not defined for a type.
+    """
+
+    mesh: Mesh
+    values: Values
+    status: NDArray[np.uint8]
+    metrics: Mapping[str, Values]
+
+    @property
+    def n_cells(self) -> int:
+        return len(self.values)
+
+    @cached_property
+    def node_scaled_jacobian(self) -> Values:
+        """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
+        return _node_values(self.mesh, None)
+
+    @cached_property
+    def node_jens(self) -> Values:
+        """J_ENS of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
+        values = self.node_scaled_jacobian
+        out = np.full(len(values), np.nan)
+        for row, _, cells in self.mesh.groups():
+            if row is not None and row.shape is not None:
+                for part in connectivity.chunks(cells):
+                    at = connectivity.positions(self.mesh, row, part)
+                    out[at] = folds.jens(values[at], row.shape.k)
+        return read_only(out)
+
+    @cached_property
+    def point_values(self) -> Values:
+        """``(n_points,)``: the worst J_ENS of the cells that have the point as a corner.
+
+        NaN where one of them is NaN, and at a point that is no corner of a measured cell.
+        """
+        return _worst_at_points(self.mesh, lambda cells, at: np.broadcast_to(self.values[cells][:, None], at.shape))
+
+    @cached_property
+    def point_node_values(self) -> Values:
+        """``(n_points,)``: the worst J_ENS that the point has as a node of its cells; NaN as for `point_values`."""
+        return _worst_at_points(self.mesh, lambda cells, at: self.node_jens[at])
+
+    def summary(self, name: str = JENS) -> Summary:
+        """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
+        if name not in self.metrics:
+            raise MetricError(f"metric {name!r} was not measured; measured are {', '.join(self.metrics)}")
+        return summarise(self.metrics[name], self.status, self.mesh.types, name)
+
+    def worst(self, n: int = 10) -> list[WorstCell]:
+        """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
+        them."""
+        return [self._worst_cell(int(cell)) for cell in _lowest(self.values, n)]
+
+    def cell_data(self) -> dict[str, NDArray[np.generic]]:
+        """Arrays to attach to the mesh's cells: every metric by its name, and ``status``."""
+        return {**self.metrics, "status": self.status}
+
+    def point_data(self) -> dict[str, NDArray[np.generic]]:
+        """Arrays to attach to the mesh's points: ``jens_worst`` (`point_values`) and ``jens_node`` (the worst of the
+        point as a node)."""
+        return {"jens_worst": self.point_values, "jens_node": self.point_node_values}
+
+    def _worst_cell(self, cell: int) -> WorstCell:
+        vtk_id = int(self.mesh.types[cell])
+        row = cell_type(vtk_id)
+        assert row.shape is not None  # it has a value
+        ids = self.mesh.nodes(cell)[list(row.corners)]
+        coordinates = np.asarray(self.mesh.points[ids], np.float64)
+        values = folds.jens(robust.node_scaled_jacobian(coordinates[None], row.shape), row.shape.k)[0]
+        corner = int(np.argmin(values))
+        x, y, z = (float(v) for v in coordinates[corner])
+        return WorstCell(
+            cell=cell,
+            type=type_name(vtk_id),
+            quality=float(self.values[cell]),
+            status=STATUSES[Status(int(self.status[cell]))].name,
+            node=int(row.corners[corner]),
+            node_quality=float(values[corner]),
+            point=int(ids[corner]),
+            coordinates=(x, y, z),
+        )
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.status, minlength=len(Status))
+        said = ", ".join(f"{n} {STATUSES[Status(s)].name}" for s, n in enumerate(counts) if n) or "no cells"
+        return f"<Quality of {self.n_cells} cells: {said}>"
+
+
+def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None = None) -> Quality:
+    """Measure every cell of a mesh.
+
+    Parameters
+    ----------
+    mesh
+        From `meshgauge.read`, `meshgauge.from_pyvista`, `meshgauge.from_meshio` or `Mesh.from_arrays`.
+    metrics
+        Names of metrics to measure beside ``"jens"``; `meshgauge.METRICS` lists them.
+    threads
+        At most this many; None: one for each processor. It has no influence on the values.
+
+    Raises
+    ------
+    MetricError
+        If there is no such metric.
+    """
+    rows = [metric(name) for name in dict.fromkeys((JENS, *metrics))]
+    values = {row.name: np.full(mesh.n_cells, np.nan) for row in rows}
+    status = np.full(mesh.n_cells, Status.NOT_SOLID, np.uint8)
+    for row, _, cells in mesh.groups():
+        if row is None or row.dimension == 3:
+            status[cells] = Status.UNSUPPORTED
+        if row is not None and row.shape is not None:
+            _measure_jens(mesh, row, cells, values[JENS], status, threads)
+            for one in rows[1:]:
+                if one.is_defined_for(row.shape.name):
+                    _measure_other(mesh, row, cells, one, values[one.name], threads)
+    return Quality(
+        mesh=mesh,
+        values=read_only(values[JENS]),
+        status=read_only(status),
+        metrics=MappingProxyType({name: read_only(array) for name, array in values.items()}),
+    )
+
+
+def quality(mesh: Mesh, metrics: Iterable[str] = (JENS,), *, threads: int | None = None) -> dict[str, Values]:
+    """Values ``(n_cells,)`` of each named metric; parameters, NaN and errors as `measure`."""
+    names = list(metrics)
+    measured = measure(mesh, metrics=names, threads=threads).metrics
+    return {name: measured[name] for name in names}
+
+
+def _measure_jens(
+    mesh: Mesh, row: CellType, cells: CellIds, values: Values, status: NDArray[np.uint8], threads: int | None
+) -> None:
+    shape = _shape(row)
+    driver.prepare(shape, mesh.points)
+
+    def work(part: CellIds) -> None:
+        ids = connectivity.corners(mesh, row, part)
+        into = values[part] if isinstance(part, slice) else np.empty(len(ids))
+        driver.cell_jens(mesh.points, ids, shape, into)
+        if not isinstance(part, slice):
+            values[part] = into
+        status[part] = _status(into)
+
+    run(work, connectivity.chunks(cells), threads)
+
+
+def _status(values: Values) -> NDArray[np.uint8]:
+    if values.min(initial=1.0) > 0.0:  # False if any is NaN
+        return np.zeros(len(values), np.uint8)
+    return np.select(
+        [values > 0.0, values < 0.0, values == 0.0],
+        [np.uint8(Status.OK), np.uint8(Status.INVERTED), np.uint8(Status.DEGENERATE)],
+        np.uint8(Status.NON_FINITE),
+    )
+
+
+def _measure_other(
+    mesh: Mesh, row: CellType, cells: CellIds, one: Metric, values: Values, threads: int | None
+) -> None:
+    shape = _shape(row)
+    if one.source == "verdict":
+        # Verdict takes its cells in one call and threads as VTK is set to.
+        ids = mesh.connectivity[connectivity.positions(mesh, row, cells)]
+        values[cells] = verdict_quality(mesh.points, ids, cell_type(shape.name).vtk_id, one.name)
+        return
+    driver.prepare(shape, mesh.points, with_nodes=one.name == "scaled_jacobian")
+
+    def work(part: CellIds) -> None:
+        values[part] = _OWN[one.name](mesh.points, connectivity.corners(mesh, row, part), shape)
+
+    run(work, connectivity.chunks(cells), threads)
+
+
+def _scaled_jacobian(points: NDArray[np.floating], ids: NDArray[np.int64], shape: Shape) -> Values:
+    nodes = np.empty(ids.shape)
+    driver.node_scaled_jacobian(points, ids, shape, nodes)
+    return folds.fold(nodes) + 0.0
+
+
+def _aspect_ratio_gamma(points: NDArray[np.floating], ids: NDArray[np.int64], shape: Shape) -> Values:
+    return tetra_metrics.aspect_ratio_gamma(points, ids, arrays.tetra_signs(points, ids, shape))
+
+
+def _scaled_aspect_ratio_gamma(points: NDArray[np.floating], ids: NDArray[np.int64], shape: Shape) -> Values:
+    return tetra_metrics.scaled_aspect_ratio_gamma(points, ids, arrays.tetra_signs(points, ids, shape))
+
+
+_OWN = {
+    "scaled_jacobian": _scaled_jacobian,
+    "aspect_ratio_gamma": _aspect_ratio_gamma,
+    "scaled_aspect_ratio_gamma": _scaled_aspect_ratio_gamma,
+}
+assert {JENS, *_OWN} == {row.name for row in METRICS.values() if row.source == "meshgauge"}
+
+
+def _shape(row: CellType) -> Shape:
+    assert row.shape is not None
+    return row.shape
+
+
+def _node_values(mesh: Mesh, threads: int | None) -> Values:
+    out = np.full(len(mesh.connectivity), np.nan)
+    for row, _, cells in mesh.groups():
+        if row is None or row.shape is None:
+            continue
+        shape = row.shape
+        driver.prepare(shape, mesh.points, with_nodes=True)
+
+        def work(part: CellIds, row: CellType = row, shape: Shape = shape) -> None:
+            ids = connectivity.corners(mesh, row, part)
+            values = np.empty(ids.shape)
+            driver.node_scaled_jacobian(mesh.points, ids, shape, values)
+            out[connectivity.positions(mesh, row, part)] = values + 0.0
+
+        run(work, connectivity.chunks(cells), threads)
+    return read_only(out)
+
+
+def _worst_at_points(mesh: Mesh, values_of: _NodeValues) -> Values:
+    worst = np.full(mesh.n_points, np.inf)
+    for row, _, cells in mesh.groups():
+        if row is not None and row.shape is not None:
+            for part in connectivity.chunks(cells):
+                at = connectivity.positions(mesh, row, part)
+                np.minimum.at(worst, mesh.connectivity[at].reshape(-1), values_of(part, at).reshape(-1))
+    worst[np.isinf(worst)] = np.nan
+    return read_only(worst)
+
+
+def _lowest(values: Values, n: int) -> NDArray[np.int64]:
+    """Positions of the n lowest values, lowest first, equal ones in order; never a NaN."""
+    kept = np.empty(0, np.int64)
+    limit = np.inf
+    for start in range(0, len(values) if n > 0 else 0, connectivity.CHUNK):
+        part = values[start : start + connectivity.CHUNK]
+        found = np.flatnonzero(part <= limit if len(kept) < n else part < limit) + start
+        if len(found) == 0:
+            continue
+        kept = np.concatenate([kept, found])
+        kept = kept[np.argsort(values[kept], kind="stable")][:n]
+        limit = float(values[kept[-1]])
+    return kept

@@ -1,0 +1,43 @@
+"""Corners of the cells of a mesh, in the one layout that kernels accept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cells import CellType
+from .mesh import CellIds, Mesh
+
+CHUNK = 1 << 16
+"""Cells handed to a thread at a time."""
+
+
+def chunks(cells: CellIds, size: int = CHUNK) -> Iterator[CellIds]:
+    """The cells in pieces of at most ``size``."""
+    if isinstance(cells, slice):
+        for start in range(cells.start, cells.stop, size):
+            yield slice(start, min(start + size, cells.stop))
+    else:
+        for start in range(0, len(cells), size):
+            yield cells[start : start + size]
+
+
+def positions(mesh: Mesh, row: CellType, cells: CellIds) -> NDArray[np.int64]:
+    """Where the corners stand in ``mesh.connectivity``: ``(n, n_corners)``."""
+    starts = np.asarray(mesh.offsets[:-1][cells], np.int64)
+    return starts[:, None] + np.array(row.corners, np.int64)
+
+
+def corners(mesh: Mesh, row: CellType, cells: CellIds) -> NDArray[np.int64]:
+    """Point ids of the corners: ``(n, n_corners)`` int64, C-contiguous; a view of the connectivity where it can be."""
+    n_nodes = row.n_nodes
+    if isinstance(cells, slice) and n_nodes is not None:
+        first, last = int(mesh.offsets[cells.start]), int(mesh.offsets[cells.stop])
+        ids = mesh.connectivity[first:last].reshape(-1, n_nodes)
+        if row.corners != tuple(range(n_nodes)):
+            ids = ids[:, list(row.corners)]
+    else:
+        ids = mesh.connectivity[positions(mesh, row, cells)]
+    return np.ascontiguousarray(ids, np.int64)
