@@ -300,5 +300,5 @@ def _lowest(values: Values, n: int) -> NDArray[np.int64]:
             continue
         kept = np.concatenate([kept, found])
         kept = kept[np.argsort(values[kept], kind="stable")][:n]
-        limit = float(values[kept[-1]])
+        limit = float(values[kept[-1]]) if len(kept) == n else np.inf
     return kept
