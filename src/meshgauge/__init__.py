@@ -15,6 +15,10 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from ._quality import Quality as Quality
+    from ._quality import WorstCell as WorstCell
+    from ._quality import measure as measure
+    from ._quality import quality as quality
     from .arrays import aspect_ratio_gamma as aspect_ratio_gamma
     from .arrays import jens as jens
     from .arrays import scaled_aspect_ratio_gamma as scaled_aspect_ratio_gamma
@@ -35,10 +39,6 @@ if TYPE_CHECKING:
     from .mesh import Mesh as Mesh
     from .metrics import METRICS as METRICS
     from .metrics import Metric as Metric
-    from ._quality import Quality as Quality
-    from ._quality import WorstCell as WorstCell
-    from ._quality import measure as measure
-    from ._quality import quality as quality
     from .status import STATUSES as STATUSES
     from .status import Status as Status
     from .summary import Summary as Summary

@@ -216,9 +216,7 @@ def _status(values: Values) -> NDArray[np.uint8]:
     )
 
 
-def _measure_other(
-    mesh: Mesh, row: CellType, cells: CellIds, one: Metric, values: Values, threads: int | None
-) -> None:
+def _measure_other(mesh: Mesh, row: CellType, cells: CellIds, one: Metric, values: Values, threads: int | None) -> None:
     shape = _shape(row)
     if one.source == "verdict":
         # Verdict takes its cells in one call and threads as VTK is set to.

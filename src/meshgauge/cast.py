@@ -66,7 +66,7 @@ def check_ids(ids: IndexArray, n_points: int, what: str) -> None:
     unsigned = flat.view(np.uint64 if flat.dtype.itemsize == 8 else np.uint32)
     # Negative ids are huge when read as unsigned, so that one pass over memory finds both kinds.
     if int(unsigned.max()) >= n_points:
-        at = int(np.argmax(unsigned >= n_points))
+        at = int(np.argmax((flat < 0) | (flat >= n_points)))
         raise MeshError(f"{what}: point id {int(flat[at])} at position {at} is outside 0..{n_points - 1}")
 
 

@@ -138,7 +138,7 @@ class Mesh:
     def type_counts(self) -> dict[str, int]:
         """Number of cells by type name, in the order of the VTK ids."""
         counts = np.bincount(self.types, minlength=256)
-        return {type_name(t): int(counts[t]) for t in np.flatnonzero(counts)}
+        return {type_name(int(t)): int(counts[t]) for t in np.flatnonzero(counts)}
 
     def groups(self) -> Iterator[tuple[CellType | None, int, CellIds]]:
         """For each type in the mesh: its row (None if unknown), its VTK id, and its cells."""
