@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 import meshgauge
 from meshgauge.cells import cell_type
-from meshgauge.io import write
 
 Floats = NDArray[np.float64]
 Cells = dict[str, NDArray[np.int64]]
@@ -215,8 +214,10 @@ def main(folder: Path | None = None) -> None:
     folder = folder or Path(__file__).with_name("meshes")
     folder.mkdir(parents=True, exist_ok=True)
     lengths = (13, 10, 6, 6)
-    write(folder / "bracket_good.vtu", bracket(lengths, 6, 8, holes=True))
-    write(folder / "bracket.vtu", bracket(lengths, 6, 8, holes=True, poor=25, bad=("hexahedron", "wedge", "pyramid")))
+    meshgauge.write(folder / "bracket_good.vtu", bracket(lengths, 6, 8, holes=True))
+    meshgauge.write(
+        folder / "bracket.vtu", bracket(lengths, 6, 8, holes=True, poor=25, bad=("hexahedron", "wedge", "pyramid"))
+    )
     write_gmsh(folder / "bracket_small.msh", bracket((4, 3, 2, 2), 2, 3, holes=False))
 
 

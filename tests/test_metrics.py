@@ -205,7 +205,9 @@ def test_the_cells_own_renumberings_change_nothing(row: Metric, shape: Shape) ->
 @node_pairs
 def test_a_cell_is_the_fold_of_its_nodes(row: Metric, shape: Shape) -> None:
     x = random_cells(shape)
-    np.testing.assert_array_equal(cell_values(row, shape.name, x), oracle.fold(node_values(row, shape.name, x)))
+    got, folded = cell_values(row, shape.name, x), oracle.fold(node_values(row, shape.name, x))
+    np.testing.assert_array_equal(np.sign(got), np.sign(folded))
+    np.testing.assert_allclose(got, folded, rtol=0, atol=1e-15)
 
 
 @shapes
@@ -290,8 +292,21 @@ def test_any_coordinates_have_the_exact_sign_and_value(shape: Shape, data: st.Da
     flat = data.draw(st.lists(coordinates, min_size=3 * shape.n_nodes, max_size=3 * shape.n_nodes))
     x = np.array(flat).reshape(1, -1, 3)
     got = node_values(METRICS["scaled_jacobian"], shape.name, x)[0]
-    np.testing.assert_array_equal(np.sign(got), oracle.exact_corner_signs(shape.name, x[0]))
+    signs = oracle.exact_corner_signs(shape.name, x[0])
+    np.testing.assert_array_equal(np.sign(got), signs)
     np.testing.assert_allclose(got, oracle.exact_node_scaled_jacobian(shape.name, x[0]), rtol=0, atol=1e-14)
+    cell = cell_values(METRICS["jens"], shape.name, x)[0]
+    assert np.sign(cell) == min(signs)
+    assert cell == pytest.approx(oracle.exact_cell_jens(shape.name, x[0]), rel=0, abs=1e-14)
+
+
+def test_a_component_lost_beside_a_huge_one_still_has_its_sign() -> None:
+    """1e-191 beside 1e150 in one edge: below the smallest double once the edge is scaled to 1."""
+    x = np.array([[(0, 0, 1), (0, 1e-191, 0), (0, 0, 0), (1, 0, 1e150)]])
+    for cells in (x, x[:, [1, 0, 2, 3]]):
+        got = node_values(METRICS["scaled_jacobian"], "tetra", cells)[0]
+        np.testing.assert_array_equal(np.sign(got), oracle.exact_corner_signs("tetra", cells[0]))
+        assert (got != 0).all()
 
 
 @shapes
@@ -306,6 +321,8 @@ def test_near_flat_corners_have_the_exact_sign(shape: Shape) -> None:
     exact = [oracle.exact_corner_signs(shape.name, cell) for cell in x]
     assert {-1, 1} <= {sign for signs in exact for sign in signs}
     np.testing.assert_array_equal(np.sign(got), exact)
+    cells = cell_values(METRICS["jens"], shape.name, x)
+    np.testing.assert_array_equal(np.sign(cells), np.min(exact, axis=1))
     rounded = np.sign(oracle.node_scaled_jacobian(shape.name, x))
     assert (rounded != exact).any(), "the cells are too easy"
 
