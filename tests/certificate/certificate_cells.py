@@ -73,13 +73,18 @@ def mean_edge_cubed(name: str, cells: Array) -> Array:
 
 def coefficients(name: str, cells: Array) -> Array:
     """Bernstein coefficients of the determinant, ``(m, n)``, in units of `mean_edge_cubed`."""
+    return coefficients_and_errors(name, cells)[0]
+
+
+def coefficients_and_errors(name: str, cells: Array) -> tuple[Array, Array]:
+    """The same, and the bound on the rounding of each cell's, ``(m,)``."""
     points, connectivity = separate(cells)
     row, m = table(name), len(cells)
     nodes = np.empty((-(-m // LANES), 3 * row.n_nodes, LANES))
     gather(points, connectivity, nodes)
-    values = np.empty((m, row.terms.n_coefficients))
-    bernstein(nodes, row.terms, np.empty(m, np.uint8), np.empty(m), np.empty(m), values, np.empty(m))
-    return values
+    values, errors = np.empty((m, row.terms.n_coefficients)), np.empty(m)
+    bernstein(nodes, row.terms, np.empty(m, np.uint8), np.empty(m), np.empty(m), values, errors)
+    return values, errors
 
 
 def exponents(name: str) -> list[tuple[int, ...]]:

@@ -9,7 +9,7 @@ import pytest
 from certificate_cells import CURVED, LINEAR, ideal, many, mean_edge_cubed, separate
 
 from meshgauge.kernels.certificate import Certificate, Validity, certificate
-from meshgauge.kernels.certificate_tables import KINDS, edges, table
+from meshgauge.kernels.certificate_tables import KINDS, edges
 
 
 def one(name: str, nodes: object) -> Certificate:
@@ -169,4 +169,3 @@ def test_budget_runs_out() -> None:
     points, connectivity = separate(cell[None])
     assert certificate("hexahedron", points, connectivity, max_splits=0).status == Validity.UNDECIDED
     assert certificate("hexahedron", points, connectivity).status == Validity.INVALID
-    assert table("hexahedron").n_nodes == 8

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from fractions import Fraction
 from itertools import product
 from typing import Any
 
@@ -12,6 +13,7 @@ from certificate_cells import (
     basis,
     cloud,
     coefficients,
+    coefficients_and_errors,
     family,
     ideal,
     many,
@@ -21,7 +23,7 @@ from certificate_cells import (
 )
 
 from meshgauge.kernels.certificate import Validity, certificate
-from meshgauge.kernels.certificate_exact import exact
+from meshgauge.kernels.certificate_exact import combination, det, exact, root_ratio, whole_points, whole_table
 from meshgauge.kernels.certificate_tables import KINDS, table
 
 # Gmsh's element type, and the volume of the reference cell of its determinant over ours.
@@ -160,6 +162,35 @@ def test_agrees_with_whole_numbers(name: str) -> None:
         assert bounds.status == result.status[cell]
         assert result.lower[cell] <= bounds.upper
         assert bounds.lower <= result.upper[cell]
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_rounding_is_within_its_bound(name: str) -> None:
+    """Thin, turned and far from the origin: each coefficient is as near the exact one as the bound on rounding says."""
+    row, whole = table(name), whole_table(name)
+    rng = np.random.default_rng(6)
+    rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    m = 6 if row.n_nodes < 20 else 2
+    for thickness, offset in product((1, 1e-5), (0, 1e6)):
+        noise = rng.uniform(-0.1, 0.1, (m, row.n_nodes, 3))
+        cells = (ideal(name) + noise) @ np.diag((1, 1, thickness)) @ rotation.T + offset
+        values, errors = coefficients_and_errors(name, cells)
+        for cell, found, bound in zip(cells, values, errors, strict=True):
+            points = whole_points(cell.tolist())
+            vectors = [combination(parts, points) for parts in whole.vectors]
+            unit = whole.term_unit * whole.vector_unit**3
+            square = Fraction(
+                sum(
+                    w * sum((p - q) ** 2 for p, q in zip(points[a], points[b], strict=True)) for a, b, w in whole.edges
+                ),
+                whole.edge_unit,
+            )
+            for value, terms in zip(found, whole.terms, strict=True):
+                exact_value = Fraction(sum(w * det(vectors[a], vectors[b], vectors[c]) for a, b, c, w in terms), unit)
+                expected = root_ratio(exact_value**2 / square**3, 1 / row.terms.ideal) if exact_value else 0.0
+                expected = expected if exact_value > 0 else -expected
+                assert abs(value - expected) <= bound + 1e-15 * abs(expected)
+            assert bound < 1e-9
 
 
 @pytest.mark.parametrize(("amplitude", "percent"), [(0.5, 0.44), (0.7, 5.7)])

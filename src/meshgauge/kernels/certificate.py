@@ -14,7 +14,7 @@ Three steps, each for the cells that the one before left open:
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +85,7 @@ def certificate(
     """
     row = table(name)
     n_cells = len(connectivity)
+    points, connectivity = _read_only(points), _read_only(connectivity)
     result = _empty(n_cells)
     step = LANES * max(NODE_BYTES // (24 * row.n_nodes * LANES), 1)
     for first in range(0, n_cells, step):
@@ -92,6 +93,13 @@ def certificate(
         part = Certificate(result.status[chunk], result.lower[chunk], result.upper[chunk])
         _certify(row, points, connectivity[chunk], part, max_splits)
     return result
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """A view that cannot be written: one type for Numba, so that nothing is compiled twice."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def _empty(n_cells: int) -> Certificate:
@@ -113,7 +121,7 @@ def _certify(
 
     def gathered(cells: NDArray[np.integer]) -> NDArray[np.float64]:
         nodes = np.empty((-(-len(cells) // LANES), 3 * row.n_nodes, LANES))
-        gather(points, cells, nodes)
+        gather(points, _read_only(cells), nodes)
         return nodes
 
     if row.name == "hexahedron":

@@ -26,7 +26,7 @@ class Bounds(NamedTuple):
     upper: float
 
 
-class _Whole(NamedTuple):
+class Whole(NamedTuple):
     """A table with all weights multiplied up to whole numbers."""
 
     vectors: tuple[tuple[tuple[int, int], ...], ...]
@@ -59,10 +59,10 @@ def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Bound
         `INVALID` if the determinant is zero or negative at some point; `UNDECIDED` only for types that need
         subdivision.
     """
-    row, whole = table(name), _whole(name)
+    row, whole = table(name), whole_table(name)
     points = whole_points(nodes)
-    vectors = [_combination(parts, points) for parts in whole.vectors]
-    coefficients = [sum(w * _det(vectors[a], vectors[b], vectors[c]) for a, b, c, w in terms) for terms in whole.terms]
+    vectors = [combination(parts, points) for parts in whole.vectors]
+    coefficients = [sum(w * det(vectors[a], vectors[b], vectors[c]) for a, b, c, w in terms) for terms in whole.terms]
     square = Fraction(sum(w * _distance2(points[a], points[b]) for a, b, w in whole.edges), whole.edge_unit)
     unit = whole.term_unit * whole.vector_unit**3
     corners = row.terms.corners.tolist()
@@ -72,7 +72,7 @@ def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Bound
 
 
 def _decide(
-    row: Table, whole: _Whole, coefficients: list[int], corners: list[int], max_splits: int
+    row: Table, whole: Whole, coefficients: list[int], corners: list[int], max_splits: int
 ) -> tuple[int, Fraction, Fraction]:
     """The decision, and bounds in the coefficients' unit."""
     low, high = Fraction(min(coefficients)), Fraction(min(coefficients[c] for c in corners))
@@ -153,7 +153,8 @@ def whole_points(nodes: Sequence[Sequence[float]]) -> list[Vector]:
     return [(x, y, z) for x, y, z in rows]
 
 
-def _combination(parts: Sequence[tuple[int, int]], points: Sequence[Vector]) -> Vector:
+def combination(parts: Sequence[tuple[int, int]], points: Sequence[Vector]) -> Vector:
+    """Weighted sum of points, of ``(node, weight)``."""
     x = y = z = 0
     for node, weight in parts:
         point = points[node]
@@ -163,7 +164,8 @@ def _combination(parts: Sequence[tuple[int, int]], points: Sequence[Vector]) -> 
     return x, y, z
 
 
-def _det(a: Vector, b: Vector, c: Vector) -> int:
+def det(a: Vector, b: Vector, c: Vector) -> int:
+    """Determinant of three whole vectors."""
     return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 
 
@@ -172,7 +174,8 @@ def _distance2(a: Vector, b: Vector) -> int:
 
 
 @cache
-def _whole(name: str) -> _Whole:
+def whole_table(name: str) -> Whole:
+    """The table of a cell type in whole numbers."""
     row = table(name)
     vector_unit = lcm(*(w.denominator for v in row.vectors for w in v.values()))
     term_unit = lcm(*(t[4].denominator for t in row.exact_terms))
@@ -187,7 +190,7 @@ def _whole(name: str) -> _Whole:
     whole = [int(w * child_unit) for w in weights]
     column, start, child = splits.column.tolist(), splits.row_start.tolist(), splits.child_start.tolist()
     rows = [tuple(zip(column[a:b], whole[a:b], strict=True)) for a, b in pairwise(start)]
-    return _Whole(
+    return Whole(
         vectors=tuple(tuple((node, int(w * vector_unit)) for node, w in v.items()) for v in row.vectors),
         vector_unit=vector_unit,
         terms=tuple(tuple(t) for t in terms),

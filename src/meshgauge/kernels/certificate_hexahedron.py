@@ -23,11 +23,6 @@ roundings for each of three edges, five for the triple product, eight for the su
 
 
 @inlined
-def _point(nodes: Any, block: Any, node: Any, lane: Any) -> Any:
-    return nodes[block, 3 * node, lane], nodes[block, 3 * node + 1, lane], nodes[block, 3 * node + 2, lane]
-
-
-@inlined
 def _edge(p: Any, q: Any) -> Any:
     return q[0] - p[0], q[1] - p[1], q[2] - p[2]
 
@@ -98,10 +93,14 @@ def hexahedron(
     high = np.empty(LANES)
     for block in range(nodes.shape[0]):
         for lane in range(LANES):
-            p0, p1 = _point(nodes, block, 0, lane), _point(nodes, block, 1, lane)
-            p2, p3 = _point(nodes, block, 2, lane), _point(nodes, block, 3, lane)
-            p4, p5 = _point(nodes, block, 4, lane), _point(nodes, block, 5, lane)
-            p6, p7 = _point(nodes, block, 6, lane), _point(nodes, block, 7, lane)
+            p0 = nodes[block, 0, lane], nodes[block, 1, lane], nodes[block, 2, lane]
+            p1 = nodes[block, 3, lane], nodes[block, 4, lane], nodes[block, 5, lane]
+            p2 = nodes[block, 6, lane], nodes[block, 7, lane], nodes[block, 8, lane]
+            p3 = nodes[block, 9, lane], nodes[block, 10, lane], nodes[block, 11, lane]
+            p4 = nodes[block, 12, lane], nodes[block, 13, lane], nodes[block, 14, lane]
+            p5 = nodes[block, 15, lane], nodes[block, 16, lane], nodes[block, 17, lane]
+            p6 = nodes[block, 18, lane], nodes[block, 19, lane], nodes[block, 20, lane]
+            p7 = nodes[block, 21, lane], nodes[block, 22, lane], nodes[block, 23, lane]
             # Edges along r at (s, t), s at (r, t), t at (r, s) = (0, 0), (1, 0), (0, 1), (1, 1).
             a0, a1, a2, a3 = _edge(p0, p1), _edge(p3, p2), _edge(p4, p5), _edge(p7, p6)
             b0, b1, b2, b3 = _edge(p0, p3), _edge(p1, p2), _edge(p4, p7), _edge(p5, p6)
