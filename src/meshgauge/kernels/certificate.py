@@ -3,12 +3,13 @@
 Corners do not tell: a hexahedron or wedge whose corners are all fine can be turned inside out in the middle, and a
 curved cell all the more. Here the determinant is bounded over the whole closed cell, and its sign proved.
 
-Three steps, each for the cells that the one before left open:
+Steps, each for the cells that the one before left open:
 
 1. one set of Bernstein coefficients in floating numbers with a bound on their rounding (`certificate_bernstein`, for
    the hexahedron `certificate_hexahedron`), which settles nearly all cells;
-2. subdivision (`certificate_subdivision`);
-3. whole numbers (`certificate_exact`), for determinants that are zero or almost.
+2. corners that are zero because coordinates are equal: flat cells, repeated nodes, of which a mesh may be full;
+3. subdivision (`certificate_subdivision`);
+4. whole numbers (`certificate_exact`), for determinants that are zero or almost.
 """
 
 from __future__ import annotations
@@ -116,6 +117,7 @@ def _certify(
     """Fill the result for a few thousand cells."""
     # Numba loads here, on use.
     from .certificate_bernstein import bernstein, gather
+    from .certificate_corners import has_zero_corner
     from .certificate_hexahedron import hexahedron
     from .certificate_subdivision import subdivide
 
@@ -129,6 +131,15 @@ def _certify(
     else:
         bernstein(gathered(connectivity), row.terms, *result, np.empty((0, 0)), np.empty(0))
     open_cells = np.flatnonzero(result.status == UNDECIDED)
+    if len(open_cells):
+        nodes = points[connectivity[open_cells]]
+        is_finite = np.isfinite(result.lower[open_cells])
+        flat = open_cells[is_finite & (nodes == nodes[:, :1]).all(axis=1).any(axis=1)]
+        zero = open_cells[is_finite & has_zero_corner(row.name, nodes)]
+        result.status[flat], result.lower[flat] = INVALID, 0.0
+        result.status[zero], result.upper[zero] = INVALID, 0.0
+        result.lower[zero] = np.minimum(result.lower[zero], 0.0)
+        open_cells = open_cells[result.status[open_cells] == UNDECIDED]
     if len(open_cells) and not row.is_closed_form:
         part = _empty(len(open_cells))
         coefficients = np.empty((len(open_cells), row.terms.n_coefficients))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
+from itertools import permutations
 from math import inf, nan, sqrt
 
 import numpy as np
@@ -55,6 +56,18 @@ def corner_tangents_js(
         nodes = points[connectivity[cell, table[triple]]]
         js[cell, triple] = _exact(nodes.tolist()) if np.isfinite(nodes).all() else nan
     return _folded(js, [a for a, *_ in shape.triples])
+
+
+def has_zero_corner(name: str, nodes: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Cells ``(m, n_nodes, 3)``, finite, of which a corner's determinant is exactly zero whatever the rounding.
+
+    So it is where every product of three components has a factor that is zero because coordinates are equal.
+    """
+    _, table = _corners(name)
+    corner = nodes[:, table[:, 0]]
+    moves = [(nodes[:, table[:, 1 + n]] != corner) | (nodes[:, table[:, 4 + n]] != corner) for n in range(3)]
+    products = [moves[0][..., x] & moves[1][..., y] & moves[2][..., z] for x, y, z in permutations(range(3))]
+    return np.asarray(~np.any(products, axis=0).all(axis=1))
 
 
 def fold(values: NDArray[np.float64]) -> NDArray[np.float64]:
