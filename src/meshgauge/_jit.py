@@ -24,6 +24,21 @@ def kernel(function: F) -> F:
     return compiled
 
 
+def fused_kernel(function: F) -> F:
+    """A `kernel` in which ``a * b + c`` may be rounded once: 1.2 times as fast for wedges and hexahedra.
+
+    Never for code whose correctness rests on each operation being rounded, such as error-free transformations.
+    """
+    compiled: F = numba.njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})(function)
+    return compiled
+
+
+def fused_inlined(function: F) -> F:
+    """An `inlined` helper of a `fused_kernel`."""
+    compiled: F = numba.njit(error_model="numpy", nogil=True, fastmath={"contract"})(function)
+    return compiled
+
+
 def inlined(function: F) -> F:
     """Compile a scalar helper of kernels in the same file; LLVM inlines it, nothing is cached for it alone."""
     compiled: F = numba.njit(error_model="numpy", nogil=True)(function)

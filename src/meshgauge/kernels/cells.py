@@ -2,8 +2,8 @@
 
 Each kernel takes flat arrays, ``points`` (3 per point, float32 or float64), ``connectivity`` (int64, ``n_nodes`` per
 cell) and ``out`` (float64, one per cell), and writes E_q, or NaN for a cell that it could not settle: a coordinate that
-is not finite, a size whose sixth power leaves the range of a double, or a corner so flat that its sign is not certain.
-The caller settles those with `robust`.
+is not finite, a size whose sixth power leaves 1e±140, or a corner so flat that its sign is not certain. It returns how
+many; the caller settles those with `robust`.
 
 Why the sign is certain otherwise: the determinant D of the rounded differences has the exact sign if |D| exceeds
 (7 + 56u)u·P with u = 2^-53 and P the permanent of absolute values (Shewchuk 1997, orient3d), and P is at most
@@ -21,8 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from .._jit import inlined, kernel
-from .lanes import BLOCK, load4, prefetch, prefetch_write
+from .._jit import fused_inlined, fused_kernel
+from .lanes import BLOCK, load4, prefetch, prefetch_write, widest
 
 U = np.uint64  # unsigned indices: Numba adds a branch for negative ones otherwise
 
@@ -31,7 +31,7 @@ SMALL, LARGE = 1e-140, 1e140  # of l1² l2² l3²: within, no product of two of 
 AHEAD = 128  # cells asked for ahead in the connectivity; half of it in the output
 
 
-@inlined
+@fused_inlined
 def _gather(points: Any, connectivity: Any, out: Any, n_nodes: Any, first: Any, n: Any, block: Any) -> None:
     """Fill the block with the coordinates of cells first..first + n - 1; the last one again to the end of its four."""
     for group in range((n + 3) >> 2):
@@ -54,22 +54,33 @@ def _gather(points: Any, connectivity: Any, out: Any, n_nodes: Any, first: Any, 
             )
 
 
-@inlined
+@fused_inlined
+def _written(q: Any, out: Any, first: Any, n: Any) -> Any:
+    """Store the values of the block; return how many are NaN."""
+    left = 0
+    for lane in range(n):
+        out[first + lane] = q[lane]
+        left += q[lane] != q[lane]
+    return left
+
+
+@fused_inlined
 def _det(ax: Any, ay: Any, az: Any, bx: Any, by: Any, bz: Any, cx: Any, cy: Any, cz: Any) -> Any:
     return ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
 
 
-@inlined
+@fused_inlined
 def _value(low: Any, high: Any, negative: Any, k: Any) -> Any:
     """J_ENS of the worse of two squared J_S of one sign, with that sign."""
     q = min(sqrt(low) * (1.0 / k), 1.0 + k - sqrt(high))
     return -q if negative else q
 
 
-@kernel
-def tetra(points: Any, connectivity: Any, out: Any, k: Any) -> None:
+@fused_kernel
+def tetra(points: Any, connectivity: Any, out: Any, k: Any) -> int:
     """All four corners share one determinant: two roots a cell."""
-    m = len(out)
+    widest()
+    m, left = len(out), 0
     x, q = np.zeros(12 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
@@ -95,11 +106,11 @@ def tetra(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             low, high = square / large, square / small
             settled = (low > FLAT) and (small > SMALL) and (large < LARGE)
             q[p] = _value(low, high, det < 0.0, k) if settled else np.nan
-        for lane in range(n):
-            out[first + lane] = q[lane]
+        left += _written(q, out, first, n)
+    return left
 
 
-@inlined
+@fused_inlined
 def _worst_right(small: Any, nearest: Any) -> Any:
     """The same for k = 1, where no corner lies beyond the peak: one root. Rounding may lift J_S just above 1."""
     root = sqrt(small if small > 0.0 else -nearest)
@@ -107,29 +118,30 @@ def _worst_right(small: Any, nearest: Any) -> Any:
     return q if small > 0.0 else -q
 
 
-@inlined
+@fused_inlined
 def _worst(small: Any, large: Any, nearest: Any, k: Any) -> Any:
     """E_q from the least and greatest signed square, and the greatest of the negative ones."""
     valid = small > 0.0
     return _value(small if valid else -nearest, large if valid else -small, not valid, k)
 
 
-@inlined
+@fused_inlined
 def _squares(d0: Any, p0: Any, d1: Any, p1: Any) -> Any:
     """Signed squared J_S of two corners with one division: it is the slowest instruction here."""
     inverse = 1.0 / (p0 * p1)
     return d0 * abs(d0) * (p1 * inverse), d1 * abs(d1) * (p0 * inverse)
 
 
-@inlined
+@fused_inlined
 def _negative(a: Any) -> Any:
     return a if a < 0.0 else -2.0
 
 
-@kernel
-def pyramid(points: Any, connectivity: Any, out: Any, k: Any) -> None:
+@fused_kernel
+def pyramid(points: Any, connectivity: Any, out: Any, k: Any) -> int:
     """The tetrahedron of a base corner is also that of an apex triple: four determinants, eight corners."""
-    m = len(out)
+    widest()
+    m, left = len(out), 0
     x, q = np.zeros(15 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
@@ -176,14 +188,15 @@ def pyramid(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             total = ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7))  # NaN if any is: min and max may drop it
             settled = (flattest > FLAT) and (least > SMALL) and (most < LARGE) and (total == total)
             q[p] = _worst(small, large, nearest, k) if settled else np.nan
-        for lane in range(n):
-            out[first + lane] = q[lane]
+        left += _written(q, out, first, n)
+    return left
 
 
-@kernel
-def wedge(points: Any, connectivity: Any, out: Any, k: Any) -> None:
+@fused_kernel
+def wedge(points: Any, connectivity: Any, out: Any, k: Any) -> int:
     """Six corners on nine edges."""
-    m = len(out)
+    widest()
+    m, left = len(out), 0
     x, q = np.zeros(18 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
@@ -230,14 +243,15 @@ def wedge(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             total = (s0 + s1) + (s2 + s3) + (s4 + s5)  # NaN if any is: min and max may drop it
             settled = (flattest > FLAT) and (least > SMALL) and (most < LARGE) and (total == total)
             q[p] = _worst(small, large, nearest, k) if settled else np.nan
-        for lane in range(n):
-            out[first + lane] = q[lane]
+        left += _written(q, out, first, n)
+    return left
 
 
-@kernel
-def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> None:
+@fused_kernel
+def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> int:
     """Eight corners on twelve edges: a along 0-1, b along 0-3, c along 0-4. ``k`` must be 1."""
-    m = len(out)
+    widest()
+    m, left = len(out), 0
     x, q = np.zeros(24 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
@@ -297,5 +311,5 @@ def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> None:
             total = ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7))  # NaN if any is: min and max may drop it
             settled = (flattest > FLAT) and (least > SMALL) and (most < LARGE) and (total == total)
             q[p] = _worst_right(small, nearest) if settled else np.nan
-        for lane in range(n):
-            out[first + lane] = q[lane]
+        left += _written(q, out, first, n)
+    return left

@@ -48,9 +48,8 @@ def cell_jens(points: Points, connectivity: Cells, shape: Shape, out: Values) ->
     out
         ``(n_cells,)`` contiguous; receives values in [-1, 1], or NaN where a coordinate is NaN or infinite.
     """
-    _cell_kernel(points, connectivity, shape, out)
-    left = np.flatnonzero(np.isnan(out))
-    if len(left):
+    if _cell_kernel(points, connectivity, shape, out):
+        left = np.flatnonzero(np.isnan(out))
         values = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
         out[left] = folds.fold(folds.jens(values, shape.k))
 
@@ -63,14 +62,15 @@ def node_scaled_jacobian(points: Points, connectivity: Cells, shape: Shape, out:
         out[left] = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
 
 
-def _cell_kernel(points: Points, connectivity: Cells, shape: Shape, out: Values) -> None:
+def _cell_kernel(points: Points, connectivity: Cells, shape: Shape, out: Values) -> bool:
+    """Values by the fast path; True if it left some NaN."""
     fast = FAST.get(shape.name)
     if fast is not None:
-        fast(points.reshape(-1), connectivity.reshape(-1), out, shape.k)
-        return
+        return bool(fast(points.reshape(-1), connectivity.reshape(-1), out, shape.k))
     values = np.empty(connectivity.shape)
     _node_kernel(points, connectivity, shape, values)
     out[:] = folds.fold(folds.jens(values, shape.k))
+    return bool(np.isnan(out).any())
 
 
 def _node_kernel(points: Points, connectivity: Cells, shape: Shape, out: Values) -> None:

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .._jit import inlined, kernel
-from .lanes import BLOCK, load4, prefetch, prefetch_write
+from .._jit import fused_inlined, fused_kernel
+from .lanes import BLOCK, load4, prefetch, prefetch_write, widest
 
 U = np.uint64  # unsigned indices: Numba adds a branch for negative ones otherwise
 
@@ -20,7 +20,7 @@ SMALL, LARGE = 1e-280, 1e280  # of l1² l2² l3²: within, it has lost no bits
 AHEAD = 64  # cells asked for ahead
 
 
-@inlined
+@fused_inlined
 def _gather(points: Any, connectivity: Any, out: Any, n_nodes: Any, first: Any, n: Any, block: Any) -> None:
     """Fill the block with the coordinates of cells first..first + n - 1; the last one again to the end of its four."""
     for group in range((n + 3) >> 2):
@@ -43,12 +43,13 @@ def _gather(points: Any, connectivity: Any, out: Any, n_nodes: Any, first: Any, 
             )
 
 
-@kernel
+@fused_kernel
 def scaled_jacobian(points: Any, connectivity: Any, triples: Any, n_nodes: Any, out: Any) -> None:
     """J_S of each node: the fold of its triples.
 
     ``triples`` is ``(n_triples, 4)`` int64, sorted by node; ``out`` is flat float64, ``n_nodes`` a cell.
     """
+    widest()
     m = len(out) // n_nodes
     x = np.zeros(3 * n_nodes * BLOCK)
     small, nearest, settled = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)

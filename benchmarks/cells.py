@@ -1,0 +1,149 @@
+"""Speed of the cell kernels against VTK's Verdict and against reading the points alone, in one run.
+
+    python benchmarks/cells.py [--cells 1000000] [--rounds 9] [--threads 2]
+
+Same arrays, the same number of threads. Each round times all contenders in turn; the fastest round of each counts. A
+gather reads the points of each cell and writes one float: what no metric can be faster than.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numba
+import numpy as np
+from grids import MAKE, cells_of
+from versions import versions
+from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
+from vtkmodules.vtkCommonCore import vtkPoints, vtkSMPTools
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
+from vtkmodules.vtkFiltersVerdict import vtkCellQuality
+
+from meshgauge.cells import BY_NAME
+from meshgauge.kernels import driver
+
+U = np.uint64
+CHUNK = 1 << 16
+WANTED = {"tetra": (12, 22, 0.4), "hexahedron": (7, 13, 0.65), "wedge": (5, 9, 0.65), "pyramid": (12, 24, 0.65)}
+"""Ratios that the project wants: to VTK on all threads, to VTK on one (as its wheel runs), to the gather."""
+
+
+def gather_source(n_nodes: int) -> str:
+    """A kernel with no loop over the nodes and no chain of additions: the best that Numba makes of a gather."""
+    terms = [f"x[p{j}] + (x[p{j} + U(1)] + x[p{j} + U(2)])" for j in range(n_nodes)]
+    while len(terms) > 1:
+        terms = [f"({' + '.join(terms[m : m + 2])})" for m in range(0, len(terms), 2)]
+    loads = "\n".join(f"        p{j} = U(3) * U(cells[o + U({j})])" for j in range(n_nodes))
+    return (
+        f"def gather(x, cells, out):\n    for c in range(len(out)):\n        o = U({n_nodes}) * U(c)\n{loads}\n"
+        f"        out[c] = {terms[0]}\n"
+    )
+
+
+def gather(n_nodes: int) -> Callable[..., None]:
+    scope: dict[str, Any] = {"U": U}
+    exec(gather_source(n_nodes), scope)
+    compiled: Callable[..., None] = numba.njit(error_model="numpy", nogil=True)(scope["gather"])
+    return compiled
+
+
+def verdict(points: np.ndarray, cells: np.ndarray, vtk_id: int) -> vtkCellQuality:
+    """VTK's filter on the same arrays."""
+    place = vtkPoints()
+    place.SetData(numpy_to_vtk(points))
+    offsets = numpy_to_vtkIdTypeArray(np.arange(len(cells) + 1) * cells.shape[1], deep=True)
+    array = vtkCellArray()
+    array.SetData(offsets, numpy_to_vtkIdTypeArray(cells.reshape(-1)))
+    grid = vtkUnstructuredGrid()
+    grid.SetPoints(place)
+    grid.SetCells(vtk_id, array)
+    grid._keep = (points, cells)  # VTK holds no reference to what NumPy owns
+    quality = vtkCellQuality()
+    quality.SetInputData(grid)
+    quality.SetQualityMeasureToScaledJacobian()
+    return quality
+
+
+def timed(work: Callable[[], object]) -> float:
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def contest(name: str, least: int, rounds: int, threads: int) -> None:
+    shape = BY_NAME[name].shape
+    assert shape is not None
+    points, cells = cells_of(name, least)
+    x, ids, out = points.reshape(-1), cells.reshape(-1), np.empty(len(cells))
+    n = cells.shape[1]
+    read = gather(n)
+    read(x, ids[:0], out[:0])
+    driver.prepare(shape, points)
+    pool = ThreadPoolExecutor(threads)
+    starts = range(0, len(cells), CHUNK)
+
+    def ours() -> None:
+        list(pool.map(lambda s: driver.cell_jens(points, cells[s : s + CHUNK], shape, out[s : s + CHUNK]), starts))
+
+    def gathered() -> None:
+        list(pool.map(lambda s: read(x, ids[n * s : n * (s + CHUNK)], out[s : s + CHUNK]), starts))
+
+    quality = verdict(points, cells, BY_NAME[name].vtk_id)
+
+    def vtk(backend: str, count: int) -> Callable[[], None]:
+        def run() -> None:
+            vtkSMPTools.SetBackend(backend)
+            vtkSMPTools.Initialize(count)
+            quality.Modified()
+            quality.Update()
+
+        return run
+
+    contenders = {
+        "jens": ours,
+        "gather": gathered,
+        "all": vtk("STDThread", threads),
+        "one": vtk("Sequential", 1),
+    }
+    best = dict.fromkeys(contenders, np.inf)
+    for _ in range(rounds):
+        for key, work in contenders.items():
+            best[key] = min(best[key], timed(work))
+    ours()
+    agree = ""
+    if name != "pyramid":  # Verdict ignores the apex
+        theirs = vtk_to_numpy(quality.GetOutput().GetCellData().GetArray("CellQuality"))
+        agree = f"largest difference {np.abs(theirs - out).max():.0e} below the peak" if name == "hexahedron" else ""
+    rate = {key: len(cells) / seconds / 1e6 for key, seconds in best.items()}
+    wanted = WANTED[name]
+    print(
+        f"| {name} | {len(cells):,} | {rate['jens']:.0f} | {rate['all']:.0f} | {rate['one']:.0f} | "
+        f"{rate['gather']:.0f} | {rate['jens'] / rate['all']:.1f} (>= {wanted[0]}) | "
+        f"{rate['jens'] / rate['one']:.1f} (>= {wanted[1]}) | {rate['jens'] / rate['gather']:.2f} (>= {wanted[2]}) | "
+        f"{agree}",
+        flush=True,
+    )
+    pool.shutdown()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cells", type=int, default=1_000_000)
+    parser.add_argument("--rounds", type=int, default=9)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--only", choices=list(MAKE))
+    asked = parser.parse_args()
+    print(versions("vtk"))
+    print(f"million cells a second, {asked.threads} threads, best of {asked.rounds} rounds\n")
+    print("| type | cells | J_ENS | VTK | VTK, 1 thread | gather | to VTK | to VTK, 1 thread | to gather |")
+    print("|---|---|---|---|---|---|---|---|---|")
+    for name in [asked.only] if asked.only else MAKE:
+        contest(name, asked.cells, asked.rounds, asked.threads)
+
+
+if __name__ == "__main__":
+    main()
