@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from .._quality import Quality, measure
 from ..errors import MeshgaugeError
 from ..io import read, write
 from ..metrics import metric
@@ -16,6 +17,9 @@ from ..report import FailedFile, FileReport
 from ..report.csv import CsvWriter
 from ..summary import Summary, summarise
 from .terminal import activity, warn
+
+if TYPE_CHECKING:
+    from .._quality import Quality
 
 JENS = "jens"
 
@@ -40,10 +44,14 @@ class Job:
         WriteError
             If an output cannot be written.
         """
+        loading = _loading()
         try:
             with activity(f"reading {path}", shown=self.shows_progress):
                 mesh = read(path, format=self.format, wedge_order=self.wedge_order)
             with activity(f"measuring {path}", shown=self.shows_progress):
+                loading.join()
+                from .._quality import measure
+
                 quality = measure(mesh, metrics=self.metrics, threads=self.threads)
                 summaries = [self._summary(quality, name) for name in self.metrics]
                 worst = quality.worst(self.worst) if self.worst else []
@@ -73,6 +81,17 @@ class Job:
         )
         for lost in write(output, measured):
             warn("note", f"{output}: {lost}")
+
+
+def _loading() -> threading.Thread:
+    """Import what measures (Numba: a quarter of a second) while the file is read, which waits for the disk."""
+
+    def load() -> None:
+        from .. import _quality  # noqa: F401  imported to have it loaded
+
+    thread = threading.Thread(target=load, daemon=True)
+    thread.start()
+    return thread
 
 
 def metric_names(ours: Iterable[str], verdict: Iterable[str]) -> tuple[str, ...]:
