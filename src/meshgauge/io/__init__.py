@@ -1,6 +1,7 @@
 """The door for files: one registry of formats, one file a format.
 
-Importing this loads NumPy only; VTK, h5py, meshio and PyVista are loaded by the reader that needs them.
+Importing this loads NumPy only; VTK, h5py, meshio and PyVista are loaded by the reader that needs them, most of them in
+a process of its own (`_isolate`).
 """
 
 from __future__ import annotations
@@ -9,45 +10,30 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ..errors import MeshError, MeshgaugeError, ReadError, WriteError
+from ..errors import MeshError, ReadError, WriteError
 from ..mesh import Mesh
-from . import _files, exodus, gmsh, medit, others, vtk_legacy, vtk_xml, vtkhdf
+from . import _files, _registry
 from ._format import Format
+from ._isolate import Limits
+from ._registry import FORMATS, format_named
 from .wedge_order import WEDGE_ORDERS, check_order, settled
 
-__all__ = ["FORMATS", "WEDGE_ORDERS", "Format", "format_named", "from_meshio", "from_pyvista", "read", "write"]
+__all__ = [
+    "FORMATS",
+    "WEDGE_ORDERS",
+    "Format",
+    "Limits",
+    "format_named",
+    "from_meshio",
+    "from_pyvista",
+    "read",
+    "write",
+]
 
 StrPath = str | os.PathLike[str]
 
-_ALL: tuple[Format, ...] = (
-    vtk_xml.VTU,
-    vtk_xml.VTK_XML,
-    vtk_legacy.VTK_LEGACY,
-    vtkhdf.VTKHDF,
-    gmsh.GMSH,
-    medit.MEDIT,
-    exodus.EXODUS,
-    *others.OTHERS,
-)
 
-FORMATS: dict[str, Format] = {f.name: f for f in _ALL}
-"""Every format, by name."""
-
-
-def format_named(name: str) -> Format:
-    """The format of that name.
-
-    Raises
-    ------
-    ReadError
-        If there is none; the message lists the names.
-    """
-    if name not in FORMATS:
-        raise ReadError(f"no format {name!r}; known are {', '.join(FORMATS)}")
-    return FORMATS[name]
-
-
-def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto") -> Mesh:
+def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto", limits: Limits | None = None) -> Mesh:
     """Read a mesh file.
 
     Parameters
@@ -59,6 +45,9 @@ def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto")
     wedge_order
         Order of the wedges in the file: "auto" (decided for each block by the sign of the volumes), "gmsh" (the normal
         of (0, 1, 2) points to (3, 4, 5), also VTK's since 9.7) or "vtk-legacy" (it points away).
+    limits
+        Time and memory of a reader that is not ours, which runs in a process of its own; by the size of the file if
+        None.
 
     Returns
     -------
@@ -68,51 +57,15 @@ def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto")
     Raises
     ------
     ReadError
-        If the file is missing, of no known format, broken, or would not be read right. The message names the file.
+        If the file is missing, of no known format, broken, or would not be read right; if its reader crashed, hung or
+        took too much memory. The message names the file.
     """
     check_order(wedge_order)
     given = Path(path)
     with _files.opened(given) as (plain, head):
-        chosen = format_named(format) if format is not None else _told(plain, head)
-        mesh = _read(chosen, plain)
-        mesh = settled(mesh, wedge_order)
+        chosen = format_named(format) if format is not None else _registry.told(plain, head)
+        mesh = settled(_registry.read(chosen, plain, limits), wedge_order)
     return mesh if plain == given else mesh.replace(path=str(given))
-
-
-def _told(path: Path, head: bytes) -> Format:
-    """The format of a file by its extension and its first bytes."""
-    extension = path.suffix.lower()
-    here = [f for f in _ALL if extension in f.extensions]
-    if not head and extension != ".foam":  # that file only marks its folder
-        raise ReadError(f"{path}: is empty (0 bytes)")
-    for chosen in (*here, *(f for f in _ALL if f.by_content)):
-        if chosen.sniff(head, path):
-            return chosen
-    if here:
-        expected = " or ".join(f.title for f in here)
-        raise ReadError(f"{path}: does not begin as a file with the extension {extension} does ({expected})")
-    known = ", ".join(sorted({e for f in _ALL if f.read for e in f.extensions}))
-    raise ReadError(f"{path}: the extension {extension!r} and the content are of no known format; known are {known}")
-
-
-def _read(chosen: Format, path: Path) -> Mesh:
-    if chosen.read is None:
-        raise ReadError(f"{path}: {chosen.title} can be written, but not read")
-    try:
-        return chosen.read(path)
-    except ReadError as error:
-        message = str(error)
-        raise (error if str(path) in message else ReadError(f"{path}: {message}")) from error.__cause__
-    except MeshgaugeError as error:
-        raise ReadError(f"{path}: {error}") from error
-    except ImportError as error:
-        raise ReadError(f"{path}: {chosen.title} needs a package that is not installed: {error}") from error
-    except MemoryError as error:
-        raise ReadError(f"{path}: does not fit into memory, or states sizes that do not fit") from error
-    except (Exception, SystemExit) as error:
-        # Readers of others raise anything on a broken file; a traceback from inside them helps no one.
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise ReadError(f"{path}: cannot be read as {chosen.title}: {reason}") from error
 
 
 def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bool = False) -> tuple[str, ...]:
@@ -141,7 +94,7 @@ def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bo
         If the format is unknown or cannot hold the cells, or the file cannot be written.
     """
     target = Path(path)
-    chosen = _for_writing(target, format)
+    chosen = _registry.for_writing(target, format)
     assert chosen.write is not None
     if not overwrite and mesh.path is not None and _same_file(target, Path(mesh.path)):
         raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
@@ -158,20 +111,6 @@ def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bo
         except Exception as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise WriteError(f"{target}: cannot be written as {chosen.title}: {reason}") from error
-
-
-def _for_writing(path: Path, name: str | None) -> Format:
-    writable = [f for f in _ALL if f.write is not None]
-    if name is not None:
-        found = [f for f in writable if f.name == name]
-        what = f"format {name!r}"
-    else:
-        found = [f for f in writable if path.suffix.lower() in f.extensions]
-        what = f"extension {path.suffix!r}"
-    if not found:
-        known = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in writable)
-        raise WriteError(f"{path}: no format to write for the {what}; known are {known}")
-    return found[0]
 
 
 def _same_file(a: Path, b: Path) -> bool:

@@ -11,6 +11,9 @@ from ..mesh import Mesh
 Reader = Callable[[Path], Mesh]
 """Reads a file. Wedges stay in the order of the file: `wedge_order.settled` turns them afterwards."""
 
+OwnReader = Callable[[Path], Mesh | None]
+"""Reads a file, or returns None for a kind of it that it leaves to the reader of others."""
+
 Writer = Callable[[Path, Mesh], tuple[str, ...]]
 """Writes a file that does not exist yet; returns what the format could not hold, a sentence each."""
 
@@ -35,8 +38,14 @@ class Format:
         Lower case, with the dot. Two formats may share one: the content then decides.
     sniff
         Tells the format by the first bytes of a file.
-    read, write
-        None where the format cannot be read or written.
+    read
+        Our own reader: checks every count and index itself, so that it runs in the caller's process. None if there is
+        none.
+    foreign
+        A reader that may crash, hang, print or end its process, so that it gets one of its own. Called if ``read`` is
+        None or returns None.
+    write
+        None where the format cannot be written.
     by_content
         False if the bytes tell this format only together with its extension.
     """
@@ -45,9 +54,14 @@ class Format:
     title: str
     extensions: tuple[str, ...]
     sniff: Sniffer
-    read: Reader | None = None
+    read: OwnReader | None = None
+    foreign: Reader | None = None
     write: Writer | None = None
     by_content: bool = True
+
+    @property
+    def is_readable(self) -> bool:
+        return self.read is not None or self.foreign is not None
 
 
 def anything(head: bytes, path: Path) -> bool:

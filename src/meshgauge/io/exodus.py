@@ -73,4 +73,4 @@ def _check(path: Path) -> None:
         )
 
 
-EXODUS = Format("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii"), sniff, read, by_content=False)
+EXODUS = Format("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii"), sniff, foreign=read, by_content=False)

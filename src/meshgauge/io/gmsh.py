@@ -16,7 +16,7 @@ def sniff(head: bytes, path: Path) -> bool:
     return b"$MeshFormat" in head
 
 
-def read(path: Path) -> Mesh:
+def read(path: Path) -> Mesh | None:
     """Cells of all dimensions, any order, ascii or binary.
 
     Tags are cell data ``gmsh:physical`` and ``gmsh:geometrical``; names of physical groups are field data of their tag
@@ -25,13 +25,18 @@ def read(path: Path) -> Mesh:
     data = path.read_bytes()
     version = _VERSION.search(data)
     if version and version.group(1) in (b"4", b"4.0"):
-        source, notes = _meshio.read(path, "gmsh")
-        return _meshio.mesh(source, path, notes)
+        return None
     return _gmsh_read.read(path, data)
+
+
+def read_by_meshio(path: Path) -> Mesh:
+    """Version 4.0, which Gmsh wrote for a few months."""
+    source, notes = _meshio.read(path, "gmsh")
+    return _meshio.mesh(source, path, notes)
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return _gmsh_write.write(path, mesh)
 
 
-GMSH = Format("gmsh", "Gmsh", (".msh",), sniff, read, write)
+GMSH = Format("gmsh", "Gmsh", (".msh",), sniff, read, read_by_meshio, write)

@@ -65,4 +65,4 @@ def _without(data: Mapping[str, NDArray[Any]], name: str | None) -> dict[str, ND
 
 _REFERENCES = ("medit:ref", "gmsh:physical")
 
-MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, read, write)
+MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, foreign=read, write=write)

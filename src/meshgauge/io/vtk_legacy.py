@@ -75,4 +75,4 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return lost
 
 
-VTK_LEGACY = Format("vtk", "legacy VTK", (".vtk",), sniff, read, write)
+VTK_LEGACY = Format("vtk", "legacy VTK", (".vtk",), sniff, foreign=read, write=write)

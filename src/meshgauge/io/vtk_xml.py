@@ -49,8 +49,6 @@ def read(path: Path) -> Mesh:
     if kind not in _READERS:
         raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {', '.join(_READERS)}")
     _check(path, refers=kind not in _ALONE)
-    if kind == "UnstructuredGrid" and (mesh := vtu_raw.read(path)) is not None:
-        return mesh
     reader = getattr(importlib.import_module("vtkmodules.vtkIOXML"), _READERS[kind])()
     return _vtk.mesh(_vtk.output(reader, path), path)
 
@@ -90,11 +88,11 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return lost
 
 
-VTU = Format("vtu", "VTK XML", (".vtu",), sniff, read, write)
+VTU = Format("vtu", "VTK XML", (".vtu",), sniff, vtu_raw.read, read, write)
 VTK_XML = Format(
     "vtk-xml",
     "VTK XML (other than .vtu)",
     (".pvtu", ".vtm", ".vtmb", ".vtpd", ".vtpc", ".vtp", ".vts", ".vtr", ".vti", ".pvtp", ".pvts", ".pvtr", ".pvti"),
     sniff,
-    read,
+    foreign=read,
 )
