@@ -43,3 +43,13 @@ def inlined(function: F) -> F:
     """Compile a scalar helper of kernels in the same file; LLVM inlines it, nothing is cached for it alone."""
     compiled: F = numba.njit(error_model="numpy", nogil=True)(function)
     return compiled
+
+
+@kernel
+def _nothing() -> None:
+    pass
+
+
+def warm_up() -> None:
+    """Do what Numba does once in a process before its first kernel runs, a fifth of a second; safe on any thread."""
+    _nothing()

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._threads import run
 from .cells import CELL_TYPES, CellType, type_name
 from .errors import MeshError
 from .polyhedra import IndexArray, Polyhedra
@@ -65,7 +66,10 @@ def check_ids(ids: IndexArray, n_points: int, what: str) -> None:
     flat = ids.reshape(-1)
     unsigned = flat.view(np.uint64 if flat.dtype.itemsize == 8 else np.uint32)
     # Negative ids are huge when read as unsigned, so that one pass over memory finds both kinds.
-    if int(unsigned.max()) >= n_points:
+    if (
+        max(run(lambda start: int(unsigned[start : start + 8 * CHUNK].max()), range(0, flat.size, 8 * CHUNK)))
+        >= n_points
+    ):
         at = int(np.argmax((flat < 0) | (flat >= n_points)))
         raise MeshError(f"{what}: point id {int(flat[at])} at position {at} is outside 0..{n_points - 1}")
 
@@ -77,9 +81,7 @@ def check_cells(types: NDArray[np.uint8], offsets: IndexArray, nodes: IndexArray
         raise MeshError(f"offsets have length {len(offsets)}, expected {n_cells + 1} for {n_cells} cells")
     if n_cells and (offsets[0] != 0 or int(offsets[-1]) != len(nodes)):
         raise MeshError(f"offsets run from {offsets[0]} to {offsets[-1]}, expected 0 to {len(nodes)}")
-    for start in range(0, n_cells, CHUNK):
-        stop = min(start + CHUNK, n_cells)
-        _check_sizes(types[start:stop], np.diff(offsets[start : stop + 1]), start)
+    run(lambda start: _check_sizes(types, offsets, start), range(0, n_cells, CHUNK))
     try:
         check_ids(nodes, n_points, "connectivity")
     except MeshError as error:
@@ -97,7 +99,13 @@ _LEAST = np.array(
 )
 
 
-def _check_sizes(types: NDArray[np.uint8], sizes: NDArray[np.signedinteger], start: int) -> None:
+def _check_sizes(all_types: NDArray[np.uint8], offsets: IndexArray, start: int) -> None:
+    types = all_types[start : start + CHUNK]
+    bounds = offsets[start : start + len(types) + 1]
+    sizes = bounds[1:] - bounds[:-1]
+    first = int(_FIXED[types[0]])
+    if first >= 0 and int(sizes.min()) == int(sizes.max()) == first and bool((types == types[0]).all()):
+        return
     fixed = _FIXED[types]
     wrong = np.where(fixed >= 0, sizes != fixed, sizes < _LEAST[types])
     if wrong.any():

@@ -137,22 +137,27 @@ class Mesh:
 
     def type_counts(self) -> dict[str, int]:
         """Number of cells by type name, in the order of the VTK ids."""
-        counts = np.bincount(self.types, minlength=256)
+        counts = self._count_by_id()
         return {type_name(int(t)): int(counts[t]) for t in np.flatnonzero(counts)}
 
     def groups(self) -> Iterator[tuple[CellType | None, int, CellIds]]:
         """For each type in the mesh: its row (None if unknown), its VTK id, and its cells."""
-        counts = np.bincount(self.types, minlength=256)
-        for vtk_id in (int(t) for t in np.flatnonzero(counts)):
+        for vtk_id in (int(t) for t in np.flatnonzero(self._count_by_id())):
             yield CELL_TYPES.get(vtk_id), vtk_id, self.cells_of_type(vtk_id)
 
     def cells_of_type(self, vtk_id: int) -> CellIds:
         """The cells of one type: a slice if they follow one another, else their ids."""
-        ids = np.flatnonzero(self.types == vtk_id)
-        if len(ids) == 0:
-            return slice(0, 0)
-        first, last = int(ids[0]), int(ids[-1])
-        return slice(first, last + 1) if last - first + 1 == len(ids) else ids
+        of_type = self.types == vtk_id
+        n = int(np.count_nonzero(of_type))
+        first = int(np.argmax(of_type)) if n else 0
+        return slice(first, first + n) if bool(of_type[first : first + n].all()) else np.flatnonzero(of_type)
+
+    def _count_by_id(self) -> NDArray[np.int64]:
+        # In pieces: `bincount` makes a copy of eight times the size.
+        counts = np.zeros(256, np.int64)
+        for start in range(0, self.n_cells, cast.CHUNK):
+            counts += np.bincount(self.types[start : start + cast.CHUNK], minlength=256)
+        return counts
 
     def nodes(self, cell: int) -> IndexArray:
         """Point ids of one cell."""

@@ -35,6 +35,7 @@ class Job:
     format: str | None
     output: Path | None
     shows_progress: bool
+    loading: threading.Thread  #: brings in what measures while the first file is read
 
     def run(self, path: str, table: CsvWriter | None) -> FileReport | FailedFile:
         """Report on one file; what is wrong with it, if it cannot be read or measured.
@@ -44,12 +45,11 @@ class Job:
         WriteError
             If an output cannot be written.
         """
-        loading = _loading()
         try:
             with activity(f"reading {path}", shown=self.shows_progress):
                 mesh = read(path, format=self.format, wedge_order=self.wedge_order)
             with activity(f"measuring {path}", shown=self.shows_progress):
-                loading.join()
+                self.loading.join()
                 from .._quality import measure
 
                 quality = measure(mesh, metrics=self.metrics, threads=self.threads)
@@ -81,17 +81,6 @@ class Job:
         )
         for lost in write(output, measured):
             warn("note", f"{output}: {lost}")
-
-
-def _loading() -> threading.Thread:
-    """Import what measures (Numba: a quarter of a second) while the file is read, which waits for the disk."""
-
-    def load() -> None:
-        from .. import _quality  # noqa: F401  imported to have it loaded
-
-    thread = threading.Thread(target=load, daemon=True)
-    thread.start()
-    return thread
 
 
 def metric_names(ours: Iterable[str], verdict: Iterable[str]) -> tuple[str, ...]:

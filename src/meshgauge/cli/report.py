@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import WriteError
-from . import inputs
+from . import inputs, terminal
 
 WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
 
@@ -149,14 +149,15 @@ def report(
         raise WriteError(f"{output}: --output takes one mesh, {len(paths)} are given")
     inputs.check_targets(paths, (output, csv))
 
+    loading = terminal.beside(_load)
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..report import FailedFile, FileReport
     from ..report.csv import CsvWriter
-    from . import job, printer, terminal
+    from . import job, printer
 
     names = job.metric_names(metric or (), compare_metric or ())
     count = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
-    work = job.Job(names, count, threads, wedge_order.value, format, output, shows_progress=not quiet)
+    work = job.Job(names, count, threads, wedge_order.value, format, output, not quiet, loading)
     chosen: printer.Printer = (
         printer.JsonPrinter(bins)
         if json
@@ -178,3 +179,10 @@ def report(
                     break  # nobody reads any more, and there is no file to complete
     chosen.end(reports, failures)
     return 2 if failures else 0
+
+
+def _load() -> None:
+    """Numba and the kernels: half a second that passes while the file is read."""
+    from .. import _jit, _quality  # noqa: F401  imported to have it loaded
+
+    _jit.warm_up()

@@ -6,7 +6,7 @@ import contextlib
 import os
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from rich.console import Console, RenderableType
 
@@ -61,6 +61,13 @@ def _closed() -> bool:
 def warn(kind: str, message: str) -> None:
     """One line on standard error."""
     print(f"meshgauge: {kind}: {' '.join(message.split())}", file=sys.stderr, flush=True)
+
+
+def beside(work: Callable[[], None]) -> threading.Thread:
+    """Do some work beside the rest; the process does not wait for it at its end."""
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    return thread
 
 
 @contextlib.contextmanager
