@@ -161,24 +161,20 @@ def test_what_cannot_be_done_is_one_line(
 
 
 def test_an_unexpected_error_is_one_line(good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> None:
-    from meshgauge.cli import job
-
     def broken(*_: object, **__: object) -> None:
         raise RuntimeError("two\nlines")
 
-    monkeypatch.setattr(job, "measure", broken)
+    monkeypatch.setattr("meshgauge._quality.measure", broken)
     monkeypatch.delenv("MESHGAUGE_TRACEBACK", raising=False)
     assert main(["report", str(good)]) == 2
     assert capsys.readouterr().err == f"meshgauge: error: {good}: unexpected RuntimeError: two lines\n"
 
 
 def test_ctrl_c_is_130(good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    from meshgauge.cli import job
-
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(job, "measure", interrupted)
+    monkeypatch.setattr("meshgauge._quality.measure", interrupted)
     assert main(["report", str(good), "--csv", str(tmp_path / "x.csv")]) == 130
     assert not list(tmp_path.glob("*.csv*"))
     assert "Traceback" not in capsys.readouterr().err
