@@ -118,7 +118,7 @@ def test_hostile(tmp_path: Path, name: str, capfd: pytest.CaptureFixture[str]) -
 
 def test_content_decides_between_formats_of_one_extension(tmp_path: Path) -> None:
     (tmp_path / "mfem.mesh").write_text("MFEM mesh v1.0\n\ndimension\n3\n")
-    with pytest.raises(ReadError, match="MFEM"):
+    with pytest.raises(ReadError, match="has no vertices or no elements"):
         io.read(tmp_path / "mfem.mesh")
     (tmp_path / "fluent.msh").write_text('(0 "a")\n(2 3)\n(10 (0 1 8 0))\n')
     with pytest.raises(ReadError, match="Fluent"):

@@ -20,13 +20,7 @@ NAMES = {
     "poly": ("polyhedron",),
 }
 REFUSED = {
-    "beam-sphere.mesh": "MFEM",
     "wedge_cylinder.cas": "Fluent",
-    "pipe-mesh.unv": "I-DEAS",
-    "eight_voronoi.hedra": "HEDRA",
-    "voro.4.ele": "RF format",
-    "gcube.2.ele": "RF format",
-    "sliding_interface_pipe.su2": "5 zones",
     "read_exodus_PYRAMID14.e": "PYRAMID14",
 }
 PRISM_IS_MORE = {"supportedElements.vtk"}  # whose penta- and hexaprism the manifest counts under poly

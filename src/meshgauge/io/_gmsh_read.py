@@ -19,6 +19,7 @@ from ..cells import BY_NAME
 from ..errors import ReadError
 from ..mesh import CellBlock, Mesh
 from ._gmsh_cells import BY_ID, GmshType
+from ._ids import Index
 
 _DIMENSIONS = ("point", "curve", "surface", "volume")
 
@@ -52,7 +53,7 @@ class _Found:
 def read(path: Path, data: bytes) -> Mesh:
     """The mesh in the bytes of a file of version 2.2 or 4.1."""
     found = _sections(_Cursor(path, data))
-    index = _Index(found.node_tags)
+    index = Index(found.node_tags)
     types, sizes, ids, blocks, start, curved = [], [], [], [], 0, 0
     for run in found.runs:
         n = len(run.nodes)
@@ -89,24 +90,7 @@ def read(path: Path, data: bytes) -> Mesh:
     )
 
 
-class _Index:
-    """Position of each tag."""
-
-    def __init__(self, tags: NDArray[np.int64]) -> None:
-        self.n = len(tags)
-        self.is_plain = bool(self.n == 0 or np.array_equal(tags, np.arange(1, self.n + 1)))
-        self.sorter = None if self.is_plain else np.argsort(tags, kind="stable")
-        self.sorted = None if self.sorter is None else tags[self.sorter]
-
-    def of(self, tags: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Positions of tags, -1 for one that does not exist."""
-        if self.sorter is None or self.sorted is None:
-            return np.where((tags >= 1) & (tags <= self.n), tags - 1, -1)
-        at = np.minimum(np.searchsorted(self.sorted, tags), self.n - 1)
-        return np.where(self.sorted[at] == tags, self.sorter[at], -1)
-
-
-def _spread(index: _Index, tags: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _spread(index: Index, tags: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Values by tag on all items, NaN where there are none."""
     spread = np.full((index.n, *values.shape[1:]), np.nan)
     at = index.of(tags)
@@ -132,7 +116,7 @@ def _cell_data(found: _Found) -> dict[str, NDArray[Any]]:
                 for r in found.runs
             ]
             data[name] = np.concatenate(member).astype(np.uint8)
-    index = _Index(np.concatenate([run.tags for run in found.runs]))
+    index = Index(np.concatenate([run.tags for run in found.runs]))
     for name, pair in found.element_data.items():
         data[name] = _spread(index, *pair)
     return data

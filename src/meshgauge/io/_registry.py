@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..mesh import Mesh
-from . import _isolate, exodus, gmsh, medit, others, vtk_legacy, vtk_xml, vtkhdf
+from . import _isolate, exodus, gmsh, hedra, medit, mfem, others, su2, tetgen, unv, vtk_legacy, vtk_xml, vtkhdf
 from ._format import Format
 
 ALL: tuple[Format, ...] = (
@@ -17,7 +17,13 @@ ALL: tuple[Format, ...] = (
     vtkhdf.VTKHDF,
     gmsh.GMSH,
     medit.MEDIT,
+    mfem.MFEM,
     exodus.EXODUS,
+    su2.SU2,
+    tetgen.RF,
+    tetgen.TETGEN,
+    unv.UNV,
+    hedra.HEDRA,
     *others.OTHERS,
 )
 

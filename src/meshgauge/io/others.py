@@ -79,17 +79,6 @@ def _refused(reason: str) -> Reader:
     return read
 
 
-def _one_zone(path: Path) -> Mesh:
-    with path.open("rb") as file:
-        zones = re.search(rb"^\s*NZONE\s*=\s*(\d+)", file.read(), re.MULTILINE)
-    if zones and int(zones.group(1)) > 1:
-        raise ReadError(
-            f"{path}: has {int(zones.group(1))} zones, each numbered from 0, which meshio mixes up; "
-            "write one file a zone"
-        )
-    return _by_meshio("su2")(path)
-
-
 _FIVE_COUNTS = rb"\A(\s*#[^\n]*\n)*\s*\d+([ \t]+\d+){4}"
 _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
 _XDMF = _mark(rb"<Xdmf\b")
@@ -122,10 +111,6 @@ OTHERS: tuple[Format, ...] = (
     Format("h5m", "MOAB", (".h5m",), _HDF, foreign=_by_meshio("h5m"), by_content=False),
     Format("ugrid", "AFLR UGRID", (".ugrid",), anything,
            foreign=_by_meshio("ugrid"), write=_meshio_writer("ugrid", by_type=True), by_content=False),
-    Format("su2", "SU2", (".su2",), _mark(rb"^\s*(NDIME|NZONE|NELEM|NPOIN)\s*="),
-           foreign=_one_zone, write=_meshio_writer("su2")),
-    Format("tetgen", "TetGen", (".ele", ".node"), _mark(rb"\A(\s*#[^\n]*\n|\s)*\d+[ \t]+\d+[ \t]+\d+"),
-           foreign=_by_meshio("tetgen"), by_content=False),
     Format("netgen", "Netgen", (".vol",), _mark(rb"^mesh3d\b"),
            foreign=_by_meshio("netgen"), write=_meshio_writer("netgen")),
     Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), foreign=_by_meshio("dolfin")),
@@ -135,18 +120,10 @@ OTHERS: tuple[Format, ...] = (
            foreign=_by_meshio("permas"), by_content=False),
     Format("off", "OFF", (".off",), _mark(rb"\A\s*(#[^\n]*\n\s*)*OFF\b"), foreign=_by_meshio("off")),
     # By none of the two.
-    Format("rf", "RF (HArDCore)", (".ele", ".node"), _mark(rb"\A(#[^\n]*\n)*\s*\d+([ \t]+0)?[ \t]*\r?\n|REGN_FACE"),
-           _refused("is in the RF format of HArDCore, not TetGen's, and cannot be read yet"), by_content=False),
-    Format("mfem", "MFEM", (".mesh",), _mark(rb"\AMFEM "),
-           _refused("is an MFEM mesh, not a Medit one, and cannot be read yet; save it as VTU from MFEM")),
     Format("fluent", "Fluent", (".cas", ".msh"), _mark(rb"\A\s*\(\s*\d+\s"),
            _refused("is a Fluent mesh, of which VTK's reader repeats cells for every zone; export CGNS or VTU")),
     Format("gambit", "GAMBIT neutral", (".neu",), anything,
            _refused("is a GAMBIT neutral file, on which VTK's reader crashes; convert it to another format"),
            by_content=False),
-    Format("unv", "I-DEAS universal", (".unv",), _mark(rb"\A\s*-1\s"),
-           _refused("is an I-DEAS universal file, which cannot be read yet; convert it with Gmsh"), by_content=False),
-    Format("hedra", "HEDRA (cinolib)", (".hedra",), anything,
-           _refused("is a HEDRA file, which cannot be read yet"), by_content=False),
 )  # fmt: skip
 """A row a format."""
