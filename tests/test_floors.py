@@ -13,9 +13,9 @@ PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 
 FLOORS = (
     ("errors", "cells", "status", "_jit", "_threads"),
-    ("metrics", "kernels"),
-    ("mesh", "polyhedra", "connectivity", "cast"),
-    ("_quality", "validity", "summary", "arrays", "io"),
+    ("metrics", "kernels", "reference"),
+    ("mesh", "polyhedra", "connectivity", "cast", "topology"),
+    ("_quality", "validity", "summary", "arrays", "doctor", "io"),
     ("improve",),
     ("parallel", "report"),
     ("cli", "integrations", "__init__", "__main__"),
@@ -26,6 +26,8 @@ MAY_IMPORT_THEIR_FLOOR = {
     # One subject in several files: a value of a cell, what it says of a mesh, and their sum.
     "_quality": {"validity", "summary", "arrays"},
     "validity": {"summary", "arrays"},
+    "doctor": {"_quality", "validity", "summary", "arrays"},
+    "topology": {"mesh", "cast", "polyhedra"},
     "connectivity": {"mesh", "cast", "polyhedra"},
     "mesh": {"cast", "polyhedra"},
     "cast": {"polyhedra"},

@@ -1,0 +1,20 @@
+"""The doctor: what is wrong with a mesh beside the shapes of its cells, and cells that are numbered in reverse."""
+
+from .diagnosis import LIMIT, Diagnosis, Finding, diagnosis
+from .orientation import BlockOrientation, Numbering, Orientation, orientation
+from .oriented import Changes, oriented
+from .reversal import reversal
+
+__all__ = [
+    "LIMIT",
+    "BlockOrientation",
+    "Changes",
+    "Diagnosis",
+    "Finding",
+    "Numbering",
+    "Orientation",
+    "diagnosis",
+    "orientation",
+    "oriented",
+    "reversal",
+]

@@ -1,0 +1,287 @@
+"""What is wrong with a mesh beside the shapes of its cells: found, counted and named; nothing is repaired."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._quality import Quality, measure
+from ..cast import read_only
+from ..kernels import scan, unions
+from ..mesh import Mesh
+from ..polyhedra import IndexArray
+from ..topology import Topology, topology
+from . import cells, faces, points
+from .orientation import EXAMPLES, IS_SOLID, Orientation, orientation
+
+LIMIT = 5_000_000
+"""Cells up to which a report includes a diagnosis: it then takes at most about 3 s and 900 MB."""
+
+Level = Literal["defect", "notice"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something found, in one sentence.
+
+    A *defect* makes a mesh unfit for most solvers; a *notice* may be meant so.
+    """
+
+    name: str
+    level: Level
+    count: int
+    examples: tuple[int, ...]  #: the first few: cell ids, or point ids where it is points that were counted
+    text: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, for JSON."""
+        return {
+            "name": self.name,
+            "level": self.level,
+            "count": self.count,
+            "examples": list(self.examples),
+            "text": self.text,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis:
+    """What was looked for in a mesh, and found.
+
+    Attributes
+    ----------
+    findings
+        What was found; empty if nothing.
+    orientation
+        How the cells are numbered; None if skipped.
+    repeated_points
+        ``(n_cells,)`` bool: a solid cell that has a point twice; None if skipped.
+    part_sizes
+        Solid cells of each part, largest first. Cells are of one part if they share a point, directly or through
+        others.
+    n_interior_faces, n_boundary_faces
+        Faces that two cells have, and one; None if skipped.
+    tolerance
+        Relative to the diagonal of the bounding box, within which points were taken to coincide.
+    skipped
+        Why something was not looked for, a sentence each.
+    """
+
+    findings: tuple[Finding, ...]
+    orientation: Orientation | None
+    repeated_points: NDArray[np.bool_] | None
+    part_sizes: tuple[int, ...]
+    n_interior_faces: int | None
+    n_boundary_faces: int | None
+    tolerance: float
+    skipped: tuple[str, ...] = ()
+
+    @property
+    def n_parts(self) -> int:
+        return len(self.part_sizes)
+
+    @property
+    def n_defects(self) -> int:
+        """Number of findings that are defects."""
+        return sum(finding.level == "defect" for finding in self.findings)
+
+    def finding(self, name: str) -> Finding | None:
+        """The finding of that name, if there is one."""
+        return next((f for f in self.findings if f.name == name), None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, for JSON; at most 100 parts are listed."""
+        return {
+            "findings": [finding.to_dict() for finding in self.findings],
+            "orientation": self.orientation.to_dict() if self.orientation else None,
+            "n_parts": self.n_parts,
+            "part_sizes": list(self.part_sizes[:100]),
+            "n_interior_faces": self.n_interior_faces,
+            "n_boundary_faces": self.n_boundary_faces,
+            "tolerance": self.tolerance,
+            "skipped": list(self.skipped),
+        }
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{f.count} {f.name}" for f in self.findings) or "nothing found"
+        return f"<Diagnosis: {found}{'; skipped' if self.skipped else ''}>"
+
+
+def diagnosis(
+    mesh: Mesh, quality: Quality | None = None, *, limit: int | None = None, tolerance: float = points.TOLERANCE
+) -> Diagnosis:
+    """Look for what is wrong with a mesh beside the shapes of its cells.
+
+    Parameters
+    ----------
+    mesh
+        Any mesh.
+    quality
+        What was measured on it; measured here if None.
+    limit
+        Do nothing, and say so, if the mesh has more cells; None: no limit. See `LIMIT`.
+    tolerance
+        Distance within which points coincide, relative to the diagonal of the bounding box.
+
+    Notes
+    -----
+    Looks for points that no cell uses, points that coincide, cells that have a point twice, cells that are there twice,
+    faces that three or more cells have, two triangles against a quadrilateral, parts that do not hang together, and
+    cells numbered in reverse. Time and memory are linear: about 0.5 s and 170 bytes for each of a million hexahedra.
+    """
+    if limit is not None and mesh.n_cells > limit:
+        why = f"The mesh was not diagnosed: it has {mesh.n_cells:,} cells, more than {limit:,}."
+        return Diagnosis((), None, None, (), None, None, tolerance, (why,))
+    quality = quality if quality is not None else measure(mesh)
+    width: type[np.signedinteger] = np.int32 if max(mesh.n_cells, mesh.n_points) < 2**31 - 1 else np.int64
+    seen: IndexArray = np.zeros(mesh.n_points, width)
+    repeated = np.empty(mesh.n_cells, bool)
+    hashes = np.empty(mesh.n_cells, np.int64)
+    scan.cells(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, seen, repeated, hashes)
+    is_used = seen > 0
+    representative = points.representatives(mesh.points, tolerance=tolerance)
+    doubles = points.duplicates(representative, is_used)
+    matched = topology(mesh)
+    oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None)
+    sizes = _part_sizes(mesh, width)
+    multiple = faces.of_three_cells(matched, EXAMPLES) if matched.n_multiple else []
+    split = faces.split_quadrilaterals(matched)
+    found = [
+        *_orientation(oriented),
+        _repeated(np.flatnonzero(repeated)),
+        _duplicate_cells(cells.duplicates(mesh, hashes)),
+        _multiple_faces(matched.n_multiple, multiple),
+        _split_faces(matched, split),
+        _hinges(matched, len(sizes), conforms=not (matched.n_multiple or len(split))),
+        _parts(sizes),
+        _duplicate_points(mesh, representative, doubles, tolerance),
+        _unused(np.flatnonzero(~is_used)),
+    ]
+    return Diagnosis(
+        findings=tuple(finding for finding in found if finding is not None),
+        orientation=oriented,
+        repeated_points=read_only(repeated),
+        part_sizes=tuple(sizes),
+        n_interior_faces=matched.n_interior,
+        n_boundary_faces=matched.n_boundary,
+        tolerance=tolerance,
+    )
+
+
+def _part_sizes(mesh: Mesh, width: type[np.signedinteger]) -> list[int]:
+    """Solid cells of each part, largest first."""
+    solid = IS_SOLID[mesh.types]
+    parent = np.arange(mesh.n_points, dtype=width)
+    unions.by_points(solid, mesh.offsets, mesh.connectivity, parent)
+    first = mesh.offsets[:-1][solid & (np.diff(mesh.offsets) > 0)]
+    counts = np.bincount(parent[mesh.connectivity[first]])
+    return sorted(counts[counts > 0].tolist(), reverse=True)
+
+
+def _orientation(found: Orientation) -> list[Finding]:
+    out = []
+    for block in found.blocks:
+        count = block.n_reversed + block.n_reversed_tangled + block.n_tangled + block.n_overlapping + block.n_undecided
+        out.append(Finding("orientation", "defect", count, block.cells, _sentence(block.text)))
+    return out
+
+
+def _repeated(ids: NDArray[np.int64]) -> Finding | None:
+    n = len(ids)
+    text = f"{_count(n, 'cell')} {_verb(n, 'has', 'have')} a point twice"
+    return _finding("repeated_points", "defect", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('cell', ids)}).")
+
+
+def _duplicate_cells(groups: cells.Groups) -> Finding | None:
+    extra = np.sort(np.concatenate([ids[1:] for ids in groups])) if groups else np.empty(0, np.int64)
+    n = len(extra)
+    text = f"{_count(n, 'cell')} {_verb(n, 'is', 'are')} there already, with the same points ({_ids('cell', extra)})."
+    return _finding("duplicate_cells", "defect", n, extra[:EXAMPLES].tolist(), text)
+
+
+def _multiple_faces(n: int, examples: list[list[int]]) -> Finding | None:
+    first = list(dict.fromkeys(cell for at_face in examples for cell in at_face))
+    text = f"{_count(n, 'face')} {_verb(n, 'is', 'are')} shared by three or more cells"
+    where = f" (one by cells {', '.join(map(str, examples[0]))})" if examples else ""
+    return _finding("multiple_faces", "defect", n, first[:EXAMPLES], f"{text}{where}.")
+
+
+def _split_faces(matched: Topology, split: NDArray[np.int64]) -> Finding | None:
+    n = len(split)
+    ids = matched.cells[split].tolist()
+    where = f" (cell {ids[0][0]} against cells {ids[0][1]} and {ids[0][2]})" if n else ""
+    text = f"{_count(n, 'quadrilateral face')} {_verb(n, 'stands', 'stand')} against two triangles{where}."
+    return _finding("split_faces", "defect", n, [cell for cell, *_ in ids[:EXAMPLES]], text)
+
+
+def _hinges(matched: Topology, n_parts: int, *, conforms: bool) -> Finding | None:
+    """Parts that touch at points or edges only; nothing is said where faces do not conform, nor of polyhedra alone."""
+    if not conforms:
+        return None
+    n_cells = matched.mesh.n_cells
+    parent = np.arange(n_cells, dtype=matched.cells.dtype)
+    none, alike = np.zeros(n_cells, np.int8), np.ones(len(matched.cells), np.int8)
+    unions.by_faces(matched.cells, matched.mates, alike, none, parent, np.ones(n_cells, np.int8))
+    with_faces = np.diff(matched.starts) > 0
+    roots = np.unique(parent[with_faces])
+    n = len(roots) - n_parts
+    if n <= 0 or not with_faces[IS_SOLID[matched.mesh.types]].all():
+        return None
+    text = (
+        f"The cells are {len(roots):,} parts by shared faces, but {n_parts:,} by shared points: "
+        "some touch at an edge or a point only."
+    )
+    return Finding("hinges", "notice", n, tuple(roots[:EXAMPLES].tolist()), text)
+
+
+def _parts(sizes: Sequence[int]) -> Finding | None:
+    n = len(sizes)
+    if n < 2:
+        return None
+    largest = ", ".join(f"{size:,}" for size in sizes[:EXAMPLES])
+    more = ", ..." if n > EXAMPLES else ""
+    text = f"The mesh is {n:,} parts that share no point, of {largest}{more} cells."
+    return Finding("parts", "notice", n, (), text)
+
+
+def _duplicate_points(
+    mesh: Mesh, representative: IndexArray, ids: NDArray[np.int64], tolerance: float
+) -> Finding | None:
+    n = len(ids)
+    exactly = int((mesh.points[ids] == mesh.points[representative[ids]]).all(axis=1).sum())
+    how = "exactly" if exactly == n else f"{exactly:,} exactly, the others"
+    within = "" if exactly == n else f" within {tolerance:g} of the bounding box's diagonal"
+    text = f"{_count(n, 'point')} {_verb(n, 'coincides', 'coincide')} with an earlier one, {how}{within}"
+    return _finding("duplicate_points", "notice", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('point', ids)}).")
+
+
+def _unused(ids: NDArray[np.int64]) -> Finding | None:
+    n = len(ids)
+    text = f"{_count(n, 'point')} {_verb(n, 'belongs', 'belong')} to no cell ({_ids('point', ids)})."
+    return _finding("unused_points", "notice", n, ids[:EXAMPLES].tolist(), text)
+
+
+def _finding(name: str, level: Level, n: int, examples: list[int], text: str) -> Finding | None:
+    return Finding(name, level, n, tuple(examples), text) if n else None
+
+
+def _count(n: int, noun: str) -> str:
+    return f"{n:,} {noun}{'' if n == 1 else 's'}"
+
+
+def _verb(n: int, one: str, several: str) -> str:
+    return one if n == 1 else several
+
+
+def _ids(noun: str, ids: NDArray[np.int64]) -> str:
+    """``cell 3``, ``cells 3, 5, 9, ...``."""
+    listed = ", ".join(map(str, ids[:EXAMPLES].tolist()))
+    return f"{noun}{'' if len(ids) == 1 else 's'} {listed}{', ...' if len(ids) > EXAMPLES else ''}"
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}."

@@ -1,0 +1,76 @@
+"""Faces at which a mesh does not conform: more cells than two, or two triangles against a quadrilateral."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import CELL_TYPES
+from ..topology import BOUNDARY, MULTIPLE, Topology
+
+Ids = NDArray[np.int64]
+
+_FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+
+
+def of_three_cells(faces: Topology, n: int) -> list[list[int]]:
+    """The cells at each of the first ``n`` faces that three or more cells have."""
+    found: dict[tuple[int, ...], list[int]] = {}
+    for slot in np.flatnonzero(faces.mates == MULTIPLE).tolist():
+        key = tuple(sorted(set(faces.face(slot))))
+        if key in found or len(found) < n:
+            found.setdefault(key, []).append(int(faces.cells[slot]))
+        elif all(len(cells) > 2 for cells in found.values()):
+            break
+    return list(found.values())
+
+
+def split_quadrilaterals(faces: Topology) -> Ids:
+    """``(n, 3)`` slots: a quadrilateral of one cell, and the two triangles of other cells that stand against it."""
+    boundary = np.flatnonzero(faces.mates == BOUNDARY)
+    quads, corners = _of_size(faces, boundary, 4)
+    triangles, sides = _of_size(faces, boundary, 3)
+    none = np.empty((0, 3), np.int64)
+    if len(quads) == 0 or len(triangles) == 0:
+        return none
+    keys = _keys(sides)
+    order = np.argsort(keys)
+    keys, triangles, sides = keys[order], triangles[order], np.sort(sides[order], axis=1)
+    found = [none]
+    for one, other in (((0, 1, 2), (2, 3, 0)), ((1, 2, 3), (3, 0, 1))):
+        a = _position(corners[:, one], keys, sides)
+        b = _position(corners[:, other], keys, sides)
+        both = np.flatnonzero((a >= 0) & (b >= 0))
+        found.append(np.stack([quads[both], triangles[a[both]], triangles[b[both]]], axis=1))
+    return np.concatenate(found)
+
+
+def _of_size(faces: Topology, slots: Ids, size: int) -> tuple[Ids, Ids]:
+    """Those of the slots that have so many points, all distinct; and the points."""
+    mesh = faces.mesh
+    cells = faces.cells[slots].astype(np.int64)
+    local, types = slots - faces.starts[cells], mesh.types[cells]
+    found, points = [np.empty(0, np.int64)], [np.empty((0, size), np.int64)]
+    for vtk_id in np.unique(types):
+        shape, positions = CELL_TYPES[int(vtk_id)].shape, CELL_TYPES[int(vtk_id)].corners
+        for f, face in enumerate(shape.faces if shape is not None else ()):
+            if len(face) == size:
+                at = np.flatnonzero((types == vtk_id) & (local == f))
+                first = np.asarray(mesh.offsets[cells[at]], np.int64)
+                found.append(slots[at])
+                points.append(mesh.connectivity[first[:, None] + [positions[m] for m in face]].astype(np.int64))
+    every, nodes = np.concatenate(found), np.concatenate(points)
+    ordered = np.sort(nodes, axis=1)
+    distinct = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
+    return every[distinct], nodes[distinct]
+
+
+def _keys(triangles: Ids) -> NDArray[np.uint64]:
+    """64 bits for the points of each triangle, in any order."""
+    return np.asarray((np.sort(triangles, axis=1).astype(np.uint64) * _FACTORS).sum(axis=1, dtype=np.uint64))
+
+
+def _position(triangles: Ids, keys: NDArray[np.uint64], sides: Ids) -> Ids:
+    """Where each triangle stands among the known ones, -1 where it is not one of them."""
+    at = np.minimum(np.searchsorted(keys, _keys(triangles)), len(keys) - 1)
+    return np.where((sides[at] == np.sort(triangles, axis=1)).all(axis=1), at, -1)

@@ -1,0 +1,372 @@
+"""Cells that are numbered in reverse, told from cells that are really inverted.
+
+In a mesh whose cells are numbered alike, the two cells of an interior face go round it in opposite directions. That is
+a matter of numbering alone: moving points does not change it. A cell that is only *numbered* the other way goes round
+its faces in the same direction as its neighbours; a cell that is *inverted* (tangled, folded over) goes round them as
+it should. So numbering is decided by the faces, cell by cell through the mesh, up to one choice for each connected
+part, which the sign of the volume inside the part's boundary decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import connectivity
+from .._quality import Quality
+from ..cast import read_only
+from ..cells import CELL_TYPES, TETRA, WEDGE, cell_type, type_name
+from ..kernels import driver, unions
+from ..mesh import Mesh
+from ..polyhedra import IndexArray
+from ..topology import BOUNDARY, SAME, Topology, topology
+from .points import extent
+from .reversal import reversal
+
+EXAMPLES = 5
+"""Cell ids named in a finding."""
+
+IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
+"""By VTK id: whether cells have a volume."""
+
+
+class Numbering(IntEnum):
+    """How a cell is numbered, and what that says of an inverted one. Codes of `Orientation.numbering`."""
+
+    RIGHT = 0  #: numbered as it should be, not inverted; or not a cell of which it can be told
+    REVERSED = 1  #: numbered in reverse; a valid shape
+    REVERSED_TANGLED = 2  #: numbered in reverse, and not valid when renumbered either
+    TANGLED = 3  #: numbered as it should be, and inverted: renumbering is no remedy
+    OVERLAPPING = 4  #: not inverted, but on the same side of a face as its neighbour
+    UNDECIDED = 5  #: inverted, and the faces do not tell
+
+
+@dataclass(frozen=True, slots=True)
+class BlockOrientation:
+    """The cells of one type in one block of the file, of which some are inverted or numbered in reverse."""
+
+    block: str
+    type: str
+    n_cells: int
+    n_reversed: int
+    n_reversed_tangled: int
+    n_tangled: int
+    n_overlapping: int
+    n_undecided: int
+    cells: tuple[int, ...]  #: the first few that are not right
+    text: str  #: one sentence
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, for JSON."""
+        return {
+            "block": self.block,
+            "type": self.type,
+            "n_cells": self.n_cells,
+            "n_reversed": self.n_reversed,
+            "n_reversed_tangled": self.n_reversed_tangled,
+            "n_tangled": self.n_tangled,
+            "n_overlapping": self.n_overlapping,
+            "n_undecided": self.n_undecided,
+            "cells": list(self.cells),
+            "text": self.text,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Orientation:
+    """How the cells of a mesh are numbered.
+
+    Attributes
+    ----------
+    numbering
+        ``(n_cells,)`` uint8, codes of `Numbering`.
+    is_left_handed
+        Every solid cell is numbered in reverse: the file, or its coordinates, are mirrored.
+    blocks
+        Of each block and type that has cells that are not right, in file order.
+    n_contradictions
+        Interior faces whose two cells are numbered differently, by all other faces, than by this one.
+    """
+
+    numbering: NDArray[np.uint8]
+    is_left_handed: bool
+    blocks: tuple[BlockOrientation, ...]
+    n_contradictions: int
+
+    @property
+    def reversed_cells(self) -> NDArray[np.int64]:
+        """Ids of the cells that are numbered in reverse, valid once renumbered or not."""
+        return np.flatnonzero((self.numbering == Numbering.REVERSED) | (self.numbering == Numbering.REVERSED_TANGLED))
+
+    @property
+    def n_reversed(self) -> int:
+        return len(self.reversed_cells)
+
+    @property
+    def n_tangled(self) -> int:
+        """Number of cells that are inverted, however they are numbered."""
+        return int(np.isin(self.numbering, (Numbering.REVERSED_TANGLED, Numbering.TANGLED)).sum())
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """A sentence for each block and type that has something to say; empty if all is right."""
+        return tuple(block.text for block in self.blocks)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, for JSON."""
+        return {
+            "is_left_handed": self.is_left_handed,
+            "n_reversed": self.n_reversed,
+            "n_contradictions": self.n_contradictions,
+            "blocks": [block.to_dict() for block in self.blocks],
+        }
+
+    def __repr__(self) -> str:
+        counts = np.bincount(self.numbering, minlength=len(Numbering))
+        said = ", ".join(f"{n} {Numbering(code).name.lower()}" for code, n in enumerate(counts) if n)
+        return f"<Orientation of {len(self.numbering)} cells: {said or 'no cells'}>"
+
+
+def orientation(quality: Quality, *, faces: Topology | None = None, points: IndexArray | None = None) -> Orientation:
+    """Tell cells that are numbered in reverse from cells that are inverted.
+
+    Parameters
+    ----------
+    quality
+        Of the mesh.
+    faces
+        The mesh's topology, if it is at hand.
+    points
+        ``(n_points,)`` the point that stands for each where some coincide (`doctor.points.representatives`): boundary
+        faces are then matched across points that coincide, as between the pieces of a parallel output. None: not.
+
+    Notes
+    -----
+    Polyhedra and cells that could not be measured are right, for want of anything to say; they connect no neighbours.
+    """
+    mesh = quality.mesh
+    is_inverted = quality.values < 0.0
+    faces = faces if faces is not None else topology(mesh)
+    if not is_inverted.any() and not (faces.relations[faces.mates >= 0] == SAME).any():
+        return Orientation(read_only(np.zeros(mesh.n_cells, np.uint8)), False, (), 0)
+    mates, relations = _links(faces, quality, points)
+    geometry = _handedness(quality, np.flatnonzero(is_inverted))
+    parent = np.arange(mesh.n_cells, dtype=faces.cells.dtype)
+    sign = np.ones(mesh.n_cells, np.int8)
+    n_contradictions = unions.by_faces(faces.cells, mates, relations, geometry, parent, sign)
+    part_sign = _part_signs(faces, mates, relations, parent, sign, geometry)
+    handed = sign * part_sign[parent]
+    numbering = np.zeros(mesh.n_cells, np.uint8)
+    measured = np.isfinite(quality.values)
+    numbering[(handed > 0) & is_inverted] = Numbering.TANGLED
+    numbering[(handed < 0) & measured] = Numbering.REVERSED_TANGLED
+    numbering[(handed < 0) & (geometry < 0)] = Numbering.REVERSED
+    numbering[(handed < 0) & (quality.values > 0.0)] = Numbering.OVERLAPPING
+    numbering[(handed == 0) & is_inverted] = Numbering.UNDECIDED
+    is_reversed = (numbering == Numbering.REVERSED) | (numbering == Numbering.REVERSED_TANGLED)
+    solid = IS_SOLID[mesh.types]
+    is_left_handed = bool(solid.any() and is_reversed[solid].all())
+    blocks = tuple(_blocks(mesh, measured, numbering, is_left_handed))
+    return Orientation(read_only(numbering), is_left_handed, blocks, n_contradictions)
+
+
+def _links(faces: Topology, quality: Quality, points: IndexArray | None) -> tuple[IndexArray, NDArray[np.int8]]:
+    """Mates and relations that tell about numbering: without polyhedra, across points that coincide."""
+    mates, relations = faces.mates, faces.relations.copy()
+    if points is not None and not np.array_equal(points, np.arange(len(points))):
+        welded = topology(quality.mesh, points=points)
+        slots = np.flatnonzero((mates == BOUNDARY) & (welded.mates >= 0))
+        slots = slots[mates[welded.mates[slots]] == BOUNDARY]
+        mates = mates.copy()
+        mates[slots] = welded.mates[slots]
+        relations[slots] = welded.relations[slots]
+    has_shape = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is not None for t in range(256)])
+    known = has_shape[quality.mesh.types][faces.cells]
+    relations[~known] = 0
+    paired = np.flatnonzero(mates >= 0)
+    relations[paired[~known[mates[paired]]]] = 0
+    return mates, relations
+
+
+def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int8]:
+    """What the shape alone says: 1 for a valid cell, -1 for one that is valid when renumbered, else 0."""
+    mesh = quality.mesh
+    signs = (quality.values > 0.0).astype(np.int8)
+    types = mesh.types[inverted]
+    for vtk_id in np.unique(types):
+        row = CELL_TYPES[int(vtk_id)]
+        assert row.shape is not None  # it has a value
+        ids = inverted[types == vtk_id]
+        order = reversal(row.vtk_id, row.n_nodes or row.shape.n_nodes)
+        if row.n_nodes is None:
+            # Lagrange and Bézier cells have their corners first.
+            order = reversal(_linear(row.shape.name), row.shape.n_nodes)
+        assert order is not None
+        turned = [order[m] for m in row.corners]
+        linear = cell_type(row.shape.name)
+        for part in connectivity.chunks(ids):
+            nodes = mesh.connectivity[np.asarray(mesh.offsets[:-1][part], np.int64)[:, None] + turned]
+            values = np.empty(len(nodes))
+            driver.cell_jens(mesh.points, np.ascontiguousarray(nodes, np.int64), linear, values, few=True)
+            signs[part] = -(values > 0.0).astype(np.int8)
+    return signs
+
+
+def _linear(shape: str) -> int:
+    """The VTK id of the linear cell of a shape."""
+    return next(row.vtk_id for row in CELL_TYPES.values() if row.name == shape)
+
+
+def _part_signs(
+    faces: Topology,
+    mates: IndexArray,
+    relations: NDArray[np.int8],
+    parent: IndexArray,
+    sign: NDArray[np.int8],
+    geometry: NDArray[np.int8],
+) -> NDArray[np.int8]:
+    """For each part, at its first cell: 1 if that cell is numbered as it should be, -1 if in reverse, 0 if not known.
+
+    The signed volumes of a part's cells add up to the volume inside its boundary, however tangled its inside is. A part
+    is said to be reversed only if that volume and most of the cells that have a handedness both say so.
+    """
+    n = len(parent)
+    votes = np.zeros(n)
+    np.add.at(votes, parent, sign * geometry)
+    a = faces.cells
+    paired = mates >= 0
+    inside = np.zeros(len(mates), bool)
+    b = a[mates[paired]]
+    inside[paired] = relations[paired] * sign[a[paired]] * sign[b] > 0
+    volumes = np.zeros(n)
+    slots = np.flatnonzero(~inside)
+    np.add.at(volumes, parent[a[slots]], sign[a[slots]] * _fluxes(faces, slots, parent))
+    out = np.zeros(n, np.int8)
+    out[volumes > 0] = 1
+    out[(volumes < 0) & (votes < 0)] = -1
+    out[~(volumes > 0) & (votes > 0) & ~(volumes < 0)] = 1  # a flat or not finite boundary
+    return out
+
+
+def _fluxes(faces: Topology, slots: NDArray[np.int64], parent: IndexArray) -> NDArray[np.float64]:
+    """Three times the flux of x through each face, taken from the first point of its part; 0 where not finite.
+
+    A polygon counts as the mean of its fans from each of its points, the same from both sides; for a quadrilateral that
+    is exact for the bilinear surface.
+    """
+    mesh = faces.mesh
+    out = np.zeros(len(slots))
+    x = mesh.points
+    cells = faces.cells[slots].astype(np.int64)
+    local = slots - faces.starts[cells]
+    types = mesh.types[cells]
+    starts = mesh.offsets[:-1].astype(np.int64)
+    _, size = extent(x)
+    with np.errstate(all="ignore"):
+        for vtk_id in np.unique(types):
+            row = CELL_TYPES[int(vtk_id)]
+            if row.shape is None:
+                continue
+            for f, face in enumerate(row.shape.faces):
+                at = np.flatnonzero((types == vtk_id) & (local == f))
+                first = starts[cells[at]]
+                base = x[mesh.connectivity[starts[parent[cells[at]]]]].astype(np.float64)
+                nodes = mesh.connectivity[first[:, None] + [row.corners[m] for m in face]]
+                d = (x[nodes].astype(np.float64) - base[:, None]) / size
+                n = len(face)
+                for m in range(n):
+                    u, rest = d[:, m], [d[:, (m + k) % n] for k in range(1, n)]
+                    for v, w in pairwise(rest):
+                        out[at] += np.einsum("ij,ij->i", u, np.cross(v, w)) / n
+    out[~np.isfinite(out)] = 0.0
+    return out
+
+
+def _blocks(
+    mesh: Mesh, measured: NDArray[np.bool_], numbering: NDArray[np.uint8], is_left_handed: bool
+) -> Iterator[BlockOrientation]:
+    """What is to be said, by block and type; blocks of one name together, for some readers make one of every run."""
+    names = list(dict.fromkeys(block.name for block in mesh.blocks))
+    found = np.flatnonzero(numbering)
+    block_of = np.zeros(len(found), np.int64)
+    for block in mesh.blocks:
+        low, high = np.searchsorted(found, (block.start, block.stop))
+        block_of[low:high] = names.index(block.name)
+    for b in np.unique(block_of):
+        name = names[b]
+        in_block = found[block_of == b]
+        for vtk_id in np.unique(mesh.types[in_block]):
+            cells = in_block[mesh.types[in_block] == vtk_id]
+            n_cells = sum(
+                int(np.count_nonzero((mesh.types[s.start : s.stop] == vtk_id) & measured[s.start : s.stop]))
+                for s in mesh.blocks
+                if s.name == name
+            )
+            counts = np.bincount(numbering[cells], minlength=len(Numbering)).tolist()
+            kind = type_name(int(vtk_id))
+            where = f" of block {name!r}" if len(names) > 1 and name not in ("", kind) else ""
+            yield BlockOrientation(
+                block=name,
+                type=kind,
+                n_cells=n_cells,
+                n_reversed=counts[Numbering.REVERSED],
+                n_reversed_tangled=counts[Numbering.REVERSED_TANGLED],
+                n_tangled=counts[Numbering.TANGLED],
+                n_overlapping=counts[Numbering.OVERLAPPING],
+                n_undecided=counts[Numbering.UNDECIDED],
+                cells=tuple(cells[:EXAMPLES].tolist()),
+                text=_sentence(int(vtk_id), n_cells, counts, where, is_left_handed),
+            )
+
+
+def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_handed: bool) -> str:
+    kind = type_name(vtk_id)
+    clauses: list[str] = []
+
+    def clause(code: Numbering, one: str, several: str) -> None:
+        n = counts[code]
+        if not n:
+            return
+        if clauses:
+            clauses.append(f"{n:,} {one if n == 1 else several}")
+        elif n == n_cells:
+            clauses.append(f"the one {kind}{where} {one}" if n == 1 else f"all {n:,} {kind} cells{where} {several}")
+        else:
+            clauses.append(f"{n:,} of {n_cells:,} {kind} cells{where} {one if n == 1 else several}")
+
+    why = _custom(vtk_id, n_cells, counts[Numbering.REVERSED], is_left_handed)
+    end = f"numbered in reverse{why}, with valid shapes: run `meshgauge orient`"
+    clause(Numbering.REVERSED, f"is {end}", f"are {end}")
+    end = "numbered in reverse and inverted besides, so that `meshgauge orient` is but half the remedy"
+    clause(Numbering.REVERSED_TANGLED, f"is {end}", f"are {end}")
+    clause(
+        Numbering.TANGLED,
+        "is really inverted: it is numbered like its neighbours, and renumbering is no remedy",
+        "are really inverted: they are numbered like their neighbours, and renumbering is no remedy",
+    )
+    clause(
+        Numbering.OVERLAPPING,
+        "has a valid shape but lies on the same side of a face as its neighbour",
+        "have valid shapes but lie on the same side of a face as a neighbour",
+    )
+    end = "inverted, and its faces do not tell whether by numbering or by shape"
+    clause(Numbering.UNDECIDED, f"is {end}", f"are {end.replace('its', 'their')}")
+    return "; ".join(clauses)
+
+
+def _custom(vtk_id: int, n_cells: int, n_reversed: int, is_left_handed: bool) -> str:
+    """Who numbers cells so, if it is known."""
+    shape = CELL_TYPES[vtk_id].shape
+    if is_left_handed:
+        return ", as is every cell of this mesh (a left-handed or mirrored file)"
+    if shape is WEDGE and n_reversed == n_cells:
+        return ", in the order that VTK documented before 9.7"
+    if shape is TETRA and n_cells >= 6 and n_cells <= 4 * n_reversed <= 3 * n_cells:
+        return ", as FEniCS writes them"
+    return ""

@@ -1,0 +1,124 @@
+"""Renumbering the cells that are numbered in reverse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._quality import Quality, measure
+from ..cast import read_only
+from ..cells import type_name
+from ..mesh import Mesh
+from .orientation import Orientation, orientation
+from .points import duplicates, representatives
+from .reversal import reversal
+
+DEGREES = "HigherOrderDegrees"
+"""VTK's cell data with the orders of Lagrange and Bézier cells in the three directions."""
+
+
+@dataclass(frozen=True, eq=False)
+class Changes:
+    """What `oriented` did.
+
+    Attributes
+    ----------
+    cells
+        Ids of the renumbered cells, ascending.
+    left
+        Ids of cells that are numbered in reverse and were left so, because the order of their nodes is not known.
+    orientation
+        Of the mesh before.
+    texts
+        A sentence for each type that was renumbered or left, and for each block and type that stays inverted.
+    """
+
+    cells: NDArray[np.int64]
+    left: NDArray[np.int64]
+    orientation: Orientation
+    texts: tuple[str, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, for JSON."""
+        return {
+            "n_renumbered": len(self.cells),
+            "n_left": len(self.left),
+            "texts": list(self.texts),
+            "before": self.orientation.to_dict(),
+        }
+
+
+def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]:
+    """The mesh with every cell numbered right-handed that was numbered in reverse, and what was done.
+
+    Points, point data and cell data stay as they are; only the order of nodes within cells changes. Cells that are
+    really inverted (tangled) are not touched. The mesh itself is returned if there is nothing to do.
+
+    Parameters
+    ----------
+    mesh
+        Any mesh.
+    quality
+        What was measured on it; measured here if None.
+    """
+    quality = quality if quality is not None else measure(mesh)
+    before = _orientation(mesh, quality)
+    ids = before.reversed_cells
+    connectivity = mesh.connectivity.copy() if len(ids) else mesh.connectivity
+    done, left, texts = [np.empty(0, np.int64)], [np.empty(0, np.int64)], []
+    sizes = mesh.offsets[ids + 1] - mesh.offsets[ids]
+    types = mesh.types[ids]
+    for vtk_id in np.unique(types):
+        of_type = types == vtk_id
+        n_done = n_left = 0
+        for n_nodes in np.unique(sizes[of_type]):
+            cells = ids[of_type & (sizes == n_nodes)]
+            order = reversal(int(vtk_id), int(n_nodes))
+            known = _has_one_order(mesh, cells) if order is not None else np.zeros(len(cells), bool)
+            if order is not None and known.any():
+                first = np.asarray(mesh.offsets[cells[known]], np.int64)[:, None]
+                connectivity[first + np.arange(n_nodes)] = mesh.connectivity[first + np.array(order)]
+            done.append(cells[known])
+            left.append(cells[~known])
+            n_done += int(known.sum())
+            n_left += int((~known).sum())
+        texts.extend(_texts(mesh, int(vtk_id), n_done, n_left))
+    renumbered, remaining = np.sort(np.concatenate(done)), np.sort(np.concatenate(left))
+    texts.extend(f"Left as they are: {b.text}." for b in before.blocks if b.n_tangled + b.n_overlapping + b.n_undecided)
+    changes = Changes(read_only(renumbered), read_only(remaining), before, tuple(texts))
+    if len(renumbered) == 0:
+        return mesh, changes
+    return mesh.replace(connectivity=connectivity, notes=(*mesh.notes, *texts)), changes
+
+
+def _orientation(mesh: Mesh, quality: Quality) -> Orientation:
+    if not (quality.values < 0.0).any():
+        return orientation(quality)
+    representative = representatives(mesh.points)
+    used = np.zeros(mesh.n_points, bool)
+    used[mesh.connectivity] = True
+    return orientation(quality, points=representative if len(duplicates(representative, used)) else None)
+
+
+def _has_one_order(mesh: Mesh, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether the orders that the file states, if it does, are one in the two directions that are exchanged."""
+    degrees = mesh.cell_data.get(DEGREES)
+    if degrees is None or degrees.ndim != 2 or degrees.shape[1] < 2:
+        return np.ones(len(cells), bool)
+    return np.asarray(degrees[cells, 0] == degrees[cells, 1])
+
+
+def _texts(mesh: Mesh, vtk_id: int, n_done: int, n_left: int) -> list[str]:
+    n_type, name = int(np.count_nonzero(mesh.types == vtk_id)), type_name(vtk_id)
+    texts = []
+    if n_done:
+        texts.append(f"{n_done:,} of {n_type:,} {name} cells were numbered in reverse and are renumbered.")
+    if n_left:
+        texts.append(
+            f"{n_left:,} of {n_type:,} {name} cells are numbered in reverse and left so: "
+            "the places of their nodes are not known."
+        )
+    return texts

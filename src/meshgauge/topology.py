@@ -1,0 +1,175 @@
+"""The faces of a mesh's solid cells, matched between cells. Derived from a mesh on demand, never kept in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cast import read_only
+from .cells import CELL_TYPES, POLYHEDRON
+from .kernels import faces
+from .kernels.faces import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
+from .mesh import Mesh
+from .polyhedra import IndexArray
+
+__all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Topology:
+    """Faces of cells, and which of them are one face.
+
+    A *slot* is a face of one solid cell, as its type's table lists them (curved cells by their corners, polyhedra by
+    their own faces); slots are numbered by cell. Two slots are one face if they have the same points.
+
+    Attributes
+    ----------
+    mesh
+        Whose faces they are.
+    starts
+        ``(n_cells + 1,)`` int64: slots of cell ``c`` are ``starts[c] <= slot < starts[c + 1]``; none for a cell that is
+        not solid or has no known faces.
+    cells
+        ``(n_slots,)`` cell of each slot.
+    mates
+        ``(n_slots,)`` the slot of the one other cell with this face; `BOUNDARY` if no other cell has it, `MULTIPLE` if
+        two or more others have it, `COLLAPSED` if it has fewer than three distinct points.
+    relations
+        ``(n_slots,)`` int8, where there is a mate: `OPPOSITE` if the two cells go round their face in opposite
+        directions, as cells of one handedness on either side of it do; `SAME`; or `CROSSED` if they
+        join its points in another order.
+    n_multiple
+        Number of faces that three or more cells have.
+    """
+
+    mesh: Mesh
+    starts: NDArray[np.int64]
+    cells: IndexArray
+    mates: IndexArray
+    relations: NDArray[np.int8]
+    n_multiple: int
+
+    @property
+    def n_boundary(self) -> int:
+        """Number of faces that one cell has."""
+        return int(np.count_nonzero(self.mates == BOUNDARY))
+
+    @property
+    def n_interior(self) -> int:
+        """Number of faces that two cells have."""
+        return int(np.count_nonzero(self.mates >= 0)) // 2
+
+    @property
+    def n_collapsed(self) -> int:
+        """Number of faces of cells that have fewer than three distinct points."""
+        return int(np.count_nonzero(self.mates == COLLAPSED))
+
+    def pairs(self, relation: int | None = None) -> NDArray[np.int64]:
+        """``(n, 2)`` slots of the faces that two cells have, lower slot first; of one relation if given."""
+        slots = np.flatnonzero(self.mates > np.arange(len(self.mates)))
+        if relation is not None:
+            slots = slots[self.relations[slots] == relation]
+        return np.stack([slots, self.mates[slots].astype(np.int64)], axis=1)
+
+    def face(self, slot: int) -> tuple[int, ...]:
+        """Point ids of a slot, as its cell lists them: outward, counter-clockwise seen from outside."""
+        cell = int(self.cells[slot])
+        local = slot - int(self.starts[cell])
+        row = CELL_TYPES[int(self.mesh.types[cell])]
+        if row.shape is not None:
+            nodes = self.mesh.nodes(cell)
+            return tuple(int(nodes[row.corners[m]]) for m in row.shape.faces[local])
+        poly = self.mesh.polyhedra
+        assert poly is not None  # else the cell has no slots
+        face = int(poly.cell_faces[int(poly.cell_offsets[cell]) + local])
+        return tuple(int(p) for p in poly.face_points[poly.face_offsets[face] : poly.face_offsets[face + 1]])
+
+    def __repr__(self) -> str:
+        return (
+            f"<Topology of {self.mesh.n_cells} cells: {self.n_interior} interior faces, {self.n_boundary} boundary, "
+            f"{self.n_multiple} of three or more cells>"
+        )
+
+
+def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
+    """Match the faces of the solid cells of a mesh.
+
+    Parameters
+    ----------
+    mesh
+        Of any cells; those that are not solid have no faces here.
+    points
+        ``(n_points,)`` the point that stands for each point, to match faces across points that coincide; None: each for
+        itself.
+    """
+    table = face_table()
+    n_faces = _numbers_of_faces(mesh)
+    starts = np.zeros(mesh.n_cells + 1, np.int64)
+    np.cumsum(n_faces, out=starts[1:])
+    n_slots = int(starts[-1])
+    width = np.int32 if max(n_slots, mesh.n_points) < 2**31 - 1 else np.int64
+    cells = np.repeat(np.arange(mesh.n_cells, dtype=width), n_faces)
+    mates = np.empty(n_slots, width)
+    relations = np.zeros(n_slots, np.int8)
+    nodes = mesh.connectivity if points is None else points[mesh.connectivity]
+    poly, longest = _polyhedra(mesh, points)
+    n_multiple = faces.match(
+        cells,
+        starts,
+        mesh.types,
+        mesh.offsets,
+        nodes,
+        table,
+        poly,
+        max(longest, table.shape[2] - 1),
+        np.zeros(mesh.n_points + 1, width),
+        np.empty(n_slots, width),
+        np.empty(n_slots, np.int32),
+        np.empty(n_slots, np.int32),
+        mates,
+        relations,
+    )
+    return Topology(mesh, read_only(starts), read_only(cells), read_only(mates), read_only(relations), n_multiple)
+
+
+@cache
+def face_table() -> NDArray[np.int8]:
+    """``(256, most_faces, most_nodes + 1)``: for each type and face the number of nodes, then their positions.
+
+    The number is 0 where there is no face, and that of the first face -1 for polyhedra, whose faces are their own.
+    """
+    shapes = [row for row in CELL_TYPES.values() if row.shape is not None]
+    most_faces = max(len(row.shape.faces) for row in shapes if row.shape)
+    most_nodes = max(len(face) for row in shapes if row.shape for face in row.shape.faces)
+    table = np.zeros((256, most_faces, most_nodes + 1), np.int8)
+    for row in shapes:
+        assert row.shape is not None
+        for f, face in enumerate(row.shape.faces):
+            table[row.vtk_id, f, : len(face) + 1] = (len(face), *(row.corners[m] for m in face))
+    table[POLYHEDRON.vtk_id, 0, 0] = -1
+    table.flags.writeable = False
+    return table
+
+
+def _numbers_of_faces(mesh: Mesh) -> NDArray[np.int64]:
+    of_type = np.count_nonzero(face_table()[:, :, 0] > 0, axis=1)
+    numbers: NDArray[np.int64] = of_type[mesh.types]
+    if mesh.polyhedra is not None:
+        is_poly = mesh.types == POLYHEDRON.vtk_id
+        numbers[is_poly] = np.diff(mesh.polyhedra.cell_offsets)[is_poly]
+    return numbers
+
+
+def _polyhedra(mesh: Mesh, points: IndexArray | None) -> tuple[tuple[NDArray[np.int64], ...], int]:
+    """The four arrays of the polyhedra, as the kernel takes them, and the most points of a face."""
+    poly = mesh.polyhedra
+    if poly is None:
+        none = read_only(np.zeros(1, np.int64))
+        return (none, none, none, none), 0
+    of_faces = poly.face_points if points is None else points[poly.face_points]
+    arrays = (poly.cell_offsets, poly.cell_faces, poly.face_offsets, of_faces)
+    longest = int(np.diff(poly.face_offsets).max(initial=0))
+    return tuple(read_only(np.ascontiguousarray(array, np.int64)) for array in arrays), longest
