@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import meshgauge
-from meshgauge.cells import CELL_TYPES, SHAPES, Shape
+from meshgauge.cells import CELL_TYPES, SHAPES, CellType, Shape
 from meshgauge.errors import MetricError
+from meshgauge.kernels.certificate_tables import KINDS, edges
 from meshgauge.metrics import METRICS, Metric, metric, tetra
 
 Floats = NDArray[np.float64]
@@ -385,17 +386,43 @@ def test_scaled_aspect_ratio_gamma_takes_exact_signs() -> None:
     )
 
 
-@pytest.mark.parametrize("name", [r.name for r in CELL_TYPES.values() if r.shape and r.n_nodes and r.is_curved])
-def test_curved_cells_are_measured_at_their_corners(name: str) -> None:
-    row = next(r for r in CELL_TYPES.values() if r.name == name)
-    assert row.shape is not None
+CURVED = [r for r in CELL_TYPES.values() if r.shape and r.n_nodes and r.is_curved]
+
+
+def with_straight_edges(row: CellType, corners: Floats) -> Floats:
+    """Nodes of curved cells with these corners and straight edges; the nodes on faces and inside anywhere."""
     assert row.n_nodes is not None
+    nodes = np.full((len(corners), row.n_nodes, 3), 9.0)
+    nodes[:, list(row.corners)] = corners
+    for a, b, *between in edges(row.name) if row.name in KINDS else ():
+        if between:
+            nodes[:, between[0]] = (corners[:, a] + corners[:, b]) / 2
+    return nodes
+
+
+@pytest.mark.parametrize("row", CURVED, ids=lambda r: r.name)
+def test_curved_cells_with_straight_edges_are_as_linear_ones(row: CellType) -> None:
+    assert row.shape is not None
     x = random_cells(row.shape, 20)
-    all_nodes = np.full((20, row.n_nodes, 3), 9.0)
-    all_nodes[:, list(row.corners)] = x
-    np.testing.assert_array_equal(
-        meshgauge.jens(*one_by_one(all_nodes), name), meshgauge.jens(*one_by_one(x), row.shape.name)
+    np.testing.assert_allclose(
+        meshgauge.jens(*one_by_one(with_straight_edges(row, x)), row.name),
+        meshgauge.jens(*one_by_one(x), row.shape.name),
+        rtol=1e-12,
+        atol=1e-14,
     )
+
+
+@pytest.mark.parametrize("row", [r for r in CURVED if r.name in KINDS], ids=lambda r: r.name)
+def test_quadratic_cells_are_measured_with_the_tangents_of_their_edges(row: CellType) -> None:
+    assert row.shape is not None
+    ideal = np.array(row.shape.points, float)[None]
+    nodes = with_straight_edges(row, ideal)
+    assert meshgauge.jens(*one_by_one(nodes), row.name) == pytest.approx(1.0)
+    a, b, *between = next(edge for edge in edges(row.name) if len(edge) == 3)
+    # The tangent at a is 4 (m - a) - (b - a): a node moved across the edge turns it.
+    nodes[0, between[0]] += (0.03, 0.05, 0.07)
+    turned = meshgauge.jens(*one_by_one(nodes), row.name, nodes=True)[0]
+    assert set(np.flatnonzero(turned < 1 - 1e-9)) == {a, b}
 
 
 @pairs

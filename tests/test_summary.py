@@ -20,7 +20,7 @@ from meshgauge.status import Status
 from meshgauge.summary import EXACT, QUANTILES, Scale, Summary, Tally, summarise
 
 TETRA, HEXAHEDRON, QUAD, TETRA10, POLYHEDRON = (
-    BY_NAME[name].vtk_id for name in ("tetra", "hexahedron", "quad", "tetra10", "polyhedron")
+    BY_NAME[name].vtk_id for name in ("tetra", "hexahedron", "quad", "hexa_prism", "polyhedron")
 )
 
 
@@ -236,7 +236,7 @@ def test_cells_without_a_value_are_counted_and_named() -> None:
     status = np.array([0, 3, 0, 5, 5, 4, 0, 4], np.uint8)
     one = summarise(values, status, types)
     assert one.n_cells == 8
-    assert list(one.types) == ["tetra", "hexahedron", "tetra10", "polyhedron", "vtk_99"]
+    assert list(one.types) == ["tetra", "hexahedron", "hexa_prism", "polyhedron", "vtk_99"]
     assert (one.all.n_cells, one.all.n_measured) == (6, 3)
     assert one.not_measured == {
         "quad": {"not_solid": 2},
@@ -244,7 +244,7 @@ def test_cells_without_a_value_are_counted_and_named() -> None:
         "polyhedron": {"unsupported": 1},
         "vtk_99": {"unsupported": 1},
     }
-    assert one.corners_only == {"tetra10": 1}
+    assert one.corners_only == {"hexa_prism": 1}
 
 
 def test_a_metric_that_is_not_defined_for_a_type_says_so() -> None:

@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from .summary import Summary as Summary
     from .summary import Tally as Tally
     from .summary import summarise as summarise
+    from .validity import Certificate as Certificate
+    from .validity import certify as certify
 
 _HOME = {
     "aspect_ratio_gamma": "arrays",
@@ -75,6 +77,8 @@ _HOME = {
     "Summary": "summary",
     "Tally": "summary",
     "summarise": "summary",
+    "Certificate": "validity",
+    "certify": "validity",
 }
 """The module of each public name."""
 

@@ -10,22 +10,24 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from . import arrays, connectivity
+from . import arrays, connectivity, validity
 from ._threads import run
 from .cast import read_only
 from .cells import CellType, Shape, cell_type, type_name
 from .errors import MetricError
-from .kernels import driver, folds, robust
+from .kernels import driver, folds
 from .mesh import CellIds, Mesh
 from .metrics import METRICS, Metric, metric
 from .metrics import tetra as tetra_metrics
 from .metrics.verdict import verdict_quality
 from .status import STATUSES, Status
 from .summary import Summary, summarise
+from .validity import Certificate, certify
 
 Values = NDArray[np.float64]
 
 JENS = "jens"
+TETRA = cell_type("tetra")
 
 _NodeValues = Callable[[CellIds, NDArray[np.int64]], Values]
 """Values of the corners of some cells, given the cells and where the corners stand in the connectivity."""
@@ -69,6 +71,11 @@ class Quality:
     @property
     def n_cells(self) -> int:
         return len(self.values)
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Certified bounds on the Jacobian determinant inside every cell."""
+        return certify(self.mesh)
 
     @cached_property
     def node_scaled_jacobian(self) -> Values:
@@ -125,10 +132,9 @@ class Quality:
         row = cell_type(vtk_id)
         assert row.shape is not None  # it has a value
         ids = self.mesh.nodes(cell)[list(row.corners)]
-        coordinates = np.asarray(self.mesh.points[ids], np.float64)
-        values = folds.jens(robust.node_scaled_jacobian(coordinates[None], row.shape), row.shape.k)[0]
+        values = self._corner_values(cell, row)
         corner = int(np.argmin(values))
-        x, y, z = (float(v) for v in coordinates[corner])
+        x, y, z = (float(v) for v in self.mesh.points[ids[corner]])
         return WorstCell(
             cell=cell,
             type=type_name(vtk_id),
@@ -139,6 +145,14 @@ class Quality:
             point=int(ids[corner]),
             coordinates=(x, y, z),
         )
+
+    def _corner_values(self, cell: int, row: CellType) -> Values:
+        """J_ENS of the corners of one cell."""
+        shape = _shape(row)
+        ids = connectivity.picked(self.mesh, row, slice(cell, cell + 1), driver.columns(row))
+        values = np.empty((1, shape.n_nodes))
+        driver.node_scaled_jacobian(self.mesh.points, ids, row, values, few=True)
+        return folds.jens(values[0], shape.k)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.status, minlength=len(Status))
@@ -192,16 +206,25 @@ def quality(mesh: Mesh, metrics: Iterable[str] = (JENS,), *, threads: int | None
 def _measure_jens(
     mesh: Mesh, row: CellType, cells: CellIds, values: Values, status: NDArray[np.uint8], threads: int | None
 ) -> None:
-    shape = _shape(row)
-    driver.prepare(shape, mesh.points)
+    n = connectivity.count(cells)
+    few = n <= driver.FEW
+    columns = driver.columns(row)
+    driver.prepare(row, mesh.points, n)
+    validity.prepare(row, mesh, n)
 
     def work(part: CellIds) -> None:
-        ids = connectivity.corners(mesh, row, part)
+        ids = connectivity.picked(mesh, row, part, columns)
         into = values[part] if isinstance(part, slice) else np.empty(len(ids))
-        driver.cell_jens(mesh.points, ids, shape, into)
+        driver.cell_jens(mesh.points, ids, row, into, few=few)
+        codes = _status(into)
         if not isinstance(part, slice):
             values[part] = into
-        status[part] = _status(into)
+        flat = np.flatnonzero(codes == Status.DEGENERATE)
+        if len(flat):
+            nodes = np.sort(ids[flat], axis=1)
+            codes[flat[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]] = Status.REPEATED_POINTS
+        validity.inside(mesh, row, part, codes, n)
+        status[part] = codes
 
     run(work, connectivity.chunks(cells), threads)
 
@@ -223,26 +246,35 @@ def _measure_other(mesh: Mesh, row: CellType, cells: CellIds, one: Metric, value
         ids = mesh.connectivity[connectivity.positions(mesh, row, cells)]
         values[cells] = verdict_quality(mesh.points, ids, cell_type(shape.name).vtk_id, one.name)
         return
-    driver.prepare(shape, mesh.points, with_nodes=one.name == "scaled_jacobian")
+    n = connectivity.count(cells)
+    driver.prepare(row, mesh.points, n, with_nodes=one.name == "scaled_jacobian")
 
     def work(part: CellIds) -> None:
-        values[part] = _OWN[one.name](mesh.points, connectivity.corners(mesh, row, part), shape)
+        values[part] = _OWN[one.name](mesh, row, part, n <= driver.FEW)
 
     run(work, connectivity.chunks(cells), threads)
 
 
-def _scaled_jacobian(points: NDArray[np.floating], ids: NDArray[np.int64], shape: Shape) -> Values:
-    nodes = np.empty(ids.shape)
-    driver.node_scaled_jacobian(points, ids, shape, nodes)
-    return folds.fold(nodes) + 0.0
+def _scaled_jacobian(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
+    return folds.fold(_corner_js(mesh, row, part, few)) + 0.0
 
 
-def _aspect_ratio_gamma(points: NDArray[np.floating], ids: NDArray[np.int64], shape: Shape) -> Values:
-    return tetra_metrics.aspect_ratio_gamma(points, ids, arrays.tetra_signs(points, ids, shape))
+def _corner_js(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
+    """J_S of the corners of some cells: ``(n, n_corners)``."""
+    ids = connectivity.picked(mesh, row, part, driver.columns(row))
+    values = np.empty((len(ids), _shape(row).n_nodes))
+    driver.node_scaled_jacobian(mesh.points, ids, row, values, few=few)
+    return values
 
 
-def _scaled_aspect_ratio_gamma(points: NDArray[np.floating], ids: NDArray[np.int64], shape: Shape) -> Values:
-    return tetra_metrics.scaled_aspect_ratio_gamma(points, ids, arrays.tetra_signs(points, ids, shape))
+def _aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
+    ids = connectivity.picked(mesh, row, part, row.corners)
+    return tetra_metrics.aspect_ratio_gamma(mesh.points, ids, arrays.tetra_signs(mesh.points, ids, TETRA))
+
+
+def _scaled_aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
+    ids = connectivity.picked(mesh, row, part, row.corners)
+    return tetra_metrics.scaled_aspect_ratio_gamma(mesh.points, ids, arrays.tetra_signs(mesh.points, ids, TETRA))
 
 
 _OWN = {
@@ -263,14 +295,11 @@ def _node_values(mesh: Mesh, threads: int | None) -> Values:
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
-        shape = row.shape
-        driver.prepare(shape, mesh.points, with_nodes=True)
+        n = connectivity.count(cells)
+        driver.prepare(row, mesh.points, n, with_nodes=True)
 
-        def work(part: CellIds, row: CellType = row, shape: Shape = shape) -> None:
-            ids = connectivity.corners(mesh, row, part)
-            values = np.empty(ids.shape)
-            driver.node_scaled_jacobian(mesh.points, ids, shape, values)
-            out[connectivity.positions(mesh, row, part)] = values + 0.0
+        def work(part: CellIds, row: CellType = row, few: bool = n <= driver.FEW) -> None:
+            out[connectivity.positions(mesh, row, part)] = _corner_js(mesh, row, part, few) + 0.0
 
         run(work, connectivity.chunks(cells), threads)
     return read_only(out)
@@ -282,7 +311,8 @@ def _worst_at_points(mesh: Mesh, values_of: _NodeValues) -> Values:
         if row is not None and row.shape is not None:
             for part in connectivity.chunks(cells):
                 at = connectivity.positions(mesh, row, part)
-                np.minimum.at(worst, mesh.connectivity[at].reshape(-1), values_of(part, at).reshape(-1))
+                with np.errstate(invalid="ignore"):  # NaN is to stay NaN
+                    np.minimum.at(worst, mesh.connectivity[at].reshape(-1), values_of(part, at).reshape(-1))
     worst[np.isinf(worst)] = np.nan
     return read_only(worst)
 

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import cast
 from ._threads import run
-from .cells import CellType, Shape, cell_type
+from .cells import CellType, cell_type
 from .errors import MetricError
 from .kernels import driver, folds
 from .metrics import tetra
 
 Values = NDArray[np.float64]
-Work = Callable[[NDArray[np.floating], NDArray[np.int64], Shape, Values], None]
-
 CHUNK = 1 << 16
 """Cells handed to a thread at a time."""
 
@@ -38,8 +34,8 @@ def jens(
     cells
         ``(n_cells, n_nodes)`` integer point ids. Wedges have the normal of (0, 1, 2) pointing to (3, 4, 5).
     cell_type
-        Name (``"tetra"``, ``"pyramid"``, ``"wedge"``, ``"hexahedron"``, ...), VTK id or row. Cells with nodes beside
-        their corners are measured at their corners.
+        Name (``"tetra"``, ``"pyramid"``, ``"wedge"``, ``"hexahedron"``, ...), VTK id or row. A curved cell is measured
+        at its corners: with the true tangents of its edges if it is quadratic, else along straight edges.
     nodes
         Return a value for each node rather than each cell.
     threads
@@ -66,10 +62,10 @@ def jens(
     >>> meshgauge.jens(cube, [range(8)], "hexahedron")
     array([1.])
     """
-    x, connectivity, shape = _checked(points, cells, cell_type)
+    x, connectivity, row = _checked(points, cells, cell_type)
     if not nodes:
-        return _cells(driver.cell_jens, x, connectivity, shape, threads)
-    return folds.jens(_nodes(x, connectivity, shape, threads), shape.k)
+        return _cells(x, connectivity, row, threads)
+    return folds.jens(_nodes(x, connectivity, row, threads), _k(row))
 
 
 def scaled_jacobian(
@@ -85,8 +81,8 @@ def scaled_jacobian(
     Parameters, errors and special values as `jens`. The cell value is the fold of its nodes: the least if all are
     positive, else the greatest of the negative ones. In [-1, 1]; the ideal cell has its k (1 for hexahedra only).
     """
-    x, connectivity, shape = _checked(points, cells, cell_type)
-    values = _nodes(x, connectivity, shape, threads)
+    x, connectivity, row = _checked(points, cells, cell_type)
+    values = _nodes(x, connectivity, row, threads)
     return values if nodes else folds.fold(values) + 0.0
 
 
@@ -96,8 +92,8 @@ def aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
     ``R³√2 / (12 V)``, R² the mean squared edge, V the signed volume (Lobos, section 3). Parameters, errors and NaN
     as `jens`.
     """
-    x, connectivity, shape = _checked(points, cells, "tetra")
-    return tetra.aspect_ratio_gamma(x, connectivity, tetra_signs(x, connectivity, shape))
+    x, connectivity, row = _checked(points, cells, "tetra")
+    return tetra.aspect_ratio_gamma(x, connectivity, tetra_signs(x, connectivity, row))
 
 
 def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
@@ -105,19 +101,18 @@ def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
 
     Parameters, errors and NaN as `jens`.
     """
-    x, connectivity, shape = _checked(points, cells, "tetra")
-    return tetra.scaled_aspect_ratio_gamma(x, connectivity, tetra_signs(x, connectivity, shape))
+    x, connectivity, row = _checked(points, cells, "tetra")
+    return tetra.scaled_aspect_ratio_gamma(x, connectivity, tetra_signs(x, connectivity, row))
 
 
-def tetra_signs(points: NDArray[np.floating], connectivity: NDArray[np.int64], shape: Shape) -> NDArray[np.int8]:
+def tetra_signs(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: CellType) -> NDArray[np.int8]:
     """Exact sign of each tetrahedron's volume; 0 where a coordinate is not finite."""
-    values = _cells(driver.cell_jens, points, connectivity, shape, None)
-    return np.sign(np.nan_to_num(values)).astype(np.int8)
+    return np.sign(np.nan_to_num(_cells(points, connectivity, row, None))).astype(np.int8)
 
 
 def _checked(
     points: ArrayLike, cells: ArrayLike, which: str | int | CellType
-) -> tuple[NDArray[np.floating], NDArray[np.int64], Shape]:
+) -> tuple[NDArray[np.floating], NDArray[np.int64], CellType]:
     try:
         row = cell_type(which)
     except KeyError as error:
@@ -127,31 +122,39 @@ def _checked(
     x = cast.points(points)
     connectivity = cast.connectivity(cells, row)
     cast.check_ids(connectivity, len(x), row.name)
-    corners = list(row.corners)
-    if corners != list(range(connectivity.shape[1])):
-        connectivity = connectivity[:, corners]
-    return x, np.ascontiguousarray(connectivity, np.int64), row.shape
+    wanted = driver.columns(row)
+    if wanted != tuple(range(connectivity.shape[1])):
+        connectivity = connectivity[:, list(wanted)]
+    return x, np.ascontiguousarray(connectivity, np.int64), row
 
 
 def _chunks(n: int) -> list[slice]:
     return [slice(start, min(start + CHUNK, n)) for start in range(0, n, CHUNK)]
 
 
-def _cells(
-    work: Work, points: NDArray[np.floating], connectivity: NDArray[np.int64], shape: Shape, threads: int | None
-) -> Values:
-    driver.prepare(shape, points)
-    out = np.empty(len(connectivity))
-    run(lambda here: work(points, connectivity[here], shape, out[here]), _chunks(len(out)), threads)
+def _cells(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: CellType, threads: int | None) -> Values:
+    n = len(connectivity)
+    driver.prepare(row, points, n)
+    out = np.empty(n)
+    few = n <= driver.FEW
+    run(lambda here: driver.cell_jens(points, connectivity[here], row, out[here], few=few), _chunks(n), threads)
     return out
 
 
-def _nodes(points: NDArray[np.floating], connectivity: NDArray[np.int64], shape: Shape, threads: int | None) -> Values:
-    driver.prepare(shape, points, with_nodes=True)
-    out = np.empty(connectivity.shape)
-    run(
-        lambda here: driver.node_scaled_jacobian(points, connectivity[here], shape, out[here]),
-        _chunks(len(out)),
-        threads,
-    )
+def _nodes(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: CellType, threads: int | None) -> Values:
+    assert row.shape is not None
+    n = len(connectivity)
+    driver.prepare(row, points, n, with_nodes=True)
+    out = np.empty((n, row.shape.n_nodes))
+    few = n <= driver.FEW
+
+    def work(here: slice) -> None:
+        driver.node_scaled_jacobian(points, connectivity[here], row, out[here], few=few)
+
+    run(work, _chunks(n), threads)
     return out
+
+
+def _k(row: CellType) -> float:
+    assert row.shape is not None
+    return row.shape.k

@@ -1,4 +1,4 @@
-"""Corners of the cells of a mesh, in the one layout that kernels accept."""
+"""Nodes of the cells of a mesh, in the one layout that kernels accept."""
 
 from __future__ import annotations
 
@@ -26,18 +26,27 @@ def chunks(cells: CellIds, size: int = CHUNK) -> Iterator[CellIds]:
 
 def positions(mesh: Mesh, row: CellType, cells: CellIds) -> NDArray[np.int64]:
     """Where the corners stand in ``mesh.connectivity``: ``(n, n_corners)``."""
-    starts = np.asarray(mesh.offsets[:-1][cells], np.int64)
-    return starts[:, None] + np.array(row.corners, np.int64)
+    return _positions(mesh, cells, row.corners)
 
 
-def corners(mesh: Mesh, row: CellType, cells: CellIds) -> NDArray[np.int64]:
-    """Point ids of the corners: ``(n, n_corners)`` int64, C-contiguous; a view of the connectivity where it can be."""
+def count(cells: CellIds) -> int:
+    """How many cells."""
+    return cells.stop - cells.start if isinstance(cells, slice) else len(cells)
+
+
+def picked(mesh: Mesh, row: CellType, cells: CellIds, columns: tuple[int, ...]) -> NDArray[np.int64]:
+    """Point ids of some nodes of each cell: ``(n, n_columns)`` int64, C-contiguous; a view where it can be."""
     n_nodes = row.n_nodes
     if isinstance(cells, slice) and n_nodes is not None:
         first, last = int(mesh.offsets[cells.start]), int(mesh.offsets[cells.stop])
         ids = mesh.connectivity[first:last].reshape(-1, n_nodes)
-        if row.corners != tuple(range(n_nodes)):
-            ids = ids[:, list(row.corners)]
+        if columns != tuple(range(n_nodes)):
+            ids = ids[:, list(columns)]
     else:
-        ids = mesh.connectivity[positions(mesh, row, cells)]
+        ids = mesh.connectivity[_positions(mesh, cells, columns)]
     return np.ascontiguousarray(ids, np.int64)
+
+
+def _positions(mesh: Mesh, cells: CellIds, columns: tuple[int, ...]) -> NDArray[np.int64]:
+    starts = np.asarray(mesh.offsets[:-1][cells], np.int64)
+    return starts[:, None] + np.array(columns, np.int64)

@@ -15,6 +15,9 @@ class Status(IntEnum):
     NON_FINITE = 3
     UNSUPPORTED = 4
     NOT_SOLID = 5
+    INVERTED_INSIDE = 6
+    REPEATED_POINTS = 7
+    UNDECIDED = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +34,26 @@ class StatusRow:
 STATUSES: dict[Status, StatusRow] = {
     row.status: row
     for row in (
-        StatusRow(Status.OK, "ok", True, True, "every corner is positive"),
+        StatusRow(Status.OK, "ok", True, True, "valid: every corner is positive, and the inside where it could differ"),
         StatusRow(Status.INVERTED, "inverted", True, False, "some corner is negative"),
         StatusRow(Status.DEGENERATE, "degenerate", True, False, "no corner is negative, some is exactly flat"),
+        StatusRow(
+            Status.INVERTED_INSIDE,
+            "inverted_inside",
+            True,
+            False,
+            "every corner is positive, but the Jacobian determinant is zero or negative inside",
+        ),
+        StatusRow(
+            Status.REPEATED_POINTS, "repeated_points", True, False, "degenerate: a point occurs twice in the cell"
+        ),
+        StatusRow(
+            Status.UNDECIDED,
+            "undecided",
+            True,
+            False,
+            "every corner is positive, but whether the inside is valid could not be decided",
+        ),
         StatusRow(Status.NON_FINITE, "non_finite", False, False, "a coordinate is NaN or infinite"),
         StatusRow(Status.UNSUPPORTED, "unsupported", False, False, "a solid cell of a type that is not measured"),
         StatusRow(Status.NOT_SOLID, "not_solid", False, False, "a surface, line or vertex cell: has no volume"),

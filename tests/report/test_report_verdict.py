@@ -32,7 +32,8 @@ NAN = np.nan
         ({"tetra": [0.1, 0.19] + [0.5] * 1620}, "poor", "all 1,622 measured cells are valid; 2 are poor (< 0.2)"),
         ({"tetra": [0.2, 0.5]}, "good", "all 2 measured cells are valid; none is poor (< 0.2)"),
         ({"tetra": [0.7]}, "good", "the one cell is valid; none is poor (< 0.2)"),
-        ({"tetra10": [0.7, 0.8]}, "good", "all 2 measured cells are valid at their corners; none is poor (< 0.2)"),
+        ({"tetra10": [0.7, 0.8]}, "good", "all 2 measured cells are valid; none is poor (< 0.2)"),
+        ({"hexa_prism": [0.7, 0.8]}, "good", "all 2 measured cells are valid at their corners; none is poor (< 0.2)"),
         (
             {"tetra": [0.5, NAN]},
             "unknown",

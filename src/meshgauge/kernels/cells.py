@@ -313,3 +313,7 @@ def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> int:
             q[p] = _worst_right(small, nearest) if settled else np.nan
         left += _written(q, out, first, n)
     return left
+
+
+BY_SHAPE = {"tetra": tetra, "pyramid": pyramid, "wedge": wedge, "hexahedron": hexahedron}
+"""The kernels by the name of the shape."""

@@ -223,7 +223,7 @@ def remarks(report: FileReport) -> Iterator[RenderableType]:
             why = "the metric is not defined for it" if reason == UNDEFINED else STATUS_TEXTS[reason]
             lines.append(f"not measured: {style.number(n)} {name} ({reason}: {why})")
     for name, n in summary.corners_only.items():
-        lines.append(f"measured at the corners only: {style.number(n)} {name}")
+        lines.append(f"measured at the corners only, not known inside: {style.number(n)} {name}")
     resolution = summary.all.quantile_resolution
     if resolution:
         lines.append(f"quantiles are right to {resolution:g}")

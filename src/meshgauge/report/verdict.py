@@ -34,8 +34,11 @@ def verdict(summary: Summary) -> Verdict:
             return Verdict("nothing", f"nothing measured: {unknown}")
         return Verdict("nothing", "nothing measured: the mesh has no solid cells")
     bad = []
+    inside = every.statuses.get("inverted_inside", 0)
     if every.n_invalid:
-        bad.append(f"{_of(every.n_invalid, measured)} inverted")
+        told = "inverted" if not inside else "inverted inside" if inside == every.n_invalid else "inverted"
+        where = f" ({number(inside)} of them inside, between good corners)" if 0 < inside < every.n_invalid else ""
+        bad.append(f"{_of(every.n_invalid, measured)} {told}{where}")
     if every.n_degenerate:
         bad.append(
             f"{number(every.n_degenerate)} {_are(every.n_degenerate)} degenerate"
@@ -46,8 +49,12 @@ def verdict(summary: Summary) -> Verdict:
         text = f"{listed(bad)}: the mesh is not usable as it is"
         return Verdict("bad", f"{text}; {unknown}" if missing else text)
     poor = f"{number(every.n_poor)} {_are(every.n_poor)} poor (< 0.2)" if every.n_poor else "none is poor (< 0.2)"
-    corners = sum(summary.corners_only.values())
-    valid = "valid at their corners" if corners else "valid"
+    undecided = every.statuses.get("undecided", 0)
+    if undecided:
+        doubt = f"of {plural(undecided, 'cell')} only the corners are known to be valid"
+        text = f"no cell is inverted at a corner, but {doubt}; {poor}"
+        return Verdict("unknown", f"{text}; {unknown}" if missing else text)
+    valid = "valid at their corners" if summary.corners_only else "valid"
     if missing:
         return Verdict(
             "unknown", f"{unknown}; the {plural(measured, 'measured cell')} {_are(measured)} {valid}; {poor}"

@@ -59,11 +59,19 @@ class _Builder:
         if np.isnan(least):
             no_value = np.isnan(values)
             self.missing += np.bincount(status[no_value], minlength=len(Status))
-            values = values[~no_value]
+            values, status = values[~no_value], status[~no_value]
             if len(values) == 0:
                 return
             least = values.min()
         self._add_values(values, float(least), float(values.max()))
+        if (status == Status.INVERTED_INSIDE).any():
+            self._take_back(values[status == Status.INVERTED_INSIDE])
+
+    def _take_back(self, values: Values) -> None:
+        """Count cells that are turned inside out in the middle as invalid, whatever their corners say."""
+        self.n_invalid += int(np.count_nonzero(values >= 0))
+        self.n_degenerate -= int(np.count_nonzero(values == self.scale.flat))
+        self.n_good -= self._count_good(values)
 
     def _add_values(self, values: Values, low: float, high: float) -> None:
         a, b = self.acceptable
@@ -78,7 +86,7 @@ class _Builder:
         if low >= a and high <= b and not low <= flat <= high:
             self.n_good += len(values)
         else:
-            self.n_good += int(np.count_nonzero((values >= max(a, 0)) & (values <= b) & (values != flat)))
+            self.n_good += self._count_good(values)
         self._add_sum(values, max(abs(low), abs(high)))
         if self.counts is None:
             self.kept.append(values + 0.0)
@@ -89,6 +97,10 @@ class _Builder:
                 self.kept.clear()
         else:
             self._count(values)
+
+    def _count_good(self, values: Values) -> int:
+        a, b = self.acceptable
+        return int(np.count_nonzero((values >= max(a, 0)) & (values <= b) & (values != self.scale.flat)))
 
     def _add_sum(self, values: Values, largest: float) -> None:
         if np.isinf(largest):

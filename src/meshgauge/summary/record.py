@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _threads
 from ..cells import CELL_TYPES, type_name
+from ..kernels.driver import certified_as
 from .builder import tallies
 from .scale import Scale, Values
 from .tally import Tally
@@ -61,9 +62,10 @@ class Summary:
 
     @property
     def corners_only(self) -> dict[str, int]:
-        """Measured cells by type name, of the types that have more nodes than the corners they are measured at."""
-        curved = (t for t in self.tallies if t in CELL_TYPES and CELL_TYPES[t].is_curved)
-        return {type_name(t): n for t in curved if (n := self.tallies[t].n_measured)}
+        """Measured cells by type name, of types whose inside nothing tells: Lagrange cells, prisms over polygons."""
+        rows = (CELL_TYPES[t] for t in self.tallies if t in CELL_TYPES)
+        unknown = (r for r in rows if r.shape is not None and certified_as(r) is None)
+        return {r.name: n for r in unknown if (n := self.tallies[r.vtk_id].n_measured)}
 
     def merge(self, other: Summary) -> Summary:
         """The summary of the cells of both. Associative and commutative, to the last bit."""

@@ -36,8 +36,8 @@ class Tally:
     by_status, missing
         Cells by status code, and those of them that have no value (NaN).
     n_invalid, n_degenerate, n_poor, n_good
-        Measured cells that are below 0; flat (0, or infinite where lower is better); else outside the range that is
-        acceptable for their type; inside it. They add up to ``n_measured``.
+        Measured cells that are below 0 or inverted inside; flat (0, or infinite where lower is better); else outside
+        the range that is acceptable for their type; inside it. They add up to ``n_measured``.
     low, high
         Least and greatest value, ``inf`` and ``-inf`` if there is none.
     total
