@@ -6,12 +6,15 @@ over the cells of one kind.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import BY_NAME, SHAPES
+from ..mesh import CellBlock, Mesh
 from ..polyhedra import Polyhedra
 
 Ints = NDArray[np.int64]
@@ -32,7 +35,8 @@ class Faces:
         Points around each face.
     inward
         For each entry of ``cell_faces``: True where the face's points run so that its normal points into the cell.
-        None if the file does not say: then they are taken as outward if that gives the cell a positive volume.
+        None if the file does not say: then the faces of each cell are turned so that every edge is used once in each
+        direction, and all of them so that the volume is positive.
     """
 
     cell_offsets: Ints
@@ -76,6 +80,7 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     if faces.inward is not None:
         flat = _reversed(flat, starts, faces.inward)
     elif n_cells:
+        flat = _reversed(flat, starts, _alike(flat, starts, entry_cell, faces.cell_offsets, len(points)))
         volume = _volumes(points, flat, starts, entry_cell, n_cells)
         flat = _reversed(flat, starts, (volume < 0)[entry_cell])
 
@@ -110,6 +115,34 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
             face_points=flat[np.repeat(kept, sizes)],
         )
     return Solids(types, own_offsets, connectivity, polyhedra)
+
+
+def _alike(flat: Ints, starts: Ints, entry_cell: Ints, cell_offsets: Ints, n_points: int) -> NDArray[np.bool_]:
+    """Which faces to turn so that those of a cell run the same way as its first; from neighbour to neighbour.
+
+    Of cells whose surface is not closed or has no two sides some faces may stay wrong.
+    """
+    sizes = np.diff(starts)
+    entry = np.repeat(np.arange(len(sizes)), sizes)
+    at = np.arange(len(flat))
+    after = flat[np.where(at + 1 == np.repeat(starts[1:], sizes), np.repeat(starts[:-1], sizes), at + 1)]
+    low, high = np.minimum(flat, after), np.maximum(flat, after)
+    order = np.lexsort((high, low, entry_cell[entry]))
+    same = np.ones(max(len(order) - 1, 0), bool)
+    for key in (entry_cell[entry], low, high):
+        same &= key[order[:-1]] == key[order[1:]]
+    a, b = order[:-1][same], order[1:][same]  # two uses of one edge in one cell
+    first, second = entry[a], entry[b]
+    differ = flat[a] == flat[b]  # in the same direction: one of the faces must be turned
+    state = np.full(len(sizes), -1, np.int8)
+    state[cell_offsets[:-1][np.diff(cell_offsets) > 0]] = 0
+    while True:
+        forth = (state[first] >= 0) & (state[second] < 0)
+        back = (state[second] >= 0) & (state[first] < 0)
+        if not (forth.any() or back.any()):
+            return np.asarray(state == 1)
+        state[second[forth]] = state[first[forth]] ^ differ[forth]
+        state[first[back]] = state[second[back]] ^ differ[back]
 
 
 def _reversed(flat: Ints, starts: Ints, turned: NDArray[np.bool_]) -> Ints:
@@ -227,3 +260,67 @@ def _lookup(codes: Ints, table: dict[int, int]) -> Ints:
     keys = np.array(sorted(table), np.int64)
     at = np.minimum(np.searchsorted(keys, codes), len(keys) - 1)
     return np.where(keys[at] == codes, np.array([table[int(key)] for key in keys])[at], -1)
+
+
+def mesh(
+    path: Path,
+    points: NDArray[np.floating],
+    faces: Faces,
+    zones: Sequence[tuple[str, int, int]],
+    patches: Sequence[tuple[str, Ints]],
+    notes: Sequence[str] = (),
+) -> Mesh:
+    """Cells by faces, then the faces of the patches as surface cells: a block a zone and a block a patch.
+
+    Parameters
+    ----------
+    zones
+        Name, first cell and the one after the last, in the order of the cells.
+    patches
+        Name and faces.
+    """
+    found = solids(faces, points)
+    n_cells = len(found.types)
+    ids = np.concatenate([np.empty(0, np.int64), *(faces for _, faces in patches)])
+    sizes = np.diff(faces.face_offsets)[ids]
+    blocks = [CellBlock(name, first, last) for name, first, last in zones if last > first]
+    at = n_cells
+    for name, own in patches:
+        if len(own):
+            blocks.append(CellBlock(name, at, at + len(own)))
+            at += len(own)
+    polyhedra = found.polyhedra
+    if polyhedra is not None:
+        ends = np.full(len(ids), polyhedra.cell_offsets[-1])
+        polyhedra = replace(polyhedra, cell_offsets=np.concatenate([polyhedra.cell_offsets, ends]))
+    return Mesh(
+        points,
+        np.concatenate([found.types, _SURFACES[np.minimum(sizes, 5)]]),
+        np.concatenate([found.offsets, found.offsets[-1] + np.cumsum(sizes)]),
+        np.concatenate([found.connectivity, faces.face_points[spans(faces.face_offsets[ids], sizes)]]),
+        polyhedra,
+        blocks=tuple(blocks),
+        path=str(path),
+        notes=tuple(notes),
+    )
+
+
+_SURFACES = np.array([BY_NAME[n].vtk_id for n in ("vertex", "vertex", "line", "triangle", "quad", "polygon")], np.uint8)
+"""The surface cell of a face, by its number of points."""
+
+
+def of_cells(n_cells: int, owner: Ints, neighbour: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+    """Faces of each cell from the two cells of each face; a negative cell is none.
+
+    Returns
+    -------
+    tuple
+        Offsets and faces by cell, in the order of the faces, and for each entry whether the cell is the neighbour.
+    """
+    cells = np.concatenate([owner, neighbour])
+    faces = np.tile(np.arange(len(owner)), 2)
+    is_neighbour = np.repeat([False, True], len(owner))
+    kept = cells >= 0
+    order = np.argsort(cells[kept] * (len(owner) + 1) + faces[kept], kind="stable")
+    counts = np.bincount(cells[kept], minlength=n_cells)
+    return offsets_of(counts), faces[kept][order], is_neighbour[kept][order]

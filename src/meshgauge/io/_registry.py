@@ -7,7 +7,23 @@ from pathlib import Path
 
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..mesh import Mesh
-from . import _isolate, exodus, gmsh, hedra, medit, mfem, others, su2, tetgen, unv, vtk_legacy, vtk_xml, vtkhdf
+from . import (
+    _isolate,
+    exodus,
+    fluent,
+    gmsh,
+    hedra,
+    medit,
+    mfem,
+    openfoam,
+    others,
+    su2,
+    tetgen,
+    unv,
+    vtk_legacy,
+    vtk_xml,
+    vtkhdf,
+)
 from ._format import Format
 
 ALL: tuple[Format, ...] = (
@@ -23,6 +39,8 @@ ALL: tuple[Format, ...] = (
     tetgen.RF,
     tetgen.TETGEN,
     unv.UNV,
+    fluent.FLUENT,
+    openfoam.OPENFOAM,
     hedra.HEDRA,
     *others.OTHERS,
 )

@@ -22,7 +22,9 @@ def sniff(head: bytes, path: Path) -> bool:
 def read(path: Path) -> Mesh:
     """Cells with the faces of a tetra, pyramid, wedge or hexahedron become those, the others polyhedra.
 
-    A face counts as outward for a cell that lists it with a positive number, inward with a negative one.
+    The signs should say which side of a face is outside, but in cinolib's own files they do not (half of the cells of
+    its Voronoi example come out with a negative volume, edges are used twice in one direction). So they are not
+    followed, and no cell can be inverted as a whole.
     """
     text = Text(path, path.read_bytes())
     n_points, n_faces, n_cells = text.integers("the numbers of points, faces and cells", 3)[:3]
@@ -38,9 +40,7 @@ def read(path: Path) -> Mesh:
     cell_offsets, signed = _items(cells)
     _in_range(text, face_points, n_points, "a face refers to point")
     _in_range(text, np.abs(signed), n_faces, "a cell refers to face")
-    found = _faces.solids(
-        _faces.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1, signed < 0), points
-    )
+    found = _faces.solids(_faces.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points)
     return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path))
 
 

@@ -86,7 +86,6 @@ _XDMF = _mark(rb"<Xdmf\b")
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
     Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"), foreign=_by_pyvista),
-    Format("openfoam", "OpenFOAM", (".foam",), anything, foreign=_by_pyvista, by_content=False),
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
            foreign=_first_of(_by_meshio("tecplot"), _by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
     Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"), foreign=_by_pyvista),
@@ -120,8 +119,6 @@ OTHERS: tuple[Format, ...] = (
            foreign=_by_meshio("permas"), by_content=False),
     Format("off", "OFF", (".off",), _mark(rb"\A\s*(#[^\n]*\n\s*)*OFF\b"), foreign=_by_meshio("off")),
     # By none of the two.
-    Format("fluent", "Fluent", (".cas", ".msh"), _mark(rb"\A\s*\(\s*\d+\s"),
-           _refused("is a Fluent mesh, of which VTK's reader repeats cells for every zone; export CGNS or VTU")),
     Format("gambit", "GAMBIT neutral", (".neu",), anything,
            _refused("is a GAMBIT neutral file, on which VTK's reader crashes; convert it to another format"),
            by_content=False),
