@@ -47,3 +47,11 @@ def _is_same(a: Path, b: Path) -> bool:
         return a.samefile(b)
     except OSError:  # one does not exist
         return a.resolve() == b.resolve()
+
+
+def size(path: str) -> int:
+    """Bytes of a file, 0 if it cannot be told."""
+    try:
+        return os.stat(path).st_size
+    except OSError:
+        return 0

@@ -35,7 +35,7 @@ class Job:
     format: str | None
     output: Path | None
     shows_progress: bool
-    loading: threading.Thread  #: brings in what measures while the first file is read
+    loading: threading.Thread | None  #: brings in what measures while the first file is read
 
     def run(self, path: str, table: CsvWriter | None) -> FileReport | FailedFile:
         """Report on one file; what is wrong with it, if it cannot be read or measured.
@@ -49,7 +49,8 @@ class Job:
             with activity(f"reading {path}", shown=self.shows_progress):
                 mesh = read(path, format=self.format, wedge_order=self.wedge_order)
             with activity(f"measuring {path}", shown=self.shows_progress):
-                self.loading.join()
+                if self.loading is not None:
+                    self.loading.join()
                 from .._quality import measure
 
                 quality = measure(mesh, metrics=self.metrics, threads=self.threads)

@@ -13,6 +13,8 @@ from ..errors import WriteError
 from . import inputs, terminal
 
 WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
+LARGE = 4_000_000
+"""Bytes of a file from which its cells are likely too many to be measured without Numba."""
 
 HELP = """Measure every cell and report how good the mesh is.
 
@@ -149,7 +151,7 @@ def report(
         raise WriteError(f"{output}: --output takes one mesh, {len(paths)} are given")
     inputs.check_targets(paths, (output, csv))
 
-    loading = terminal.beside(_load)
+    loading = terminal.beside(_load) if any(inputs.size(path) > LARGE for path in paths) else None
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..report import FailedFile, FileReport
     from ..report.csv import CsvWriter
@@ -182,7 +184,7 @@ def report(
 
 
 def _load() -> None:
-    """Numba and the kernels: half a second that passes while the file is read."""
+    """Numba and the kernels: half a second that passes while a large file is read."""
     from .. import _jit, _quality  # noqa: F401  imported to have it loaded
 
     _jit.warm_up()
