@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from .cast import read_only
 from .cells import CELL_TYPES, POLYHEDRON
-from .kernels import faces
-from .kernels.faces import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
+from .kernels import plain
+from .kernels.plain import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .mesh import Mesh
 from .polyhedra import IndexArray
 
@@ -116,22 +116,16 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
     relations = np.zeros(n_slots, np.int8)
     nodes = mesh.connectivity if points is None else points[mesh.connectivity]
     poly, longest = _polyhedra(mesh, points)
-    n_multiple = faces.match(
-        cells,
-        starts,
-        mesh.types,
-        mesh.offsets,
-        nodes,
-        table,
-        poly,
-        max(longest, table.shape[2] - 1),
-        np.zeros(mesh.n_points + 1, width),
-        np.empty(n_slots, width),
-        np.empty(n_slots, np.int32),
-        np.empty(n_slots, np.int32),
-        mates,
-        relations,
-    )
+    longest = max(longest, table.shape[2] - 1)
+    common = (cells, starts, mesh.types, mesh.offsets, nodes, table, poly, longest)
+    if mesh.n_cells <= plain.FEW:
+        n_multiple = plain.match(*common, mates, relations)
+    else:
+        from .kernels import faces  # loads Numba
+
+        ends, slots = np.zeros(mesh.n_points + 1, width), np.empty(n_slots, width)
+        hashes = np.empty((2, n_slots), np.int32)
+        n_multiple = faces.match(*common, ends, slots, hashes[0], hashes[1], mates, relations)
     return Topology(mesh, read_only(starts), read_only(cells), read_only(mates), read_only(relations), n_multiple)
 
 

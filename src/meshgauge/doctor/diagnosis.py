@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from .._quality import Quality, measure
 from ..cast import read_only
-from ..kernels import scan, unions
+from ..kernels import plain
 from ..mesh import Mesh
 from ..polyhedra import IndexArray
 from ..topology import Topology, topology
 from . import cells, faces, points
 from .orientation import EXAMPLES, IS_SOLID, Orientation, orientation
+from .united import united_by_faces, united_by_points
 
 LIMIT = 5_000_000
 """Cells up to which a report includes a diagnosis: it then takes at most about 3 s and 900 MB."""
@@ -141,7 +142,8 @@ def diagnosis(
     seen: IndexArray = np.zeros(mesh.n_points, width)
     repeated = np.empty(mesh.n_cells, bool)
     hashes = np.empty(mesh.n_cells, np.int64)
-    scan.cells(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, seen, repeated, hashes)
+    scan = plain.scan if mesh.n_cells <= plain.FEW else _compiled_scan()
+    scan(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, seen, repeated, hashes)
     is_used = seen > 0
     representative = points.representatives(mesh.points, tolerance=tolerance)
     doubles = points.duplicates(representative, is_used)
@@ -172,11 +174,17 @@ def diagnosis(
     )
 
 
+def _compiled_scan() -> Callable[..., None]:
+    from ..kernels import scan  # loads Numba
+
+    return scan.cells
+
+
 def _part_sizes(mesh: Mesh, width: type[np.signedinteger]) -> list[int]:
     """Solid cells of each part, largest first."""
     solid = IS_SOLID[mesh.types]
     parent = np.arange(mesh.n_points, dtype=width)
-    unions.by_points(solid, mesh.offsets, mesh.connectivity, parent)
+    united_by_points(mesh, solid, parent)
     first = mesh.offsets[:-1][solid & (np.diff(mesh.offsets) > 0)]
     counts = np.bincount(parent[mesh.connectivity[first]])
     return sorted(counts[counts > 0].tolist(), reverse=True)
@@ -225,7 +233,7 @@ def _hinges(matched: Topology, n_parts: int, *, conforms: bool) -> Finding | Non
     n_cells = matched.mesh.n_cells
     parent = np.arange(n_cells, dtype=matched.cells.dtype)
     none, alike = np.zeros(n_cells, np.int8), np.ones(len(matched.cells), np.int8)
-    unions.by_faces(matched.cells, matched.mates, alike, none, parent, np.ones(n_cells, np.int8))
+    united_by_faces(matched.cells, matched.mates, alike, none, parent, np.ones(n_cells, np.int8))
     with_faces = np.diff(matched.starts) > 0
     roots = np.unique(parent[with_faces])
     n = len(roots) - n_parts

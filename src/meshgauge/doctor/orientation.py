@@ -18,16 +18,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import connectivity
+from .. import arrays
 from .._quality import Quality
 from ..cast import read_only
-from ..cells import CELL_TYPES, TETRA, WEDGE, cell_type, type_name
-from ..kernels import driver, unions
+from ..cells import BY_NAME, CELL_TYPES, TETRA, WEDGE, type_name
 from ..mesh import Mesh
 from ..polyhedra import IndexArray
 from ..topology import BOUNDARY, SAME, Topology, topology
 from .points import extent
 from .reversal import reversal
+from .united import united_by_faces
 
 EXAMPLES = 5
 """Cell ids named in a finding."""
@@ -159,7 +159,7 @@ def orientation(quality: Quality, *, faces: Topology | None = None, points: Inde
     geometry = _handedness(quality, np.flatnonzero(is_inverted))
     parent = np.arange(mesh.n_cells, dtype=faces.cells.dtype)
     sign = np.ones(mesh.n_cells, np.int8)
-    n_contradictions = unions.by_faces(faces.cells, mates, relations, geometry, parent, sign)
+    n_contradictions = united_by_faces(faces.cells, mates, relations, geometry, parent, sign)
     part_sign = _part_signs(faces, mates, relations, parent, sign, geometry)
     handed = sign * part_sign[parent]
     numbering = np.zeros(mesh.n_cells, np.uint8)
@@ -202,25 +202,15 @@ def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int
     for vtk_id in np.unique(types):
         row = CELL_TYPES[int(vtk_id)]
         assert row.shape is not None  # it has a value
-        ids = inverted[types == vtk_id]
-        order = reversal(row.vtk_id, row.n_nodes or row.shape.n_nodes)
         if row.n_nodes is None:
-            # Lagrange and Bézier cells have their corners first.
-            order = reversal(_linear(row.shape.name), row.shape.n_nodes)
-        assert order is not None
-        turned = [order[m] for m in row.corners]
-        linear = cell_type(row.shape.name)
-        for part in connectivity.chunks(ids):
-            nodes = mesh.connectivity[np.asarray(mesh.offsets[:-1][part], np.int64)[:, None] + turned]
-            values = np.empty(len(nodes))
-            driver.cell_jens(mesh.points, np.ascontiguousarray(nodes, np.int64), linear, values, few=True)
-            signs[part] = -(values > 0.0).astype(np.int8)
+            row = BY_NAME[row.shape.name]  # Lagrange and Bézier cells have their corners first
+        order = reversal(row.vtk_id, row.n_nodes or 0)
+        assert order is not None  # it is known for every type with a fixed number of nodes
+        ids = inverted[types == vtk_id]
+        first = np.asarray(mesh.offsets[ids], np.int64)[:, None]
+        values = arrays.jens(mesh.points, mesh.connectivity[first + np.array(order)], row)
+        signs[ids] = -(values > 0.0).astype(np.int8)
     return signs
-
-
-def _linear(shape: str) -> int:
-    """The VTK id of the linear cell of a shape."""
-    return next(row.vtk_id for row in CELL_TYPES.values() if row.name == shape)
 
 
 def _part_signs(

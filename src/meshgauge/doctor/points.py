@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import near
+from ..kernels import plain
 from ..polyhedra import IndexArray
 
 TOLERANCE = 1e-9
@@ -48,17 +48,15 @@ def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANC
         points = (points - origin) / diagonal
         origin, diagonal = np.zeros(3), 1.0
     width: type[np.signedinteger] = np.int32 if len(points) < 2**31 - 1 else np.int64
-    bits = max(len(points) - 1, 1).bit_length()
     out: IndexArray = np.empty(len(points), width)
-    near.coincident(
-        points,
-        origin,
-        tolerance * diagonal,
-        bits,
-        np.full(1 << bits, -1, width),
-        np.empty(len(points), width),
-        out,
-    )
+    if len(points) <= plain.FEW:
+        plain.coincident(points, origin, tolerance * diagonal, out)
+        return out
+    from ..kernels import near  # loads Numba
+
+    bits = (len(points) - 1).bit_length()
+    head, after = np.full(1 << bits, -1, width), np.empty(len(points), width)
+    near.coincident(points, origin, tolerance * diagonal, bits, head, after, out)
     return out
 
 

@@ -11,12 +11,7 @@ from typing import Any
 import numpy as np
 
 from .._jit import inlined, kernel
-
-BOUNDARY, MULTIPLE, COLLAPSED = -1, -2, -3
-"""Instead of a mate: no other cell has this face; three or more have it; it has fewer than three distinct points."""
-
-OPPOSITE, SAME, CROSSED = 1, -1, 0
-"""How a face is gone round: as by its mate in the opposite direction (right), in the same one, in another order."""
+from .plain import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 
 DIFFERENT = 2
 """What `_compared` says of faces that have not the same points."""

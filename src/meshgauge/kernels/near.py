@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._jit import inlined, kernel
-
-BOX = 64.0
-"""Width of a box in tolerances: nine in ten points are then nearer to no other box than the tolerance."""
+from .plain import BOX
 
 
 @inlined

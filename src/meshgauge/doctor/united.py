@@ -1,0 +1,39 @@
+"""Cells that hang together: by the kernels, or without Numba where there are few."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels import plain
+from ..mesh import Mesh
+from ..polyhedra import IndexArray
+
+
+def united_by_points(mesh: Mesh, which: NDArray[np.bool_], parent: IndexArray) -> None:
+    """Unite the points of each of the cells, see `kernels.unions.by_points`."""
+    if mesh.n_cells <= plain.FEW:
+        plain.by_points(which, mesh.offsets, mesh.connectivity, parent)
+        return
+    from ..kernels import unions  # loads Numba
+
+    unions.by_points(which, mesh.offsets, mesh.connectivity, parent)
+
+
+def united_by_faces(
+    cells: IndexArray,
+    mates: IndexArray,
+    relations: NDArray[np.int8],
+    first: NDArray[np.int8],
+    parent: IndexArray,
+    sign: NDArray[np.int8],
+) -> int:
+    """Unite the cells on the two sides of each face, see `kernels.unions.by_faces`."""
+    if len(parent) <= plain.FEW:
+        return plain.by_faces(cells, mates, relations, first, parent, sign)
+    from ..kernels import unions  # loads Numba
+
+    n_contradictions: Any = unions.by_faces(cells, mates, relations, first, parent, sign)
+    return int(n_contradictions)
