@@ -284,6 +284,9 @@ def _blocks(
     """What is to be said, by block and type; blocks of one name together, for some readers make one of every run."""
     names = list(dict.fromkeys(block.name for block in mesh.blocks))
     found = np.flatnonzero(numbering)
+    has_others = any(
+        row is None or row.shape is not WEDGE for row, _, _ in mesh.groups() if row is None or row.dimension == 3
+    )
     block_of = np.zeros(len(found), np.int64)
     for block in mesh.blocks:
         low, high = np.searchsorted(found, (block.start, block.stop))
@@ -311,11 +314,11 @@ def _blocks(
                 n_overlapping=counts[Numbering.OVERLAPPING],
                 n_undecided=counts[Numbering.UNDECIDED],
                 cells=tuple(cells[:EXAMPLES].tolist()),
-                text=_sentence(int(vtk_id), n_cells, counts, where, is_left_handed),
+                text=_sentence(int(vtk_id), n_cells, counts, where, is_left_handed, has_others),
             )
 
 
-def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_handed: bool) -> str:
+def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_handed: bool, has_others: bool) -> str:
     kind = type_name(vtk_id)
     clauses: list[str] = []
 
@@ -330,7 +333,7 @@ def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_
         else:
             clauses.append(f"{n:,} of {n_cells:,} {kind} cells{where} {one if n == 1 else several}")
 
-    why = _custom(vtk_id, n_cells, counts[Numbering.REVERSED], is_left_handed)
+    why = _custom(vtk_id, n_cells, counts[Numbering.REVERSED], is_left_handed, has_others)
     end = f"numbered in reverse{why}, with valid shapes: run `meshgauge orient`"
     clause(Numbering.REVERSED, f"is {end}", f"are {end}")
     end = "numbered in reverse and inverted besides, so that `meshgauge orient` is but half the remedy"
@@ -350,13 +353,13 @@ def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_
     return "; ".join(clauses)
 
 
-def _custom(vtk_id: int, n_cells: int, n_reversed: int, is_left_handed: bool) -> str:
+def _custom(vtk_id: int, n_cells: int, n_reversed: int, is_left_handed: bool, has_others: bool) -> str:
     """Who numbers cells so, if it is known."""
     shape = CELL_TYPES[vtk_id].shape
+    if shape is WEDGE and n_reversed == n_cells and not (is_left_handed and has_others):
+        return ", in the order that VTK documented before 9.7"
     if is_left_handed:
         return ", as is every cell of this mesh (a left-handed or mirrored file)"
-    if shape is WEDGE and n_reversed == n_cells:
-        return ", in the order that VTK documented before 9.7"
     if shape is TETRA and n_cells >= 6 and n_cells <= 4 * n_reversed <= 3 * n_cells:
         return ", as FEniCS writes them"
     return ""
