@@ -16,13 +16,10 @@ NAMES = {
     "tet": ("tetra", "tetra10"),
     "hex": ("hexahedron", "voxel", "hexahedron20", "hexahedron27"),
     "prism": ("wedge", "wedge15", "penta_prism", "hexa_prism"),
-    "pyr": ("pyramid", "pyramid13"),
+    "pyr": ("pyramid", "pyramid13", "lagrange_pyramid"),
     "poly": ("polyhedron",),
 }
-REFUSED = {
-    "wedge_cylinder.cas": "Fluent",
-    "read_exodus_PYRAMID14.e": "PYRAMID14",
-}
+REFUSED: dict[str, str] = {}
 PRISM_IS_MORE = {"supportedElements.vtk"}  # whose penta- and hexaprism the manifest counts under poly
 
 

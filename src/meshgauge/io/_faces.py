@@ -80,7 +80,7 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     if faces.inward is not None:
         flat = _reversed(flat, starts, faces.inward)
     elif n_cells:
-        flat = _reversed(flat, starts, _alike(flat, starts, entry_cell, faces.cell_offsets, len(points)))
+        flat = _reversed(flat, starts, _alike(flat, starts, entry_cell, faces.cell_offsets))
         volume = _volumes(points, flat, starts, entry_cell, n_cells)
         flat = _reversed(flat, starts, (volume < 0)[entry_cell])
 
@@ -117,7 +117,7 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     return Solids(types, own_offsets, connectivity, polyhedra)
 
 
-def _alike(flat: Ints, starts: Ints, entry_cell: Ints, cell_offsets: Ints, n_points: int) -> NDArray[np.bool_]:
+def _alike(flat: Ints, starts: Ints, entry_cell: Ints, cell_offsets: Ints) -> NDArray[np.bool_]:
     """Which faces to turn so that those of a cell run the same way as its first; from neighbour to neighbour.
 
     Of cells whose surface is not closed or has no two sides some faces may stay wrong.

@@ -31,9 +31,15 @@ class Part:
 
 
 def merged(
-    parts: Sequence[Part], *, path: Path | None = None, field_data: Mapping[str, NDArray[Any]] | None = None
+    parts: Sequence[Part],
+    *,
+    path: Path | None = None,
+    field_data: Mapping[str, NDArray[Any]] | None = None,
+    points: NDArray[Any] | None = None,
 ) -> Mesh:
     """One mesh of all parts, a block each, in their order. Points are not merged.
+
+    With ``points`` all parts refer to these, and must have none of their own.
 
     Data that some parts lack are filled: numbers with NaN, strings with the empty string. A single part keeps its
     arrays as they are.
@@ -44,10 +50,10 @@ def merged(
         for name, values in part.field_data.items():
             fields.setdefault(name, values)
     if len(parts) == 1:
-        points, types, offsets = parts[0].points, parts[0].types, parts[0].offsets
+        own_points, types, offsets = parts[0].points, parts[0].types, parts[0].offsets
         connectivity, polyhedra = parts[0].connectivity, parts[0].polyhedra
     else:
-        points = _stacked([p.points for p in parts], np.empty((0, 3)))
+        own_points = _stacked([p.points for p in parts], np.empty((0, 3)))
         types = _stacked([p.types for p in parts], np.empty(0, np.uint8))
         offsets = _joined_offsets([p.offsets for p in parts])
         starts = _starts([len(p.points) for p in parts])
@@ -56,7 +62,7 @@ def merged(
     n_points, n_cells = [len(p.points) for p in parts], [len(p.types) for p in parts]
     cell_starts = _starts(n_cells)
     return Mesh(
-        points=points,
+        points=own_points if points is None else points,
         types=types,
         offsets=offsets,
         connectivity=connectivity,

@@ -9,6 +9,7 @@ from ..errors import MeshgaugeError, ReadError, WriteError
 from ..mesh import Mesh
 from . import (
     _isolate,
+    abaqus,
     exodus,
     fluent,
     gmsh,
@@ -36,6 +37,7 @@ ALL: tuple[Format, ...] = (
     mfem.MFEM,
     exodus.EXODUS,
     su2.SU2,
+    abaqus.ABAQUS,
     tetgen.RF,
     tetgen.TETGEN,
     unv.UNV,

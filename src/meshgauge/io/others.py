@@ -99,8 +99,6 @@ OTHERS: tuple[Format, ...] = (
     Format("obj", "Wavefront OBJ", (".obj",), anything,
            foreign=_first_of(_by_pyvista, _by_meshio("obj")), by_content=False),
     # By meshio.
-    Format("abaqus", "Abaqus", (".inp",), _mark(rb"^\*(heading|node|element|part|include|\*)"),
-           foreign=_by_meshio("abaqus"), write=_meshio_writer("abaqus"), by_content=False),
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
            foreign=_by_meshio("avsucd"), write=_meshio_writer("avsucd"), by_content=False),
     Format("nastran", "Nastran", (".bdf", ".fem", ".nas", ".nastran"), anything,
