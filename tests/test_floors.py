@@ -15,7 +15,7 @@ FLOORS = (
     ("errors", "cells", "status", "_jit", "_threads"),
     ("metrics", "kernels", "reference"),
     ("mesh", "polyhedra", "connectivity", "cast", "topology"),
-    ("_quality", "validity", "summary", "arrays", "doctor", "io"),
+    ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),
     ("improve",),
     ("parallel", "report"),
     ("cli", "integrations", "__init__", "__main__"),

@@ -47,6 +47,17 @@ class WorstCell:
     coordinates: tuple[float, float, float]
 
 
+@dataclass(frozen=True, slots=True)
+class StatusCells:
+    """The cells of one status: how many, the first few, and where the first is."""
+
+    status: str
+    text: str  #: what the status means
+    n_cells: int
+    cells: tuple[int, ...]  #: the first few, ascending
+    location: tuple[float, float, float]  #: mean of the nodes of the first one; NaN if one of them is
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Quality:
     """What was measured on a mesh. Arrays are read-only and in file order; NaN means undefined and nothing else does.
@@ -117,6 +128,20 @@ class Quality:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
         them."""
         return [self._worst_cell(int(cell)) for cell in _lowest(self.values, n)]
+
+    def findings(self, n: int = 5) -> list[StatusCells]:
+        """The solid cells that are not ok, by status: how many, the first n, and where the first is."""
+        found = []
+        for row in STATUSES.values():
+            if row.status in (Status.OK, Status.NOT_SOLID):
+                continue
+            cells = np.flatnonzero(self.status == row.status)
+            if len(cells):
+                with np.errstate(invalid="ignore", over="ignore"):
+                    x, y, z = np.asarray(self.mesh.points[self.mesh.nodes(int(cells[0]))], np.float64).mean(axis=0)
+                first = tuple(int(cell) for cell in cells[:n])
+                found.append(StatusCells(row.name, row.text, len(cells), first, (float(x), float(y), float(z))))
+        return found
 
     def cell_data(self) -> dict[str, NDArray[np.generic]]:
         """Arrays to attach to the mesh's cells: every metric by its name, and ``status``."""

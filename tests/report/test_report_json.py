@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 from made_up import report_of
 
+from meshgauge import Mesh, measure
+from meshgauge.cells import SHAPES
+from meshgauge.doctor import diagnosis
 from meshgauge.report import FailedFile, FileReport
 from meshgauge.report.json import dumps
 
@@ -41,6 +44,8 @@ def check(value: Any, kind: str, where: str) -> None:
     elif kind.endswith(" or null"):
         if value is not None:
             check(value, kind.removesuffix(" or null"), where)
+    elif kind == "boolean":
+        assert isinstance(value, bool), where
     elif kind in PLAIN:
         assert isinstance(value, PLAIN[kind]), f"{where} is {value!r}, expected {kind}"
         assert not isinstance(value, bool), where
@@ -62,7 +67,8 @@ def strict(text: str) -> Any:
 
 def test_the_document_describes_objects() -> None:
     assert set(schema()) == {
-        *("report", "file", "verdict", "tally", "histogram", "cell", "metric", "comparison", "error"),
+        *("report", "file", "verdict", "tally", "histogram", "cell", "finding", "metric", "comparison", "error"),
+        *("diagnosis", "defect", "orientation", "block"),
     }
     assert all(schema().values())
 
@@ -71,6 +77,23 @@ def test_a_report_is_what_the_document_says(mixed: FileReport) -> None:
     reports = [mixed, report_of("b.vtu", tetra=[0.5]), report_of("c.vtu", quad=[np.nan]), report_of("d.vtu")]
     check(strict(dumps(reports, [FailedFile("e.vtu", "no such file")])), "report", "report")
     check(strict(dumps([])), "report", "report")
+
+
+def test_a_real_report_is_what_the_document_says() -> None:
+    """With findings and a diagnosis: two cubes, one numbered in reverse, and a point of no cell."""
+    cube = np.array(SHAPES["hexahedron"].points, float)
+    points = np.vstack([cube, cube + (5, 0, 0), [(9, 9, 9)]])
+    mesh = Mesh.from_arrays(points, [("hexahedron", [range(8), (12, 13, 14, 15, 8, 9, 10, 11)])])
+    quality = measure(mesh)
+    found = diagnosis(mesh, quality)
+    report = FileReport("a", mesh.n_points, 2, quality.summary(), findings=tuple(quality.findings()), diagnosis=found)
+    document = strict(dumps([report]))
+    check(document, "report", "report")
+    file = document["files"][0]
+    assert file["findings"][0]["cells"] == [1]
+    assert file["findings"][0]["location"] == pytest.approx((cube.mean(axis=0) + (5, 0, 0)).tolist())
+    assert file["diagnosis"]["n_parts"] == 2
+    assert file["diagnosis"]["orientation"]["blocks"]
 
 
 def test_numbers_are_those_of_the_summary(mixed: FileReport) -> None:

@@ -20,6 +20,7 @@ from .terminal import activity, warn
 
 if TYPE_CHECKING:
     from .._quality import Quality
+    from ..doctor import Diagnosis
 
 JENS = "jens"
 
@@ -35,6 +36,7 @@ class Job:
     format: str | None
     output: Path | None
     shows_progress: bool
+    diagnoses: bool
     loading: threading.Thread | None  #: brings in what measures while the first file is read
 
     def run(self, path: str, table: CsvWriter | None) -> FileReport | FailedFile:
@@ -56,6 +58,8 @@ class Job:
                 quality = measure(mesh, metrics=self.metrics, threads=self.threads)
                 summaries = [self._summary(quality, name) for name in self.metrics]
                 worst = quality.worst(self.worst) if self.worst else []
+                found = quality.findings()
+                diagnosed = self._diagnosis(quality)
         except (MeshgaugeError, OSError, MemoryError) as error:
             return FailedFile(path, _reason(path, error))
         except Exception as error:
@@ -69,8 +73,23 @@ class Job:
             if self.output is not None:
                 self._write(quality, self.output)
         return FileReport(
-            path, mesh.n_points, mesh.n_cells, summaries[0], tuple(worst), tuple(summaries[1:]), tuple(mesh.notes)
+            path=path,
+            n_points=mesh.n_points,
+            n_cells=mesh.n_cells,
+            summary=summaries[0],
+            worst=tuple(worst),
+            others=tuple(summaries[1:]),
+            notes=tuple(mesh.notes),
+            findings=tuple(found),
+            diagnosis=diagnosed,
         )
+
+    def _diagnosis(self, quality: Quality) -> Diagnosis | None:
+        if not self.diagnoses:
+            return None
+        from ..doctor import LIMIT, diagnosis
+
+        return diagnosis(quality.mesh, quality, limit=LIMIT)
 
     def _summary(self, quality: Quality, name: str) -> Summary:
         return summarise(quality.metrics[name], quality.status, quality.mesh.types, name, threads=self.threads)

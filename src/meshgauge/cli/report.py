@@ -114,6 +114,12 @@ def report(
             rich_help_panel=MEASURING,
         ),
     ] = None,
+    diagnosis: Annotated[
+        bool,
+        typer.Option(
+            help="Look as well for what is wrong beside shapes, see 'meshgauge doctor'.", rich_help_panel=MEASURING
+        ),
+    ] = True,
     threads: Annotated[
         int | None,
         typer.Option(
@@ -159,7 +165,7 @@ def report(
 
     names = job.metric_names(metric or (), compare_metric or ())
     count = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
-    work = job.Job(names, count, threads, wedge_order.value, format, output, not quiet, loading)
+    work = job.Job(names, count, threads, wedge_order.value, format, output, not quiet, diagnosis, loading)
     chosen: printer.Printer = (
         printer.JsonPrinter(bins)
         if json

@@ -59,6 +59,17 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
             }
             for cell in report.worst
         ],
+        "findings": [
+            {
+                "status": found.status,
+                "text": found.text,
+                "n_cells": found.n_cells,
+                "cells": list(found.cells),
+                "location": list(found.location),
+            }
+            for found in report.findings
+        ],
+        "diagnosis": report.diagnosis.to_dict() if report.diagnosis is not None else None,
         "other_metrics": [summary.to_dict(bins) for summary in report.others],
         "notes": list(report.notes),
     }

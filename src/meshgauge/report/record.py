@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from ..summary import Summary
 
 if TYPE_CHECKING:
-    from .._quality import WorstCell
+    from .._quality import StatusCells, WorstCell
+    from ..doctor import Diagnosis
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,8 @@ class FileReport:
     worst: tuple[WorstCell, ...] = ()  #: worst first
     others: tuple[Summary, ...] = ()  #: of other metrics, in the order asked for
     notes: tuple[str, ...] = ()  #: what was noticed while reading, a sentence each
+    findings: tuple[StatusCells, ...] = ()  #: cells that are not ok, by status
+    diagnosis: Diagnosis | None = None  #: what else is wrong with the mesh; None if it was not looked for
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from rich.text import Text
 from ..status import STATUSES
 from ..summary import UNDEFINED, Summary, Tally
 from . import style
+from .doctor import DiagnosisText
 from .record import FileReport
 from .verdict import verdict
 
@@ -60,10 +61,15 @@ class FileText:
             yield type_tables(summary, console, options)
             if self.with_bars:
                 yield from bars(summary.all, self.bins, options)
+        if report.findings:
+            yield from findings(report)
         if report.worst:
             yield from worst_cells(report, console, options)
         for other in report.others:
             yield from other_metric(other)
+        if report.diagnosis is not None and (report.diagnosis.findings or report.diagnosis.skipped):
+            yield DiagnosisText(report.diagnosis)
+            yield Text()
         yield from remarks(report)
 
 
@@ -170,6 +176,25 @@ def bars(tally: Tally, bins: int, options: ConsoleOptions) -> Iterator[Renderabl
             Text(band.name if band.name != named else "", band.style),
         )
         named = band.name
+    yield Padding(table, (0, 0, 1, 1), expand=False)
+
+
+def findings(report: FileReport) -> Iterator[RenderableType]:
+    """Cells that are not ok, by status: how many, what that means, the first of them and where it is."""
+    yield _title("cells that are not ok")
+    table = Table.grid(padding=(0, 2))
+    for justify in ("right", "left", "left"):
+        table.add_column(justify=justify, no_wrap=justify == "right")
+    for found in report.findings:
+        more = ", …" if found.n_cells > len(found.cells) else ""
+        first = f"cell{'s' if len(found.cells) > 1 else ''} {', '.join(map(str, found.cells))}{more}"
+        x, y, z = (f"{v:.4g}" for v in found.location)
+        known = found.status in ("unsupported", "undecided")
+        table.add_row(
+            style.number(found.n_cells),
+            Text(found.status, "bold yellow" if known else "bold red"),
+            Text(f"{first}; the first at ({x}, {y}, {z}): {found.text}", overflow="fold"),
+        )
     yield Padding(table, (0, 0, 1, 1), expand=False)
 
 
