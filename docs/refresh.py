@@ -1,0 +1,144 @@
+"""Writes the parts of the documentation that are taken from the program: tables of rows, the output of the report.
+
+python docs/refresh.py
+
+A part stands between ``<!-- begin: NAME -->`` and ``<!-- end: NAME -->``. The tests hold every part against what
+would be written.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from math import isinf
+from pathlib import Path
+
+from meshgauge.cells import CELL_TYPES, SHAPES
+from meshgauge.metrics import METRICS, Metric
+from meshgauge.status import STATUSES
+
+ROOT = Path(__file__).resolve().parent.parent
+PART = re.compile(r"(<!-- begin: (?P<name>[a-z-]+) -->\n).*?(<!-- end: (?P=name) -->)", re.DOTALL)
+
+REPORT = ("report", "examples/meshes/bracket.vtu")
+
+
+def number(value: float) -> str:
+    """At most four digits, a real minus sign."""
+    text = "∞" if isinf(value) else f"{abs(value):.4g}"
+    return f"−{text}" if value < 0 else text
+
+
+def interval(ends: tuple[float, float]) -> str:
+    return f"{number(ends[0])} to {number(ends[1])}"
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    columns = list(head)
+    lines = [columns, ["---"] * len(columns), *(list(row) for row in rows)]
+    return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
+
+
+def report() -> str:
+    """What the command prints where there is no terminal."""
+    environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "FORCE_COLOR", "CLICOLOR_FORCE")}
+    done = subprocess.run(
+        [sys.executable, "-m", "meshgauge", *REPORT],
+        cwd=ROOT,
+        env={**environment, "PYTHONIOENCODING": "utf-8"},
+        capture_output=True,
+        encoding="utf-8",
+        check=True,
+    )
+    return "```text\n" + "".join(f"{line.rstrip()}\n" for line in done.stdout.strip("\n").splitlines()) + "```\n"
+
+
+def shapes() -> str:
+    rows = []
+    for shape in SHAPES.values():
+        others = [row.name for row in CELL_TYPES.values() if row.shape is shape and row.name != shape.name]
+        rows.append((shape.name, f"{shape.k_formula} = {shape.k:.4f}" if shape.k != 1 else "1", ", ".join(others)))
+    return table(("shape", "k", "types measured with it"), rows)
+
+
+def statuses() -> str:
+    rows = [(f"`{row.name}`", row.text, "yes" if row.is_measured else "no: NaN") for row in STATUSES.values()]
+    return table(("status", "meaning", "has a value"), rows)
+
+
+def standards(row: Metric, which: Callable[[str], str]) -> str:
+    """One text if it is the same for every shape, else one for each text."""
+    names: dict[str, list[str]] = {}
+    for shape in SHAPES if row.shapes is None else row.shapes:
+        names.setdefault(which(shape), []).append(shape)
+    if len(names) == 1:
+        return next(iter(names))
+    return "; ".join(f"{', '.join(of)}: {text}" for text, of in names.items())
+
+
+def metrics() -> str:
+    return table(
+        ("name", "range", "acceptable", "ideal", "better", "unit", "cells"),
+        (
+            (
+                f"`{row.name}`",
+                interval(row.range),
+                standards(row, lambda shape, row=row: interval(row.standard(shape).acceptable)),  # type: ignore[misc]
+                standards(row, lambda shape, row=row: number(row.standard(shape).ideal)),  # type: ignore[misc]
+                row.better,
+                row.unit,
+                "all" if row.shapes is None else ", ".join(row.shapes),
+            )
+            for row in METRICS.values()
+        ),
+    )
+
+
+def metric_texts() -> str:
+    """A paragraph a metric: what it is, what is masked, the source."""
+    references = list(dict.fromkeys(row.reference for row in METRICS.values()))
+    parts = []
+    for row in METRICS.values():
+        masked = f" Masked (NaN): {'; '.join(row.masked)}." if row.masked else ""
+        nodes = " Of cells and of nodes." if "node" in row.where else ""
+        parts.append(
+            f"- `{row.name}`: {row.title}. {row.text}{nodes}{masked} [{references.index(row.reference) + 1}]\n"
+        )
+    listed = "".join(f"{n}. {reference}\n" for n, reference in enumerate(references, 1))
+    return "".join(parts).replace("|ARG|", "\\|ARG\\|") + "\n### References\n\n" + listed
+
+
+PARTS: dict[str, Callable[[], str]] = {
+    "report": report,
+    "shapes": shapes,
+    "statuses": statuses,
+    "metrics": metrics,
+    "metric-texts": metric_texts,
+}
+
+
+def refreshed(text: str) -> str:
+    """The text with every part as the program has it now."""
+    return PART.sub(lambda found: f"{found[1]}{PARTS[found['name']]()}{found[3]}", text)
+
+
+def pages() -> list[Path]:
+    """The files that have parts."""
+    return [
+        path
+        for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+        if "<!-- begin: " in path.read_text(encoding="utf-8")
+    ]
+
+
+def main() -> None:
+    for path in pages():
+        text = path.read_text(encoding="utf-8")
+        path.write_text(refreshed(text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

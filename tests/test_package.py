@@ -1,0 +1,61 @@
+"""What is installed: version, entry points, type marker, documented public names."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+from importlib.metadata import entry_points, metadata, version
+from importlib.resources import files
+
+import pytest
+
+import meshgauge
+
+NAMES = [name for name in meshgauge.__all__ if name != "__version__"]
+CALLABLES = [name for name in NAMES if callable(getattr(meshgauge, name))]
+
+
+def test_one_version() -> None:
+    assert meshgauge.__version__ == version("meshgauge")
+
+
+@pytest.mark.parametrize("command", [[sys.executable, "-m", "meshgauge"], ["script"]], ids=["module", "script"])
+def test_entry_points_say_the_version(command: list[str]) -> None:
+    if command == ["script"]:
+        (script,) = entry_points(group="console_scripts", name="meshgauge")
+        module, function = script.value.split(":")
+        command = [sys.executable, "-c", f"import sys; from {module} import {function}; sys.exit({function}())"]
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"meshgauge {meshgauge.__version__}\n"
+
+
+def test_types_are_shipped() -> None:
+    assert files("meshgauge").joinpath("py.typed").is_file()
+
+
+def test_requirements_and_licence_are_stated() -> None:
+    stated = metadata("meshgauge")
+    assert stated["License-Expression"] == "MIT"
+    assert stated["Requires-Python"] == ">=3.11"
+    needed = [r for r in stated.get_all("Requires-Dist") or () if "extra ==" not in r]
+    assert not [r for r in needed if r.startswith(("pytest", "hypothesis", "gmsh"))]
+
+
+def test_public_names_are_told_by_dir_and_typed() -> None:
+    assert set(meshgauge.__all__) <= set(dir(meshgauge))
+    source = inspect.getsource(meshgauge)
+    assert [name for name in NAMES if f"import {name} as {name}\n" not in source] == []
+    with pytest.raises(AttributeError, match="no_such_name"):
+        meshgauge.no_such_name  # noqa: B018  the access is what is tested
+
+
+@pytest.mark.parametrize("name", CALLABLES)
+def test_public_names_have_docstrings(name: str) -> None:
+    public = getattr(meshgauge, name)
+    written = inspect.getdoc(public) or ""
+    assert len(written) > 20, name
+    assert not written.startswith(f"{name}("), "a docstring, not the signature that dataclass makes of one"
+    for own, member in vars(public).items() if inspect.isclass(public) and not issubclass(public, int) else ():
+        if inspect.isfunction(member) and not own.startswith("_"):
+            assert inspect.getdoc(member), f"{name}.{own}"
