@@ -75,7 +75,7 @@ def polished(rough: Points, of: Faces) -> Points:
         points = points + step.reshape(points.shape)
         if np.abs(step).max() < 1e-14:
             break
-    return points - points.mean(axis=0)
+    return np.asarray(points - points.mean(axis=0))
 
 
 def _chord(n: int, steps: int) -> float:

@@ -8,7 +8,8 @@ mirror images, *gyro* turns one of them; *para* parts are opposite, *meta* parts
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -49,13 +50,14 @@ def _rotunda() -> Points:
     x = points[pentagon[0]] + points[pentagon[1]]
     x -= (x @ z) * z
     x /= np.linalg.norm(x)
-    local = points @ np.array([x, np.cross(z, x), z]).T
+    local: Points = points @ np.array([x, np.cross(z, x), z]).T
     return local[local[:, 2] > 1e-6]
 
 
 def _turned(points: Points, angle: float) -> Points:
     c, s = np.cos(angle), np.sin(angle)
-    return points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    turned: Points = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    return turned
 
 
 def _antiprism_height(n: int) -> float:
@@ -77,7 +79,7 @@ def _tower(below: Points, n: int, above: Points, middle: str = "", turn: float =
     parts = [below * [1.0, 1.0, -1.0], _ring(n, 0.0)]
     if middle:
         parts.append(_turned(_ring(n, height), TAU * first / n))
-    parts.append(_turned(above + [0.0, 0.0, height], TAU * first / n))
+    parts.append(_turned(np.add(above, [0.0, 0.0, height]), TAU * first / n))
     return np.concatenate(parts)
 
 
@@ -163,7 +165,7 @@ def _augmented_icosahedron() -> Points:
 def _on_prism(n: int, which: tuple[int, ...]) -> Points:
     """An n-gonal prism with square pyramids on some of its sides, numbered around."""
     points = np.concatenate([_ring(n, -0.5), _ring(n, 0.5)])
-    sides = [(i, (i + 1) % n, (i + 1) % n + n, i + n) for i in which]
+    sides: list[tuple[int, ...]] = [(i, (i + 1) % n, (i + 1) % n + n, i + n) for i in which]
     return _capped(points, _pyramid(4), sides)
 
 
@@ -194,7 +196,7 @@ def _polished(rough: Points) -> Points:
 
 
 def _snub_disphenoid() -> Points:
-    q = float(next(r.real for r in np.roots([2.0, 11.0, 4.0, -1.0]) if 0 < r.real))
+    q = float(next(r.real for r in np.roots([2.0, 11.0, 4.0, -1.0]) if r.real > 0))
     r, s, t = np.sqrt(q), np.sqrt((1 - q) / (2 * q)), np.sqrt(2 - 2 * q)
     points = [(t, r, 0), (-t, r, 0), (0, -r, t), (0, -r, -t), (1, -s, 0), (-1, -s, 0), (0, s, 1), (0, s, -1)]
     return 0.5 * np.array(points, float)
@@ -276,7 +278,7 @@ def _triangular_hebesphenorotunda() -> Points:
 def _towers() -> list[tuple[str, Callable[[], Points]]]:
     """J1 to J48."""
     p3, p4, p5, c3, c4, c5, ro = (_pyramid(3), _pyramid(4), _pyramid(5), _cupola(3), _cupola(4), _cupola(5), _rotunda())
-    rows: list[tuple[str, tuple[object, ...]]] = [
+    rows: list[tuple[str, tuple[Any, ...]]] = [
         ("square pyramid", (NOTHING, 4, p4)),
         ("pentagonal pyramid", (NOTHING, 5, p5)),
         ("triangular cupola", (NOTHING, 6, c3)),
@@ -326,10 +328,7 @@ def _towers() -> list[tuple[str, Callable[[], Points]]]:
         ("gyroelongated pentagonal cupolarotunda", (ro, 10, c5, "antiprism")),
         ("gyroelongated pentagonal birotunda", (ro, 10, ro, "antiprism")),
     ]
-    makers: list[tuple[str, Callable[[], Points]]] = []
-    for name, arguments in rows:
-        makers.append((name, (lambda a=arguments: _tower(*a)) if arguments else _gyrobifastigium))
-    return makers
+    return [(name, partial(_tower, *arguments) if arguments else _gyrobifastigium) for name, arguments in rows]
 
 
 def _gyrobifastigium() -> Points:
@@ -346,41 +345,41 @@ def makers() -> list[tuple[str, Callable[[], Points]]]:
     dodecahedron, truncated = "dodecahedron", "truncated dodecahedron"
     return [
         *_towers(),
-        ("augmented triangular prism", lambda: _on_prism(3, (0,))),
-        ("biaugmented triangular prism", lambda: _on_prism(3, (0, 1))),
-        ("triaugmented triangular prism", lambda: _on_prism(3, (0, 1, 2))),
-        ("augmented pentagonal prism", lambda: _on_prism(5, (0,))),
-        ("biaugmented pentagonal prism", lambda: _on_prism(5, (0, 2))),
-        ("augmented hexagonal prism", lambda: _on_prism(6, (0,))),
-        ("parabiaugmented hexagonal prism", lambda: _on_prism(6, (0, 3))),
-        ("metabiaugmented hexagonal prism", lambda: _on_prism(6, (0, 2))),
-        ("triaugmented hexagonal prism", lambda: _on_prism(6, (0, 2, 4))),
-        ("augmented dodecahedron", lambda: _on(dodecahedron, p5, 5, "one")),
-        ("parabiaugmented dodecahedron", lambda: _on(dodecahedron, p5, 5, "para")),
-        ("metabiaugmented dodecahedron", lambda: _on(dodecahedron, p5, 5, "meta")),
-        ("triaugmented dodecahedron", lambda: _on(dodecahedron, p5, 5, "tri")),
-        ("metabidiminished icosahedron", lambda: _icosahedron_without(2)),
-        ("tridiminished icosahedron", lambda: _icosahedron_without(3)),
+        ("augmented triangular prism", partial(_on_prism, 3, (0,))),
+        ("biaugmented triangular prism", partial(_on_prism, 3, (0, 1))),
+        ("triaugmented triangular prism", partial(_on_prism, 3, (0, 1, 2))),
+        ("augmented pentagonal prism", partial(_on_prism, 5, (0,))),
+        ("biaugmented pentagonal prism", partial(_on_prism, 5, (0, 2))),
+        ("augmented hexagonal prism", partial(_on_prism, 6, (0,))),
+        ("parabiaugmented hexagonal prism", partial(_on_prism, 6, (0, 3))),
+        ("metabiaugmented hexagonal prism", partial(_on_prism, 6, (0, 2))),
+        ("triaugmented hexagonal prism", partial(_on_prism, 6, (0, 2, 4))),
+        ("augmented dodecahedron", partial(_on, dodecahedron, p5, 5, "one")),
+        ("parabiaugmented dodecahedron", partial(_on, dodecahedron, p5, 5, "para")),
+        ("metabiaugmented dodecahedron", partial(_on, dodecahedron, p5, 5, "meta")),
+        ("triaugmented dodecahedron", partial(_on, dodecahedron, p5, 5, "tri")),
+        ("metabidiminished icosahedron", partial(_icosahedron_without, 2)),
+        ("tridiminished icosahedron", partial(_icosahedron_without, 3)),
         ("augmented tridiminished icosahedron", _augmented_icosahedron),
         ("augmented truncated tetrahedron", _augmented_truncated_tetrahedron),
-        ("augmented truncated cube", lambda: _truncated_cube(1)),
-        ("biaugmented truncated cube", lambda: _truncated_cube(2)),
-        ("augmented truncated dodecahedron", lambda: _on(truncated, c5, 10, "one")),
-        ("parabiaugmented truncated dodecahedron", lambda: _on(truncated, c5, 10, "para")),
-        ("metabiaugmented truncated dodecahedron", lambda: _on(truncated, c5, 10, "meta")),
-        ("triaugmented truncated dodecahedron", lambda: _on(truncated, c5, 10, "tri")),
-        ("gyrate rhombicosidodecahedron", lambda: gyrate("one", (0,), ())),
-        ("parabigyrate rhombicosidodecahedron", lambda: gyrate("para", (0, 1), ())),
-        ("metabigyrate rhombicosidodecahedron", lambda: gyrate("meta", (0, 1), ())),
-        ("trigyrate rhombicosidodecahedron", lambda: gyrate("tri", (0, 1, 2), ())),
-        ("diminished rhombicosidodecahedron", lambda: gyrate("one", (), (0,))),
-        ("paragyrate diminished rhombicosidodecahedron", lambda: gyrate("para", (0,), (1,))),
-        ("metagyrate diminished rhombicosidodecahedron", lambda: gyrate("meta", (0,), (1,))),
-        ("bigyrate diminished rhombicosidodecahedron", lambda: gyrate("tri", (0, 1), (2,))),
-        ("parabidiminished rhombicosidodecahedron", lambda: gyrate("para", (), (0, 1))),
-        ("metabidiminished rhombicosidodecahedron", lambda: gyrate("meta", (), (0, 1))),
-        ("gyrate bidiminished rhombicosidodecahedron", lambda: gyrate("tri", (0,), (1, 2))),
-        ("tridiminished rhombicosidodecahedron", lambda: gyrate("tri", (), (0, 1, 2))),
+        ("augmented truncated cube", partial(_truncated_cube, 1)),
+        ("biaugmented truncated cube", partial(_truncated_cube, 2)),
+        ("augmented truncated dodecahedron", partial(_on, truncated, c5, 10, "one")),
+        ("parabiaugmented truncated dodecahedron", partial(_on, truncated, c5, 10, "para")),
+        ("metabiaugmented truncated dodecahedron", partial(_on, truncated, c5, 10, "meta")),
+        ("triaugmented truncated dodecahedron", partial(_on, truncated, c5, 10, "tri")),
+        ("gyrate rhombicosidodecahedron", partial(gyrate, "one", (0,), ())),
+        ("parabigyrate rhombicosidodecahedron", partial(gyrate, "para", (0, 1), ())),
+        ("metabigyrate rhombicosidodecahedron", partial(gyrate, "meta", (0, 1), ())),
+        ("trigyrate rhombicosidodecahedron", partial(gyrate, "tri", (0, 1, 2), ())),
+        ("diminished rhombicosidodecahedron", partial(gyrate, "one", (), (0,))),
+        ("paragyrate diminished rhombicosidodecahedron", partial(gyrate, "para", (0,), (1,))),
+        ("metagyrate diminished rhombicosidodecahedron", partial(gyrate, "meta", (0,), (1,))),
+        ("bigyrate diminished rhombicosidodecahedron", partial(gyrate, "tri", (0, 1), (2,))),
+        ("parabidiminished rhombicosidodecahedron", partial(gyrate, "para", (), (0, 1))),
+        ("metabidiminished rhombicosidodecahedron", partial(gyrate, "meta", (), (0, 1))),
+        ("gyrate bidiminished rhombicosidodecahedron", partial(gyrate, "tri", (0,), (1, 2))),
+        ("tridiminished rhombicosidodecahedron", partial(gyrate, "tri", (), (0, 1, 2))),
         ("snub disphenoid", _snub_disphenoid),
         ("snub square antiprism", _snub_square_antiprism),
         ("sphenocorona", _sphenocorona),

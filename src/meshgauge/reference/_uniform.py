@@ -41,8 +41,13 @@ def vertices(name: str) -> Points:
     reflections = [np.eye(3) - 2.0 * np.outer(m, m) for m in mirrors]
     if rings == "snub":
         rotations = [reflections[i] @ reflections[j] for i, j in ((0, 1), (1, 2), (0, 2))]
-        return _images(_snub_vertex(np.linalg.solve(mirrors, [0.5] * 3), rotations), rotations)
-    return _images(np.linalg.solve(mirrors, [0.5 * int(ring) for ring in rings]), reflections)
+        return _images(_snub_vertex(_off(mirrors, "111"), rotations), rotations)
+    return _images(_off(mirrors, rings), reflections)
+
+
+def _off(mirrors: Points, rings: str) -> Points:
+    """The point at distance ½ from the ringed mirrors and on the others."""
+    return np.asarray(np.linalg.solve(mirrors, [0.5 * int(ring) for ring in rings]), np.float64)
 
 
 def _mirrors(p: int) -> Points:

@@ -6,6 +6,8 @@ Every solid is checked before it is written: Euler's formula, edges of length 1,
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +19,10 @@ from .table import FILE, node_k
 
 def made() -> list[tuple[str, Points, Faces]]:
     """Name, vertices and faces of the 110 solids."""
-    makers = [(name, lambda n=name: _uniform.vertices(n)) for name in _uniform.NAMES] + _johnson.makers()
+    makers: list[tuple[str, Callable[[], Points]]] = [
+        *((name, partial(_uniform.vertices, name)) for name in _uniform.NAMES),
+        *_johnson.makers(),
+    ]
     found = []
     for name, maker in makers:
         rough = maker()

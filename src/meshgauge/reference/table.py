@@ -43,7 +43,9 @@ class Solid:
     k: NDArray[np.float64]
 
     def __repr__(self) -> str:
-        return f"<Solid {self.symbol} {self.name}: {len(self.points)} nodes, {len(self.faces)} faces>".replace("  ", " ")
+        return f"<Solid {self.symbol} {self.name}: {len(self.points)} nodes, {len(self.faces)} faces>".replace(
+            "  ", " "
+        )
 
 
 @cache

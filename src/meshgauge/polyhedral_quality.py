@@ -1,0 +1,327 @@
+"""Measuring polyhedral cells: J_ENS of every node and cell, and what else there is to say of a polyhedron.
+
+The reference of a cell is the polyhedron of the same form with regular faces where there is one, else a model of each
+corner from the sizes of the faces around it; `ReferenceKind` says which.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, IntFlag
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._threads import run
+from .cast import read_only
+from .kernels import polyhedra as driver
+from .kernels import polyhedra_links as bits
+from .kernels import polyhedra_match, polyhedra_shape
+from .kernels.polyhedra import Faces, Links, Solids
+from .mesh import CellIds
+from .polyhedra import Polyhedra, ragged
+from .reference import corner_model, solids
+from .status import Status
+
+Values = NDArray[np.float64]
+
+CHUNK = 1 << 12
+"""Cells handed to a thread at a time; the arrays of a chunk stay in the processor's cache."""
+
+BROKEN = 6
+"""Status of a cell whose faces make no solid: it has no value. `Fault` says why."""
+
+
+class ReferenceKind(IntEnum):
+    """Where the constants k of a cell come from."""
+
+    NONE = 0  #: the cell is broken
+    REGULAR_FACED = 1  #: the polyhedron of the cell's form whose faces are all regular
+    CORNER_MODEL = 2  #: `meshgauge.reference.corner_model`, corner by corner: there is no such polyhedron
+
+
+class Fault(IntFlag):
+    """What was noticed about a cell. Those up to PINCHED leave it without a value."""
+
+    NO_FACES = bits.NO_FACES
+    SMALL_FACE = bits.SMALL_FACE  #: a face of fewer than three points
+    REPEATED_POINT = bits.REPEATED_POINT  #: a face that names a point twice
+    OPEN = bits.OPEN  #: an edge of one face only
+    NON_MANIFOLD = bits.NON_MANIFOLD  #: an edge of three faces or more
+    NON_ORIENTABLE = bits.NON_ORIENTABLE  #: faces that cannot all be turned outward
+    SEVERAL_SHELLS = bits.SEVERAL_SHELLS  #: faces that do not hang together
+    PINCHED = bits.PINCHED  #: a node at which the surface touches itself: its faces make several rings
+    REORIENTED = bits.REORIENTED  #: some faces pointed inward; measured with all turned outward
+    HANDLE = bits.HANDLE  #: the surface is no sphere (Euler's number is not 2)
+    HANGING = bits.HANGING  #: has hanging nodes, which were taken out
+    WARPED_FACE = 2048  #: a face whose projected area is below 0.8 of its area
+    ZERO_EDGE = 4096  #: an edge of length zero
+
+
+UNSOLID = Fault(bits.BROKEN)
+"""The faults that leave a cell without a value."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PolyhedralQuality:
+    """What was measured on polyhedral cells. Arrays are read-only; NaN means undefined and nothing else does.
+
+    Attributes
+    ----------
+    cells
+        ``(n,)`` ids of the cells, ascending.
+    values
+        ``(n,)`` J_ENS in [-1, 1], 1 is best; NaN for a broken cell or a coordinate that is not finite.
+    status
+        ``(n,)`` uint8: codes of `meshgauge.Status`, or `BROKEN`.
+    faults
+        ``(n,)`` uint16, bits of `Fault`.
+    reference_kind
+        ``(n,)`` uint8, codes of `ReferenceKind`.
+    is_star_shaped
+        ``(n,)`` True if some point sees every face from inside, each cut into triangles from the mean of its points.
+        Such a cell is of use to finite-volume and virtual-element methods although a corner be concave.
+    node_offsets
+        ``(n + 1,)`` where the nodes of each cell start in the arrays below.
+    node_points
+        Point ids, in the order in which the faces first name them.
+    node_scaled_jacobian, node_k, node_jens
+        J_S, the J_S of the ideal cell, and J_ENS of each node; NaN at hanging nodes and nodes of broken cells.
+    node_is_hanging
+        True for a node that is no corner of its cell: it stands on an edge, between two faces, or in the middle of a
+        quadrilateral that neighbours split in four. The cell is measured without them.
+    node_hanging_quality
+        1 for a hanging node that stands straight on its edge or flat in its face, less the more it is moved out:
+        ``1 - |J_S|`` of the corner that it would be; NaN at other nodes.
+    """
+
+    cells: NDArray[np.int64]
+    values: Values
+    status: NDArray[np.uint8]
+    faults: NDArray[np.uint16]
+    reference_kind: NDArray[np.uint8]
+    is_star_shaped: NDArray[np.bool_]
+    node_offsets: NDArray[np.int64]
+    node_points: NDArray[np.int64]
+    node_scaled_jacobian: Values
+    node_k: Values
+    node_jens: Values
+    node_is_hanging: NDArray[np.bool_]
+    node_hanging_quality: Values
+
+    @property
+    def is_convex(self) -> NDArray[np.bool_]:
+        """``(n,)`` True if every corner is convex and the surface is a sphere, which makes the whole cell convex."""
+        return np.asarray((self.values > 0.0) & ((self.faults & Fault.HANDLE) == 0))
+
+    def fault_counts(self) -> dict[str, int]:
+        """Number of cells by name of the fault, those that occur."""
+        counts = {str(fault.name): int(np.count_nonzero(self.faults & fault)) for fault in Fault}
+        return {name: n for name, n in counts.items() if n}
+
+    def along(self, offsets: NDArray[np.integer], connectivity: NDArray[np.integer], values: Values) -> Values:
+        """Node values in the order of a mesh's connectivity: one for each of its entries, NaN where there is none.
+
+        Parameters
+        ----------
+        offsets, connectivity
+            Of the mesh that was measured, all cells.
+        values
+            One of the node arrays of this record, float64.
+        """
+        out = np.full(len(connectivity), np.nan)
+        cells = np.asarray(self.cells, np.int64)
+        starts, sizes = np.asarray(offsets[:-1], np.int64)[cells], np.diff(offsets).astype(np.int64)[cells]
+        at = ragged(starts, sizes)
+        wanted = _keys(np.repeat(np.arange(len(cells)), sizes), np.asarray(connectivity, np.int64)[at])
+        have = _keys(np.repeat(np.arange(len(cells)), np.diff(self.node_offsets)), self.node_points)
+        order = np.argsort(have)
+        if len(order) == 0:
+            return out
+        found = order[np.minimum(np.searchsorted(have, wanted, sorter=order), len(order) - 1)]
+        out[at] = np.where(have[found] == wanted, values[found], np.nan)
+        return out
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{n} {name.lower()}" for name, n in self.fault_counts().items()) or "none with a fault"
+        return f"<PolyhedralQuality of {len(self.values)} cells: {said}>"
+
+
+def _keys(cells: NDArray[np.int64], points: NDArray[np.int64]) -> NDArray[np.int64]:
+    return cells << 40 | points
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What was measured on a chunk of cells."""
+
+    values: Values
+    faults: NDArray[np.int64]
+    kind: NDArray[np.uint8]
+    star_shaped: NDArray[np.bool_]
+    node_counts: NDArray[np.int64]
+    node_points: NDArray[np.int64]
+    scaled_jacobian: Values
+    k: Values
+    jens: Values
+    hanging: NDArray[np.bool_]
+    hanging_quality: Values
+
+
+def measure_polyhedra(
+    points: NDArray[np.floating], polyhedra: Polyhedra, cells: CellIds, *, threads: int | None = None
+) -> PolyhedralQuality:
+    """Measure polyhedral cells.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)`` float32 or float64, C-contiguous; any unit.
+    polyhedra
+        Faces of the cells, ids in range (see `meshgauge.cast.check_polyhedra`).
+    cells
+        Which cells of ``polyhedra`` to measure, ascending.
+    threads
+        At most this many; None: one for each processor. It has no influence on the values.
+    """
+    n_all = len(polyhedra.cell_offsets) - 1
+    ids = np.arange(*cells.indices(n_all)) if isinstance(cells, slice) else np.asarray(cells, np.int64)
+    driver.prepare(points.dtype.str)
+    table = _table()
+
+    def work(part: NDArray[np.int64]) -> _Part:
+        return _measured(points, _faces(polyhedra, part), table)
+
+    parts = run(work, [ids[start : start + CHUNK] for start in range(0, max(len(ids), 1), CHUNK)], threads)
+
+    def joined(name: str) -> NDArray[Any]:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    values, faults = joined("values"), joined("faults")
+    offsets = np.zeros(len(ids) + 1, np.int64)
+    np.cumsum(joined("node_counts"), out=offsets[1:])
+    return PolyhedralQuality(
+        cells=read_only(ids),
+        values=read_only(values),
+        status=read_only(_status(values, faults)),
+        faults=read_only(faults.astype(np.uint16)),
+        reference_kind=read_only(joined("kind")),
+        is_star_shaped=read_only(joined("star_shaped")),
+        node_offsets=read_only(offsets),
+        node_points=read_only(joined("node_points")),
+        node_scaled_jacobian=read_only(joined("scaled_jacobian")),
+        node_k=read_only(joined("k")),
+        node_jens=read_only(joined("jens")),
+        node_is_hanging=read_only(joined("hanging")),
+        node_hanging_quality=read_only(joined("hanging_quality")),
+    )
+
+
+@cache
+def _table() -> Solids:
+    """The solids of `meshgauge.reference`, as the kernels take them."""
+    found = solids()
+    starts = np.cumsum([0] + [len(one.points) for one in found])
+    faces = [(face, int(start)) for one, start in zip(found, starts, strict=False) for face in one.faces]
+    return driver.solids(
+        np.concatenate([one.points for one in found]),
+        Faces(
+            points=np.array([node + start for face, start in faces for node in face], np.int64),
+            sizes=np.array([len(face) for face, _ in faces], np.int64),
+            flips=np.zeros(len(faces), np.uint8),
+            counts=np.array([len(one.faces) for one in found], np.int64),
+        ),
+        np.concatenate([one.k for one in found]),
+    )
+
+
+def _faces(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
+    starts = polyhedra.cell_offsets[cells].astype(np.int64)
+    counts = polyhedra.cell_offsets[cells + 1].astype(np.int64) - starts
+    at = ragged(starts, counts)
+    faces = polyhedra.cell_faces[at]
+    first = polyhedra.face_offsets[faces].astype(np.int64)
+    sizes = polyhedra.face_offsets[faces + 1].astype(np.int64) - first
+    flips = np.zeros(len(at), np.uint8) if polyhedra.flipped is None else polyhedra.flipped[at].astype(np.uint8)
+    return Faces(
+        points=polyhedra.face_points[ragged(first, sizes)].astype(np.int64), sizes=sizes, flips=flips, counts=counts
+    )
+
+
+def _measured(points: NDArray[np.floating], faces: Faces, table: Solids) -> _Part:
+    links = driver.links(points, faces)
+    k = np.full(len(links.node_ids), np.nan)
+    which = driver.match(links, table, k)
+    is_broken = (links.faults & bits.BROKEN) != 0
+    _model_corners(links, np.repeat((which == polyhedra_match.NO_SOLID) & ~is_broken, links.node_counts), k)
+    js = driver.node_scaled_jacobian(points, links)
+    values, jens = driver.cell_jens(js, k, links)
+    hanging = links.is_hanging == 1
+    shape = driver.shapes(points, faces, links.faults)
+    warped, zero = (shape & polyhedra_shape.WARPED) != 0, (shape & polyhedra_shape.ZERO_EDGE) != 0
+    known = np.where(which == polyhedra_match.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
+    return _Part(
+        values=values,
+        faults=links.faults | np.where(warped, Fault.WARPED_FACE, 0) | np.where(zero, Fault.ZERO_EDGE, 0),
+        kind=np.where(is_broken, ReferenceKind.NONE, known).astype(np.uint8),
+        star_shaped=(shape & polyhedra_shape.STAR_SHAPED) != 0,
+        node_counts=links.node_counts,
+        node_points=links.node_ids,
+        scaled_jacobian=np.where(hanging, np.nan, js),
+        k=np.where(hanging, np.nan, k),
+        jens=jens,
+        hanging=hanging,
+        hanging_quality=np.where(hanging, 1.0 - np.abs(js), np.nan),
+    )
+
+
+def _model_corners(links: Links, wanted: NDArray[np.bool_], k: Values) -> None:
+    """Constants by the corner model, each different corner once."""
+    cell_of = np.repeat(np.arange(len(links.node_counts)), links.node_counts)
+    is_corner = (links.is_hanging == 0) & (links.valences > 0)
+    n_corners = np.bincount(cell_of[is_corner], minlength=len(links.node_counts))[cell_of]
+    nodes = np.flatnonzero(wanted & (links.is_hanging == 0) & (links.valences >= 3))
+    starts = links.starts
+    for valence in np.unique(links.valences[nodes]):
+        here = nodes[links.valences[nodes] == valence]
+        sizes = _turned(links.sizes[starts[here][:, None] + np.arange(valence)])
+        rows, inverse = _unique_rows(np.concatenate([sizes, n_corners[here][:, None]], axis=1))
+        k[here] = corner_model(rows[:, :-1], rows[:, -1])[inverse]
+    k[wanted & (links.valences == 2)] = 1.0  # no corner: J_S is 0 whatever k
+
+
+def _unique_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Different rows, and for each row which of them it is."""
+    base = int(rows.max(initial=0)) + 1
+    if rows.shape[1] * np.log2(base) < 62:
+        packed = rows @ base ** np.arange(rows.shape[1], dtype=np.int64)
+        _, first, inverse = np.unique(packed, return_index=True, return_inverse=True)
+        return rows[first], inverse
+    unique, inverse = np.unique(rows, axis=0, return_inverse=True)
+    return unique, inverse.reshape(-1)
+
+
+def _turned(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Each row turned or mirrored into the least of its forms, so that rounding does not depend on the numbering."""
+    if sizes.shape[1] == 3:
+        return np.sort(sizes, axis=1)
+    best = sizes
+    for form in (sizes, sizes[:, ::-1]):
+        for turn in range(sizes.shape[1]):
+            other = np.roll(form, turn, axis=1)
+            different = other != best
+            first = different.argmax(axis=1)
+            rows = np.arange(len(best))
+            less = different.any(axis=1) & (other[rows, first] < best[rows, first])
+            best = np.where(less[:, None], other, best)
+    return best
+
+
+def _status(values: Values, faults: NDArray[np.int64]) -> NDArray[np.uint8]:
+    return np.select(
+        [(faults & bits.BROKEN) != 0, values > 0.0, values < 0.0, values == 0.0],
+        [np.uint8(BROKEN), np.uint8(Status.OK), np.uint8(Status.INVERTED), np.uint8(Status.DEGENERATE)],
+        np.uint8(Status.NON_FINITE),
+    )
