@@ -160,14 +160,14 @@ def orientation(quality: Quality, *, faces: Topology | None = None, points: Inde
     parent = np.arange(mesh.n_cells, dtype=faces.cells.dtype)
     sign = np.ones(mesh.n_cells, np.int8)
     n_contradictions = united_by_faces(faces.cells, mates, relations, geometry, parent, sign)
-    part_sign = _part_signs(faces, mates, relations, parent, sign, geometry)
+    part_sign, likely = _part_signs(faces, mates, relations, parent, sign, geometry)
     handed = sign * part_sign[parent]
     numbering = np.zeros(mesh.n_cells, np.uint8)
     measured = np.isfinite(quality.values)
     numbering[(handed > 0) & is_inverted] = Numbering.TANGLED
     numbering[(handed < 0) & measured] = Numbering.REVERSED_TANGLED
     numbering[(handed < 0) & (geometry < 0)] = Numbering.REVERSED
-    numbering[(handed < 0) & (quality.values > 0.0)] = Numbering.OVERLAPPING
+    numbering[(sign * likely[parent] < 0) & (quality.values > 0.0)] = Numbering.OVERLAPPING
     numbering[(handed == 0) & is_inverted] = Numbering.UNDECIDED
     is_reversed = (numbering == Numbering.REVERSED) | (numbering == Numbering.REVERSED_TANGLED)
     solid = IS_SOLID[mesh.types]
@@ -220,8 +220,9 @@ def _part_signs(
     parent: IndexArray,
     sign: NDArray[np.int8],
     geometry: NDArray[np.int8],
-) -> NDArray[np.int8]:
-    """For each part, at its first cell: 1 if that cell is numbered as it should be, -1 if in reverse, 0 if not known.
+) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """For each part, at its first cell: 1 if that cell is numbered as it should be, -1 if in reverse, 0 if not known;
+    and the same with the likelier one where it is not known.
 
     The signed volumes of a part's cells add up to the volume inside its boundary, however tangled its inside is. A part
     is said to be reversed only if that volume and most of the cells that have a handedness both say so.
@@ -241,7 +242,7 @@ def _part_signs(
     out[volumes > 0] = 1
     out[(volumes < 0) & (votes < 0)] = -1
     out[~(volumes > 0) & (votes > 0) & ~(volumes < 0)] = 1  # a flat or not finite boundary
-    return out
+    return out, np.where(out != 0, out, np.where(votes < 0, -1, 1)).astype(np.int8)
 
 
 def _fluxes(faces: Topology, slots: NDArray[np.int64], parent: IndexArray) -> NDArray[np.float64]:
@@ -284,9 +285,9 @@ def _blocks(
     """What is to be said, by block and type; blocks of one name together, for some readers make one of every run."""
     names = list(dict.fromkeys(block.name for block in mesh.blocks))
     found = np.flatnonzero(numbering)
-    has_others = any(
-        row is None or row.shape is not WEDGE for row, _, _ in mesh.groups() if row is None or row.dimension == 3
-    )
+    solid = [row for row, _, _ in mesh.groups() if row is None or row.dimension == 3]
+    # Where all are wedges, it is their order that is the other one.
+    is_mirrored = is_left_handed and any(row is None or row.shape is not WEDGE for row in solid)
     block_of = np.zeros(len(found), np.int64)
     for block in mesh.blocks:
         low, high = np.searchsorted(found, (block.start, block.stop))
@@ -314,11 +315,11 @@ def _blocks(
                 n_overlapping=counts[Numbering.OVERLAPPING],
                 n_undecided=counts[Numbering.UNDECIDED],
                 cells=tuple(cells[:EXAMPLES].tolist()),
-                text=_sentence(int(vtk_id), n_cells, counts, where, is_left_handed, has_others),
+                text=_sentence(int(vtk_id), n_cells, counts, where, is_mirrored),
             )
 
 
-def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_handed: bool, has_others: bool) -> str:
+def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_mirrored: bool) -> str:
     kind = type_name(vtk_id)
     clauses: list[str] = []
 
@@ -333,7 +334,7 @@ def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_
         else:
             clauses.append(f"{n:,} of {n_cells:,} {kind} cells{where} {one if n == 1 else several}")
 
-    why = _custom(vtk_id, n_cells, counts[Numbering.REVERSED], is_left_handed, has_others)
+    why = _custom(vtk_id, n_cells, counts[Numbering.REVERSED], is_mirrored)
     end = f"numbered in reverse{why}, with valid shapes: run `meshgauge orient`"
     clause(Numbering.REVERSED, f"is {end}", f"are {end}")
     end = "numbered in reverse and inverted besides, so that `meshgauge orient` is but half the remedy"
@@ -353,13 +354,13 @@ def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_left_
     return "; ".join(clauses)
 
 
-def _custom(vtk_id: int, n_cells: int, n_reversed: int, is_left_handed: bool, has_others: bool) -> str:
+def _custom(vtk_id: int, n_cells: int, n_reversed: int, is_mirrored: bool) -> str:
     """Who numbers cells so, if it is known."""
     shape = CELL_TYPES[vtk_id].shape
-    if shape is WEDGE and n_reversed == n_cells and not (is_left_handed and has_others):
-        return ", in the order that VTK documented before 9.7"
-    if is_left_handed:
+    if is_mirrored:
         return ", as is every cell of this mesh (a left-handed or mirrored file)"
+    if shape is WEDGE and n_reversed == n_cells:
+        return ", in the order that VTK documented before 9.7"
     if shape is TETRA and n_cells >= 6 and n_cells <= 4 * n_reversed <= 3 * n_cells:
         return ", as FEniCS writes them"
     return ""

@@ -1,0 +1,247 @@
+"""Each defect made on purpose, found, counted and named; nothing found where there is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from doctor_meshes import SPLITS, grid, mixed
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rich.console import Console
+
+import meshgauge
+from meshgauge import Mesh
+from meshgauge.doctor import LIMIT, diagnosis
+from meshgauge.doctor.points import duplicates, representatives
+from meshgauge.kernels import plain
+from meshgauge.report.doctor import DiagnosisText
+
+
+def names(mesh: Mesh) -> list[str]:
+    return [finding.name for finding in diagnosis(mesh).findings]
+
+
+def only(mesh: Mesh, name: str) -> meshgauge.doctor.Finding:
+    """The finding, which must be the only one."""
+    (finding,) = diagnosis(mesh).findings
+    assert finding.name == name
+    return finding
+
+
+@pytest.fixture(params=["plain", "kernels"])
+def _both(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    if request.param == "kernels":
+        monkeypatch.setattr(plain, "FEW", -1)
+
+
+pytestmark = pytest.mark.usefixtures("_both")
+
+
+@pytest.mark.parametrize("name", SPLITS)
+def test_a_sound_mesh_has_no_findings(name: str) -> None:
+    found = diagnosis(grid(name))
+    assert found.findings == ()
+    assert found.skipped == ()
+    assert found.part_sizes == (grid(name).n_cells,)
+    assert found.repeated_points is not None
+    assert not found.repeated_points.any()
+    assert names(mixed()) == []
+
+
+def test_unused_points() -> None:
+    mesh = grid("tetra", 1)
+    finding = only(mesh.replace(points=np.concatenate([mesh.points, [(3, 3, 3), (4, 4, 4)]])), "unused_points")
+    assert (finding.count, finding.level, finding.examples) == (2, "notice", (8, 9))
+    assert finding.text == "2 points belong to no cell (points 8, 9)."
+
+
+def test_points_that_coincide_exactly_or_nearly() -> None:
+    mesh = grid("hexahedron", 1)
+    points = np.concatenate([mesh.points, mesh.points + np.array([1.0, 0.0, 0.0])])
+    points[8] += 1e-10  # the other three of the side coincide exactly
+    two = Mesh.from_arrays(points, [("hexahedron", [mesh.nodes(0), mesh.nodes(0) + 8])])
+    found = diagnosis(two)
+    finding = found.finding("duplicate_points")
+    assert finding is not None
+    assert finding.count == 4
+    assert finding.examples == (8, 10, 12, 14)
+    assert "3 exactly, the others within 1e-09" in finding.text
+    assert found.part_sizes == (1, 1)
+    exact = diagnosis(two, tolerance=1e-13).finding("duplicate_points")
+    assert exact is not None
+    assert exact.count == 3
+
+
+def test_unused_points_do_not_count_as_duplicates() -> None:
+    mesh = grid("hexahedron", 1)
+    assert names(mesh.replace(points=np.concatenate([mesh.points, mesh.points[:1]]))) == ["unused_points"]
+
+
+def test_duplicate_cells_whatever_their_order() -> None:
+    mesh = grid("tetra", 1)
+    cells = mesh.connectivity.reshape(-1, 4)
+    twice = Mesh.from_arrays(mesh.points, [("tetra", np.concatenate([cells, cells[[3, 3]][:, [1, 2, 0, 3]]]))])
+    finding = diagnosis(twice).finding("duplicate_cells")
+    assert finding is not None
+    assert (finding.count, finding.examples) == (2, (6, 7))
+
+
+def test_a_quadrilateral_and_a_tetrahedron_of_the_same_points_are_no_duplicates() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    assert names(Mesh.from_arrays(points, [("quad", [(0, 1, 2, 3)]), ("tetra", [(0, 1, 2, 3)])])) == []
+
+
+def test_a_cell_that_has_a_point_twice() -> None:
+    mesh = grid("hexahedron", 2)
+    nodes = mesh.connectivity.copy()
+    nodes[8 * 5 + 3] = nodes[8 * 5 + 2]
+    found = diagnosis(mesh.replace(connectivity=nodes))
+    assert found.repeated_points is not None
+    assert np.flatnonzero(found.repeated_points).tolist() == [5]
+    finding = found.finding("repeated_points")
+    assert finding is not None
+    assert finding.text == "1 cell has a point twice (cell 5)."
+
+
+def test_faces_of_three_cells() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1), (0, 0, 2)]
+    found = diagnosis(Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (0, 2, 1, 4), (0, 1, 2, 5)])]))
+    finding = found.finding("multiple_faces")
+    assert finding is not None
+    assert finding.text == "1 face is shared by three or more cells (one by cells 0, 1, 2)."
+
+
+@pytest.mark.parametrize("diagonal", [0, 1])
+def test_two_triangles_against_a_quadrilateral(diagonal: int) -> None:
+    cube = grid("hexahedron", 1)
+    points = np.concatenate([cube.points, [(0.5, 0.5, 2.0)]])
+    top = [cube.nodes(0)[m] for m in (4, 5, 6, 7)]
+    a, b, c, d = top[diagonal:] + top[:diagonal]
+    mesh = Mesh.from_arrays(points, [("hexahedron", [cube.nodes(0)]), ("tetra", [(a, b, c, 8), (a, c, d, 8)])])
+    finding = only(mesh, "split_faces")
+    assert (finding.count, finding.examples) == (1, (0,))
+    assert "cell 0 against cells" in finding.text
+    pyramid = Mesh.from_arrays(points, [("hexahedron", [cube.nodes(0)]), ("pyramid", [(*top, 8)])])
+    assert names(pyramid) == []
+
+
+def test_parts_and_hinges() -> None:
+    cube = grid("hexahedron", 1)
+    points = np.concatenate([cube.points, cube.points + 1.0, cube.points + 9.0])
+    nodes = np.stack([cube.nodes(0), cube.nodes(0) + 8, cube.nodes(0) + 16])
+    nodes[1, 0] = 7  # the corner at (1, 1, 1), which the first two share
+    found = diagnosis(Mesh.from_arrays(points, [("hexahedron", nodes)]))
+    assert found.part_sizes == (2, 1)
+    assert [f.name for f in found.findings] == ["hinges", "parts", "unused_points"]
+    assert found.findings[0].text.startswith("The cells are 3 parts by shared faces, but 2 by shared points")
+
+
+def test_surface_cells_are_no_parts_and_use_their_points() -> None:
+    mesh = grid("tetra", 1)
+    points = np.concatenate([mesh.points, [(3, 3, 3), (4, 3, 3), (3, 4, 3)]])
+    with_surface = Mesh.from_arrays(
+        points, [("tetra", mesh.connectivity.reshape(-1, 4)), ("triangle", [(8, 9, 10)]), ("vertex", [(0,)])]
+    )
+    assert names(with_surface) == []
+
+
+def test_points_that_are_not_finite_coincide_with_none() -> None:
+    points = np.array([(np.nan, 0, 0), (np.nan, 0, 0), (np.inf, 0, 0), (np.inf, 0, 0), (1, 0, 0), (1, 0, 0)])
+    assert representatives(points).tolist() == [0, 1, 2, 3, 4, 4]
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-30, 1.0, 1e30, 1e150])
+def test_the_tolerance_is_relative(scale: float) -> None:
+    points = np.array([(0, 0, 0), (1, 1, 1), (1, 1, 1 + 1e-10), (1, 1, 1 + 1e-8)]) * scale
+    assert representatives(points).tolist() == [0, 1, 1, 3]
+
+
+def test_a_tolerance_out_of_range_is_an_error() -> None:
+    with pytest.raises(ValueError, match="tolerance is 2"):
+        representatives(np.zeros((2, 3)), tolerance=2.0)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(*[st.integers(0, 12)] * 3), min_size=1, max_size=40), st.sampled_from([0.04, 0.1, 0.3]))
+def test_points_that_coincide_are_those_that_comparing_all_finds(
+    places: list[tuple[int, int, int]], tolerance: float
+) -> None:
+    points = np.array(places, float) * 0.37
+    sides = points.max(axis=0) - points.min(axis=0)
+    diagonal = float(np.linalg.norm(sides)) or 1.0
+    distance = np.linalg.norm(points[:, None] - points[None], axis=2) / (tolerance * diagonal)
+    if (np.abs(distance - 1.0) < 1e-9).any():
+        return  # on the limit, where rounding decides
+    expected = list(range(len(points)))
+    for i in range(len(points)):
+        expected[i] = min([i, *(expected[j] for j in range(i) if distance[i, j] <= 1.0)])
+    for few in (10_000, -1):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(plain, "FEW", few)
+            assert representatives(points, tolerance=tolerance).tolist() == expected
+
+
+def test_of_points_that_coincide_one_stays() -> None:
+    used = np.array([False, True, True, True])
+    assert duplicates(np.array([0, 0, 0, 3]), used).tolist() == [2]
+
+
+def test_a_large_mesh_is_skipped_by_name() -> None:
+    found = diagnosis(grid("tetra"), limit=100)
+    assert found.skipped == ("The mesh was not diagnosed: it has 162 cells, more than 100.",)
+    assert found.orientation is None
+    assert LIMIT > 1_000_000
+
+
+def test_empty_and_surface_meshes() -> None:
+    triangle = Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("triangle", [(0, 1, 2)])])
+    found = diagnosis(triangle)
+    assert found.findings == ()
+    assert found.n_parts == found.n_interior_faces == 0
+    assert names(Mesh.from_arrays([(0.0, 0.0, 0.0)], [])) == ["unused_points"]
+
+
+def test_the_record_as_plain_data_and_as_text() -> None:
+    mesh = grid("tetra", 1)
+    found = diagnosis(mesh.replace(points=np.concatenate([mesh.points, [(3, 3, 3)]])))
+    plain_data = found.to_dict()
+    assert plain_data["findings"] == [
+        {
+            "name": "unused_points",
+            "level": "notice",
+            "count": 1,
+            "examples": [8],
+            "text": "1 point belongs to no cell (point 8).",
+        }
+    ]
+    assert (plain_data["n_interior_faces"], plain_data["n_boundary_faces"], plain_data["n_parts"]) == (6, 12, 1)
+    console = Console(width=60)
+    with console.capture() as captured:
+        console.print(DiagnosisText(found, title="a.vtu"))
+        console.print(DiagnosisText(diagnosis(mesh)))
+    lines = [line.rstrip() for line in captured.get().splitlines()]
+    assert lines[:3] == ["a.vtu", " • 1 point belongs to no cell (point 8).", "   6 interior faces, 12 on the boundary"]
+    assert lines[4].startswith(" ✓ No cells numbered in reverse, repeated points")
+
+
+CORPUS = [
+    ("mlivesu+cinolib/examples/data/rockerarm.mesh", {}),
+    ("GEOS-DEV+GEOS/src/coreComponents/unitTests/meshTests/box_hybrid_mesh.vtu", {"split_faces": 1232}),
+    (
+        "libMesh+libmesh/examples/miscellaneous/miscellaneous_ex9/miscellaneous_ex9.exo",
+        {"parts": 2, "duplicate_points": 44},
+    ),
+    ("SteveDoyle2+pyNastran/models/nx/contact_model.bdf", {"parts": 3}),
+    (
+        "sandialabs+sibl/geo/data/mesh/cube_minus_sphere_projected.mesh",
+        {"orientation": 2755, "duplicate_points": 3},
+    ),
+]
+
+
+@pytest.mark.parametrize(("path", "expected"), CORPUS)
+def test_real_meshes(path: str, expected: dict[str, int], shared: Path) -> None:
+    found = diagnosis(meshgauge.read(shared / "meshes" / path))
+    assert {finding.name: finding.count for finding in found.findings} == expected
