@@ -17,7 +17,7 @@ from math import isinf
 from pathlib import Path
 
 from meshgauge.cells import CELL_TYPES, SHAPES
-from meshgauge.metrics import METRICS, Metric
+from meshgauge.metrics import METRICS, Metric, Standard
 from meshgauge.status import STATUSES
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -69,11 +69,11 @@ def statuses() -> str:
     return table(("status", "meaning", "has a value"), rows)
 
 
-def standards(row: Metric, which: Callable[[str], str]) -> str:
+def standards(row: Metric, text_of: Callable[[Standard], str]) -> str:
     """One text if it is the same for every shape, else one for each text."""
     names: dict[str, list[str]] = {}
     for shape in SHAPES if row.shapes is None else row.shapes:
-        names.setdefault(which(shape), []).append(shape)
+        names.setdefault(text_of(row.standard(shape)), []).append(shape)
     if len(names) == 1:
         return next(iter(names))
     return "; ".join(f"{', '.join(of)}: {text}" for text, of in names.items())
@@ -86,8 +86,8 @@ def metrics() -> str:
             (
                 f"`{row.name}`",
                 interval(row.range),
-                standards(row, lambda shape, row=row: interval(row.standard(shape).acceptable)),  # type: ignore[misc]
-                standards(row, lambda shape, row=row: number(row.standard(shape).ideal)),  # type: ignore[misc]
+                standards(row, lambda standard: interval(standard.acceptable)),
+                standards(row, lambda standard: number(standard.ideal)),
                 row.better,
                 row.unit,
                 "all" if row.shapes is None else ", ".join(row.shapes),
