@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 FLOORS = (
     ("errors", "cells", "status", "_jit", "_threads"),
     ("metrics", "kernels", "reference"),
-    ("mesh", "polyhedra", "connectivity", "cast", "topology"),
+    ("mesh", "polyhedra", "connectivity", "cast", "topology", "regions"),
     ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),
     ("improve",),
     ("parallel", "report"),
@@ -29,6 +29,7 @@ MAY_IMPORT_THEIR_FLOOR = {
     "doctor": {"_quality", "validity", "summary", "arrays"},
     "topology": {"mesh", "cast", "polyhedra"},
     "connectivity": {"mesh", "cast", "polyhedra"},
+    "regions": {"mesh"},
     "mesh": {"cast", "polyhedra"},
     "cast": {"polyhedra"},
     "__main__": {"cli"},

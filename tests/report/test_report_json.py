@@ -82,7 +82,7 @@ def test_a_report_is_what_the_document_says(mixed: FileReport) -> None:
 def test_a_real_report_is_what_the_document_says() -> None:
     """With findings and a diagnosis: two cubes, one numbered in reverse, and a point of no cell."""
     cube = np.array(SHAPES["hexahedron"].points, float)
-    points = np.vstack([cube, (*cube, 5, 0, 0), [(9, 9, 9)]])
+    points = np.vstack([cube, cube + np.array((5, 0, 0)), [(9, 9, 9)]])
     mesh = Mesh.from_arrays(points, [("hexahedron", [range(8), (12, 13, 14, 15, 8, 9, 10, 11)])])
     quality = measure(mesh)
     found = diagnosis(mesh, quality)
