@@ -91,7 +91,7 @@ def test_a_real_report_is_what_the_document_says() -> None:
     check(document, "report", "report")
     file = document["files"][0]
     assert file["findings"][0]["cells"] == [1]
-    assert file["findings"][0]["location"] == pytest.approx(((*cube.mean(axis=0), 5, 0, 0)).tolist())
+    assert file["findings"][0]["location"] == pytest.approx((cube.mean(axis=0) + np.array((5, 0, 0))).tolist())
     assert file["diagnosis"]["n_parts"] == 2
     assert file["diagnosis"]["orientation"]["blocks"]
 
