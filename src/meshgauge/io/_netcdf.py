@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ReadError
+from . import _within
 
 _TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
 _DENSEST = 1100
@@ -53,6 +54,7 @@ def variables(path: Path) -> Iterator[dict[str, Variable]]:
 
     try:
         with h5py.File(path, "r") as root:
+            _within.check_hdf(path, root)
             size = path.stat().st_size
             yield {name: _hdf(path, item, size) for name, item in root.items() if isinstance(item, h5py.Dataset)}
     except (OSError, KeyError, RuntimeError) as error:
@@ -60,9 +62,6 @@ def variables(path: Path) -> Iterator[dict[str, Variable]]:
 
 
 def _hdf(path: Path, item: Any, size: int) -> Variable:
-    if item.external or item.is_virtual:
-        raise ReadError(f"{path}: array {item.name!r} is kept in other files, which are not read")
-
     def values(first: int | None = None) -> NDArray[Any]:
         shape = item.shape if first is None else item.shape[1:]
         if math.prod(shape) * item.dtype.itemsize > size * _DENSEST:

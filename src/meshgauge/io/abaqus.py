@@ -47,7 +47,8 @@ _TYPES = (
         re.compile(r"(?:CP[SE]G?|CGAX|CAX|DC2D|DCAX|AC2D|ACAX|R3D|RAX|S|SAX|STRI|DS|M3D|SFM3D|F3D|E2D|WARP2D)(\d+)"),
         _SURFACES,
     ),
-    (re.compile(r"(?:B\d|PIPE\d|T\dD|DC1D|F\dD|R\dD|RB\dD|CONN\dD|MASS|ROTARYI|SPRING|DASHPOT)([123A]?)\d?"), _LINES),
+    (re.compile(r"(?:T[123]D|DC1D|AC1D|RB[23]D|R2D|F2D|CONN[23]D)(\d)"), _LINES),
+    (re.compile(r"(?:B[23]|PIPE[23])([123])"), {1: _LINES[2], 2: _LINES[3], 3: _LINES[2]}),
 )
 
 
@@ -57,6 +58,12 @@ _Made = tuple[Part, list[tuple[str, int]]]
 """Cells of a part or an instance, with the name and the size of each of their blocks."""
 
 
+_NAMED = {
+    **dict.fromkeys(("MASS", "ROTARYI", "SPRING1", "DASHPOT1", "HEATCAP"), _LINES[1]),
+    **dict.fromkeys(("SPRING2", "SPRINGA", "DASHPOT2", "DASHPOTA"), _LINES[2]),
+}
+
+
 def sniff(head: bytes, path: Path) -> bool:
     return _MARK.search(head) is not None
 
@@ -64,9 +71,11 @@ def sniff(head: bytes, path: Path) -> bool:
 def kind_of(name: str) -> Kind | None:
     """The row of an element type such as C3D8RH; letters after the number of nodes do not change the shape."""
     upper = name.upper()
+    if upper in _NAMED:
+        return _NAMED[upper]
     for pattern, kinds in _TYPES:
         match = pattern.match(upper)
-        if match and match.group(1).isdigit():
+        if match:
             return kinds.get(int(match.group(1)))
     return None
 

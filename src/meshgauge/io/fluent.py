@@ -122,14 +122,15 @@ def read(path: Path) -> Mesh:
     """
     cursor, found = _Cursor(path, path.read_bytes()), _Found()
     while (number := cursor.section()) is not None:
-        is_binary, kind = number >= 2000, number % 1000
+        is_binary, kind, has_body = number >= 2000, number % 1000, True
         if kind == 2 and not is_binary:
             word = cursor.data[cursor.at : cursor.at + 20].split(b")")[0].strip()
             found.dimension = int(word) if word.isdigit() else 0
         if kind == 10:
-            _points(cursor, found, is_binary, "<f8" if number >= 3000 else "<f4")
+            has_body = _points(cursor, found, is_binary, "<f8" if number >= 3000 else "<f4")
         elif kind == 12:
             zone, first, last, *more = cursor.head()
+            has_body = cursor.data[cursor.at : cursor.at + 1] == b"("
             if zone == 0:
                 found.stated[12] = last
             else:
@@ -142,20 +143,17 @@ def read(path: Path) -> Mesh:
         elif kind == 59:
             head = cursor.head()
             found.parents.append((head[0], head[1]))
-        cursor.close(is_binary and _has_body(cursor, number))
+        cursor.close(is_binary and has_body)
     return _mesh(found, path)
 
 
-def _has_body(cursor: _Cursor, number: int) -> bool:
-    return number % 1000 not in (10, 12) or cursor.data[cursor.at : cursor.at + 1] != b")"
-
-
-def _points(cursor: _Cursor, found: _Found, is_binary: bool, dtype: str) -> None:
+def _points(cursor: _Cursor, found: _Found, is_binary: bool, dtype: str) -> bool:
+    """Keep the points of a section; False if it only states how many there are."""
     zone, first, last, *_ = cursor.head()
     n = last - first + 1
     if zone == 0:
         found.stated[10] = last
-        return
+        return False
     if is_binary:
         if cursor.data[cursor.at : cursor.at + 1] != b"(":
             raise cursor.fail("points have no coordinates")
@@ -170,6 +168,7 @@ def _points(cursor: _Cursor, found: _Found, is_binary: bool, dtype: str) -> None
     if found.dimension != 3 or n < 0 or len(values) != 3 * n:
         raise cursor.fail(f"{len(values)} numbers for {n} points of {found.dimension} coordinates, expected 3D points")
     found.points.append((first, values.reshape(-1, 3)))
+    return True
 
 
 def _face_zone(cursor: _Cursor, found: _Found, is_binary: bool) -> None:

@@ -7,12 +7,13 @@ up zones is no choice: the format is refused with the reason until there is a ri
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from ..errors import ReadError
 from ..mesh import Mesh
-from . import _meshio, _vtk
+from . import _meshio, _vtk, _within
 from ._format import Format, Reader, Sniffer, Writer, anything
 
 
@@ -53,6 +54,16 @@ def _first_of(*readers: Reader) -> Reader:
     return read
 
 
+def _checked(check: Callable[[Path], None], reader: Reader) -> Reader:
+    """A reader of files that name others: only such as lie in their folder."""
+
+    def read(path: Path) -> Mesh:
+        check(path)
+        return reader(path)
+
+    return read
+
+
 def _filled(mesh: Mesh, path: Path) -> Mesh:
     """These readers return nothing where they understood nothing."""
     if not mesh.n_cells:
@@ -85,15 +96,18 @@ _XDMF = _mark(rb"<Xdmf\b")
 
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
-    Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"), foreign=_by_pyvista),
+    Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"),
+           foreign=_checked(_within.check_ensight, _by_pyvista)),
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
            foreign=_first_of(_by_meshio("tecplot"), _by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
-    Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"), foreign=_by_pyvista),
+    Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"),
+           foreign=_checked(_within.check_xml, _by_pyvista)),
     # By either.
     Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
-           foreign=_first_of(_by_pyvista, _by_meshio("xdmf")), write=_meshio_writer("xdmf", data_format="XML")),
+           foreign=_checked(_within.check_xml, _first_of(_by_pyvista, _by_meshio("xdmf"))),
+           write=_meshio_writer("xdmf", data_format="XML")),
     Format("cgns", "CGNS", (".cgns",), _mark(rb"\A(\x89HDF|ADF)"),
-           foreign=_first_of(_by_pyvista, _by_meshio("cgns")), by_content=False),
+           foreign=_checked(_within.check_hdf_file, _first_of(_by_pyvista, _by_meshio("cgns"))), by_content=False),
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(_by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(_by_pyvista, _by_meshio("ply"))),
     Format("obj", "Wavefront OBJ", (".obj",), anything,
@@ -104,8 +118,10 @@ OTHERS: tuple[Format, ...] = (
     Format("nastran", "Nastran", (".bdf", ".fem", ".nas", ".nastran"), anything,
            foreign=_by_meshio("nastran"), by_content=False),
     Format("med", "MED", (".med",), _HDF,
-           foreign=_by_meshio("med"), write=_meshio_writer("med", by_type=True), by_content=False),
-    Format("h5m", "MOAB", (".h5m",), _HDF, foreign=_by_meshio("h5m"), by_content=False),
+           foreign=_checked(_within.check_hdf_file, _by_meshio("med")),
+           write=_meshio_writer("med", by_type=True), by_content=False),
+    Format("h5m", "MOAB", (".h5m",), _HDF,
+           foreign=_checked(_within.check_hdf_file, _by_meshio("h5m")), by_content=False),
     Format("ugrid", "AFLR UGRID", (".ugrid",), anything,
            foreign=_by_meshio("ugrid"), write=_meshio_writer("ugrid", by_type=True), by_content=False),
     Format("netgen", "Netgen", (".vol",), _mark(rb"^mesh3d\b"),

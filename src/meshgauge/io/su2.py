@@ -13,6 +13,7 @@ from ..errors import ReadError
 from ..mesh import CellBlock, Mesh
 from . import _meshio
 from ._build import Cells, Kind, checked_codes, gathered
+from ._faces import offsets_of
 from ._format import Format
 from ._merge import Part, merged
 from ._text import Text
@@ -109,6 +110,7 @@ def _skip_send_receive(text: Text, value: bytes) -> None:
 
 def _mesh(zones: list[_Zone], path: Path) -> Mesh:
     parts, names, sizes, markers = [], [], [], []
+    none = np.empty(0, np.int64)
     for zone in zones:
         if zone.points is None:
             raise ReadError(f"{path}: zone {zone.number} has no points (NPOIN)")
@@ -117,10 +119,8 @@ def _mesh(zones: list[_Zone], path: Path) -> Mesh:
                 name="",
                 points=zone.points,
                 types=np.concatenate([np.empty(0, np.uint8), *(c.types for _, _, c in zone.blocks)]),
-                offsets=np.concatenate(
-                    [[0], np.cumsum([s for _, _, c in zone.blocks for s in np.diff(c.offsets)])]
-                ).astype(np.int64),
-                connectivity=np.concatenate([np.empty(0, np.int64), *(c.connectivity for _, _, c in zone.blocks)]),
+                offsets=offsets_of(np.concatenate([none, *(np.diff(c.offsets) for _, _, c in zone.blocks)])),
+                connectivity=np.concatenate([none, *(c.connectivity for _, _, c in zone.blocks)]),
             )
         )
         _check_ids(parts[-1], zone, path)

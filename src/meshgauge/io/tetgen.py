@@ -61,12 +61,17 @@ def _points(text: Text) -> tuple[Index, NDArray[np.float64]]:
     if len(head) > 1 and head[1] != 3:
         raise text.fail(f"points have {head[1]} coordinates, expected 3")
     rows = text.reals(n, 4, "a number and 3 coordinates")
-    if not np.array_equal(rows[:, 0], np.trunc(rows[:, 0])):
-        raise text.fail("the number of a point is no integer")
-    index = Index(rows[:, 0].astype(np.int64))
+    index = Index(_integers(text, rows[:, 0], "the number of a point"))
     if index.has_duplicates:
         raise text.fail("two points have the same number")
     return index, np.ascontiguousarray(rows[:, 1:])
+
+
+def _integers(text: Text, values: NDArray[np.float64], what: str) -> NDArray[np.int64]:
+    wrong = ~((np.abs(values) < 2**53) & (values == np.trunc(values)))
+    if wrong.any():
+        raise text.fail(f"{what} is {values[np.argmax(wrong)]}, expected an integer")
+    return values.astype(np.int64)
 
 
 def _places(text: Text, index: Index, ids: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -86,11 +91,11 @@ def read_tetgen(path: Path) -> Mesh:
     if n_nodes not in (4, 10) or not 0 <= n_more <= 100:
         raise ele.fail(f"tetrahedra of {n_nodes} nodes and {n_more} attributes, expected 4 or 10 nodes")
     rows = ele.reals(n, 1 + n_nodes + n_more, "tetrahedra")
-    nodes = _places(ele, index, rows[:, 1 : 1 + n_nodes].astype(np.int64).ravel())
+    nodes = _places(ele, index, _integers(ele, rows[:, 1 : 1 + n_nodes].ravel(), "a node of a tetrahedron"))
     kind = Kind("tetra" if n_nodes == 4 else "tetra10", n_nodes)
     cells = gathered(nodes, np.arange(n) * n_nodes, np.zeros(n, np.int64), {0: kind})
     values = rows[:, 1 + n_nodes :]
-    if np.array_equal(values, np.trunc(values)) and (np.abs(values) < 2**53).all():
+    if ((np.abs(values) < 2**53) & (values == np.trunc(values))).all():
         values = values.astype(np.int64)
     return Mesh(
         points,

@@ -95,11 +95,11 @@ def _data_set(text: Text, number: int, first: int, last: int, found: _Found) -> 
         rows = text.reals(last - first, 3, "nodes")
         if len(rows) % 2:
             raise text.fail("a node has a label, but no coordinates", last)
-        found.labels.append(rows[::2, 0].astype(np.int64))
+        found.labels.append(_labels(text, rows[::2, 0]))
         found.points.append(np.ascontiguousarray(rows[1::2]))
     elif number == 15:
         rows = text.reals(last - first, 7, "nodes")
-        found.labels.append(rows[:, 0].astype(np.int64))
+        found.labels.append(_labels(text, rows[:, 0]))
         found.points.append(np.ascontiguousarray(rows[:, 4:7]))
     elif number in (2412, 780):
         _elements(text, first, last, found, 7 if number == 780 else 5)
@@ -107,6 +107,12 @@ def _data_set(text: Text, number: int, first: int, last: int, found: _Found) -> 
         _groups(text, last, found)
     else:
         found.skipped.add(number)
+
+
+def _labels(text: Text, values: NDArray[np.float64]) -> NDArray[np.int64]:
+    if not (np.abs(values) < 2**53).all():
+        raise text.fail("the label of a node is no integer")
+    return values.astype(np.int64)
 
 
 def _elements(text: Text, first: int, last: int, found: _Found, last_head: int) -> None:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import ReadError
 from ..mesh import Mesh
-from . import _vtk, vtu_raw
+from . import _vtk, _within, vtu_raw
 from ._format import HEAD, Format
 
 _READERS = {
@@ -69,10 +69,7 @@ def _check(path: Path, *, refers: bool) -> None:
                     raise ReadError(f"{path}: states {count} {what}, but has only {size} bytes")
             at = data.find(b"<Piece", at + 1, stop)
         if refers:
-            for name in _FILE.findall(data[:stop]):
-                target = (path.parent / name.decode("utf-8", "replace")).resolve()
-                if not target.is_relative_to(path.parent.resolve()):
-                    raise ReadError(f"{path}: refers to {target}, which is outside its folder")
+            _within.check(path, (name.decode("utf-8", "replace") for name in _FILE.findall(data[:stop])))
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..errors import MeshgaugeError, ReadError
 from ..mesh import Mesh
 from ..polyhedra import Polyhedra
-from . import _vtk
+from . import _vtk, _within
 from ._format import Format
 from ._merge import Part, merged
 
@@ -43,6 +43,7 @@ def read(path: Path) -> Mesh | None:
 
     try:
         with h5py.File(path, "r") as file:
+            _within.check_hdf(path, file)
             root = file["VTKHDF"]
             kind = _kind(root)
             if kind == "UnstructuredGrid":

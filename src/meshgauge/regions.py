@@ -1,0 +1,153 @@
+"""Which region (material, zone, physical group, block) each cell belongs to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cells import BY_NAME, CELL_TYPES
+from .mesh import Mesh
+
+KEYS: tuple[str, ...] = (
+    "gmsh:physical",
+    "medit:ref",
+    "abaqus:material",
+    "mfem:attribute",
+    "nastran:ref",
+    "su2:zone",
+    "exodus:block",
+    "unv:property",
+    "unv:material",
+    "tetgen:attribute",
+    "cell_tags",
+    "material",
+    "material_id",
+    "materialid",
+    "materialids",
+    "mat",
+    "mat_id",
+    "matid",
+    "region",
+    "region_id",
+    "regionid",
+    "attribute",
+    "attributes",
+    "zone",
+    "domain",
+    "subdomain",
+    "subdomain_id",
+    "part",
+    "partid",
+    "block",
+    "blockid",
+    "block_id",
+    "group",
+    "elementblockids",
+    "objectid",
+    "property",
+    "component",
+    "gmsh:geometrical",
+)
+"""Names of integer cell data that tell a region, the best first; compared without case and with - as _."""
+
+MOST = 4096
+"""Values that cell data may have to tell regions rather than number cells."""
+
+
+def regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """The best partition of the cells into regions that the file gives.
+
+    Tried in this order: blocks with names of their own (zones, element sets, parts), cell data of integers with a name
+    that says so (`KEYS`), the blocks whatever they are called. Of these the first counts that parts the solid cells in
+    two or more; if none does, the first there is.
+
+    Parameters
+    ----------
+    mesh
+        Any mesh.
+
+    Returns
+    -------
+    ids : ndarray of int64, shape (n_cells,)
+        Position in ``names`` of the region of each cell.
+    names : tuple of str
+        Each region once. A number is written with the name of its data ("material 3") unless the file names it.
+        A mesh without any regions has one, called "all".
+    """
+    candidates = [found for found in (_named_blocks(mesh), *_from_data(mesh), _blocks(mesh)) if found is not None]
+    is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
+    for ids, names in candidates:
+        solid = ids[is_solid]
+        if len(solid) and (solid != solid[0]).any():
+            return ids, names
+    if candidates:
+        return candidates[0]
+    return np.zeros(mesh.n_cells, np.int64), ("all",)
+
+
+_Partition = tuple[NDArray[np.int64], tuple[str, ...]]
+
+
+def _blocks(mesh: Mesh) -> _Partition | None:
+    """Blocks; those of one name are one region."""
+    labels = [block.name or f"block {n}" for n, block in enumerate(mesh.blocks, 1)]
+    if len(mesh.blocks) < 2:
+        return None
+    names = tuple(dict.fromkeys(labels))
+    ids = np.zeros(mesh.n_cells, np.int64)
+    for label, block in zip(labels, mesh.blocks, strict=True):
+        ids[block.start : block.stop] = names.index(label)
+    return ids, names
+
+
+def _named_blocks(mesh: Mesh) -> _Partition | None:
+    """Blocks if their names say more than a type of cells, a piece or the entity of a model."""
+    dull = ("block ", "partition ", "piece ", "volume ", "surface ", "curve ", "point ", "polyhedron", "polygon")
+    telling = [b for b in mesh.blocks if b.name and b.name not in BY_NAME and not b.name.startswith(dull)]
+    return _blocks(mesh) if len({b.name for b in telling}) > 1 else None
+
+
+def _from_data(mesh: Mesh) -> list[_Partition]:
+    order = {key: place for place, key in enumerate(KEYS)}
+    found = []
+    for name, values in mesh.cell_data.items():
+        place = order.get(name.lower().replace("-", "_").replace(" ", "_"))
+        if place is not None and (partition := _partition(mesh, name, values)) is not None:
+            found.append((place, partition))
+    return [partition for _, partition in sorted(found, key=lambda pair: pair[0])]
+
+
+def _partition(mesh: Mesh, name: str, values: NDArray[Any]) -> _Partition | None:
+    flat = values.reshape(len(values), -1)
+    if flat.shape[1] != 1 or not len(flat):
+        return None
+    column = flat[:, 0]
+    if column.dtype.kind == "f" and not (np.isfinite(column) & (column == np.trunc(column))).all():
+        return None
+    if column.dtype.kind not in "iubfU":
+        return None
+    keys, ids = np.unique(column, return_inverse=True)
+    if len(keys) > MOST:
+        return None
+    known = _known_names(mesh, name)
+    label = name.split(":")[-1]
+    if column.dtype.kind == "U":
+        names = tuple(str(key) or "none" for key in keys)
+    else:
+        names = tuple(known.get(int(key), f"{label} {int(key)}") for key in keys)
+    return ids.reshape(-1).astype(np.int64), names
+
+
+def _known_names(mesh: Mesh, name: str) -> dict[int, str]:
+    """Names of numbers: Gmsh's physical groups of solids, and lists kept as field data ``<name>:names``, from 1 on."""
+    listed = mesh.field_data.get(f"{name}:names")
+    if listed is not None:
+        return {0: f"no {name.split(':')[-1]}", **{n: str(v) for n, v in enumerate(listed.ravel().tolist(), 1)}}
+    if name != "gmsh:physical":
+        return {}
+    groups = [
+        (int(v[1]), int(v[0]), key) for key, v in mesh.field_data.items() if v.shape == (2,) and v.dtype.kind in "iu"
+    ]
+    return {0: "no physical", **{tag: key for _, tag, key in sorted(groups)}}

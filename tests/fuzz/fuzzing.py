@@ -1,0 +1,227 @@
+"""Small whole files of every format, ways to break them, and what reading a broken one came to."""
+
+from __future__ import annotations
+
+import contextlib
+import io as text_io
+import signal
+import sys
+import traceback
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "io"))
+from io_meshes import mesh_of
+
+from meshgauge import io
+from meshgauge.errors import ReadError
+from meshgauge.io import _registry
+
+HERE = Path(__file__).resolve().parent
+SECONDS = 20
+"""More than any reader may take for one of these files in the process of the caller."""
+
+_WRITTEN = (".vtu", ".vtk", ".vtkhdf", ".msh", ".mesh", ".meshb", ".su2", ".inp", ".avs", ".b8.ugrid", ".med", ".xdmf")
+_FOAM = 'FoamFile\n{{ version 2.0; format ascii; class {}; note "nPoints:8 nCells:1 nFaces:6"; object {}; }}\n'
+_CUBE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+_FACES = ("0 3 2 1", "4 5 6 7", "0 1 5 4", "1 2 6 5", "2 3 7 6", "3 0 4 7")
+_TETRA = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+
+
+def _numbered(text: str, first: int = 1) -> str:
+    return "".join(f"{i} {line}\n" for i, line in enumerate(text.splitlines(), first))
+
+
+TEXTS: dict[str, dict[str, str]] = {
+    "mfem": {
+        "a.mesh": "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 5 0 1 2 3 4 5 6 7\n\nboundary\n1\n2 3 0 1 2 3\n\n"
+        f"vertices\n8\n3\n{_CUBE}"
+    },
+    "mfem curved": {
+        "a.mesh": "MFEM mesh v1.0\ndimension\n3\nelements\n1\n1 4 0 1 2 3\nboundary\n0\nvertices\n4\nnodes\n"
+        f"FiniteElementSpace\nFiniteElementCollection: H1_3D_P1\nVDim: 3\nOrdering: 1\n{_TETRA}"
+    },
+    "hedra": {
+        "a.hedra": "8 6 1\n" + _CUBE + "".join(f"4 {' '.join(str(int(v) + 1) for v in f.split())}\n" for f in _FACES)
+        + "6 1 2 3 4 5 6\n"
+    },
+    "rf": {
+        "a.ele": "# RF\n1 0\n0 6\n" + "".join(f" {i} 4 {f}\n" for i, f in enumerate(_FACES)),
+        "a.node": "8 3 0 0\n" + _numbered(_CUBE, 0),
+    },
+    "tetgen": {"a.ele": "1 4 1\n1 1 2 3 4 7\n# end\n", "a.node": "4 3 0 0\n" + _numbered(_TETRA)},
+    "unv": {
+        "a.unv": "    -1\n  2411\n"
+        + "".join(f"{i} 1 1 11\n{line}\n" for i, line in enumerate(_TETRA.replace("1", "1.0D+00").splitlines(), 1))
+        + "    -1\n    -1\n  2412\n1 111 1 2 7 4\n1 2 3 4\n    -1\n"
+        + "    -1\n  2467\n1 0 0 0 0 0 0 1\nG\n8 1 0 0\n    -1\n"
+    },
+    "fluent": {
+        "a.msh": '(0 "a")\n(2 3)\n(10 (0 1 8 0))\n(12 (0 1 1 0))\n(13 (0 1 6 0))\n(12 (2 1 1 1 4))\n(10 (1 1 8 1 3)(\n'
+        + _CUBE + "))\n(13 (3 1 6 3 4)(\n"
+        + "".join(" ".join(f"{int(v) + 1:x}" for v in reversed(f.split())) + " 1 0\n" for f in _FACES)
+        + "))\n(45 (2 fluid air)())\n(45 (3 wall side)())\n"
+    },
+    "openfoam": {
+        "constant/polyMesh/points": _FOAM.format("vectorField", "points")
+        + "8\n(\n" + "".join(f"({line})\n" for line in _CUBE.splitlines()) + ")\n",
+        "constant/polyMesh/faces": _FOAM.format("faceList", "faces")
+        + "6\n(\n" + "".join(f"4({f})\n" for f in _FACES) + ")\n",
+        "constant/polyMesh/owner": _FOAM.format("labelList", "owner") + "6\n(\n0\n0\n0\n0\n0\n0\n)\n",
+        "constant/polyMesh/neighbour": _FOAM.format("labelList", "neighbour") + "0\n()\n",
+        "constant/polyMesh/boundary": _FOAM.format("polyBoundaryMesh", "boundary")
+        + "1\n(\nwall\n{\n type wall;\n nFaces 6;\n startFace 0;\n}\n)\n",
+        "a.foam": " ",
+    },
+    "abaqus": {
+        "b.inp": "*HEADING\n x\n*PART, NAME=P\n*NODE\n" + _numbered(_TETRA).replace(" ", ", ")
+        + "*ELEMENT, TYPE=C3D4, ELSET=ALL\n1, 1, 2,\n3, 4\n*ELSET, ELSET=S, GENERATE\n1, 1, 1\n"
+        "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n1,0,0\n"
+        "0,0,0,0,0,1,90.\n*END INSTANCE\n*END ASSEMBLY\n"
+    },
+    "nastran": {
+        "a.bdf": "BEGIN BULK\n" + "".join(f"GRID,{i},,{line.replace(' ', ',')}\n" for i, line in enumerate(
+            _TETRA.replace("0", "0.").replace("1", "1.").splitlines(), 1)) + "CTETRA,1,1,1,2,3,4\nENDDATA\n"
+    },
+}  # fmt: skip
+"""Format → its files by name; the last of them is the one to read."""
+
+OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus")
+"""Formats whose readers run in the process of the caller."""
+
+
+def exodus_classic(path: Path) -> None:
+    """A tetrahedron in a classic netCDF file, written byte by byte."""
+
+    def number(*values: int) -> bytes:
+        return b"".join(v.to_bytes(4, "big") for v in values)
+
+    def name(text: str) -> bytes:
+        return number(len(text)) + text.encode() + b"\0" * (-len(text) % 4)
+
+    coords = np.array([line.split() for line in _TETRA.splitlines()], ">f8").T
+    arrays = [(f"coord{axis}", (0,), 6, coords[i].tobytes(), b"") for i, axis in enumerate("xyz")]
+    element = number(12, 1) + name("elem_type") + number(2, 4) + b"TET4"
+    arrays.append(("connect1", (1, 2), 4, np.array([1, 2, 3, 4], ">i4").tobytes(), element))
+    dimensions = number(10, 3) + name("num_nodes") + number(4) + name("n_el") + number(1) + name("n_per") + number(4)
+
+    def header(begins: list[int]) -> bytes:
+        text = b"CDF\x01" + number(0) + dimensions + number(0, 0) + number(11, len(arrays))
+        for (key, ids, kind, raw, attributes), begin in zip(arrays, begins, strict=True):
+            text += name(key) + number(len(ids), *ids) + (attributes or number(0, 0)) + number(kind, len(raw), begin)
+        return text
+
+    begins, at = [], len(header([0] * len(arrays)))
+    for *_, raw, _ in arrays:
+        begins.append(at)
+        at += len(raw)
+    path.write_bytes(header(begins) + b"".join(raw for *_, raw, _ in arrays))
+
+
+def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
+    """Format, the file to read and all files, of one whole mesh of each format and encoding."""
+    mesh = mesh_of("tetra", "pyramid", "wedge", "hexahedron", n=1)
+    mesh = mesh.replace(cell_data={"material": np.arange(mesh.n_cells)}, point_data={"u": mesh.points[:, 0]})
+    for extension in _WRITTEN:
+        path = folder / f"written{extension}" / f"a{extension}"
+        path.parent.mkdir(parents=True)
+        own = mesh_of("tetra", "hexahedron", n=1) if extension == ".inp" else mesh
+        io.write(path, own)
+        head = path.read_bytes()[:4096]
+        yield _registry.told(path, head).name, path, [path]
+    for number, (name, files) in enumerate(TEXTS.items()):
+        paths = []
+        for file, text in files.items():
+            path = folder / str(number) / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+            paths.append(path)
+        yield name.split()[0], (paths[0] if name in ("rf", "tetgen") else paths[-1]), paths
+    classic = folder / "classic" / "a.e"
+    classic.parent.mkdir()
+    exodus_classic(classic)
+    yield "exodus", classic, [classic]
+    for file in sorted((HERE / "seeds").glob("*")) if (HERE / "seeds").is_dir() else []:
+        yield _registry.told(file, file.read_bytes()[:4096]).name, file, [file]
+
+
+NUMBERS = (
+    b"0",
+    b"-1",
+    b"1",
+    b"4",
+    b"255",
+    b"65536",
+    b"2147483647",
+    b"-2147483648",
+    b"99999999999",
+    b"9" * 30,
+    b"nan",
+    b"1e308",
+)
+
+
+def broken(rng: np.random.Generator, data: bytes) -> bytes:
+    """The bytes with one to three things done to them that happen to files, or that someone does on purpose."""
+    for _ in range(int(rng.integers(1, 4))):
+        if not data:
+            return data
+        at = int(rng.integers(len(data)))
+        match int(rng.integers(8)):
+            case 0:  # a bit or a byte changes
+                data = data[:at] + bytes([int(rng.integers(256))]) + data[at + 1 :]
+            case 1:  # cut off
+                data = data[:at]
+            case 2:  # a piece is missing
+                data = data[:at] + data[at + int(rng.integers(1, 40)) :]
+            case 3:  # a piece is there twice
+                piece = data[at : at + int(rng.integers(1, 200))]
+                data = data[:at] + piece * int(rng.integers(2, 4)) + data[at:]
+            case 4:  # a number in a text becomes another
+                end = at
+                while end < len(data) and data[end : end + 1].isdigit():
+                    end += 1
+                data = data[:at] + NUMBERS[int(rng.integers(len(NUMBERS)))] + data[max(end, at + 1) :]
+            case 5:  # a binary number becomes huge or negative
+                width = int(rng.choice([4, 8]))
+                value = int(rng.choice([-1, 2**31 - 1, -(2**31), 2**20, 0]))
+                data = data[:at] + value.to_bytes(width, "little", signed=True) + data[at + width :]
+            case 6:  # zeros, as after a crash of a disk
+                n = int(rng.integers(1, 64))
+                data = data[:at] + b"\0" * n + data[at + n :]
+            case 7:  # two pieces change places
+                other = int(rng.integers(len(data)))
+                a, b, n = min(at, other), max(at, other), int(rng.integers(1, 20))
+                data = data[:a] + data[b : b + n] + data[a + n : b] + data[a : a + n] + data[b + n :]
+    return data
+
+
+class Hang(BaseException):
+    """Raised in a reader that takes too long."""
+
+
+def attempt(path: Path) -> str:
+    """Read a file: "read", "refused", or what went wrong, with its traceback."""
+
+    def ring(*_: object) -> None:
+        raise Hang
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(SECONDS)
+    out = text_io.StringIO()
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+            io.read(path)
+        result = "read"
+    except ReadError as error:
+        result = "refused" if str(path.parent) in str(error) else f"no file name: {error}"
+    except Hang:
+        result = f"hang:\n{traceback.format_exc()}"
+    except BaseException:
+        result = f"traceback:\n{traceback.format_exc()}"
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+    return result if not out.getvalue() else f"printed {out.getvalue()[:200]!r}"
