@@ -13,7 +13,7 @@ from rich.console import Console
 
 import meshgauge
 from meshgauge import Mesh
-from meshgauge.doctor import LIMIT, diagnosis
+from meshgauge.doctor import LIMIT, cells, diagnosis
 from meshgauge.doctor.points import duplicates, representatives
 from meshgauge.kernels import plain
 from meshgauge.report.doctor import DiagnosisText
@@ -81,11 +81,19 @@ def test_unused_points_do_not_count_as_duplicates() -> None:
 
 def test_duplicate_cells_whatever_their_order() -> None:
     mesh = grid("tetra", 1)
-    cells = mesh.connectivity.reshape(-1, 4)
-    twice = Mesh.from_arrays(mesh.points, [("tetra", np.concatenate([cells, cells[[3, 3]][:, [1, 2, 0, 3]]]))])
-    finding = diagnosis(twice).finding("duplicate_cells")
-    assert finding is not None
-    assert (finding.count, finding.examples) == (2, (6, 7))
+    nodes = mesh.connectivity.reshape(-1, 4)
+    twice = Mesh.from_arrays(mesh.points, [("tetra", np.concatenate([nodes, nodes[[3, 3]][:, [1, 2, 0, 3]]]))])
+    found = diagnosis(twice)
+    assert [f.name for f in found.findings] == ["duplicate_cells", "multiple_faces"]
+    assert (found.findings[0].count, found.findings[0].examples) == (2, (6, 7))
+
+
+def test_cells_of_one_hash_are_compared_by_their_points() -> None:
+    mesh = grid("tetra", 1)
+    assert cells.duplicates(mesh, np.zeros(mesh.n_cells, np.int64)).tolist() == []
+    nodes = mesh.connectivity.reshape(-1, 4)
+    again = Mesh.from_arrays(mesh.points, [("tetra", np.concatenate([nodes, nodes[::2, ::-1]]))])
+    assert cells.duplicates(again, np.zeros(again.n_cells, np.int64)).tolist() == [6, 7, 8]
 
 
 def test_a_quadrilateral_and_a_tetrahedron_of_the_same_points_are_no_duplicates() -> None:
@@ -110,7 +118,7 @@ def test_faces_of_three_cells() -> None:
     found = diagnosis(Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (0, 2, 1, 4), (0, 1, 2, 5)])]))
     finding = found.finding("multiple_faces")
     assert finding is not None
-    assert finding.text == "1 face is shared by three or more cells (one by cells 0, 1, 2)."
+    assert finding.text == "1 face is shared by three or more cells (cells 0, 1, 2)."
 
 
 @pytest.mark.parametrize("diagonal", [0, 1])
@@ -158,6 +166,16 @@ def test_the_tolerance_is_relative(scale: float) -> None:
     assert representatives(points).tolist() == [0, 1, 1, 3]
 
 
+def test_a_point_gone_astray_does_not_make_the_others_coincide() -> None:
+    mesh = grid("hexahedron", 5)
+    points = np.concatenate([mesh.points, [(1e30, -1e30, 1e30), (np.nan, 0, 0)]])
+    assert names(mesh.replace(points=points)) == ["unused_points"]
+
+
+def test_many_points_at_one_place_take_no_longer() -> None:
+    assert set(representatives(np.ones((19_000, 3))).tolist()) == {0}
+
+
 def test_a_tolerance_out_of_range_is_an_error() -> None:
     with pytest.raises(ValueError, match="tolerance is 2"):
         representatives(np.zeros((2, 3)), tolerance=2.0)
@@ -176,7 +194,7 @@ def test_points_that_coincide_are_those_that_comparing_all_finds(
         return  # on the limit, where rounding decides
     expected = list(range(len(points)))
     for i in range(len(points)):
-        expected[i] = min([i, *(expected[j] for j in range(i) if distance[i, j] <= 1.0)])
+        expected[i] = min([i, *(j for j in range(i) if expected[j] == j and distance[i, j] <= 1.0)])
     for few in (10_000, -1):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(plain, "FEW", few)

@@ -42,7 +42,7 @@ def doctor(
             metavar="X",
             min=1e-13,
             max=1.0,
-            help="Points within X times the bounding box's diagonal coincide.",
+            help="Points within X times the size of the mesh coincide.",
         ),
     ] = 1e-9,
     format: Annotated[

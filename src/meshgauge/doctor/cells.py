@@ -7,27 +7,34 @@ from numpy.typing import NDArray
 
 from ..mesh import Mesh
 
-Groups = list[NDArray[np.int64]]
+Ids = NDArray[np.int64]
 
 
-def duplicates(mesh: Mesh, hashes: NDArray[np.int64]) -> Groups:
-    """Cells of one type with the same points, whatever their order: ids of each such group, ascending.
+def duplicates(mesh: Mesh, hashes: Ids) -> Ids:
+    """Ids, ascending, of the cells that are of one type with an earlier one and have the same points, in any order.
 
     ``hashes`` are those of `kernels.scan.cells`; each suspicion is verified.
     """
     ordered = np.sort(hashes)
     twice = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
     del ordered
-    if len(twice) == 0:
-        return []
-    suspects = np.flatnonzero(np.isin(hashes, twice))
-    suspects = suspects[np.argsort(hashes[suspects], kind="stable")]
-    bounds = np.flatnonzero(np.diff(hashes[suspects])) + 1
-    groups: Groups = []
-    for group in np.split(suspects, bounds):
-        by_points: dict[tuple[int, bytes], list[int]] = {}
-        for cell in group.tolist():
-            key = (int(mesh.types[cell]), np.sort(mesh.nodes(cell)).tobytes())
-            by_points.setdefault(key, []).append(cell)
-        groups.extend(np.array(ids) for ids in by_points.values() if len(ids) > 1)
-    return sorted(groups, key=lambda ids: int(ids[0]))
+    found = [np.empty(0, np.int64)]
+    suspects = np.flatnonzero(np.isin(hashes, twice)) if len(twice) else found[0]
+    firsts = np.asarray(mesh.offsets[suspects], np.int64)
+    kinds = mesh.types[suspects].astype(np.int64) << 32 | (mesh.offsets[suspects + 1] - firsts)
+    for kind in np.unique(kinds):
+        here = kinds == kind
+        cells = suspects[here]
+        nodes = np.sort(mesh.connectivity[firsts[here][:, None] + np.arange(kind & 0xFFFFFFFF)], axis=1)
+        order = np.argsort(hashes[cells], kind="stable")
+        same_hash, same = _same(hashes[cells[order]]), _same(nodes[order])
+        if (same_hash & ~same).any():  # different cells of one hash, by chance
+            order = np.lexsort((cells, *nodes.T))
+            same = _same(nodes[order])
+        found.append(cells[order[1:]][same])
+    return np.sort(np.concatenate(found))
+
+
+def _same(rows: Ids) -> NDArray[np.bool_]:
+    """Whether each row but the first is as the one before it."""
+    return np.asarray((rows[1:] == rows[:-1]).reshape(len(rows) - 1, -1).all(axis=1))

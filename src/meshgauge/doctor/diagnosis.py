@@ -67,7 +67,7 @@ class Diagnosis:
     n_interior_faces, n_boundary_faces
         Faces that two cells have, and one; None if skipped.
     tolerance
-        Relative to the diagonal of the bounding box, within which points were taken to coincide.
+        Relative to the size of the mesh, within which points were taken to coincide, see `points.size`.
     skipped
         Why something was not looked for, a sentence each.
     """
@@ -126,7 +126,7 @@ def diagnosis(
     limit
         Do nothing, and say so, if the mesh has more cells; None: no limit. See `LIMIT`.
     tolerance
-        Distance within which points coincide, relative to the diagonal of the bounding box.
+        Distance within which points coincide, relative to the size of the mesh, see `points.size`.
 
     Notes
     -----
@@ -148,15 +148,15 @@ def diagnosis(
     representative = points.representatives(mesh.points, tolerance=tolerance)
     doubles = points.duplicates(representative, is_used)
     matched = topology(mesh)
-    oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None)
+    twice = cells.duplicates(mesh, hashes)
+    oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None, ignored=twice)
     sizes = _part_sizes(mesh, width)
-    multiple = faces.of_three_cells(matched, EXAMPLES) if matched.n_multiple else []
     split = faces.split_quadrilaterals(matched)
     found = [
         *_orientation(oriented),
         _repeated(np.flatnonzero(repeated)),
-        _duplicate_cells(cells.duplicates(mesh, hashes)),
-        _multiple_faces(matched.n_multiple, multiple),
+        _duplicate_cells(twice),
+        _multiple_faces(matched.n_multiple, faces.of_three_cells(matched)),
         _split_faces(matched, split),
         _hinges(matched, len(sizes), conforms=not (matched.n_multiple or len(split))),
         _parts(sizes),
@@ -204,18 +204,17 @@ def _repeated(ids: NDArray[np.int64]) -> Finding | None:
     return _finding("repeated_points", "defect", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('cell', ids)}).")
 
 
-def _duplicate_cells(groups: cells.Groups) -> Finding | None:
-    extra = np.sort(np.concatenate([ids[1:] for ids in groups])) if groups else np.empty(0, np.int64)
-    n = len(extra)
-    text = f"{_count(n, 'cell')} {_verb(n, 'is', 'are')} there already, with the same points ({_ids('cell', extra)})."
-    return _finding("duplicate_cells", "defect", n, extra[:EXAMPLES].tolist(), text)
+def _duplicate_cells(ids: NDArray[np.int64]) -> Finding | None:
+    n = len(ids)
+    text = f"{_count(n, 'cell')} {_verb(n, 'is', 'are')} there already, with the same points ({_ids('cell', ids)})."
+    return _finding("duplicate_cells", "defect", n, ids[:EXAMPLES].tolist(), text)
 
 
-def _multiple_faces(n: int, examples: list[list[int]]) -> Finding | None:
-    first = list(dict.fromkeys(cell for at_face in examples for cell in at_face))
+def _multiple_faces(n: int, cells_of_one: list[int]) -> Finding | None:
     text = f"{_count(n, 'face')} {_verb(n, 'is', 'are')} shared by three or more cells"
-    where = f" (one by cells {', '.join(map(str, examples[0]))})" if examples else ""
-    return _finding("multiple_faces", "defect", n, first[:EXAMPLES], f"{text}{where}.")
+    where = f"cells {', '.join(map(str, cells_of_one[:EXAMPLES]))}{', ...' if len(cells_of_one) > EXAMPLES else ''}"
+    text = f"{text} ({'' if n == 1 else 'one by '}{where})."
+    return _finding("multiple_faces", "defect", n, cells_of_one[:EXAMPLES], text)
 
 
 def _split_faces(matched: Topology, split: NDArray[np.int64]) -> Finding | None:
@@ -262,7 +261,7 @@ def _duplicate_points(
     n = len(ids)
     exactly = int((mesh.points[ids] == mesh.points[representative[ids]]).all(axis=1).sum())
     how = "exactly" if exactly == n else f"{exactly:,} exactly, the others"
-    within = "" if exactly == n else f" within {tolerance:g} of the bounding box's diagonal"
+    within = "" if exactly == n else f" within {tolerance:g} of the mesh's size"
     text = f"{_count(n, 'point')} {_verb(n, 'coincides', 'coincide')} with an earlier one, {how}{within}"
     return _finding("duplicate_points", "notice", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('point', ids)}).")
 

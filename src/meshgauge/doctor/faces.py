@@ -13,16 +13,20 @@ Ids = NDArray[np.int64]
 _FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 
 
-def of_three_cells(faces: Topology, n: int) -> list[list[int]]:
-    """The cells at each of the first ``n`` faces that three or more cells have."""
-    found: dict[tuple[int, ...], list[int]] = {}
-    for slot in np.flatnonzero(faces.mates == MULTIPLE).tolist():
-        key = tuple(sorted(set(faces.face(slot))))
-        if key in found or len(found) < n:
-            found.setdefault(key, []).append(int(faces.cells[slot]))
-        elif all(len(cells) > 2 for cells in found.values()):
-            break
-    return list(found.values())
+def of_three_cells(faces: Topology) -> list[int]:
+    """The cells at the first face that three or more cells have; none if there is no such face."""
+    if not faces.n_multiple:
+        return []
+    mesh = faces.mesh
+    points = set(faces.face(int(np.argmax(faces.mates == MULTIPLE))))
+    around = [np.searchsorted(mesh.offsets, np.flatnonzero(mesh.connectivity == p), side="right") - 1 for p in points]
+    cells = np.unique(np.concatenate(around))
+    found = []
+    for cell in cells.tolist():
+        slots = range(int(faces.starts[cell]), int(faces.starts[cell + 1]))
+        if any(faces.mates[slot] == MULTIPLE and set(faces.face(slot)) == points for slot in slots):
+            found.append(cell)
+    return found
 
 
 def split_quadrilaterals(faces: Topology) -> Ids:

@@ -133,7 +133,13 @@ class Orientation:
         return f"<Orientation of {len(self.numbering)} cells: {said or 'no cells'}>"
 
 
-def orientation(quality: Quality, *, faces: Topology | None = None, points: IndexArray | None = None) -> Orientation:
+def orientation(
+    quality: Quality,
+    *,
+    faces: Topology | None = None,
+    points: IndexArray | None = None,
+    ignored: IndexArray | None = None,
+) -> Orientation:
     """Tell cells that are numbered in reverse from cells that are inverted.
 
     Parameters
@@ -145,6 +151,8 @@ def orientation(quality: Quality, *, faces: Topology | None = None, points: Inde
     points
         ``(n_points,)`` the point that stands for each where some coincide (`doctor.points.representatives`): boundary
         faces are then matched across points that coincide, as between the pieces of a parallel output. None: not.
+    ignored
+        Ids of cells that tell nothing about their neighbours, such as duplicates.
 
     Notes
     -----
@@ -154,8 +162,10 @@ def orientation(quality: Quality, *, faces: Topology | None = None, points: Inde
     is_inverted = quality.values < 0.0
     faces = faces if faces is not None else topology(mesh)
     if not is_inverted.any() and not (faces.relations[faces.mates >= 0] == SAME).any():
-        return Orientation(read_only(np.zeros(mesh.n_cells, np.uint8)), False, (), 0)
-    mates, relations = _links(faces, quality, points)
+        return _all_right(mesh)
+    mates, relations = _links(faces, quality, points, ignored)
+    if not is_inverted.any() and not (relations[mates >= 0] == SAME).any():
+        return _all_right(mesh)
     geometry = _handedness(quality, np.flatnonzero(is_inverted))
     parent = np.arange(mesh.n_cells, dtype=faces.cells.dtype)
     sign = np.ones(mesh.n_cells, np.int8)
@@ -176,7 +186,13 @@ def orientation(quality: Quality, *, faces: Topology | None = None, points: Inde
     return Orientation(read_only(numbering), is_left_handed, blocks, n_contradictions)
 
 
-def _links(faces: Topology, quality: Quality, points: IndexArray | None) -> tuple[IndexArray, NDArray[np.int8]]:
+def _all_right(mesh: Mesh) -> Orientation:
+    return Orientation(read_only(np.zeros(mesh.n_cells, np.uint8)), False, (), 0)
+
+
+def _links(
+    faces: Topology, quality: Quality, points: IndexArray | None, ignored: IndexArray | None
+) -> tuple[IndexArray, NDArray[np.int8]]:
     """Mates and relations that tell about numbering: without polyhedra, across points that coincide."""
     mates, relations = faces.mates, faces.relations.copy()
     if points is not None and not np.array_equal(points, np.arange(len(points))):
@@ -187,7 +203,10 @@ def _links(faces: Topology, quality: Quality, points: IndexArray | None) -> tupl
         mates[slots] = welded.mates[slots]
         relations[slots] = welded.relations[slots]
     has_shape = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is not None for t in range(256)])
-    known = has_shape[quality.mesh.types][faces.cells]
+    tells = has_shape[quality.mesh.types]
+    if ignored is not None:
+        tells[ignored] = False
+    known = tells[faces.cells]
     relations[~known] = 0
     paired = np.flatnonzero(mates >= 0)
     relations[paired[~known[mates[paired]]]] = 0

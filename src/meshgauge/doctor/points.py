@@ -9,10 +9,13 @@ from ..kernels import plain
 from ..polyhedra import IndexArray
 
 TOLERANCE = 1e-9
-"""Distance within which points coincide, relative to the diagonal of the bounding box."""
+"""Distance within which points coincide, relative to the `size` of the mesh."""
 
-_LEAST = 2.0**-46
-"""Least relative tolerance: below, boxes could not be numbered, and coordinates of this size are not that fine."""
+_LEAST = 1e-13
+"""Least relative tolerance: coordinates of the mesh's size are not finer."""
+
+_SAMPLE = 20_000
+"""Points that are looked at for the size of a mesh."""
 
 
 def extent(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
@@ -27,27 +30,48 @@ def extent(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
     return low, diagonal if 0 < diagonal < np.inf else 1.0
 
 
+def size(points: NDArray[np.floating]) -> float:
+    """The diagonal of the box that holds the middle 98 % of the points along each axis.
+
+    So a few points gone astray do not make all others coincide. From a sample of evenly spaced points; the diagonal of
+    the bounding box where this is 0.
+    """
+    return _box(points)[1]
+
+
+def _box(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
+    """A corner of the box of `size`, and its diagonal."""
+    sample = points[:: max(len(points) // _SAMPLE, 1)]
+    sample = sample[np.isfinite(sample).all(axis=1)].astype(np.float64)
+    if len(sample) >= 100:
+        low, high = np.quantile(sample, (0.01, 0.99), axis=0, method="nearest")
+        diagonal = float(np.linalg.norm(high - low))
+        if 0 < diagonal < np.inf:
+            return low, diagonal
+    return extent(points)
+
+
 def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANCE) -> IndexArray:
-    """``(n_points,)``: the first point that coincides with each, chains followed; itself, where none does.
+    """``(n_points,)`` for each point the first that coincides with it, of those that coincide with no earlier one.
 
     Parameters
     ----------
     points
         ``(n_points, 3)``; one with a NaN or infinite coordinate coincides with none.
     tolerance
-        Largest distance of points that coincide, relative to the diagonal of the bounding box, from 1.4e-14 to 1.
+        Largest distance of points that coincide, relative to the `size` of the mesh, from 1e-13 to 1.
 
     Notes
     -----
     Linear in the number of points, as long as no box of 64 tolerances a side holds very many.
     """
     if not _LEAST <= tolerance <= 1.0:
-        raise ValueError(f"tolerance is {tolerance:g}, expected {_LEAST:.2g} to 1")
-    origin, diagonal = extent(points)
-    if not 1e-290 < diagonal < 1e290:
-        points = (points - origin) / diagonal
-        origin, diagonal = np.zeros(3), 1.0
+        raise ValueError(f"tolerance is {tolerance:g}, expected {_LEAST:g} to 1")
     width: type[np.signedinteger] = np.int32 if len(points) < 2**31 - 1 else np.int64
+    factor = extent(points)[1]
+    if not 1e-140 < factor < 1e140:
+        points = points / factor
+    origin, diagonal = _box(points)
     out: IndexArray = np.empty(len(points), width)
     if len(points) <= plain.FEW:
         plain.coincident(points, origin, tolerance * diagonal, out)

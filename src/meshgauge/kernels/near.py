@@ -9,12 +9,15 @@ import numpy as np
 from .._jit import inlined, kernel
 from .plain import BOX
 
+_FAR = 9e15
+"""Boxes farther than this are one."""
+
 
 @inlined
 def _hash(i: Any, j: Any, k: Any, bits: Any) -> Any:
     """The place of a box in a table of ``2**bits``."""
-    h = (i * 73856093) ^ (j * 19349663) ^ (k * 83492791)
-    h &= 0x7FFFFFFF
+    h = ((i & 0x7FFFFFFF) * 73856093) ^ ((j & 0x7FFFFFFF) * 19349663) ^ ((k & 0x7FFFFFFF) * 83492791)
+    h = (h ^ (h >> 31)) & 0x7FFFFFFF
     h ^= h >> 15
     h = (h * 2146121005) & 0x7FFFFFFFFFFF
     return (h >> 9) & ((1 << bits) - 1)
@@ -24,16 +27,16 @@ def _hash(i: Any, j: Any, k: Any, bits: Any) -> Any:
 def coincident(
     points: Any, origin: Any, tolerance: float, bits: int, head: Any, after: Any, representative: Any
 ) -> None:
-    """For each point the first point of the mesh within the tolerance, chains followed.
+    """For each point the first within the tolerance of those that coincide with no earlier one.
 
     Parameters
     ----------
     points
         ``(n_points, 3)``.
     origin
-        ``(3,)`` a corner of the bounding box.
+        ``(3,)`` from which boxes are counted.
     tolerance
-        Largest distance, above 0, of points that coincide; coordinates are below 2^50 of them.
+        Largest distance, above 0, of points that coincide.
     bits
         ``head`` has ``2**bits`` entries, all -1.
     after
@@ -57,6 +60,7 @@ def coincident(
         for axis in range(3):
             # A third of a box off, so that the planes of a regular grid are not on the sides of boxes.
             place = (points[point, axis] - origin[axis]) * scale + 0.3372
+            place = min(max(place, -_FAR), _FAR)
             box[axis] = np.int64(np.floor(place))
             inside = place - box[axis]
             number[axis] = 1
@@ -77,10 +81,12 @@ def coincident(
                         for axis in range(3):
                             d = (np.float64(points[other, axis]) - np.float64(points[point, axis])) / tolerance
                             distance += d * d
-                        if distance <= 1.0 and representative[other] < best:
-                            best = representative[other]
+                        if distance <= 1.0 and other < best:
+                            best = other
                         other = after[other]
         representative[point] = best
+        if best < point:
+            continue
         at = _hash(box[0], box[1], box[2], bits)
         after[point] = head[at]
         head[at] = point

@@ -179,13 +179,16 @@ def _lowest(n: int, a: Any, b: Any) -> Ids:
 
 def coincident(points: Any, origin: Any, tolerance: float, representative: Any) -> None:
     """As `near.coincident`, without its table."""
-    representative[:] = np.arange(len(points))
     finite = np.flatnonzero(np.isfinite(points).all(axis=1))
-    places = (points[finite].astype(np.float64) - origin) / tolerance
-    pairs = [np.empty((0, 2), np.int64), *_near(places, finite)]
-    every = np.unique(np.concatenate(pairs), axis=0)
+    distinct, first, place = np.unique(points[finite], axis=0, return_index=True, return_inverse=True)
+    first, place = finite[first], np.asarray(place).reshape(-1)
+    representative[:] = np.arange(len(points))
+    places = (distinct.astype(np.float64) - origin) / tolerance
+    every = np.unique(np.concatenate([np.empty((0, 2), np.int64), *_near(places, first)]), axis=0)
     for low, high in every[np.lexsort((every[:, 0], every[:, 1]))].tolist():
-        representative[high] = min(representative[high], representative[low])
+        if representative[low] == low and representative[high] == high:
+            representative[high] = low
+    representative[finite] = representative[first[place]]
 
 
 def _near(places: NDArray[np.float64], ids: Ids) -> Iterator[Ids]:
