@@ -30,7 +30,7 @@ Values = NDArray[np.float64]
 CHUNK = 1 << 12
 """Cells handed to a thread at a time; the arrays of a chunk stay in the processor's cache."""
 
-BROKEN = 6
+BROKEN = 9
 """Status of a cell whose faces make no solid: it has no value. `Fault` says why."""
 
 

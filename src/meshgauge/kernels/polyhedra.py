@@ -60,7 +60,7 @@ class Solids:
 
 
 def links(points: Points, faces: Faces) -> Links:
-    """Links of each cell."""
+    """Links of each cell. Flips of faces that a cell has in mixed orientation are changed."""
     n_cells, n = len(faces.counts), len(faces.points)
     faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
     node_ids, valences, is_hanging = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.uint8)
@@ -205,8 +205,8 @@ def _unwind(points: Points, of: Links, out: Values) -> None:
 def shapes(points: Points, faces: Faces, faults: Ids) -> Ids:
     """Bits of `polyhedra_shape` for each cell."""
     out = np.empty(len(faces.counts), np.int64)
-    reversals = ((faults & (polyhedra_links.BROKEN | polyhedra_links.REORIENTED)) != 0).astype(np.uint8)
-    polyhedra_shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, reversals, out)
+    is_broken = ((faults & polyhedra_links.BROKEN) != 0).astype(np.uint8)
+    polyhedra_shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, is_broken, out)
     return out
 
 

@@ -85,19 +85,23 @@ def _reverse(start: Any, size: Any, tail: Any) -> None:
 
 
 @inlined
-def _volume_sign(points: Any, ids: Any, n_faces: Any, start: Any, size: Any, tail: Any) -> Any:
-    """Six times the signed volume, by tetrahedra over the first node."""
+def _is_inside_out(points: Any, ids: Any, n_nodes: Any, n_faces: Any, start: Any, size: Any, tail: Any) -> Any:
+    """True if the volume is negative: tetrahedra over the first node, in units of the cell's size."""
+    scale = 0.0
+    ox, oy, oz = np.float64(points[ids[0], 0]), np.float64(points[ids[0], 1]), np.float64(points[ids[0], 2])
+    for v in range(n_nodes):
+        x, y, z = points[ids[v], 0] - ox, points[ids[v], 1] - oy, points[ids[v], 2] - oz
+        scale = max(max(scale, abs(x)), max(abs(y), abs(z)))
     total = 0.0
-    ox, oy, oz = points[ids[0], 0], points[ids[0], 1], points[ids[0], 2]
     for f in range(n_faces):
         p = ids[tail[start[f]]]
-        ax, ay, az = points[p, 0] - ox, points[p, 1] - oy, points[p, 2] - oz
+        ax, ay, az = (points[p, 0] - ox) / scale, (points[p, 1] - oy) / scale, (points[p, 2] - oz) / scale
         for i in range(1, size[f] - 1):
             q, r = ids[tail[start[f] + i]], ids[tail[start[f] + i + 1]]
-            bx, by, bz = points[q, 0] - ox, points[q, 1] - oy, points[q, 2] - oz
-            cx, cy, cz = points[r, 0] - ox, points[r, 1] - oy, points[r, 2] - oz
+            bx, by, bz = (points[q, 0] - ox) / scale, (points[q, 1] - oy) / scale, (points[q, 2] - oz) / scale
+            cx, cy, cz = (points[r, 0] - ox) / scale, (points[r, 1] - oy) / scale, (points[r, 2] - oz) / scale
             total += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-    return total
+    return total < 0.0
 
 
 @inlined
@@ -148,6 +152,15 @@ def _drop_on_edges(n_nodes: Any, nxt: Any, prv: Any, twin: Any, face: Any, size:
 
 
 @inlined
+def _unit(points: Any, a: Any, b: Any) -> Any:
+    """From point a to point b, divided by its greatest component."""
+    x, y = points[b, 0] - np.float64(points[a, 0]), points[b, 1] - np.float64(points[a, 1])
+    z = points[b, 2] - np.float64(points[a, 2])
+    size = max(abs(x), max(abs(y), abs(z)))
+    return x / size, y / size, z / size
+
+
+@inlined
 def _is_middle(v: Any, points: Any, ids: Any, tail: Any, nxt: Any, twin: Any, face: Any, size: Any, dart: Any) -> Any:
     """True if a node is the middle of a quadrilateral that was split in four: four quadrilaterals around it and
     nothing else, all within 20° of one plane. No corner of a simple polyhedron has this form."""
@@ -160,8 +173,8 @@ def _is_middle(v: Any, points: Any, ids: Any, tail: Any, nxt: Any, twin: Any, fa
         c = nxt[b]
         d = nxt[c]
         pa, pb, pc, pd = ids[v], ids[tail[b]], ids[tail[c]], ids[tail[d]]
-        ux, uy, uz = points[pc, 0] - points[pa, 0], points[pc, 1] - points[pa, 1], points[pc, 2] - points[pa, 2]
-        wx, wy, wz = points[pd, 0] - points[pb, 0], points[pd, 1] - points[pb, 1], points[pd, 2] - points[pb, 2]
+        ux, uy, uz = _unit(points, pa, pc)
+        wx, wy, wz = _unit(points, pb, pd)
         x, y, z = uy * wz - uz * wy, uz * wx - ux * wz, ux * wy - uy * wx
         length = sqrt(x * x + y * y + z * z)
         normals[i, 0], normals[i, 1], normals[i, 2] = x / length, y / length, z / length
@@ -275,7 +288,8 @@ def links(
         ``(n_points, 3)`` float: asked only which way a cell with faces of mixed orientation faces, and whether parts
         of a face that seems split are near one plane.
     face_points, face_sizes, face_flips, face_counts
-        int64 point ids of all faces; points of each face; 1 for a face seen from inside; faces of each cell.
+        int64 point ids of all faces; points of each face; 1 for a face seen from inside; faces of each cell. Where
+        faces of a cell are not of one orientation, flips are changed to what makes all of them outward.
     faults, node_counts
         Receive a value a cell. A cell with a fault of `BROKEN` has its nodes, with valence 0.
     node_ids, valences, is_hanging
@@ -337,7 +351,6 @@ def links(
             if m:
                 nxt[h + m - 1], prv[h] = h, h + m - 1
             h += m
-        at_face += n_faces
         at_point += n
         if n == 0:
             fault |= NO_FACES
@@ -349,9 +362,12 @@ def links(
                 for f in range(n_faces):
                     if flip[f]:
                         _reverse(start[f], size[f], tail)
-                if _volume_sign(points, ids, n_faces, start, size, tail) < 0.0:
+                if _is_inside_out(points, ids, n_nodes, n_faces, start, size, tail):
                     for f in range(n_faces):
                         _reverse(start[f], size[f], tail)
+                        flip[f] = 1 - flip[f]
+                for f in range(n_faces):
+                    face_flips[at_face + f] ^= flip[f]
                 _pair(n, n_nodes, tail, nxt, keys, values, twin)
         if fault & BROKEN == 0:
             valence[:n_nodes] = 0
@@ -365,6 +381,7 @@ def links(
                     around += 1
                 if around != valence[v]:
                     fault |= PINCHED
+        at_face += n_faces
         faults[c], node_counts[c] = fault, n_nodes
         if fault & BROKEN:
             for v in range(n_nodes):

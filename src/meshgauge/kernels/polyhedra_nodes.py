@@ -33,7 +33,7 @@ def scaled_jacobian(points: Any, node_ids: Any, valences: Any, link_points: Any,
     for v in range(len(node_ids)):
         d = valences[v]
         o = node_ids[v]
-        ox, oy, oz = points[o, 0], points[o, 1], points[o, 2]
+        ox, oy, oz = np.float64(points[o, 0]), np.float64(points[o, 1]), np.float64(points[o, 2])
         for i in range(d):
             p = link_points[at + i]
             dx, dy, dz = points[p, 0] - ox, points[p, 1] - oy, points[p, 2] - oz
@@ -82,7 +82,7 @@ def winding(points: Any, node_ids: Any, starts: Any, valences: Any, out: Any, li
         for i in range(d):
             size = 0.0
             for axis in range(3):
-                x[i, axis] = points[link_points[s + i], axis] - points[o, axis]
+                x[i, axis] = points[link_points[s + i], axis] - np.float64(points[o, axis])
                 size = max(size, abs(x[i, axis]))
             for axis in range(3):
                 x[i, axis] /= size

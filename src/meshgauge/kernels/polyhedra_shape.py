@@ -17,6 +17,9 @@ WARP = 0.8
 MARGIN = 1e-10
 """Of the size of the cell: the point that sees every face must be so far inside each of them."""
 
+TINY = 1e-14
+"""Of the square of the size of the cell: a triangle below has no direction that can be trusted."""
+
 PIVOTS = 1000
 
 
@@ -93,13 +96,13 @@ def _depth(rows: Any, n: Any) -> Any:
 
 @kernel
 def shapes(
-    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, reversals: Any, out: Any
+    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, is_broken: Any, out: Any
 ) -> None:
     """Bits `STAR_SHAPED`, `WARPED`, `ZERO_EDGE` for each cell.
 
     Each face is cut into triangles from the mean of its points to its edges, as finite-volume codes do; a cell is
-    star-shaped if some point is inside of all of them by `MARGIN`. ``reversals`` is 1 for a cell whose faces are not
-    all ordered outward: that is not star-shaped here. Other arrays as for `polyhedra_links.links`.
+    star-shaped if some point is inside of all of them by `MARGIN`. A cell with 1 in ``is_broken`` is not. Other arrays
+    as for `polyhedra_links.links`.
     """
     most, at_face = 1, 0
     for c in range(len(face_counts)):
@@ -121,13 +124,15 @@ def shapes(
         low[:], high[:] = np.inf, -np.inf
         for i in range(n):
             for axis in range(3):
-                value = points[face_points[at_point + i], axis]
+                value = np.float64(points[face_points[at_point + i], axis])
                 low[axis], high[axis] = min(low[axis], value), max(high[axis], value)
         scale = 0.0
         for axis in range(3):
             centre[axis] = 0.5 * low[axis] + 0.5 * high[axis]
             scale = max(scale, high[axis] - low[axis])
         usable = n > 0 and scale > 0.0 and scale < np.inf
+        if n > 0 and scale == 0.0:
+            bits |= ZERO_EDGE
         n_rows = 6
         for axis in range(3):
             for side in range(2):
@@ -160,15 +165,15 @@ def shapes(
                 bound = 0.0
                 for axis in range(3):
                     area[axis] += normal[axis]
-                    rows[n_rows, axis] = sign * normal[axis] / length if length > 0.0 else 0.0
+                    rows[n_rows, axis] = sign * normal[axis] / length if length > TINY else 0.0
                     bound += rows[n_rows, axis] * face_centre[axis]
                 rows[n_rows, 3] = bound
-                is_seen = is_seen and bound > MARGIN
-                n_rows += length > 0.0
+                is_seen = is_seen and (bound > MARGIN or not length > TINY)
+                n_rows += length > TINY
             if m > 3 and sqrt(area[0] ** 2 + area[1] ** 2 + area[2] ** 2) < WARP * whole:
                 bits |= WARPED
             position += m
-        if usable and not reversals[c] and n_rows > 6 and (is_seen or _depth(rows, n_rows) > MARGIN):
+        if usable and not is_broken[c] and n_rows > 6 and (is_seen or _depth(rows, n_rows) > MARGIN):
             bits |= STAR_SHAPED
         out[c] = bits
         at_face += n_faces
