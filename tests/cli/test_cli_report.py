@@ -202,3 +202,27 @@ def test_real_meshes(shared: Path, capsys: Captured) -> None:
     assert file["all"]["n_invalid"] == 0
     assert file["cell_types"]["tetra"]["min"] == pytest.approx(0.094943, rel=1e-4)  # as VTK says
     assert any("wedge" in note for note in file["notes"])
+
+
+def test_a_table_by_region(capsys: Captured, tmp_path: Path) -> None:
+    import meshgauge
+    from meshgauge.cells import SHAPES
+
+    tetra = np.array(SHAPES["tetra"].points, float)
+    flatter = tetra * (1, 1, 0.1) + np.array((9, 0, 0))
+    mesh = meshgauge.Mesh.from_arrays(
+        np.vstack([tetra, flatter]), [("tetra", [(0, 1, 2, 3), (4, 5, 6, 7)])], cell_data={"material": [7, 8]}
+    )
+    path = tmp_path / "two.vtu"
+    meshgauge.write(path, mesh)
+    assert main(["report", str(path), "--by", "region", "--json"]) == 0
+    file = json.loads(capsys.readouterr().out)["files"][0]
+    assert list(file["regions"]) == ["material 7", "material 8"]
+    assert file["regions"]["material 7"]["min"] == pytest.approx(1)
+    assert file["regions"]["material 8"]["n_poor"] == 1
+    assert file["worst_regions"] == ["material 8", "material 7"]
+    assert main(["report", str(path), "--by", "region"]) == 0
+    text = capsys.readouterr().out
+    assert "material 8" in text.split("worst 2 cells")[1]
+    assert main(["report", str(path), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["files"][0]["regions"] == {}

@@ -19,7 +19,7 @@ from ..summary import Summary, summarise
 from .terminal import activity, warn
 
 if TYPE_CHECKING:
-    from .._quality import Quality
+    from .._quality import Quality, WorstCell
     from ..doctor import Diagnosis
 
 JENS = "jens"
@@ -37,6 +37,7 @@ class Job:
     output: Path | None
     shows_progress: bool
     diagnoses: bool
+    by_region: bool
     loading: threading.Thread | None  #: brings in what measures while the first file is read
 
     def run(self, path: str, table: CsvWriter | None) -> FileReport | FailedFile:
@@ -60,6 +61,7 @@ class Job:
                 worst = quality.worst(self.worst) if self.worst else []
                 found = quality.findings()
                 diagnosed = self._diagnosis(quality)
+                by_region, worst_regions = self._regions(quality, worst)
         except (MeshgaugeError, OSError, MemoryError) as error:
             return FailedFile(path, _reason(path, error))
         except Exception as error:
@@ -82,7 +84,28 @@ class Job:
             notes=tuple(mesh.notes),
             findings=tuple(found),
             diagnosis=diagnosed,
+            regions=by_region,
+            worst_regions=worst_regions,
         )
+
+    def _regions(
+        self, quality: Quality, worst: Iterable[WorstCell]
+    ) -> tuple[tuple[tuple[str, Summary], ...], tuple[str, ...]]:
+        """Summary of each region, and the region of each of the worst cells."""
+        if not self.by_region:
+            return (), ()
+        import numpy as np
+
+        from ..regions import regions
+
+        ids, names = regions(quality.mesh)
+        order = np.argsort(ids, kind="stable")
+        bounds = np.searchsorted(ids[order], np.arange(len(names) + 1))
+        types, found = quality.mesh.types, []
+        for n, name in enumerate(names):
+            cells = order[bounds[n] : bounds[n + 1]]
+            found.append((name, summarise(quality.values[cells], quality.status[cells], types[cells], JENS)))
+        return tuple(found), tuple(names[ids[cell.cell]] for cell in worst)
 
     def _diagnosis(self, quality: Quality) -> Diagnosis | None:
         if not self.diagnoses:

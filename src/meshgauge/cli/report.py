@@ -34,6 +34,8 @@ EPILOG = """[bold]Examples[/bold]
 
   meshgauge report wing.vtu --csv out.csv   [dim]every cell[/dim]
 
+  meshgauge report wing.vtu --by region     [dim]material by material[/dim]
+
   meshgauge report wing.vtu --compare-metric shape"""
 
 READING, MEASURING, WRITING = "How to read", "What to measure", "Where to"
@@ -45,6 +47,12 @@ class WedgeOrder(StrEnum):
     auto = "auto"
     gmsh = "gmsh"
     vtk_legacy = "vtk-legacy"
+
+
+class Part(StrEnum):
+    """What a mesh can be reported by, beside the type of its cells."""
+
+    region = "region"
 
 
 def register(app: typer.Typer) -> None:
@@ -114,6 +122,14 @@ def report(
             rich_help_panel=MEASURING,
         ),
     ] = None,
+    by: Annotated[
+        Part | None,
+        typer.Option(
+            "--by",
+            help="A table by this as well: materials, zones, physical groups, blocks; the worst cells name theirs.",
+            rich_help_panel=MEASURING,
+        ),
+    ] = None,
     diagnosis: Annotated[
         bool,
         typer.Option(
@@ -165,7 +181,9 @@ def report(
 
     names = job.metric_names(metric or (), compare_metric or ())
     count = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
-    work = job.Job(names, count, threads, wedge_order.value, format, output, not quiet, diagnosis, loading)
+    work = job.Job(
+        names, count, threads, wedge_order.value, format, output, not quiet, diagnosis, by is not None, loading
+    )
     chosen: printer.Printer = (
         printer.JsonPrinter(bins)
         if json

@@ -59,6 +59,7 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
             }
             for cell in report.worst
         ],
+        **_regions(report, bins),
         "findings": [
             {
                 "status": found.status,
@@ -72,6 +73,13 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
         "diagnosis": report.diagnosis.to_dict() if report.diagnosis is not None else None,
         "other_metrics": [summary.to_dict(bins) for summary in report.others],
         "notes": list(report.notes),
+    }
+
+
+def _regions(report: FileReport, bins: int) -> dict[str, Any]:
+    return {
+        "regions": {name: summary.all.to_dict(bins) for name, summary in report.regions},
+        "worst_regions": list(report.worst_regions),
     }
 
 

@@ -26,6 +26,8 @@ class FileReport:
     notes: tuple[str, ...] = ()  #: what was noticed while reading, a sentence each
     findings: tuple[StatusCells, ...] = ()  #: cells that are not ok, by status
     diagnosis: Diagnosis | None = None  #: what else is wrong with the mesh; None if it was not looked for
+    regions: tuple[tuple[str, Summary], ...] = ()  #: name and J_ENS of each region; none unless asked for
+    worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
 
 
 @dataclass(frozen=True)

@@ -59,6 +59,8 @@ class FileText:
         yield verdict_line(summary, ascii_only=options.ascii_only)
         if measured:
             yield type_tables(summary, console, options)
+            if report.regions:
+                yield region_tables(report, console, options)
             if self.with_bars:
                 yield from bars(summary.all, self.bins, options)
         if report.findings:
@@ -88,17 +90,31 @@ def verdict_line(summary: Summary, *, ascii_only: bool) -> Table:
     return _hanging(marks[level], [text], style.LEVELS[level])
 
 
+def region_tables(report: FileReport, console: Console, options: ConsoleOptions) -> RenderableType:
+    """The same columns by region, in the order of the file."""
+    rows = {name: summary.all for name, summary in report.regions if summary.all.n_measured}
+    return _tables(rows, "region", console, options)
+
+
 def type_tables(summary: Summary, console: Console, options: ConsoleOptions) -> RenderableType:
-    """Counts, values and small histograms by type: one table where it fits, else two, without histograms if need be."""
+    """Counts, values and small histograms by type."""
+    rows = {name: tally for name, tally in summary.types.items() if tally.n_measured}
+    if len(rows) > 1:
+        rows["all"] = summary.all
+    return _tables(rows, "cells", console, options)
+
+
+def _tables(rows: dict[str, Tally], title: str, console: Console, options: ConsoleOptions) -> RenderableType:
+    """One table where it fits, else two, without histograms if need be."""
     counts = _count_columns()
     values = _value_columns(options.ascii_only)
-    wide = _by_type(summary, "cells", [*counts, *values])
+    wide = _table(rows, title, [*counts, *values])
     if fits(wide, console, options):
         return wide
-    narrow = _by_type(summary, "quality", values)
+    narrow = _table(rows, "quality", values)
     if not fits(narrow, console, options):
-        narrow = _by_type(summary, "quality", values[:-1])
-    return Group(_by_type(summary, "cells", counts), narrow)
+        narrow = _table(rows, "quality", values[:-1])
+    return Group(_table(rows, title, counts), narrow)
 
 
 def fits(item: RenderableType, console: Console, options: ConsoleOptions) -> bool:
@@ -127,14 +143,12 @@ def _value_columns(ascii_only: bool) -> list[Column]:
     ]
 
 
-def _by_type(summary: Summary, title: str, columns: list[Column]) -> Table:
+def _table(rows: dict[str, Tally], title: str, columns: list[Column]) -> Table:
     table = new_table(title, *(name for name, _ in columns))
-    solid = {name: tally for name, tally in summary.types.items() if tally.n_measured}
-    for name, tally in solid.items():
-        table.add_row(name, *(cell(tally) for _, cell in columns))
-    if len(solid) > 1:
-        table.add_section()
-        table.add_row(Text("all", "bold"), *(cell(summary.all) for _, cell in columns))
+    for name, tally in rows.items():
+        if name == "all" and len(rows) > 1:
+            table.add_section()
+        table.add_row(Text(name, "bold" if name == "all" else ""), *(cell(tally) for _, cell in columns))
     return table
 
 
@@ -208,9 +222,10 @@ def worst_cells(report: FileReport, console: Console, options: ConsoleOptions) -
 
 def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table:
     names = ["cell", "type", "quality", "node", *(["at node"] if with_node_quality else []), "point", "x", "y", "z"]
-    table = new_table(*names)
+    with_region = bool(report.worst_regions)
+    table = new_table(*names, *(["region"] if with_region else []))
     table.columns[1].justify = "left"
-    for cell in report.worst:
+    for at, cell in enumerate(report.worst):
         table.add_row(
             str(cell.cell),
             cell.type,
@@ -219,6 +234,7 @@ def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table
             *([colored(cell.node_quality)] if with_node_quality else []),
             str(cell.point),
             *(f"{x:.{digits}g}" for x in cell.coordinates),
+            *([Text(report.worst_regions[at])] if with_region else []),
         )
     return table
 
