@@ -75,24 +75,27 @@ def timed(work: Callable[[], object]) -> float:
 
 
 def contest(name: str, least: int, rounds: int, threads: int) -> None:
-    shape = BY_NAME[name].shape
-    assert shape is not None
+    row = BY_NAME[name]
     points, cells = cells_of(name, least)
     x, ids, out = points.reshape(-1), cells.reshape(-1), np.empty(len(cells))
     n = cells.shape[1]
     read = gather(n)
     read(x, ids[:0], out[:0])
-    driver.prepare(shape, points)
+    driver.prepare(row, points, len(cells))
     pool = ThreadPoolExecutor(threads)
     starts = range(0, len(cells), CHUNK)
 
     def ours() -> None:
-        list(pool.map(lambda s: driver.cell_jens(points, cells[s : s + CHUNK], shape, out[s : s + CHUNK]), starts))
+        list(
+            pool.map(
+                lambda s: driver.cell_jens(points, cells[s : s + CHUNK], row, out[s : s + CHUNK], few=False), starts
+            )
+        )
 
     def gathered() -> None:
         list(pool.map(lambda s: read(x, ids[n * s : n * (s + CHUNK)], out[s : s + CHUNK]), starts))
 
-    quality = verdict(points, cells, BY_NAME[name].vtk_id)
+    quality = verdict(points, cells, row.vtk_id)
 
     def vtk(backend: str, count: int) -> Callable[[], None]:
         def run() -> None:
