@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io as text_io
+import os
 import signal
 import sys
 import traceback
@@ -22,6 +23,7 @@ from meshgauge.io import _registry
 HERE = Path(__file__).resolve().parent
 SECONDS = 20
 """More than any reader may take for one of these files in the process of the caller."""
+os.environ.setdefault("MESHGAUGE_READ_SECONDS", "12")  # and less than that for one in a process of its own
 
 _WRITTEN = (".vtu", ".vtk", ".vtkhdf", ".msh", ".mesh", ".meshb", ".su2", ".inp", ".avs", ".b8.ugrid", ".med", ".xdmf")
 _FOAM = 'FoamFile\n{{ version 2.0; format ascii; class {}; note "nPoints:8 nCells:1 nFaces:6"; object {}; }}\n'

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..mesh import Mesh
 from . import (
@@ -103,7 +105,8 @@ def _guarded(chosen: Format, path: Path, reader: Callable[[Path], Mesh | None] |
     if reader is None:
         return None
     try:
-        return reader(path)
+        with np.errstate(all="ignore"):  # of numbers that a broken file makes too large NumPy would warn
+            return reader(path)
     except ReadError as error:
         message = str(error)
         raise (error if str(path) in message else ReadError(f"{path}: {message}")) from error.__cause__

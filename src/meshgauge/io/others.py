@@ -7,6 +7,7 @@ up zones is no choice: the format is refused with the reason until there is a ri
 from __future__ import annotations
 
 import re
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -52,6 +53,22 @@ def _first_of(*readers: Reader) -> Reader:
         raise ReadError(f"{path}: {'; '.join(dict.fromkeys(reasons))}")
 
     return read
+
+
+def _by_meshio_to_the_end(path: Path) -> Mesh:
+    """Nastran by meshio, which waits for ever for a line BEGIN BULK or ENDDATA that is not there."""
+    data = path.read_bytes()
+    if not re.search(rb"^\s*BEGIN\s+BULK", data, re.MULTILINE | re.IGNORECASE):
+        data = b"BEGIN BULK\n" + data
+    if not re.search(rb"^ENDDATA", data, re.MULTILINE):
+        data += b"\nENDDATA\n"
+    with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
+        whole = Path(folder, path.name)
+        whole.write_bytes(data)
+        try:
+            return _by_meshio("nastran")(whole).replace(path=str(path))
+        except ReadError as error:
+            raise ReadError(str(error).replace(str(whole), str(path))) from error
 
 
 def _checked(check: Callable[[Path], None], reader: Reader) -> Reader:
@@ -116,7 +133,7 @@ OTHERS: tuple[Format, ...] = (
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
            foreign=_by_meshio("avsucd"), write=_meshio_writer("avsucd"), by_content=False),
     Format("nastran", "Nastran", (".bdf", ".fem", ".nas", ".nastran"), anything,
-           foreign=_by_meshio("nastran"), by_content=False),
+           foreign=_by_meshio_to_the_end, by_content=False),
     Format("med", "MED", (".med",), _HDF,
            foreign=_checked(_within.check_hdf_file, _by_meshio("med")),
            write=_meshio_writer("med", by_type=True), by_content=False),
