@@ -204,6 +204,8 @@ def test_points_that_coincide_are_those_that_comparing_all_finds(
 def test_of_points_that_coincide_one_stays() -> None:
     used = np.array([False, True, True, True])
     assert duplicates(np.array([0, 0, 0, 3]), used).tolist() == [2]
+    assert duplicates(np.array([0, 1, 0, 1]), used).tolist() == [3]
+    assert duplicates(np.array([0, 1, 2, 3]), used).tolist() == []
 
 
 def test_a_large_mesh_is_skipped_by_name() -> None:

@@ -87,9 +87,10 @@ def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANC
 def duplicates(representative: IndexArray, is_used: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Ids of the used points that coincide with an earlier used one, ascending."""
     moved = np.flatnonzero(representative != np.arange(len(representative), dtype=representative.dtype))
-    if len(moved) == 0:
+    moved = moved[is_used[moved]]
+    orphans = np.flatnonzero(~is_used[representative[moved]])
+    if len(orphans) == 0:
         return moved
-    members = np.union1d(moved, representative[moved])
-    members = members[is_used[members]]
-    _, first = np.unique(representative[members], return_index=True)
-    return np.delete(members, first)
+    # The point that stands for them is not used: the first of each such group takes its place.
+    _, first = np.unique(representative[moved[orphans]], return_index=True)
+    return np.delete(moved, orphans[first])
