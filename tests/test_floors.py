@@ -24,7 +24,7 @@ FLOOR = {name: floor for floor, names in enumerate(FLOORS) for name in names}
 
 MAY_IMPORT_THEIR_FLOOR = {
     # One subject in several files: a value of a cell, what it says of a mesh, and their sum.
-    "_quality": {"validity", "summary", "arrays"},
+    "_quality": {"validity", "summary", "arrays", "polyhedral_quality"},
     "validity": {"summary", "arrays"},
     "doctor": {"_quality", "validity", "summary", "arrays"},
     "topology": {"mesh", "cast", "polyhedra"},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from . import arrays, connectivity, validity
 from ._threads import run
 from .cast import read_only
-from .cells import CellType, Shape, cell_type, type_name
+from .cells import POLYHEDRON, CellType, Shape, cell_type, type_name
 from .errors import MetricError
 from .kernels import driver, folds
 from .mesh import CellIds, Mesh
 from .metrics import METRICS, Metric, metric
 from .metrics import tetra as tetra_metrics
 from .metrics.verdict import verdict_quality
+from .polyhedral_quality import PolyhedralQuality, measure_polyhedra
 from .status import STATUSES, Status
 from .summary import Summary, summarise
 from .validity import Certificate, certify
@@ -28,9 +29,6 @@ Values = NDArray[np.float64]
 
 JENS = "jens"
 TETRA = cell_type("tetra")
-
-_NodeValues = Callable[[CellIds, NDArray[np.int64]], Values]
-"""Values of the corners of some cells, given the cells and where the corners stand in the connectivity."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +68,9 @@ class Quality:
         ``(n_cells,)`` J_ENS in [-1, 1], 1 is best; NaN for a cell that could not be measured, see `status`.
     status
         ``(n_cells,)`` uint8, codes of `meshgauge.Status`.
+    polyhedra
+        What is known of the polyhedral cells beside: references, faults, hanging nodes, star-shapedness; None if there
+        are none.
     metrics
         ``(n_cells,)`` values by name of metric, ``"jens"`` among them; NaN where a metric is not defined for a type.
     """
@@ -78,6 +79,7 @@ class Quality:
     values: Values
     status: NDArray[np.uint8]
     metrics: Mapping[str, Values]
+    polyhedra: PolyhedralQuality | None = None
 
     @property
     def n_cells(self) -> int:
@@ -91,7 +93,8 @@ class Quality:
     @cached_property
     def node_scaled_jacobian(self) -> Values:
         """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
-        return _node_values(self.mesh, None)
+        values = _node_values(self.mesh, None)
+        return values if self.polyhedra is None else self._with_polyhedra(values, self.polyhedra.node_scaled_jacobian)
 
     @cached_property
     def node_jens(self) -> Values:
@@ -103,7 +106,8 @@ class Quality:
                 for part in connectivity.chunks(cells):
                     at = connectivity.positions(self.mesh, row, part)
                     out[at] = folds.jens(values[at], row.shape.k)
-        return read_only(out)
+        out = read_only(out)
+        return out if self.polyhedra is None else self._with_polyhedra(out, self.polyhedra.node_jens)
 
     @cached_property
     def point_values(self) -> Values:
@@ -111,12 +115,32 @@ class Quality:
 
         NaN where one of them is NaN, and at a point that is no corner of a measured cell.
         """
-        return _worst_at_points(self.mesh, lambda cells, at: np.broadcast_to(self.values[cells][:, None], at.shape))
+        mesh = self.mesh
+        return _worst_at_points(mesh, np.repeat(self.values, np.diff(mesh.offsets)), self._is_corner)
 
     @cached_property
     def point_node_values(self) -> Values:
         """``(n_points,)``: the worst J_ENS that the point has as a node of its cells; NaN as for `point_values`."""
-        return _worst_at_points(self.mesh, lambda cells, at: self.node_jens[at])
+        return _worst_at_points(self.mesh, self.node_jens, self._is_corner)
+
+    @cached_property
+    def _is_corner(self) -> NDArray[np.bool_]:
+        """True for entries of the connectivity that are measured: corners, and the nodes of polyhedra."""
+        mesh = self.mesh
+        is_corner = np.zeros(len(mesh.connectivity), np.bool_)
+        for row, vtk_id, cells in mesh.groups():
+            if row is not None and row.shape is not None:
+                for part in connectivity.chunks(cells):
+                    is_corner[connectivity.positions(mesh, row, part)] = True
+            elif vtk_id == POLYHEDRON.vtk_id and self.polyhedra is not None:
+                is_corner |= ~np.isnan(self._with_polyhedra(np.full(len(is_corner), np.nan), self.polyhedra.node_k))
+        return is_corner
+
+    def _with_polyhedra(self, values: Values, of_nodes: Values) -> Values:
+        """Node values with those of the polyhedra put in."""
+        assert self.polyhedra is not None
+        found = self.polyhedra.along(self.mesh.offsets, self.mesh.connectivity, of_nodes)
+        return read_only(np.where(np.isnan(found), values, found))
 
     def summary(self, name: str = JENS) -> Summary:
         """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
@@ -154,22 +178,35 @@ class Quality:
 
     def _worst_cell(self, cell: int) -> WorstCell:
         vtk_id = int(self.mesh.types[cell])
-        row = cell_type(vtk_id)
-        assert row.shape is not None  # it has a value
-        ids = self.mesh.nodes(cell)[list(row.corners)]
-        values = self._corner_values(cell, row)
-        corner = int(np.argmin(values))
-        x, y, z = (float(v) for v in self.mesh.points[ids[corner]])
+        node, point, node_quality = self._worst_node(cell, cell_type(vtk_id))
+        x, y, z = (float(v) for v in self.mesh.points[point])
         return WorstCell(
             cell=cell,
             type=type_name(vtk_id),
             quality=float(self.values[cell]),
             status=STATUSES[Status(int(self.status[cell]))].name,
-            node=int(row.corners[corner]),
-            node_quality=float(values[corner]),
-            point=int(ids[corner]),
+            node=node,
+            node_quality=node_quality,
+            point=point,
             coordinates=(x, y, z),
         )
+
+    def _worst_node(self, cell: int, row: CellType) -> tuple[int, int, float]:
+        """Position in the cell, point id and J_ENS of the node with the lowest J_ENS."""
+        nodes = self.mesh.nodes(cell)
+        if row.shape is not None:
+            values = self._corner_values(cell, row)
+            corner = int(np.argmin(values))
+            node = row.corners[corner]
+            return node, int(nodes[node]), float(values[corner])
+        assert self.polyhedra is not None  # only polyhedra have a value without a shape
+        at = int(np.searchsorted(self.polyhedra.cells, cell))
+        mine = slice(int(self.polyhedra.node_offsets[at]), int(self.polyhedra.node_offsets[at + 1]))
+        values = self.polyhedra.node_jens[mine]
+        corner = int(np.nanargmin(values))
+        point = int(self.polyhedra.node_points[mine][corner])
+        found = np.flatnonzero(nodes == point)
+        return (int(found[0]) if len(found) else corner), point, float(values[corner])
 
     def _corner_values(self, cell: int, row: CellType) -> Values:
         """J_ENS of the corners of one cell."""
@@ -205,9 +242,13 @@ def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None
     rows = [metric(name) for name in dict.fromkeys((JENS, *metrics))]
     values = {row.name: np.full(mesh.n_cells, np.nan) for row in rows}
     status = np.full(mesh.n_cells, Status.NOT_SOLID, np.uint8)
+    polyhedra: PolyhedralQuality | None = None
     for row, _, cells in mesh.groups():
         if row is None or row.dimension == 3:
             status[cells] = Status.UNSUPPORTED
+        if row is POLYHEDRON and mesh.polyhedra is not None:
+            polyhedra = measure_polyhedra(mesh.points, mesh.polyhedra, cells, threads=threads)
+            values[JENS][cells], status[cells] = polyhedra.values, polyhedra.status
         if row is not None and row.shape is not None:
             _measure_jens(mesh, row, cells, values[JENS], status, threads)
             for one in rows[1:]:
@@ -218,6 +259,7 @@ def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None
         values=read_only(values[JENS]),
         status=read_only(status),
         metrics=MappingProxyType({name: read_only(array) for name, array in values.items()}),
+        polyhedra=polyhedra,
     )
 
 
@@ -330,14 +372,14 @@ def _node_values(mesh: Mesh, threads: int | None) -> Values:
     return read_only(out)
 
 
-def _worst_at_points(mesh: Mesh, values_of: _NodeValues) -> Values:
+def _worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) -> Values:
+    """The least of some values of the connectivity's entries at each point; NaN stays, NaN where there is none."""
     worst = np.full(mesh.n_points, np.inf)
-    for row, _, cells in mesh.groups():
-        if row is not None and row.shape is not None:
-            for part in connectivity.chunks(cells):
-                at = connectivity.positions(mesh, row, part)
-                with np.errstate(invalid="ignore"):  # NaN is to stay NaN
-                    np.minimum.at(worst, mesh.connectivity[at].reshape(-1), values_of(part, at).reshape(-1))
+    for start in range(0, len(values), connectivity.CHUNK):
+        here = slice(start, start + connectivity.CHUNK)
+        measured = is_corner[here]
+        with np.errstate(invalid="ignore"):  # NaN is to stay NaN
+            np.minimum.at(worst, mesh.connectivity[here][measured], values[here][measured])
     worst[np.isinf(worst)] = np.nan
     return read_only(worst)
 

@@ -18,6 +18,7 @@ class Status(IntEnum):
     INVERTED_INSIDE = 6
     REPEATED_POINTS = 7
     UNDECIDED = 8
+    BROKEN = 9
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,7 @@ STATUSES: dict[Status, StatusRow] = {
             False,
             "every corner is positive, but whether the inside is valid could not be decided",
         ),
+        StatusRow(Status.BROKEN, "broken", False, False, "a polyhedron whose faces make no closed solid"),
         StatusRow(Status.NON_FINITE, "non_finite", False, False, "a coordinate is NaN or infinite"),
         StatusRow(Status.UNSUPPORTED, "unsupported", False, False, "a solid cell of a type that is not measured"),
         StatusRow(Status.NOT_SOLID, "not_solid", False, False, "a surface, line or vertex cell: has no volume"),
