@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from polyhedral_meshes import CUBE, CUBE_FACES, converted, measured, octree, polyhedra
 
 import meshgauge
+from meshgauge import polyhedral_quality
 from meshgauge.cells import SHAPES
 from meshgauge.mesh import Mesh
 from meshgauge.polyhedra import Polyhedra
@@ -110,10 +111,11 @@ def test_any_layout_of_the_arrays_gives_the_same(dtype: type, index: type) -> No
     np.testing.assert_allclose(quality.values, measured(points, one.faces).values, rtol=1e-14)
 
 
-def test_threads_and_choice_of_cells_do_not_matter() -> None:
+def test_threads_and_choice_of_cells_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(polyhedral_quality, "CHUNK", 16)
     points, cells = octree({(0, 0, 0)}, 2)
     points = points + 0.1 * np.random.default_rng(0).standard_normal(points.shape)
-    many = 600 * cells
+    many = 20 * cells
     of, rng = polyhedra(many), np.random.default_rng(1)
     one, two = (measure_polyhedra(points, of, slice(0, len(many)), threads=n) for n in (1, 2))
     some = np.sort(rng.choice(len(many), 50, replace=False))

@@ -33,7 +33,7 @@ HANGING = 1024
 
 FLAT = 0.9396926207859084  # cos 20°: quadrilaterals closer than that may be parts of one that was split
 
-HASH = 0x9E3779B97F4A7C15 >> 1  # 2^63/φ (Knuth, TAOCP 3, 6.4)
+LOW, HASH = 0x7FFFFFFF, 0x4F1BBCDD  # 31 bits; 2^31/φ (Knuth, TAOCP 3, 6.4): the product fits 63 bits
 
 
 @inlined
@@ -48,7 +48,7 @@ def _table_size(n: Any) -> Any:
 @inlined
 def _slot(keys: Any, mask: Any, key: Any) -> Any:
     """Where a key is in an open table, or the free place where it belongs."""
-    at = ((key * HASH) >> 20) & mask
+    at = ((((key ^ (key >> 31)) & LOW) * HASH) >> 16) & mask
     while keys[at] != -1 and keys[at] != key:
         at = (at + 1) & mask
     return at
