@@ -35,6 +35,9 @@ EXAMPLES = 5
 IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
 """By VTK id: whether cells have a volume."""
 
+_HAS_SHAPE = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is not None for t in range(256)])
+"""By VTK id: whether cells have a numbering that can be right or reversed."""
+
 
 class Numbering(IntEnum):
     """How a cell is numbered, and what that says of an inverted one. Codes of `Orientation.numbering`."""
@@ -159,7 +162,8 @@ def orientation(
     Polyhedra and cells that could not be measured are right, for want of anything to say; they connect no neighbours.
     """
     mesh = quality.mesh
-    is_inverted = quality.values < 0.0
+    has_shape = _HAS_SHAPE[mesh.types]
+    is_inverted = (quality.values < 0.0) & has_shape
     faces = faces if faces is not None else topology(mesh)
     if not is_inverted.any() and not (faces.relations[faces.mates >= 0] == SAME).any():
         return _all_right(mesh)
@@ -173,11 +177,11 @@ def orientation(
     part_sign, likely = _part_signs(faces, mates, relations, parent, sign, geometry)
     handed = sign * part_sign[parent]
     numbering = np.zeros(mesh.n_cells, np.uint8)
-    measured = np.isfinite(quality.values)
+    measured = np.isfinite(quality.values) & has_shape
     numbering[(handed > 0) & is_inverted] = Numbering.TANGLED
     numbering[(handed < 0) & measured] = Numbering.REVERSED_TANGLED
     numbering[(handed < 0) & (geometry < 0)] = Numbering.REVERSED
-    numbering[(sign * likely[parent] < 0) & (quality.values > 0.0)] = Numbering.OVERLAPPING
+    numbering[(sign * likely[parent] < 0) & (geometry > 0)] = Numbering.OVERLAPPING
     numbering[(handed == 0) & is_inverted] = Numbering.UNDECIDED
     is_reversed = (numbering == Numbering.REVERSED) | (numbering == Numbering.REVERSED_TANGLED)
     solid = IS_SOLID[mesh.types]
@@ -202,8 +206,7 @@ def _links(
         mates = mates.copy()
         mates[slots] = welded.mates[slots]
         relations[slots] = welded.relations[slots]
-    has_shape = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is not None for t in range(256)])
-    tells = has_shape[quality.mesh.types]
+    tells = _HAS_SHAPE[quality.mesh.types]
     if ignored is not None:
         tells[ignored] = False
     known = tells[faces.cells]
@@ -216,11 +219,12 @@ def _links(
 def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int8]:
     """What the shape alone says: 1 for a valid cell, -1 for one that is valid when renumbered, else 0."""
     mesh = quality.mesh
-    signs = (quality.values > 0.0).astype(np.int8)
+    signs = ((quality.values > 0.0) & _HAS_SHAPE[mesh.types]).astype(np.int8)
     types = mesh.types[inverted]
     for vtk_id in np.unique(types):
         row = CELL_TYPES[int(vtk_id)]
-        assert row.shape is not None  # it has a value
+        if row.shape is None:
+            continue  # a polyhedron is measured with its faces turned outward: no numbering mends it
         if row.n_nodes is None:
             row = BY_NAME[row.shape.name]  # Lagrange and Bézier cells have their corners first
         order = reversal(row.vtk_id, row.n_nodes or 0)
