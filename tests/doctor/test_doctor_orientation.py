@@ -16,6 +16,7 @@ from meshgauge.cells import CELL_TYPES
 from meshgauge.doctor import Numbering, diagnosis, orientation, oriented, reversal
 from meshgauge.doctor.oriented import DEGREES
 from meshgauge.kernels import plain
+from meshgauge.polyhedra import Polyhedra
 
 CURVED = [(row.vtk_id, row.n_nodes) for row in CELL_TYPES.values() if row.is_curved and row.n_nodes is not None]
 LAGRANGE = {"tetra": (4, 10, 15, 20, 35), "hexahedron": (8, 27, 64), "wedge": (6, 18, 21, 40), "pyramid": (5,)}
@@ -124,6 +125,22 @@ def test_a_cell_alone_is_reversed_only_if_it_is_valid_the_other_way() -> None:
     found = orientation(measure(mesh.replace(points=points)))
     assert found.n_reversed == 0
     assert found.numbering[0] in (Numbering.TANGLED, Numbering.UNDECIDED)
+
+
+def test_polyhedra_are_not_judged_by_their_faces() -> None:
+    # A polyhedron turned inside out, and beside it a tetrahedron that is right.
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)], float)
+    faces = np.array([(0, 1, 2), (0, 3, 1), (1, 3, 2), (0, 2, 3)])
+    mesh = Mesh(
+        points=points,
+        types=np.array([42, 10], np.uint8),
+        offsets=np.array([0, 4, 8]),
+        connectivity=np.array([0, 1, 2, 3, 0, 2, 1, 4]),
+        polyhedra=Polyhedra(np.array([0, 4, 4]), np.arange(4), np.arange(0, 13, 3), faces.ravel()),
+    )
+    found = orientation(measure(mesh))
+    assert found.numbering.tolist() == [Numbering.RIGHT, Numbering.RIGHT]
+    assert oriented(reverse(mesh, [1]))[1].cells.tolist() == [1]
 
 
 def test_a_cell_on_the_wrong_side_of_a_face_overlaps_and_is_left() -> None:

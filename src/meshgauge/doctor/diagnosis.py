@@ -145,6 +145,8 @@ def diagnosis(
     scan = plain.scan if mesh.n_cells <= plain.FEW else _compiled_scan()
     scan(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, seen, repeated, hashes)
     is_used = seen > 0
+    if mesh.polyhedra is not None:
+        is_used[mesh.polyhedra.face_points] = True
     representative = points.representatives(mesh.points, tolerance=tolerance)
     doubles = points.duplicates(representative, is_used)
     matched = topology(mesh)

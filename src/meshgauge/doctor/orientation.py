@@ -219,7 +219,7 @@ def _links(
 def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int8]:
     """What the shape alone says: 1 for a valid cell, -1 for one that is valid when renumbered, else 0."""
     mesh = quality.mesh
-    signs = ((quality.values > 0.0) & _HAS_SHAPE[mesh.types]).astype(np.int8)
+    signs: NDArray[np.int8] = ((quality.values > 0.0) & _HAS_SHAPE[mesh.types]).astype(np.int8)
     types = mesh.types[inverted]
     for vtk_id in np.unique(types):
         row = CELL_TYPES[int(vtk_id)]
