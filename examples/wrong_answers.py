@@ -81,7 +81,7 @@ CASES = (
     Case("cube.msh", "gmsh", "gamma", 0.0, "perfect", "ok", 1.0),
     # meshio++.
     Case("hexahedron_corner_inverted.vtk", MPP, "check", "PASS (1 cells)", "det -5/4 at node 6", "inverted", -0.965961),
-    Case("polyhedron_corner_inverted.vtu", MPP, GATE, "PASS (1 cells)", "det -5/4 at point 6", "unsupported", nan),
+    Case("polyhedron_corner_inverted.vtu", MPP, GATE, "PASS (1 cells)", "det -5/4 at point 6", "concave", -0.965961),
     Case("hexahedron_crossed.vtk", MPP, GATE, "PASS (1 cells)", "det -5 inside", "inverted_inside", 0.960031),
     Case("tetra10_folded.vtk", MPP, GATE, "PASS (1 cells)", "det -32 at node 1", "inverted", -0.707107),
     Case("tetra_nan.vtk", MPP, GATE, "PASS (1 cells)", "undefined", "non_finite", nan),

@@ -30,7 +30,10 @@ Values = NDArray[np.float64]
 CHUNK = 1 << 12
 """Cells handed to a thread at a time; the arrays of a chunk stay in the processor's cache."""
 
-BROKEN = 9
+LONG = 64
+"""Corners of more faces than this are not looked up by the least form of their faces."""
+
+BROKEN = int(Status.BROKEN)
 """Status of a cell whose faces make no solid: it has no value. `Fault` says why."""
 
 
@@ -205,7 +208,7 @@ def measure_polyhedra(
     return PolyhedralQuality(
         cells=read_only(ids),
         values=read_only(values),
-        status=read_only(_status(values, faults)),
+        status=read_only(_status(values, faults, joined("star_shaped"))),
         faults=read_only(faults.astype(np.uint16)),
         reference_kind=read_only(joined("kind")),
         is_star_shaped=read_only(joined("star_shaped")),
@@ -304,7 +307,12 @@ def _unique_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np
 
 
 def _turned(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Each row turned or mirrored into the least of its forms, so that rounding does not depend on the numbering."""
+    """Each row turned or mirrored into the least of its forms, so that rounding does not depend on the numbering.
+
+    Rows beyond `LONG` stay as they are: the cost is that of their length squared.
+    """
+    if sizes.shape[1] > LONG:
+        return sizes
     if sizes.shape[1] == 3:
         return np.sort(sizes, axis=1)
     best = sizes
@@ -319,9 +327,13 @@ def _turned(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     return best
 
 
-def _status(values: Values, faults: NDArray[np.int64]) -> NDArray[np.uint8]:
-    return np.select(
-        [(faults & bits.BROKEN) != 0, values > 0.0, values < 0.0, values == 0.0],
-        [np.uint8(BROKEN), np.uint8(Status.OK), np.uint8(Status.INVERTED), np.uint8(Status.DEGENERATE)],
-        np.uint8(Status.NON_FINITE),
-    )
+def _status(values: Values, faults: NDArray[np.int64], is_star_shaped: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    cases = {
+        Status.BROKEN: (faults & bits.BROKEN) != 0,
+        Status.OK: values > 0.0,
+        Status.CONCAVE: (values < 0.0) & is_star_shaped,
+        Status.INVERTED: values < 0.0,
+        Status.DEGENERATE: values == 0.0,
+    }
+    codes = [np.uint8(status) for status in cases]
+    return np.select(list(cases.values()), codes, np.uint8(Status.NON_FINITE))

@@ -19,6 +19,7 @@ class Status(IntEnum):
     REPEATED_POINTS = 7
     UNDECIDED = 8
     BROKEN = 9
+    CONCAVE = 10
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +55,13 @@ STATUSES: dict[Status, StatusRow] = {
             True,
             False,
             "every corner is positive, but whether the inside is valid could not be decided",
+        ),
+        StatusRow(
+            Status.CONCAVE,
+            "concave",
+            True,
+            False,
+            "a polyhedron with a negative corner that is star-shaped: finite volumes can use it, convex cells it is not",
         ),
         StatusRow(Status.BROKEN, "broken", False, False, "a polyhedron whose faces make no closed solid"),
         StatusRow(Status.NON_FINITE, "non_finite", False, False, "a coordinate is NaN or infinite"),

@@ -12,6 +12,7 @@ Level = Literal["bad", "unknown", "poor", "good", "nothing"]
 REASONS = {
     "non_finite": "a coordinate is NaN or infinite",
     "unsupported": "not supported",
+    "broken": "its faces make no closed solid",
     "undefined": "the metric is undefined",
 }
 """Why a solid cell has no value, for people. Cells that are not solid are no reason to doubt a mesh."""
@@ -34,11 +35,12 @@ def verdict(summary: Summary) -> Verdict:
             return Verdict("nothing", f"nothing measured: {unknown}")
         return Verdict("nothing", "nothing measured: the mesh has no solid cells")
     bad = []
-    inside = every.statuses.get("inverted_inside", 0)
-    if every.n_invalid:
-        told = "inverted" if not inside else "inverted inside" if inside == every.n_invalid else "inverted"
-        where = f" ({number(inside)} of them inside, between good corners)" if 0 < inside < every.n_invalid else ""
-        bad.append(f"{_of(every.n_invalid, measured)} {told}{where}")
+    inside, concave = every.statuses.get("inverted_inside", 0), every.statuses.get("concave", 0)
+    inverted = every.n_invalid - concave
+    if inverted:
+        told = "inverted inside" if inside == inverted else "inverted"
+        where = f" ({number(inside)} of them inside, between good corners)" if 0 < inside < inverted else ""
+        bad.append(f"{_of(inverted, measured)} {told}{where}")
     if every.n_degenerate:
         bad.append(
             f"{number(every.n_degenerate)} {_are(every.n_degenerate)} degenerate"
@@ -46,7 +48,12 @@ def verdict(summary: Summary) -> Verdict:
             else f"{_of(every.n_degenerate, measured)} degenerate"
         )
     if bad:
+        if concave:
+            bad.append(f"{number(concave)} {_are(concave)} concave but star-shaped")
         text = f"{listed(bad)}: the mesh is not usable as it is"
+        return Verdict("bad", f"{text}; {unknown}" if missing else text)
+    if concave:
+        text = f"{_of(concave, measured)} concave but star-shaped: fit for finite volumes only"
         return Verdict("bad", f"{text}; {unknown}" if missing else text)
     poor = f"{number(every.n_poor)} {_are(every.n_poor)} poor (< 0.2)" if every.n_poor else "none is poor (< 0.2)"
     undecided = every.statuses.get("undecided", 0)
