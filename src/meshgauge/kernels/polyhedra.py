@@ -149,7 +149,7 @@ def node_scaled_jacobian(points: Points, of: Links) -> Values:
     At a hanging node it is that of its links before it was taken out; at one of two neighbours, see `polyhedra_nodes`.
     """
     out = np.empty(len(of.node_ids))
-    left = polyhedra_nodes.scaled_jacobian(points, of.node_ids, of.valences, of.points, out)
+    left = polyhedra_nodes.scaled_jacobian(points, of.node_ids, of.valences, of.is_hanging, of.points, out)
     if left:
         _settle(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences >= 3)))
         _settle_on_edges(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences == 2)))

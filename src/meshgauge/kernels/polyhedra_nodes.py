@@ -19,7 +19,7 @@ SMALL, LARGE = 1e-280, 1e280  # of l1² l2² l3²: within, it has lost no bits
 
 
 @kernel
-def scaled_jacobian(points: Any, node_ids: Any, valences: Any, link_points: Any, out: Any) -> int:
+def scaled_jacobian(points: Any, node_ids: Any, valences: Any, is_hanging: Any, link_points: Any, out: Any) -> int:
     """J_S of each node; NaN where it could not be settled here. Returns how many are NaN.
 
     A node of valence 2 has no corner: 0 unless it hangs; then what it gets, 0 to 1, is how far it is from standing
@@ -41,6 +41,8 @@ def scaled_jacobian(points: Any, node_ids: Any, valences: Any, link_points: Any,
             square[i] = dx * dx + dy * dy + dz * dz
         at += d
         settled = d > 0
+        # Of a hanging node the size is wanted, not the sign; on a regular octree all are exactly flat.
+        flat = -1.0 if is_hanging[v] else FLAT
         small, nearest = 2.0, -2.0
         for i in range(d if d > 3 else (1 if d == 3 else 0)):
             j, k = (i + 1) % d, (i + 2) % d
@@ -51,12 +53,12 @@ def scaled_jacobian(points: Any, node_ids: Any, valences: Any, link_points: Any,
             )
             product = square[i] * square[j] * square[k]
             s = det / sqrt(product)
-            settled = settled and (abs(s) > FLAT) and (product > SMALL) and (product < LARGE)
+            settled = settled and (abs(s) > flat) and (product > SMALL) and (product < LARGE)
             s = max(min(s, 1.0), -1.0)
             small = min(small, s)
             if s < 0.0:
                 nearest = max(nearest, s)
-        value = small if small > 0.0 else nearest
+        value = nearest if nearest > -2.0 else small
         if d == 2:
             cx = x[0, 1] * x[1, 2] - x[0, 2] * x[1, 1]
             cy = x[0, 2] * x[1, 0] - x[0, 0] * x[1, 2]
