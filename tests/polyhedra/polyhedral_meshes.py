@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -14,6 +14,7 @@ from meshgauge.polyhedra import Polyhedra
 from meshgauge.polyhedral_quality import PolyhedralQuality, measure_polyhedra
 
 Face = Sequence[int]
+Point = tuple[int, ...]
 
 CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 CUBE_FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
@@ -46,40 +47,49 @@ def converted(mesh: Mesh) -> Polyhedra:
     return polyhedra(cells)
 
 
-def octree(refined: set[tuple[int, int, int]], n: int) -> tuple[NDArray[np.float64], list[list[list[int]]]]:
-    """n³ cubes, some split in eight, as polyhedra that fit: a face beside smaller cubes is split in four, and an edge
-    beside smaller ones has a node in its middle. Lengths are in halves of a cube."""
-    leaves = []
-    for cube in product(range(n), repeat=3):
-        low = 2 * np.array(cube)
-        if cube in refined:
-            leaves += [(tuple(low + part), 1) for part in product(range(2), repeat=3)]
+def octree(
+    depths: Mapping[Point, int], n: int, *, halves: frozenset[Point] = frozenset()
+) -> tuple[NDArray[np.float64], list[list[list[int]]]]:
+    """n³ cubes, some split in eight once or more, as polyhedra that fit: a face beside smaller cubes is split as they
+    are, and an edge beside smaller ones has their nodes on it. Lengths are in quarters of a cube; ``halves``
+    are the low corners of half cubes that are split once more."""
+    leaves: list[tuple[Point, int]] = []
+    todo = [((4 * x, 4 * y, 4 * z), 4, depths.get((x, y, z), 0)) for x, y, z in product(range(n), repeat=3)]
+    for low, size, depth in todo:
+        if depth == 0:
+            leaves.append((low, size))
         else:
-            leaves.append((tuple(low), 2))
-    corners = {tuple(np.array(low) + size * np.array(c)) for low, size in leaves for c in product(range(2), repeat=3)}
+            half = size // 2
+            parts = product(*((a, a + half) for a in low))
+            todo += [(part, half, max(depth - 1, int(half == 2 and part in halves))) for part in parts]
+    corners = {tuple(a + size * b for a, b in zip(low, c, strict=True)) for low, size in leaves for c in CUBE}
     ids = {corner: i for i, corner in enumerate(sorted(corners))}
-    cells = [[[ids[p] for p in face] for face in _octree_faces(np.array(low), size, corners)] for low, size in leaves]
+    cells = []
+    for low, size in leaves:
+        at = [tuple(a + size * b for a, b in zip(low, c, strict=True)) for c in CUBE]
+        faces = [part for face in CUBE_FACES for part in _parts([at[i] for i in face], corners)]
+        cells.append([[ids[p] for p in face] for face in faces])
     return np.array(sorted(corners), float), cells
 
 
-def _octree_faces(low: NDArray[np.int64], size: int, corners: set[tuple[int, ...]]) -> list[list[tuple[int, ...]]]:
-    faces = []
-    for face in CUBE_FACES:
-        ring = [tuple(int(v) for v in low + size * np.array(CUBE[i])) for i in face]
-        middle = tuple(sum(axis) // 4 for axis in zip(*ring, strict=True))
-        if size == 2 and middle in corners:
-            mids = [_between(ring[i], ring[(i + 1) % 4]) for i in range(4)]
-            faces += [[ring[i], mids[i], middle, mids[i - 1]] for i in range(4)]
-        else:
-            full = []
-            for i in range(4):
-                full.append(ring[i])
-                mid = _between(ring[i], ring[(i + 1) % 4])
-                if size == 2 and mid in corners:
-                    full.append(mid)
-            faces.append(full)
-    return faces
+def _parts(ring: list[Point], corners: set[Point]) -> list[list[Point]]:
+    """A square, or its quarters if its middle is a corner of some cube; with the corners that lie on its sides."""
+    middle = _between(ring[0], ring[2])
+    mids = [_between(ring[i], ring[(i + 1) % 4]) for i in range(4)]
+    if max(abs(a - b) for a, b in zip(ring[0], ring[2], strict=True)) > 1 and middle in corners:
+        quarters = [[ring[i], mids[i], middle, mids[i - 1]] for i in range(4)]
+        return [part for quarter in quarters for part in _parts(quarter, corners)]
+    return [[p for i in range(4) for p in _side(ring[i], ring[(i + 1) % 4], corners)]]
 
 
-def _between(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
-    return tuple((x + y) // 2 for x, y in zip(a, b, strict=True))
+def _side(a: Point, b: Point, corners: set[Point]) -> list[Point]:
+    """From a to b, without b."""
+    mid = _between(a, b)
+    if max(abs(x - y) for x, y in zip(a, b, strict=True)) == 1 or mid not in corners:
+        return [a]
+    return [*_side(a, mid, corners), *_side(mid, b, corners)]
+
+
+def _between(a: Point, b: Point) -> Point:
+    x, y, z = ((p + q) // 2 for p, q in zip(a, b, strict=True))
+    return x, y, z

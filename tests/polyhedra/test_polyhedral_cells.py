@@ -114,8 +114,8 @@ def test_any_layout_of_the_arrays_gives_the_same(dtype: type, index: type) -> No
 
 def test_threads_and_choice_of_cells_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(polyhedral_quality, "CHUNK", 16)
-    points, cells = octree({(0, 0, 0)}, 2)
-    points = points + 0.1 * np.random.default_rng(0).standard_normal(points.shape)
+    points, cells = octree({(0, 0, 0): 1}, 2)
+    points = points + 0.2 * np.random.default_rng(0).standard_normal(points.shape)
     many = 20 * cells
     of, rng = polyhedra(many), np.random.default_rng(1)
     one, two = (measure_polyhedra(points, of, slice(0, len(many)), threads=n) for n in (1, 2))
@@ -136,11 +136,19 @@ def test_no_cells_at_all() -> None:
 # --- Hanging nodes ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "refined", [{(0, 0, 0)}, {(1, 1, 1)}, {(0, 0, 0), (1, 1, 1), (2, 1, 1)}, {(0, 1, 1), (2, 1, 1)}]
-)
-def test_a_uniform_octree_mesh_with_transitions_scores_one(refined: set[tuple[int, int, int]]) -> None:
-    points, cells = octree(refined, 3)
+OCTREES = {
+    "one corner": {(0, 0, 0): 1},
+    "the middle": {(1, 1, 1): 1},
+    "several": {(0, 0, 0): 1, (1, 1, 1): 1, (2, 1, 1): 1},
+    "beside both sides of a cube": {(0, 1, 1): 1, (2, 1, 1): 1},
+    "sixteen parts of a face": {(1, 1, 1): 2},
+    "three sizes at one edge": {(1, 1, 1): 2, (1, 2, 1): 1, (1, 1, 2): 1},
+}
+
+
+@pytest.mark.parametrize("depths", OCTREES.values(), ids=OCTREES)
+def test_a_uniform_octree_mesh_with_transitions_scores_one(depths: dict[tuple[int, int, int], int]) -> None:
+    points, cells = octree(depths, 3)
     quality = measured(points, *cells)
     np.testing.assert_array_equal(quality.values, 1.0)
     np.testing.assert_array_equal(quality.node_k[~quality.node_is_hanging], 1.0)
@@ -151,10 +159,16 @@ def test_a_uniform_octree_mesh_with_transitions_scores_one(refined: set[tuple[in
     np.testing.assert_array_equal(np.add.reduceat(~quality.node_is_hanging, quality.node_offsets[:-1]), 8)
 
 
+def test_a_face_split_unevenly_is_one_face() -> None:
+    points, cells = octree({(1, 1, 1): 1}, 3, halves=frozenset({(4, 4, 4), (6, 6, 4)}))
+    quality = measured(points, *cells)
+    np.testing.assert_array_equal(quality.values, 1.0)
+
+
 def test_a_hanging_node_that_is_moved_still_hangs_and_says_how_far() -> None:
-    points, cells = octree({(1, 1, 1)}, 3)
+    points, cells = octree({(1, 1, 1): 1}, 3)
     rng = np.random.default_rng(0)
-    moved = measured(points + 0.05 * rng.standard_normal(points.shape), *cells)
+    moved = measured(points + 0.1 * rng.standard_normal(points.shape), *cells)
     still = measured(points, *cells)
     np.testing.assert_array_equal(moved.node_is_hanging, still.node_is_hanging)
     assert moved.values.min() > 0.7
@@ -272,8 +286,8 @@ def test_a_coordinate_that_is_not_finite_leaves_no_value(value: float, node: int
 
 @pytest.mark.parametrize("exponent", [-660, -300, 300, 990])
 def test_units_do_not_matter(exponent: int) -> None:
-    points, cells = octree({(0, 0, 0)}, 2)
-    points = points + 0.05 * np.random.default_rng(0).standard_normal(points.shape)
+    points, cells = octree({(0, 0, 0): 1}, 2)
+    points = points + 0.1 * np.random.default_rng(0).standard_normal(points.shape)
     near, far = measured(points, *cells), measured(np.ldexp(points, exponent), *cells)
     for name in ("values", "node_jens", "node_hanging_quality"):
         np.testing.assert_allclose(getattr(far, name), getattr(near, name), rtol=1e-13, atol=1e-15)

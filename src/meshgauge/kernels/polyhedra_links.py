@@ -405,7 +405,8 @@ def links(
                 size[:n_faces], dart[:n_nodes], valence[:n_nodes],
             )  # fmt: skip
             gone = _drop_on_edges(n_nodes, nxt, prv, twin, face, size, dart, valence)
-            if _merge_split(n, n_nodes, points, ids, tail, nxt, prv, twin, face, size, dart, valence, dead):
+            # What is taken out may show that a larger quadrilateral was split before.
+            while _merge_split(n, n_nodes, points, ids, tail, nxt, prv, twin, face, size, dart, valence, dead):
                 gone += 1 + _drop_on_edges(n_nodes, nxt, prv, twin, face, size, dart, valence)
             reduced = gone > 0
             if reduced and not _is_sound(n, n_nodes, tail, nxt, face, size, twin, dart, valence, stamp, euler):
