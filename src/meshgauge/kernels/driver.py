@@ -19,7 +19,7 @@ Values = NDArray[np.float64]
 Points = NDArray[np.floating]
 Cells = NDArray[np.int64]
 
-FEW = 4096
+FEW = 20_000
 """Up to so many cells of a type take the robust path: it takes them some hundredths of a second."""
 
 
