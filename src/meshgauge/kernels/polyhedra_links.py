@@ -55,12 +55,33 @@ def _slot(keys: Any, mask: Any, key: Any) -> Any:
 
 
 @inlined
+def _fill(array: Any, n: Any, value: Any) -> None:
+    """The first n of an array. Assigning to a slice takes Numba half a second to compile, each time."""
+    for i in range(n):
+        array[i] = value
+
+
+@inlined
+def _keep(n: Any, n_faces: Any, n_nodes: Any, nxt: Any, prv: Any, twin: Any, face: Any, size: Any, dart: Any,
+          valence: Any, old: Any, back: Any) -> None:  # fmt: skip
+    """Copy a map to ``old``, or back from it."""
+    for row, (array, m) in enumerate(
+        ((nxt, n), (prv, n), (twin, n), (face, n), (size, n_faces), (dart, n_nodes), (valence, n_nodes))
+    ):
+        for i in range(m):
+            if back:
+                array[i] = old[row, i]
+            else:
+                old[row, i] = array[i]
+
+
+@inlined
 def _pair(n: Any, n_nodes: Any, tail: Any, nxt: Any, keys: Any, first: Any, twin: Any) -> Any:
     """Find the twin of each half-edge, the other one between the same nodes in whatever direction. Returns faults."""
     faults = 0
     mask = _table_size(n) - 1
-    keys[: mask + 1] = -1
-    twin[:n] = -1
+    _fill(keys, mask + 1, -1)
+    _fill(twin, n, -1)
     for h in range(n):
         a, b = tail[h], tail[nxt[h]]
         key = min(a, b) * n_nodes + max(a, b)
@@ -108,7 +129,7 @@ def _is_inside_out(points: Any, ids: Any, n_nodes: Any, n_faces: Any, start: Any
 def _orient(n_faces: Any, start: Any, size: Any, tail: Any, face: Any, twin: Any, flip: Any, stack: Any) -> Any:
     """Which faces to reverse so that all agree with the first. Returns faults; `REORIENTED` if any is to be."""
     faults = 0
-    flip[:n_faces] = -1
+    _fill(flip, n_faces, -1)
     flip[0], stack[0], n, seen = 0, 0, 1, 1
     while n:
         n -= 1
@@ -193,7 +214,7 @@ def _merge_split(
 ) -> Any:  # fmt: skip
     """Take out the nodes in the middle of split quadrilaterals, with the edges that meet there. Returns how many."""
     merged = 0
-    dead[:n] = 0
+    _fill(dead, n, 0)
     for v in range(n_nodes):
         if valence[v] == 4 and _is_middle(v, points, ids, tail, nxt, twin, face, size, dart):
             h = dart[v]
@@ -209,7 +230,7 @@ def _merge_split(
             while dead[g]:
                 g = nxt[twin[g]]
             prv[h] = g  # for now
-    valence[:n_nodes] = 0
+    _fill(valence, n_nodes, 0)
     for h in range(n):
         if nxt[h] != -1:
             nxt[h] = -1 if dead[h] else prv[h]
@@ -218,7 +239,7 @@ def _merge_split(
             prv[nxt[h]] = h
             valence[tail[h]] += 1
             dart[tail[h]] = h
-    face[:n] = -1
+    _fill(face, n, -1)
     n_faces = 0
     for h in range(n):
         if nxt[h] == -1 or face[h] != -1:
@@ -239,7 +260,7 @@ def _is_sound(n: Any, n_nodes: Any, tail: Any, nxt: Any, face: Any, size: Any, t
     """True if what is left is still a polyhedron: the same Euler number, no face below three nodes or through one
     twice, no two edges between the same nodes."""
     half_edges, nodes, faces = 0, 0, 0
-    stamp[:n] = -1
+    _fill(stamp, n, -1)
     for h in range(n):
         if nxt[h] != -1:
             half_edges += 1
@@ -247,7 +268,7 @@ def _is_sound(n: Any, n_nodes: Any, tail: Any, nxt: Any, face: Any, size: Any, t
                 return False
             faces += stamp[face[h]] == -1
             stamp[face[h]] = 0
-    stamp[:n_nodes] = -1
+    _fill(stamp, n_nodes, -1)
     for v in range(n_nodes):
         if valence[v] == 0:
             continue
@@ -310,25 +331,20 @@ def links(
         most = max(most, max(total, face_counts[c]))
     width = _table_size(most)
     keys, values = np.empty(width, np.int64), np.empty(width, np.int64)
-    ids, stamp = np.empty(most, np.int64), np.empty(most, np.int64)
-    tail, nxt, prv = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64)
-    twin, face, dead = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64)
-    start, size, flip, stack = (
-        np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64),
-    )  # fmt: skip
-    valence, dart, place = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64)
-    old_nxt, old_twin, old_face = np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64)
-    old_prv, old_size, old_dart, old_valence = (
-        np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64), np.empty(most, np.int64),
-    )  # fmt: skip
+    work, old = np.empty((14, most), np.int64), np.empty((7, most), np.int64)
+    ids, stamp, tail, nxt, prv, twin, face = work[0], work[1], work[2], work[3], work[4], work[5], work[6]
+    start, size, flip, stack, valence, dart, place = work[7], work[8], work[9], work[10], work[11], work[12], work[13]
+    dead = stamp  # never needed at once
+    old_nxt, old_twin, old_face = old[0], old[2], old[3]
+    old_size, old_dart, old_valence = old[4], old[5], old[6]
     at_face, at_point, at_node, at_dart = 0, 0, 0, 0
     for c in range(len(face_counts)):
         n_faces, n, n_nodes, fault = face_counts[c], 0, 0, 0
         for f in range(n_faces):
             n += face_sizes[at_face + f]
         mask = _table_size(n) - 1
-        keys[: mask + 1] = -1
-        stamp[:n] = -1
+        _fill(keys, mask + 1, -1)
+        _fill(stamp, n, -1)
         h = 0
         for f in range(n_faces):
             m = face_sizes[at_face + f]
@@ -370,7 +386,7 @@ def links(
                     face_flips[at_face + f] ^= flip[f]
                 _pair(n, n_nodes, tail, nxt, keys, values, twin)
         if fault & BROKEN == 0:
-            valence[:n_nodes] = 0
+            _fill(valence, n_nodes, 0)
             for h in range(n):
                 valence[tail[h]] += 1
                 dart[tail[h]] = h
@@ -400,20 +416,14 @@ def links(
                 suspects = _is_middle(v, points, ids, tail, nxt, twin, face, size, dart)
         reduced = False
         if suspects:
-            old_nxt[:n], old_prv[:n], old_twin[:n], old_face[:n] = nxt[:n], prv[:n], twin[:n], face[:n]
-            old_size[:n_faces], old_dart[:n_nodes], old_valence[:n_nodes] = (
-                size[:n_faces], dart[:n_nodes], valence[:n_nodes],
-            )  # fmt: skip
+            _keep(n, n_faces, n_nodes, nxt, prv, twin, face, size, dart, valence, old, False)
             gone = _drop_on_edges(n_nodes, nxt, prv, twin, face, size, dart, valence)
             # What is taken out may show that a larger quadrilateral was split before.
             while _merge_split(n, n_nodes, points, ids, tail, nxt, prv, twin, face, size, dart, valence, dead):
                 gone += 1 + _drop_on_edges(n_nodes, nxt, prv, twin, face, size, dart, valence)
             reduced = gone > 0
             if reduced and not _is_sound(n, n_nodes, tail, nxt, face, size, twin, dart, valence, stamp, euler):
-                nxt[:n], prv[:n], twin[:n], face[:n] = old_nxt[:n], old_prv[:n], old_twin[:n], old_face[:n]
-                size[:n_faces], dart[:n_nodes], valence[:n_nodes] = (
-                    old_size[:n_faces], old_dart[:n_nodes], old_valence[:n_nodes],
-                )  # fmt: skip
+                _keep(n, n_faces, n_nodes, nxt, prv, twin, face, size, dart, valence, old, True)
                 reduced = False
             if reduced:
                 fault |= HANGING

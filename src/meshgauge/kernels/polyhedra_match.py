@@ -194,7 +194,8 @@ def _laid_on(
 
     ``image`` receives the solid's node for each node, ``shift`` which of its darts the node's dart 0 falls on.
     """
-    image[:n] = -1
+    for w in range(n):
+        image[w] = -1
     u, r = node_of[dart - base], solid_node[target]
     image[u] = r
     shift[u] = (target - solid_starts[r] - sense * slot_of[dart - base]) % solid_valences[r]

@@ -62,7 +62,8 @@ def _depth(rows: Any, n: Any) -> Any:
     Rows are ``(normal, bound)``; the first six bound a cube. The simplex method on the dual problem, whose bases have
     four rows: the point where four half-spaces meet at depth t moves until no row is violated. Bland's rule.
     """
-    basis = np.array([0, 1, 2, 4])
+    basis = np.arange(4)
+    basis[3] = 4
     matrix, x, y, column = np.empty((4, 4)), np.empty(4), np.empty(4), np.empty(4)
     for _ in range(PIVOTS):
         for i in range(4):
@@ -121,7 +122,8 @@ def shapes(
         for f in range(n_faces):
             n += face_sizes[at_face + f]
         bits = 0
-        low[:], high[:] = np.inf, -np.inf
+        for axis in range(3):
+            low[axis], high[axis] = np.inf, -np.inf
         for i in range(n):
             for axis in range(3):
                 value = np.float64(points[face_points[at_point + i], axis])
@@ -136,18 +138,20 @@ def shapes(
         n_rows = 6
         for axis in range(3):
             for side in range(2):
-                rows[2 * axis + side, :] = 0.0
+                for other in range(3):
+                    rows[2 * axis + side, other] = 0.0
                 rows[2 * axis + side, axis] = 1.0 - 2.0 * side
                 rows[2 * axis + side, 3] = 1.0
         is_seen, position = usable, at_point
         for f in range(n_faces if usable else 0):
             m = face_sizes[at_face + f]
             sign = -1.0 if face_flips[at_face + f] else 1.0
-            face_centre[:] = 0.0
+            for axis in range(3):
+                face_centre[axis], area[axis] = 0.0, 0.0
             for i in range(m):
                 for axis in range(3):
                     face_centre[axis] += (points[face_points[position + i], axis] - centre[axis]) / scale / m
-            area[:], whole = 0.0, 0.0
+            whole = 0.0
             for i in range(m):
                 p, q = face_points[position + i], face_points[position + (i + 1 if i + 1 < m else 0)]
                 same = True
