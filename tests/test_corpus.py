@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,8 @@ import meshgauge
 from meshgauge.cells import CELL_TYPES
 from meshgauge.connectivity import picked
 
-MANIFEST = Path(__file__).resolve().parents[2] / "shared" / "meshes" / "MANIFEST.tsv"
+SHARED = Path(os.environ.get("MESHGAUGE_SHARED", Path(__file__).resolve().parents[2] / "shared"))
+MANIFEST = SHARED / "meshes" / "MANIFEST.tsv"
 TABLE = MANIFEST.read_text(encoding="utf-8").splitlines() if MANIFEST.is_file() else []
 ROWS = list(csv.DictReader(TABLE, delimiter="\t"))
 

@@ -61,7 +61,7 @@ STATUSES: dict[Status, StatusRow] = {
             "concave",
             True,
             False,
-            "a polyhedron with a negative corner that is star-shaped: finite volumes can use it, convex cells it is not",
+            "a polyhedron with a negative corner, but star-shaped: of use to finite volumes",
         ),
         StatusRow(Status.BROKEN, "broken", False, False, "a polyhedron whose faces make no closed solid"),
         StatusRow(Status.NON_FINITE, "non_finite", False, False, "a coordinate is NaN or infinite"),

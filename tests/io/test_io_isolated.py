@@ -72,6 +72,8 @@ def test_limits_are_an_option(bad_meshio: Path, tmp_path: Path) -> None:
 
 
 def test_limits_grow_with_the_file_and_bad_ones_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("MESHGAUGE_READ_SECONDS", "MESHGAUGE_READ_GB"):
+        monkeypatch.delenv(name, raising=False)
     small, large = io.Limits.for_size(0), io.Limits.for_size(1 << 30)
     assert small.seconds >= 30
     assert large.seconds > 10 * small.seconds
