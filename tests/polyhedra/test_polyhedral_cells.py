@@ -251,6 +251,49 @@ def test_a_broken_cell_has_a_status_and_no_value(faces: list[tuple[int, ...]], f
     assert np.isnan(quality.node_jens[nodes]).all()
 
 
+@given(st.lists(st.lists(st.integers(0, 7), max_size=5), max_size=9), st.integers(0, 2**32 - 1))
+@settings(max_examples=150, deadline=None)
+def test_any_faces_at_all_give_a_value_or_a_reason(faces: list[list[int]], seed: int) -> None:
+    points = np.random.default_rng(seed).random((8, 3))
+    quality = measured(points, CUBE_FACES, faces, CUBE_FACES)
+    assert quality.values[0] == quality.values[2]
+    is_broken = quality.status[1] == BROKEN
+    assert np.isnan(quality.values[1]) == is_broken
+    assert bool(quality.faults[1] & 255) == is_broken
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60, deadline=None)
+def test_closed_surfaces_stay_closed_whatever_is_taken_out(seed: int) -> None:
+    """Faces of a cube cut by chords and edges by nodes, at random: nodes hang or not, and every corner is measured."""
+    rng = np.random.default_rng(seed)
+    points, faces = [tuple(p) for p in np.array(CUBE, float)], [list(face) for face in CUBE_FACES]
+    for _ in range(rng.integers(1, 25)):
+        face = faces[rng.integers(len(faces))]
+        if rng.random() < 0.5:
+            i = int(rng.integers(len(face)))
+            a, b = face[i - 1], face[i]
+            points.append(tuple(np.mean([points[a], points[b]], axis=0)))
+            for other in faces:
+                for j in range(len(other)):
+                    if {other[j - 1], other[j]} == {a, b}:
+                        other.insert(j, len(points) - 1)
+                        break
+        elif len(face) > 3:
+            i, j = sorted(rng.choice(len(face), 2, replace=False).tolist())
+            joined = {frozenset((f[n - 1], f[n])) for f in faces for n in range(len(f))}
+            if frozenset((face[i], face[j])) not in joined:
+                faces.remove(face)
+                faces += [face[i : j + 1], face[j:] + face[: i + 1]]
+    quality = measured(np.array(points), faces)
+    assert quality.status[0] in (Status.OK, Status.DEGENERATE)
+    assert len(quality.node_points) == len(points)
+    corners = ~quality.node_is_hanging
+    assert {0, 1, 2, 3, 4, 5, 6, 7} <= set(quality.node_points[corners].tolist())
+    assert np.isfinite(quality.node_jens[corners]).all()
+    np.testing.assert_allclose(quality.node_hanging_quality[~corners], 1.0, atol=1e-12)
+
+
 @pytest.mark.parametrize("turned", range(1, 63, 5))
 def test_faces_that_point_inward_are_turned(turned: int) -> None:
     faces = [face[::-1] if turned >> i & 1 else face for i, face in enumerate(CUBE_FACES)]
