@@ -14,6 +14,7 @@ KEYS: tuple[str, ...] = (
     "gmsh:physical",
     "medit:ref",
     "abaqus:material",
+    "ansys:material",
     "mfem:attribute",
     "nastran:ref",
     "su2:zone",

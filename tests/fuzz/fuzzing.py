@@ -83,6 +83,18 @@ TEXTS: dict[str, dict[str, str]] = {
         "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n1,0,0\n"
         "0,0,0,0,0,1,90.\n*END INSTANCE\n*END ASSEMBLY\n"
     },
+    "ansys": {
+        "a.cdb": "/COM,ANSYS RELEASE 19.4\n/PREP7\nET, 1,186\nET, 2,187\nKEYOP,1,2,1\n"
+        "NBLOCK,6,SOLID,  8,  8\n(3i5,6e9.2)\n"
+        + "".join(f"{i:5d}    0    0" + "".join(f"{float(v):9.2f}" for v in line.split()) + "\n"
+                  for i, line in enumerate(_CUBE.splitlines(), 1))
+        + "N,R5.3,LOC,       -1,\nEBLOCK,19,SOLID,  3,  3\n(19i5)\n"
+        + "".join("".join(f"{v:5d}" for v in (1, kind, 1, 1, 0, 0, 0, 0, len(nodes), 0, number, *nodes[:8])) + "\n"
+                  + ("".join(f"{v:5d}" for v in nodes[8:]) + "\n" if len(nodes) > 8 else "")
+                  for number, (kind, nodes) in enumerate((
+                      (1, (1, 2, 3, 4, 5, 6, 7, 8, *[0] * 12)), (1, (1, 2, 3, 3, 5, 6, 7, 7)), (2, (1, 2, 4, 5)))))
+        + "   -1\nCMBLOCK,SOME,ELEM, 2  ! of elements\n(8i5)\n    1   -2\n"
+    },
     "nastran": {
         "a.bdf": "BEGIN BULK\n" + "".join(f"GRID,{i},,{line.replace(' ', ',')}\n" for i, line in enumerate(
             _TETRA.replace("0", "0.").replace("1", "1.").splitlines(), 1)) + "CTETRA,1,1,1,2,3,4\nENDDATA\n"
@@ -90,7 +102,8 @@ TEXTS: dict[str, dict[str, str]] = {
 }  # fmt: skip
 """Format → its files by name; the last of them is the one to read."""
 
-OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus")
+OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
+       "ansys")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 

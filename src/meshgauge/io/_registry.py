@@ -12,6 +12,7 @@ from ..mesh import Mesh
 from . import (
     _isolate,
     abaqus,
+    ansys,
     exodus,
     fluent,
     gmsh,
@@ -40,6 +41,7 @@ ALL: tuple[Format, ...] = (
     exodus.EXODUS,
     su2.SU2,
     abaqus.ABAQUS,
+    ansys.ANSYS,
     tetgen.RF,
     tetgen.TETGEN,
     unv.UNV,
