@@ -32,6 +32,17 @@ _FACES = ("0 3 2 1", "4 5 6 7", "0 1 5 4", "1 2 6 5", "2 3 7 6", "3 0 4 7")
 _TETRA = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
 
 
+_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
+
+
+def _half_edges(face: str) -> str:
+    """The half-edges around a face of the cube, their number first."""
+    ring = [int(v) for v in face.split()]
+    sides = zip(ring, [*ring[1:], ring[0]], strict=True)
+    ids = (2 * _EDGES.index((a, b)) if (a, b) in _EDGES else 2 * _EDGES.index((b, a)) + 1 for a, b in sides)
+    return f"4 {' '.join(map(str, ids))}"
+
+
 def _numbered(text: str, first: int = 1) -> str:
     return "".join(f"{i} {line}\n" for i, line in enumerate(text.splitlines(), first))
 
@@ -48,6 +59,11 @@ TEXTS: dict[str, dict[str, str]] = {
     "hedra": {
         "a.hedra": "8 6 1\n" + _CUBE + "".join(f"4 {' '.join(str(int(v) + 1) for v in f.split())}\n" for f in _FACES)
         + "6 1 2 3 4 5 6\n"
+    },
+    "ovm": {
+        "a.ovm": f"OVM ASCII\nVertices\n8\n{_CUBE}Edges\n12\n" + "".join(f"{a} {b}\n" for a, b in _EDGES)
+        + "Faces\n6\n" + "".join(f"{_half_edges(face)}\n" for face in _FACES)
+        + "Polyhedra\n1\n6 0 2 4 6 8 10\nCell_Property int \"m\"\n1\n"
     },
     "rf": {
         "a.ele": "# RF\n1 0\n0 6\n" + "".join(f" {i} 4 {f}\n" for i, f in enumerate(_FACES)),
@@ -103,7 +119,7 @@ TEXTS: dict[str, dict[str, str]] = {
 """Format → its files by name; the last of them is the one to read."""
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
-       "ansys")  # fmt: skip
+       "ansys", "ovm")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 

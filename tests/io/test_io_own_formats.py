@@ -30,7 +30,7 @@ def written(folder: Path, name: str) -> Path:
     return path
 
 
-CUBE = ("mfem", "hedra", "rf", "fluent", "openfoam")
+CUBE = ("mfem", "hedra", "rf", "fluent", "openfoam", "ovm")
 
 
 @pytest.mark.parametrize("name", CUBE)

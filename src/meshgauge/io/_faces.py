@@ -153,6 +153,18 @@ def _reversed(flat: Ints, starts: Ints, turned: NDArray[np.bool_]) -> Ints:
     return flat[np.where(np.repeat(turned, sizes), back, at)]
 
 
+def volumes(faces: Faces, points: NDArray[np.floating]) -> NDArray[np.float64]:
+    """``(n_cells,)`` six times the volume of each cell by what the file says of its sides; only the sign counts."""
+    sizes = np.diff(faces.face_offsets)[faces.cell_faces]
+    starts = offsets_of(sizes)
+    flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
+    if faces.inward is not None:
+        flat = _reversed(flat, starts, faces.inward)
+    n_cells = len(faces.cell_offsets) - 1
+    entry_cell = np.repeat(np.arange(n_cells), np.diff(faces.cell_offsets))
+    return _volumes(points, flat, starts, entry_cell, n_cells)
+
+
 def _volumes(
     points: NDArray[np.floating], flat: Ints, starts: Ints, entry_cell: Ints, n_cells: int
 ) -> NDArray[np.float64]:

@@ -21,6 +21,7 @@ from . import (
     mfem,
     openfoam,
     others,
+    ovm,
     su2,
     tetgen,
     unv,
@@ -48,6 +49,7 @@ ALL: tuple[Format, ...] = (
     fluent.FLUENT,
     openfoam.OPENFOAM,
     hedra.HEDRA,
+    ovm.OVM,
     *others.OTHERS,
 )
 
