@@ -119,6 +119,8 @@ def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
     """Raise `MeshError` unless faces and points of the polyhedra are in range."""
     if len(poly.cell_offsets) != n_cells + 1:
         raise MeshError(f"polyhedra: cell offsets have length {len(poly.cell_offsets)}, expected {n_cells + 1}")
+    if poly.flipped is not None and len(poly.flipped) != len(poly.cell_faces):
+        raise MeshError(f"polyhedra: flipped has length {len(poly.flipped)}, expected {len(poly.cell_faces)}")
     for offsets, items, what in (
         (poly.cell_offsets, poly.cell_faces, "cell offsets"),
         (poly.face_offsets, poly.face_points, "face offsets"),

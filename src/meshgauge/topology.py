@@ -105,6 +105,8 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
         ``(n_points,)`` the point that stands for each point, to match faces across points that coincide; None: each for
         itself.
     """
+    if mesh.polyhedra is not None and mesh.polyhedra.flipped is not None:
+        mesh = mesh.replace(polyhedra=mesh.polyhedra.with_own_faces())
     table = face_table()
     n_faces = _numbers_of_faces(mesh)
     starts = np.zeros(mesh.n_cells + 1, np.int64)

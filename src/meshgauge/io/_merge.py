@@ -113,7 +113,10 @@ def _joined_polyhedra(parts: Sequence[Part], point_starts: Sequence[int]) -> Pol
         return None
     none = np.zeros(0, np.int64)
     polys = [
-        p.polyhedra or Polyhedra(np.zeros(len(p.types) + 1, np.int64), none, np.zeros(1, np.int64), none) for p in parts
+        p.polyhedra.with_own_faces()
+        if p.polyhedra is not None
+        else Polyhedra(np.zeros(len(p.types) + 1, np.int64), none, np.zeros(1, np.int64), none)
+        for p in parts
     ]
     return Polyhedra(
         cell_offsets=_joined_offsets([p.cell_offsets for p in polys]),

@@ -227,7 +227,7 @@ def grid(mesh: Mesh) -> tuple[Any, tuple[str, ...]]:
         if mesh.polyhedra is None:
             made.SetCells(_vtk(mesh.types), cells)
         else:
-            poly = mesh.polyhedra
+            poly = mesh.polyhedra.with_own_faces()
             faces = _cell_array(poly.face_offsets, poly.face_points)
             made.SetPolyhedralCells(_vtk(mesh.types), cells, _cell_array(poly.cell_offsets, poly.cell_faces), faces)
     lost: list[str] = []

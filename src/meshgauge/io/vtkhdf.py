@@ -243,7 +243,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
             "Connectivity": mesh.connectivity,
         }
         if mesh.polyhedra is not None:
-            poly = mesh.polyhedra
+            poly = mesh.polyhedra.with_own_faces()
             sized["NumberOfFaces"] = poly.n_faces
             sized["NumberOfFaceConnectivityIds"] = len(poly.face_points)
             sized["NumberOfPolyhedronToFaceIds"] = len(poly.cell_faces)
