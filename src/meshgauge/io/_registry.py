@@ -22,6 +22,7 @@ from . import (
     openfoam,
     others,
     ovm,
+    plusplus,
     su2,
     tetgen,
     unv,
@@ -51,6 +52,7 @@ ALL: tuple[Format, ...] = (
     hedra.HEDRA,
     ovm.OVM,
     *others.OTHERS,
+    *plusplus.PLUSPLUS,
 )
 
 FORMATS: dict[str, Format] = {f.name: f for f in ALL}
