@@ -155,7 +155,9 @@ class Quality:
 
     def findings(self, n: int = 5) -> list[StatusCells]:
         """The solid cells that are not ok, by status: how many, the first n, and where the first is."""
-        found = []
+        found: list[StatusCells] = []
+        if not self.status.any():
+            return found
         for row in STATUSES.values():
             if row.status in (Status.OK, Status.NOT_SOLID):
                 continue

@@ -27,6 +27,9 @@ __all__ = ["KINDS", "Certificate", "Validity", "certificate"]
 NODE_BYTES = 1 << 20
 """Size of the gathered nodes worked on at a time: they stay in the second-level cache."""
 
+LARGEST = 1 << 26
+"""The same where only the nodes of open cells are gathered: a bound on the memory."""
+
 
 class Validity(IntEnum):
     """What is proved of a cell, as stored in `Certificate.status`."""
@@ -88,7 +91,9 @@ def certificate(
     n_cells = len(connectivity)
     points, connectivity = _read_only(points), _read_only(connectivity)
     result = _empty(n_cells)
-    step = LANES * max(NODE_BYTES // (24 * row.n_nodes * LANES), 1)
+    # The hexahedron's kernel gathers by itself.
+    node_bytes = LARGEST if row.name == "hexahedron" else NODE_BYTES
+    step = LANES * max(node_bytes // (24 * row.n_nodes * LANES), 1)
     for first in range(0, n_cells, step):
         chunk = slice(first, first + step)
         part = Certificate(result.status[chunk], result.lower[chunk], result.upper[chunk])
@@ -118,7 +123,7 @@ def _certify(
     # Numba loads here, on use.
     from .certificate_bernstein import bernstein, gather
     from .certificate_corners import has_zero_corner
-    from .certificate_hexahedron import hexahedron
+    from .certificate_hexahedron import hexahedra
     from .certificate_subdivision import subdivide
 
     def gathered(cells: NDArray[np.integer]) -> NDArray[np.float64]:
@@ -127,7 +132,7 @@ def _certify(
         return nodes
 
     if row.name == "hexahedron":
-        hexahedron(gathered(connectivity), *result)
+        hexahedra(points, connectivity, *result)
     else:
         bernstein(gathered(connectivity), row.terms, *result, np.empty((0, 0)), np.empty(0))
     open_cells = np.flatnonzero(result.status == UNDECIDED)
