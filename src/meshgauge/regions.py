@@ -77,7 +77,7 @@ def regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]]:
         Each region once. A number is written with the name of its data ("material 3") unless the file names it.
         A mesh without any regions has one, called "all".
     """
-    candidates = [found for found in (_named_blocks(mesh), *_from_data(mesh), _blocks(mesh)) if found is not None]
+    candidates = [found for found in (named_blocks(mesh), *_from_data(mesh), _blocks(mesh)) if found is not None]
     is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
     for ids, names in candidates:
         solid = ids[is_solid]
@@ -103,7 +103,7 @@ def _blocks(mesh: Mesh) -> _Partition | None:
     return ids, names
 
 
-def _named_blocks(mesh: Mesh) -> _Partition | None:
+def named_blocks(mesh: Mesh) -> _Partition | None:
     """Blocks if their names say more than a type of cells, a piece or the entity of a model."""
     dull = ("block ", "partition ", "piece ", "volume ", "surface ", "curve ", "point ", "polyhedron", "polygon")
     telling = [b for b in mesh.blocks if b.name and b.name not in BY_NAME and not b.name.startswith(dull)]

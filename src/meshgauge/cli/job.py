@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import MeshgaugeError
-from ..io import read, write
+from ..io import Limits, read, write
 from ..metrics import metric
 from ..metrics.verdict import PREFIX
 from ..report import FailedFile, FileReport
@@ -39,6 +39,7 @@ class Job:
     diagnoses: bool
     by_region: bool
     loading: threading.Thread | None  #: brings in what measures while the first file is read
+    limits: Limits  #: of readers in a process of their own
 
     def run(self, path: str, table: CsvWriter | None) -> FileReport | FailedFile:
         """Report on one file; what is wrong with it, if it cannot be read or measured.
@@ -50,7 +51,7 @@ class Job:
         """
         try:
             with activity(f"reading {path}", shown=self.shows_progress):
-                mesh = read(path, format=self.format, wedge_order=self.wedge_order)
+                mesh = read(path, format=self.format, wedge_order=self.wedge_order, limits=self.limits)
             with activity(f"measuring {path}", shown=self.shows_progress):
                 if self.loading is not None:
                     self.loading.join()

@@ -67,7 +67,9 @@ def register(app: typer.Typer) -> None:
 
 
 def report(
-    meshes: Annotated[list[str], typer.Argument(metavar="MESH", help="Mesh files, or patterns such as 'runs/*.vtu'.")],
+    meshes: Annotated[
+        list[str], typer.Argument(metavar="MESH", help="Mesh files, OpenFOAM cases, or patterns such as 'runs/*.vtu'.")
+    ],
     json: Annotated[
         bool, typer.Option("--json", help="Print JSON instead (docs/json-schema.md).", rich_help_panel=WRITING)
     ] = False,
@@ -165,6 +167,30 @@ def report(
             rich_help_panel=READING,
         ),
     ] = None,
+    read_seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--read-seconds",
+            metavar="S",
+            min=0.1,
+            max=1e6,
+            help="Give up a reader of others after this time.",
+            show_default="60 and 1 a MB",
+            rich_help_panel=READING,
+        ),
+    ] = None,
+    read_memory: Annotated[
+        float | None,
+        typer.Option(
+            "--read-memory",
+            metavar="GB",
+            min=0.1,
+            max=1e6,
+            help="Memory that a reader of others may use.",
+            show_default="4 and 60 times the file",
+            rich_help_panel=READING,
+        ),
+    ] = None,
 ) -> int:
     """Read, measure, summarise and drop each mesh in turn, then say what was found; returns the exit code."""
     paths = inputs.expanded(meshes)
@@ -173,16 +199,27 @@ def report(
         raise WriteError(f"{output}: --output takes one mesh, {len(paths)} are given")
     inputs.check_targets(paths, (output, csv))
 
-    loading = terminal.beside(_load) if any(inputs.size(path) > LARGE for path in paths) else None
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
+    from ..io import Limits
     from ..report import FailedFile, FileReport
     from ..report.csv import CsvWriter
     from . import job, printer
 
+    loading = terminal.beside(_load) if any(inputs.size(path) > LARGE for path in paths) else None
     names = job.metric_names(metric or (), compare_metric or ())
     count = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
     work = job.Job(
-        names, count, threads, wedge_order.value, format, output, not quiet, diagnosis, by is not None, loading
+        names,
+        count,
+        threads,
+        wedge_order.value,
+        format,
+        output,
+        not quiet,
+        diagnosis,
+        by is not None,
+        loading,
+        Limits(read_seconds, None if read_memory is None else int(read_memory * 2**30)),
     )
     chosen: printer.Printer = (
         printer.JsonPrinter(bins)

@@ -10,8 +10,11 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import MeshError, ReadError, WriteError
 from ..mesh import Mesh
+from ..regions import named_blocks
 from . import _files, _registry
 from ._format import Format
 from ._isolate import Limits
@@ -30,6 +33,9 @@ __all__ = [
     "write",
 ]
 
+REGION = "region"
+"""Cell data that tell the block of a cell in a file that was written."""
+
 StrPath = str | os.PathLike[str]
 
 
@@ -39,7 +45,7 @@ def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto",
     Parameters
     ----------
     path
-        A file, plain or gzipped.
+        A file, plain or gzipped; or the folder of an OpenFOAM case, which has constant/polyMesh in it.
     format
         A name of `FORMATS`; told by extension and content if None.
     wedge_order
@@ -62,6 +68,8 @@ def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto",
     """
     check_order(wedge_order)
     given = Path(path)
+    if os.path.isdir(given):  # False, not an error, for a name that no file can have
+        return settled(_registry.read_folder(given, format), wedge_order)
     with _files.opened(given) as (plain, head):
         chosen = format_named(format) if format is not None else _registry.told(plain, head)
         mesh = settled(_registry.read(chosen, plain, limits), wedge_order)
@@ -100,7 +108,7 @@ def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bo
         raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
     with _files.replacing(target) as beside:
         try:
-            return chosen.write(beside, mesh)
+            return chosen.write(beside, _with_regions(mesh))
         except WriteError as error:
             message = str(error).removeprefix(f"{beside}: ").replace(str(beside), str(target))
             raise WriteError(f"{target}: {message}") from error
@@ -111,6 +119,18 @@ def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bo
         except Exception as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise WriteError(f"{target}: cannot be written as {chosen.title}: {reason}") from error
+
+
+def _with_regions(mesh: Mesh) -> Mesh:
+    """Blocks with names of their own also as cell data, which more formats hold: numbers from 1 and their names."""
+    found = named_blocks(mesh)
+    if found is None or REGION in mesh.cell_data:
+        return mesh
+    ids, names = found
+    return mesh.replace(
+        cell_data={**mesh.cell_data, REGION: (ids + 1).astype(np.int32)},
+        field_data={**mesh.field_data, f"{REGION}:names": np.array(names)},
+    )
 
 
 def _same_file(a: Path, b: Path) -> bool:

@@ -26,7 +26,9 @@ def main(request: dict[str, Any]) -> None:
     except MemoryError:
         gigabytes = request["memory"] / 2**30
         _handover.dump_error(
-            target, f"{request['name']}: does not fit into {gigabytes:.1f} GB (MESHGAUGE_READ_GB sets another limit)"
+            target,
+            f"{request['name']}: does not fit into {gigabytes:.1f} GB "
+            "(--read-memory or MESHGAUGE_READ_GB set another limit)",
         )
     os._exit(0)  # readers of others may crash once more on their way out
 

@@ -24,6 +24,7 @@ from . import _handover
 _START = "import json, sys; r = json.load(sys.stdin); sys.path[:] = r['sys_path']; " + (
     "from meshgauge.io import _child; _child.main(r)"
 )
+_MORE_TIME = "--read-seconds or MESHGAUGE_READ_SECONDS set another limit"
 _MB, _GB = 1 << 20, 1 << 30
 
 
@@ -34,24 +35,27 @@ class Limits:
     Attributes
     ----------
     seconds
-        Wall clock; also the processor time that its process gets.
+        Wall clock; also the processor time that its process gets. By the size of the file if None.
     memory
-        Bytes of address space, which is more than it holds in memory; not enforced on Windows and macOS.
+        Bytes of address space, which is more than it holds in memory; not enforced on Windows and macOS. By the size
+        of the file if None.
     """
 
-    seconds: float
-    memory: int
+    seconds: float | None = None
+    memory: int | None = None
 
-    @classmethod
-    def for_size(cls, size: int) -> Limits:
-        """The defaults for a file of ``size`` bytes: 60 s and 1 s a MB; 4 GB and 60 times the file.
+    def settled(self, size: int) -> tuple[float, int]:
+        """Seconds and bytes for a file of ``size`` bytes; by default 60 s and 1 s a MB, 4 GB and 60 times the file.
 
-        The environment variables ``MESHGAUGE_READ_SECONDS`` and ``MESHGAUGE_READ_GB`` replace them. Readers of text
-        take up to 0.5 s a MB and 40 times the file (meshio).
+        The environment variables ``MESHGAUGE_READ_SECONDS`` and ``MESHGAUGE_READ_GB`` replace the defaults. Readers of
+        text take up to 0.5 s a MB and 40 times the file (meshio).
         """
-        seconds = _from_environment("MESHGAUGE_READ_SECONDS", 60.0 + size / _MB)
-        gigabytes = _from_environment("MESHGAUGE_READ_GB", 4.0 + 60.0 * size / _GB)
-        return cls(seconds, int(gigabytes * _GB))
+        seconds, memory = self.seconds, self.memory
+        if seconds is None:
+            seconds = _from_environment("MESHGAUGE_READ_SECONDS", 60.0 + size / _MB)
+        if memory is None:
+            memory = int(_from_environment("MESHGAUGE_READ_GB", 4.0 + 60.0 * size / _GB) * _GB)
+        return seconds, memory
 
 
 def _from_environment(name: str, default: float) -> float:
@@ -77,7 +81,7 @@ def read(path: Path, format_name: str, limits: Limits | None = None) -> Mesh:
     """
     if not sys.executable:
         raise ReadError(f"{path}: needs a reader in a process of its own, but this interpreter does not know its path")
-    limits = limits or Limits.for_size(path.stat().st_size)
+    seconds, memory = (limits or Limits()).settled(path.stat().st_size)
     with _shared_file() as file:
         request = {
             "sys_path": [str(Path(entry).resolve()) for entry in sys.path],
@@ -86,10 +90,10 @@ def read(path: Path, format_name: str, limits: Limits | None = None) -> Mesh:
             "format": format_name,
             "result": file.name if isinstance(file.name, str) else None,
             "fd": file.fileno(),
-            "seconds": limits.seconds,
-            "memory": limits.memory,
+            "seconds": seconds,
+            "memory": memory,
         }
-        code = _run(request, limits, str(path))
+        code = _run(request, seconds, str(path))
         if code != 0:
             raise ReadError(f"{path}: {_death(code)}")
         return _handover.load(file, str(path))
@@ -103,7 +107,7 @@ def _shared_file() -> BinaryIO:
     return tempfile.NamedTemporaryFile(prefix="meshgauge-")  # type: ignore[return-value]
 
 
-def _run(request: dict[str, Any], limits: Limits, name: str) -> int:
+def _run(request: dict[str, Any], seconds: float, name: str) -> int:
     quiet = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}  # each maps much memory
     child = subprocess.Popen(
         [sys.executable, "-P", "-c", _START],
@@ -115,11 +119,11 @@ def _run(request: dict[str, Any], limits: Limits, name: str) -> int:
         start_new_session=os.name == "posix",
     )
     try:
-        child.communicate(json.dumps(request).encode(), timeout=limits.seconds)
+        child.communicate(json.dumps(request).encode(), timeout=seconds)
     except subprocess.TimeoutExpired:
         raise ReadError(
-            f"{name}: the reader was not done after {limits.seconds:.0f} s and was ended; "
-            "the file may be broken (MESHGAUGE_READ_SECONDS sets another limit)"
+            f"{name}: the reader was not done after {seconds:.3g} s and was ended; "
+            f"the file may be broken ({_MORE_TIME})"
         ) from None
     finally:
         if child.poll() is None:
@@ -134,7 +138,7 @@ def _death(code: int) -> str:
     if code > 0:
         return f"the reader ended its process (exit code {code}); the file may be broken"
     if hasattr(signal, "SIGXCPU") and -code == signal.SIGXCPU:
-        return "the reader used up its processor time and was ended (MESHGAUGE_READ_SECONDS sets another limit)"
+        return f"the reader used up its processor time and was ended ({_MORE_TIME})"
     try:
         what = signal.Signals(-code).name
     except ValueError:

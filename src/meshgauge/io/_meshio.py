@@ -46,6 +46,9 @@ _VTK_NAME = {
 }
 
 
+_OWN_LIST = "med:nom"
+"""Field data in which meshio's MED reader keeps the names of fields for its writer, which fails on an empty one."""
+
 _DIMENSION = {"wedge15": 3, "wedge12": 3, "pyramid13": 3, "hexahedron24": 3, "penta_prism": 3, "hexa_prism": 3}
 """Of types that meshio 5.3 reads and writes, but does not know the dimension of, so that it raises `KeyError`."""
 
@@ -167,7 +170,7 @@ def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = ()) -> Me
         blocks=tuple(b for b in blocks if b.stop > b.start),
         point_data={k: _plain(v) for k, v in source.point_data.items()},
         cell_data=data,
-        field_data={k: _plain(v) for k, v in (source.field_data or {}).items()},
+        field_data={k: _plain(v) for k, v in (source.field_data or {}).items() if k != _OWN_LIST},
         path=str(path) if path is not None else None,
         notes=(*notes, *kept, *more),
     )

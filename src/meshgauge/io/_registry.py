@@ -98,6 +98,23 @@ def read(chosen: Format, path: Path, limits: _isolate.Limits | None = None) -> M
     return mesh
 
 
+def read_folder(folder: Path, name: str | None) -> Mesh:
+    """Read a folder: a case of OpenFOAM, or its polyMesh.
+
+    Raises
+    ------
+    ReadError
+        If it is none.
+    """
+    inside = openfoam.inside(folder)
+    if inside is None or name not in (None, openfoam.OPENFOAM.name):
+        raise ReadError(f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it")
+    try:
+        return read(openfoam.OPENFOAM, inside).replace(path=str(folder))
+    except ReadError as error:
+        raise ReadError(str(error).replace(f"{inside}: ", f"{folder}: ")) from error
+
+
 def read_here(chosen: Format, path: Path) -> Mesh:
     """Read a file by the reader of others in this process."""
     mesh = _guarded(chosen, path, chosen.foreign)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import ReadError
 from ..mesh import Mesh
+from ..regions import KEYS
 from . import _meshio
 from ._format import Format
 
@@ -45,7 +46,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     lost = []
     renamed: dict[str, str | None] = {"point": None, "cell": None}
     for what, data in (("point", source.point_data), ("cell", source.cell_data)):
-        name = next((n for n in _REFERENCES if n in data), None)
+        name = next((n for n in _REFERENCES if n in data and _is_integer(data[n])), None)
         values = data.get(name)
         data.clear()
         if name is not None:
@@ -59,10 +60,16 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return (*lost, *_meshio.write_source(path, source, named, "medit"))
 
 
+def _is_integer(values: Any) -> bool:
+    """Of a point one integer, of a cell, by block, too."""
+    blocks = values if isinstance(values, list) else [values]
+    return all(block.ndim == 1 and block.dtype.kind in "iu" for block in blocks)
+
+
 def _without(data: Mapping[str, NDArray[Any]], name: str | None) -> dict[str, NDArray[Any]]:
     return {k: v for k, v in data.items() if k != name}
 
 
-_REFERENCES = ("medit:ref", "gmsh:physical")
+_REFERENCES = ("medit:ref", *(key for key in KEYS if key != "medit:ref"))
 
 MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, foreign=read, write=write)

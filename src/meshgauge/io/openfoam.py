@@ -6,6 +6,7 @@ Own, because VTK's reader takes every time step and drops faces of polyhedra on 
 from __future__ import annotations
 
 import gzip
+import os
 import re
 import zlib
 from pathlib import Path
@@ -61,6 +62,14 @@ def read(path: Path) -> Mesh:
         raise ReadError(f"{folder}: cell {cell} has {int(np.diff(offsets)[cell])} faces, expected 4 or more")
     whole = _faces.Faces(offsets, faces, face_offsets, face_points, is_neighbour)
     return _faces.mesh(path, points, whole, [("cells", 0, n_cells)], _patches(folder, n_faces))
+
+
+def inside(folder: Path) -> Path | None:
+    """The path in a folder by which its case is read, None if it holds none."""
+    if folder.resolve().name == "polyMesh":
+        return folder.resolve() / "points"
+    is_case = any(os.path.isdir(folder / name) for name in ("constant", "polyMesh", "processor0"))
+    return folder / "case.foam" if is_case else None
 
 
 def _folder(path: Path) -> Path:

@@ -12,8 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import ReadError
 from ..mesh import Mesh
+from ..regions import KEYS
 from . import _meshio, _vtk, _within
 from ._format import Format, Reader, Sniffer, Writer, anything
 
@@ -95,6 +98,31 @@ def _meshio_writer(module: str, **options: Any) -> Writer:
     return write
 
 
+def _write_avs(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """Of the cell data the materials only: meshio writes one more, but then cannot read the file of several types."""
+    lost: list[str] = []
+    kept = {MATERIAL: mesh.cell_data[MATERIAL]} if MATERIAL in mesh.cell_data else {}
+    name = next((n for n in mesh.cell_data if n.lower() in KEYS and mesh.cell_data[n].dtype.kind in "iu"), None)
+    if not kept and name is not None and mesh.cell_data[name].ndim == 1:
+        kept = {MATERIAL: mesh.cell_data[name]}
+        lost.append(f"The cell data {name!r} became AVS's materials.")
+    gone = [n for n in mesh.cell_data if n != (MATERIAL if MATERIAL in mesh.cell_data else name)]
+    if gone:
+        lost.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
+    return (*lost, *_meshio.write(path, mesh.replace(cell_data=kept), "avsucd"))
+
+
+def _write_xdmf(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """Small integers as those of 32 bits: meshio knows no way to write them as text."""
+    wide = {
+        f"{what}_data": {
+            k: v.astype(np.int32) if v.dtype.kind in "biu" and v.itemsize < 4 else v for k, v in data.items()
+        }
+        for what, data in (("cell", mesh.cell_data), ("point", mesh.point_data))
+    }
+    return _meshio.write(path, mesh.replace(**wide), "xdmf", data_format="XML")
+
+
 def _mark(pattern: bytes) -> Sniffer:
     compiled = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
     return lambda head, path: compiled.search(head) is not None
@@ -106,6 +134,8 @@ def _refused(reason: str) -> Reader:
 
     return read
 
+
+MATERIAL = "avsucd:material"
 
 _FIVE_COUNTS = rb"\A(\s*#[^\n]*\n)*\s*\d+([ \t]+\d+){4}"
 _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
@@ -122,7 +152,7 @@ OTHERS: tuple[Format, ...] = (
     # By either.
     Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
            foreign=_checked(_within.check_xml, _first_of(_by_pyvista, _by_meshio("xdmf"))),
-           write=_meshio_writer("xdmf", data_format="XML")),
+           write=_write_xdmf),
     Format("cgns", "CGNS", (".cgns",), _mark(rb"\A(\x89HDF|ADF)"),
            foreign=_checked(_within.check_hdf_file, _first_of(_by_pyvista, _by_meshio("cgns"))), by_content=False),
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(_by_pyvista, _by_meshio("stl")), by_content=False),
@@ -131,7 +161,7 @@ OTHERS: tuple[Format, ...] = (
            foreign=_first_of(_by_pyvista, _by_meshio("obj")), by_content=False),
     # By meshio.
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
-           foreign=_by_meshio("avsucd"), write=_meshio_writer("avsucd"), by_content=False),
+           foreign=_by_meshio("avsucd"), write=_write_avs, by_content=False),
     Format("nastran", "Nastran", (".bdf", ".fem", ".nas", ".nastran"), anything,
            foreign=_by_meshio_to_the_end, by_content=False),
     Format("med", "MED", (".med",), _HDF,
