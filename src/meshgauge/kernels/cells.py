@@ -2,8 +2,8 @@
 
 Each kernel takes flat arrays, ``points`` (3 per point, float32 or float64), ``connectivity`` (int64, ``n_nodes`` per
 cell) and ``out`` (float64, one per cell), and writes E_q, or NaN for a cell that it could not settle: a coordinate that
-is not finite, a size whose sixth power leaves 1e±140, or a corner so flat that its sign is not certain. It returns how
-many; the caller settles those with `robust`.
+is not finite, an edge shorter than 1e-23 or longer than 1e23, or a corner so flat that its sign is not certain. It
+returns how many; the caller settles those with `robust`.
 
 Why the sign is certain otherwise: the determinant D of the rounded differences has the exact sign if |D| exceeds
 (7 + 56u)u·P with u = 2^-53 and P the permanent of absolute values (Shewchuk 1997, orient3d), and P is at most
@@ -27,7 +27,7 @@ from .lanes import BLOCK, load4, prefetch, prefetch_write, widest
 U = np.uint64  # unsigned indices: Numba adds a branch for negative ones otherwise
 
 FLAT = 1.6e-29  # (4e-15)²: below this squared J_S a sign is not certain
-SMALL, LARGE = 1e-140, 1e140  # of l1² l2² l3²: within, no product of two of them has lost bits
+SMALL, LARGE = 1e-46, 1e46  # of a squared edge: within, no product of six has lost bits
 AHEAD = 128  # cells asked for ahead in the connectivity; half of it in the output
 
 
@@ -104,7 +104,9 @@ def tetra(points: Any, connectivity: Any, out: Any, k: Any) -> int:
             small, large = min(min(p0, p1), min(p2, p3)), max(max(p0, p1), max(p2, p3))
             square = det * det
             low, high = square / large, square / small
-            settled = (low > FLAT) and (small > SMALL) and (large < LARGE)
+            least = min(min(min(a, b), min(c, d)), min(e, f))
+            total = (a + b) + (c + d) + (e + f)  # NaN if any is: min may drop it
+            settled = (low > FLAT) and (least > SMALL) and (total < LARGE)
             q[p] = _value(low, high, det < 0.0, k) if settled else np.nan
         left += _written(q, out, first, n)
     return left
@@ -183,10 +185,9 @@ def pyramid(points: Any, connectivity: Any, out: Any, k: Any) -> int:
             flattest = min(
                 min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(min(abs(s4), abs(s5)), min(abs(s6), abs(s7)))
             )
-            least = min(min(min(p0, p1), min(p2, p3)), min(min(p4, p5), min(p6, p7)))
-            most = max(max(max(p0, p1), max(p2, p3)), max(max(p4, p5), max(p6, p7)))
-            total = ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7))  # NaN if any is: min and max may drop it
-            settled = (flattest > FLAT) and (least > SMALL) and (most < LARGE) and (total == total)
+            least = min(min(min(a, b), min(c, d)), min(min(e, f), min(g, h)))
+            total = ((a + b) + (c + d)) + ((e + f) + (g + h))  # NaN if any is: min may drop it
+            settled = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
             q[p] = _worst(small, large, nearest, k) if settled else np.nan
         left += _written(q, out, first, n)
     return left
@@ -238,10 +239,9 @@ def wedge(points: Any, connectivity: Any, out: Any, k: Any) -> int:
                 max(_negative(s4), _negative(s5)),
             )
             flattest = min(min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(abs(s4), abs(s5)))
-            least = min(min(min(p0, p1), min(p2, p3)), min(p4, p5))
-            most = max(max(max(p0, p1), max(p2, p3)), max(p4, p5))
-            total = (s0 + s1) + (s2 + s3) + (s4 + s5)  # NaN if any is: min and max may drop it
-            settled = (flattest > FLAT) and (least > SMALL) and (most < LARGE) and (total == total)
+            least = min(min(min(a, b), min(c, d)), min(min(min(e, f), min(g, h)), i))
+            total = ((a + b) + (c + d)) + ((e + f) + (g + h)) + i  # NaN if any is: min may drop it
+            settled = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
             q[p] = _worst(small, large, nearest, k) if settled else np.nan
         left += _written(q, out, first, n)
     return left
@@ -306,10 +306,13 @@ def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> int:
             flattest = min(
                 min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(min(abs(s4), abs(s5)), min(abs(s6), abs(s7)))
             )
-            least = min(min(min(p0, p1), min(p2, p3)), min(min(p4, p5), min(p6, p7)))
-            most = max(max(max(p0, p1), max(p2, p3)), max(max(p4, p5), max(p6, p7)))
-            total = ((s0 + s1) + (s2 + s3)) + ((s4 + s5) + (s6 + s7))  # NaN if any is: min and max may drop it
-            settled = (flattest > FLAT) and (least > SMALL) and (most < LARGE) and (total == total)
+            least = min(
+                min(min(min(a0, a1), min(a2, a3)), min(min(b0, b1), min(b2, b3))), min(min(c0, c1), min(c2, c3))
+            )
+            total = (
+                ((a0 + a1) + (a2 + a3)) + ((b0 + b1) + (b2 + b3)) + ((c0 + c1) + (c2 + c3))
+            )  # NaN if any is: min may drop it
+            settled = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
             q[p] = _worst_right(small, nearest) if settled else np.nan
         left += _written(q, out, first, n)
     return left

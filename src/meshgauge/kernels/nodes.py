@@ -16,7 +16,7 @@ from .lanes import BLOCK, load4, prefetch, prefetch_write, widest
 U = np.uint64  # unsigned indices: Numba adds a branch for negative ones otherwise
 
 FLAT = 4e-15  # below this |J_S| a sign is not certain, see `cells`
-SMALL, LARGE = 1e-280, 1e280  # of l1² l2² l3²: within, it has lost no bits
+SMALL, LARGE = 1e-90, 1e90  # of a squared edge: within, no product of three has lost bits
 AHEAD = 64  # cells asked for ahead
 
 
@@ -69,11 +69,11 @@ def scaled_jacobian(points: Any, connectivity: Any, triples: Any, n_nodes: Any, 
                     bx, by, bz = x[j + p] - ox, x[j + p + U(64)] - oy, x[j + p + U(128)] - oz
                     cx, cy, cz = x[k + p] - ox, x[k + p + U(64)] - oy, x[k + p + U(128)] - oz
                     det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-                    product = (
-                        (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz) * (cx * cx + cy * cy + cz * cz)
-                    )
-                    s = det / sqrt(product)
-                    good = (abs(s) > FLAT) and (product > SMALL) and (product < LARGE)
+                    a = ax * ax + ay * ay + az * az
+                    b = bx * bx + by * by + bz * bz
+                    c = cx * cx + cy * cy + cz * cz
+                    s = det / sqrt(a * b * c)
+                    good = (abs(s) > FLAT) and (min(min(a, b), c) > SMALL) and (a + b + c < LARGE)
                     settled[p] += 0.0 if good else np.nan
                     s = max(min(s, 1.0), -1.0)
                     small[p] = min(small[p], s)
