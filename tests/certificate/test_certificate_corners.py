@@ -8,8 +8,9 @@ from certificate_cells import CURVED, cloud, family, ideal, many, separate
 
 from meshgauge.cells import BY_NAME
 from meshgauge.kernels.certificate import certificate
-from meshgauge.kernels.certificate_corners import corner_tangents_js, fold
+from meshgauge.kernels.certificate_corners import corner_tangents_js
 from meshgauge.kernels.certificate_tables import KINDS, edges, table
+from meshgauge.kernels.folds import fold
 
 REFERENCE = {
     "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],

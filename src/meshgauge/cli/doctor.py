@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from . import inputs
-from .report import READING, WRITING
+from .report import WRITING, FormatOption
 
 AS_IN_THE_FILE = "gmsh"
 """Wedges are not turned while reading: which of them are numbered in reverse is told by their faces."""
@@ -45,16 +45,7 @@ def doctor(
             help="Points within X times the size of the mesh coincide.",
         ),
     ] = 1e-9,
-    format: Annotated[
-        str | None,
-        typer.Option(
-            "--format",
-            metavar="NAME",
-            help="Read as this format.",
-            show_default="told by name and content",
-            rich_help_panel=READING,
-        ),
-    ] = None,
+    format: FormatOption = None,
 ) -> int:
     """Read and diagnose each mesh in turn; returns the exit code."""
     paths = inputs.expanded(meshes)

@@ -9,7 +9,7 @@ import typer
 
 from ..errors import WriteError
 from . import inputs
-from .report import READING, WRITING
+from .report import WRITING, FormatOption
 
 AS_IN_THE_FILE = "gmsh"
 """Wedges are not turned while reading: which of them are numbered in reverse is told by their faces."""
@@ -40,16 +40,7 @@ def orient(
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=WRITING)
     ] = False,
-    format: Annotated[
-        str | None,
-        typer.Option(
-            "--format",
-            metavar="NAME",
-            help="Read as this format.",
-            show_default="told by name and content",
-            rich_help_panel=READING,
-        ),
-    ] = None,
+    format: FormatOption = None,
 ) -> int:
     """Read, renumber, write, say what was done; returns the exit code."""
     if output is None and not in_place:

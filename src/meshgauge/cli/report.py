@@ -41,6 +41,19 @@ EPILOG = """[bold]Examples[/bold]
 READING, MEASURING, WRITING = "How to read", "What to measure", "Where to"
 
 
+FormatOption = Annotated[
+    str | None,
+    typer.Option(
+        "--format",
+        metavar="NAME",
+        help="Read as this format.",
+        show_default="told by name and content",
+        rich_help_panel=READING,
+    ),
+]
+"""The option of every subcommand that reads a mesh."""
+
+
 class WedgeOrder(StrEnum):
     """How the wedges of a file are numbered."""
 
@@ -157,16 +170,7 @@ def report(
             rich_help_panel=READING,
         ),
     ] = WedgeOrder.auto,
-    format: Annotated[
-        str | None,
-        typer.Option(
-            "--format",
-            metavar="NAME",
-            help="Read as this format.",
-            show_default="told by name and content",
-            rich_help_panel=READING,
-        ),
-    ] = None,
+    format: FormatOption = None,
     read_seconds: Annotated[
         float | None,
         typer.Option(

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import permutations
-from math import inf, nan, sqrt
+from math import nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from .._jit import kernel
 from ..cells import BY_NAME, Shape
 from .certificate_exact import root_ratio, whole_points
 from .certificate_tables import KINDS, U, edges
+from .folds import fold
 
 
 def corner_tangents_js(
@@ -68,13 +69,6 @@ def has_zero_corner(name: str, nodes: NDArray[np.floating]) -> NDArray[np.bool_]
     moves = [(nodes[:, table[:, 1 + n]] != corner) | (nodes[:, table[:, 4 + n]] != corner) for n in range(3)]
     products = [moves[0][..., x] & moves[1][..., y] & moves[2][..., z] for x, y, z in permutations(range(3))]
     return np.asarray(~np.any(products, axis=0).all(axis=1))
-
-
-def fold(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Fold the last axis: least if all are positive, 0 if none is negative, else the greatest negative; NaN stays."""
-    greatest_negative = np.where(values < 0, values, -inf).max(axis=-1)
-    result = np.where(greatest_negative > -inf, greatest_negative, values.min(axis=-1))
-    return np.where(np.isnan(values).any(axis=-1), nan, result)
 
 
 def _folded(js: NDArray[np.float64], nodes: Sequence[int]) -> NDArray[np.float64]:
