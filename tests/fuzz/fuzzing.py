@@ -15,6 +15,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "io"))
 from io_meshes import mesh_of
+from ovm_files import ovmb
 
 from meshgauge import io
 from meshgauge.errors import ReadError
@@ -174,6 +175,8 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
     classic.parent.mkdir()
     exodus_classic(classic)
     yield "exodus", classic, [classic]
+    binary = ovmb(folder / "classic" / "a.ovmb", mesh_of("tetra", "penta_prism", n=1))
+    yield "ovm", binary, [binary]
     for file in sorted((HERE / "seeds").glob("*")) if (HERE / "seeds").is_dir() else []:
         yield _registry.told(file, file.read_bytes()[:4096]).name, file, [file]
 

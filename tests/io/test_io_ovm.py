@@ -2,45 +2,82 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 from io_meshes import LINEAR, mesh_of
+from ovm_files import chunk, ovm, ovmb
 
 import meshgauge
 from meshgauge import io
-from meshgauge.cells import CELL_TYPES
 from meshgauge.errors import ReadError
-from meshgauge.mesh import Mesh
 
 
-def ovm(path: Path, mesh: Mesh, is_inside_out: bool = False, seed: int = 0) -> Path:
-    """Every cell by its faces; edges and faces run one way or the other at random."""
-    rng = np.random.default_rng(seed)
-    edges: list[tuple[int, int]] = []
-    faces, cells = [], []
-    for cell in range(mesh.n_cells):
-        shape = CELL_TYPES[int(mesh.types[cell])].shape
-        assert shape is not None
-        halves = []
-        for face in shape.faces:
-            ring, is_turned = mesh.nodes(cell)[list(face)].tolist(), bool(rng.integers(2))
-            ring = ring[::-1] if is_turned else ring
-            row = []
-            for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
-                if (a, b) not in edges and (b, a) not in edges:
-                    edges.append((a, b) if rng.integers(2) else (b, a))
-                row.append(2 * edges.index((a, b)) if (a, b) in edges else 2 * edges.index((b, a)) + 1)
-            halves.append(2 * len(faces) + (is_turned != is_inside_out))
-            faces.append(row)
-        cells.append(halves)
-    lines = ["OVM ASCII", "Vertices", str(mesh.n_points), *(" ".join(map(repr, x)) for x in mesh.points.tolist())]
-    lines += ["Edges", str(len(edges)), *(f"{a} {b}" for a, b in edges)]
-    for name, rows in (("Faces", faces), ("Polyhedra", cells)):
-        lines += [name, str(len(rows)), *(" ".join(map(str, (len(row), *row))) for row in rows)]
-    path.write_text("\n".join(lines) + "\n")
-    return path
+@pytest.mark.parametrize("is_inside_out", [False, True])
+@pytest.mark.parametrize("parts", [1, 3])
+@pytest.mark.parametrize("real", ["<f4", "<f8"])
+def test_binary_files_hold_the_same(tmp_path: Path, is_inside_out: bool, parts: int, real: str) -> None:
+    mesh = mesh_of(*LINEAR, "penta_prism", n=12)  # more than 256 points and half-faces
+    ascii_, binary = (
+        io.read(ovm(tmp_path / "a.ovm", mesh, is_inside_out)),
+        io.read(ovmb(tmp_path / "a.ovmb", mesh, is_inside_out, parts, real)),
+    )
+    assert mesh.n_points > 256
+    assert binary.type_counts() == {"tetra": 12, "pyramid": 12, "wedge": 12, "hexahedron": 12, "polyhedron": 12}
+    np.testing.assert_array_equal(binary.types, ascii_.types)
+    np.testing.assert_array_equal(binary.connectivity, ascii_.connectivity)
+    np.testing.assert_allclose(binary.points, mesh.points, rtol=1e-6)
+    assert binary.polyhedra is not None
+    assert ascii_.polyhedra is not None
+    np.testing.assert_array_equal(binary.polyhedra.face_points, ascii_.polyhedra.face_points)
+    assert binary.cell_data["region"].tolist() == [7, *range(1, mesh.n_cells)]  # the first has the default
+    assert binary.cell_data["odd"].tolist() == [bool(i % 2) for i in range(mesh.n_cells)]
+    np.testing.assert_array_equal(binary.point_data["force"], mesh.points)
+    assert binary.notes == ("Properties that are no numbers of vertices or cells were left out: of edges, label.",)
+
+
+def test_properties_of_ascii_files(tmp_path: Path) -> None:
+    path = ovm(tmp_path / "a.ovm", mesh_of("tetra", n=2))
+    more = 'CProp int "region"\n4\n5\nMProp string "s"\n4\ntext\nVProp vec3d "u"\n' + "0 1 .5\n" * 8
+    path.write_text(path.read_text() + more + 'Cell_Property double "q"\n0.5\n1\n')
+    mesh = io.read(path)
+    assert mesh.cell_data["region"].tolist() == [4, 5]
+    assert mesh.cell_data["q"].tolist() == [0.5, 1]
+    assert mesh.point_data["u"].tolist() == [[0, 1, 0.5]] * 8
+    assert mesh.notes == ("Properties that are no numbers of vertices or cells were left out: s.",)
+    path.write_text(path.read_text().replace("4\n5\nMProp", "4\nMProp"))
+    with pytest.raises(ReadError, match="values of the property 'region' from here on hold something else"):
+        io.read(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b"EOF ", b"EOG ", "a chunk b'EOG ' of version 0"),
+        (chunk(b"EOF "), b"", "ends before its end mark; it is truncated"),
+        (b"VERT\0", b"VERT\1", "a chunk b'VERT' of version 1"),
+        (struct.pack("<QQQ", 6, 4, 1), struct.pack("<QQQ", 6, 4, 2), r"states \[4, 6, 4, 2\] vertices, edges, faces"),
+        (struct.pack("<QQQ", 6, 4, 1), struct.pack("<QQQ", 6, 4, 2**60), "but the file has"),
+        (struct.pack("<QIB3x", 0, 4, 2), struct.pack("<QIB3x", 0, 4, 3), "encoding that is not known"),
+        (struct.pack("<QIB3x", 0, 4, 2), struct.pack("<QIB3x", 1, 3, 2), "vertices 1 to 4 after 0 of 4"),
+        (struct.pack("<QI4B", 0, 6, 1, 2, 0, 1), struct.pack("<QI4B", 0, 6, 1, 9, 0, 1), "edges of 9 ends"),
+        (
+            struct.pack("<QI4BQ", 0, 4, 2, 3, 0, 1, 0),
+            struct.pack("<QI4BQ", 0, 4, 2, 3, 0, 1, 90),
+            "refers to half-edge",
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_binary_file_is_said(tmp_path: Path, old: bytes, new: bytes, message: str) -> None:
+    path = ovmb(tmp_path / "a.ovmb", mesh_of("tetra", n=1))
+    data = path.read_bytes()
+    assert data.count(old) == 1
+    path.write_bytes(data.replace(old, new))
+    with pytest.raises(ReadError, match=message) as caught:
+        io.read(path)
+    assert str(path) in str(caught.value)
 
 
 @pytest.mark.parametrize("is_inside_out", [False, True])
@@ -64,7 +101,7 @@ def test_cells_come_back_and_the_mirrored_one_is_inverted(tmp_path: Path, is_ins
         ("Edges\n6", "Edges\n7", "the edges from here on hold something else than integers"),
         ("Edges\n6", "Edges\n999", "999 edges are stated, but"),
         ("Polyhedra\n1\n4 ", "Polyhedra\n1\n5 ", "does not hold as many half-faces as it states"),
-        ("OVM ASCII", "OVM BINARY", "binary format, which is not read"),
+        ("OVM ASCII", "OVM BINARY", "never defined; its binary format is .ovmb"),
     ],
 )
 def test_what_is_wrong_is_said(tmp_path: Path, old: str, new: str, message: str) -> None:
