@@ -11,6 +11,7 @@ from .cells import BY_NAME, CELL_TYPES
 from .mesh import Mesh
 
 KEYS: tuple[str, ...] = (
+    "med:group",
     "gmsh:physical",
     "medit:ref",
     "abaqus:material",
@@ -22,6 +23,8 @@ KEYS: tuple[str, ...] = (
     "unv:property",
     "unv:material",
     "tetgen:attribute",
+    "avsucd:material",
+    "netgen:index",
     "cell_tags",
     "material",
     "material_id",
@@ -49,6 +52,7 @@ KEYS: tuple[str, ...] = (
     "objectid",
     "property",
     "component",
+    "cellentityids",
     "gmsh:geometrical",
 )
 """Names of integer cell data that tell a region, the best first; compared without case and with - as _."""
