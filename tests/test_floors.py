@@ -17,7 +17,7 @@ FLOORS = (
     ("mesh", "polyhedra", "connectivity", "cast", "topology", "regions"),
     ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),
     ("improve",),
-    ("parallel", "report"),
+    ("parallel", "report", "plot"),
     ("cli", "integrations", "__init__", "__main__"),
 )
 FLOOR = {name: floor for floor, names in enumerate(FLOORS) for name in names}

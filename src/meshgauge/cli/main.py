@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from . import doctor, metrics, orient, report
+from . import doctor, metrics, orient, plot, report
 
 DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
 """Exit codes; the last is what a shell gives for Ctrl-C."""
@@ -31,6 +31,7 @@ app = typer.Typer(
 report.register(app)
 doctor.register(app)
 orient.register(app)
+plot.register(app)
 metrics.register(app)
 
 

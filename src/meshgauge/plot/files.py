@@ -1,0 +1,42 @@
+"""A figure as a file, whole or not at all."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..errors import WriteError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("png", "svg", "pdf")
+
+
+def format_of(path: Path) -> str:
+    """The format that a name asks for. Raises `WriteError` if it is none of `FORMATS`."""
+    told = path.suffix.lower().removeprefix(".")
+    if told not in FORMATS:
+        raise WriteError(f"{path}: pictures are written as {', '.join(FORMATS)}; the name must end in one of these")
+    return told
+
+
+def save(figure: Figure, path: str | os.PathLike[str]) -> None:
+    """Write a figure; the extension tells the format.
+
+    Raises
+    ------
+    WriteError
+        If the extension is none of png, svg and pdf, or the file cannot be written; nothing is left half-written.
+    """
+    target = Path(path)
+    kind = format_of(target)
+    beside = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        figure.savefig(beside, format=kind)
+        os.replace(beside, target)
+    except OSError as error:
+        raise WriteError(f"{target}: cannot be written: {error.strerror or error}") from error
+    finally:
+        beside.unlink(missing_ok=True)

@@ -1,0 +1,144 @@
+"""The worst cells: where they are in the mesh, and each of them seen from near."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._quality import Quality, WorstCell
+from ..cells import cell_type
+from ..errors import MeshgaugeError
+from . import marks, sheet
+from .canvas import Canvas, frame, over
+from .colours import FAINT, INK
+from .solids import CELL, corners, drawable, shell, surface
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+
+WIDTH, HEIGHT, HEAD, CAPTION = 1600, 900, 70, 64
+WHERE = 620
+"""Width of the picture of the whole mesh."""
+
+MOST = 12
+
+
+def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
+    """The worst cells, numbered from the worst on: where they are, and each from near among its neighbours.
+
+    Parameters
+    ----------
+    quality
+        Of a mesh.
+    n
+        How many, 1 to 12; fewer if fewer have a value.
+    title
+        Above the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        1600 by 900 pixels. The worst node has a ring; the edges of its corner are heavy; neighbours are outlined.
+
+    Raises
+    ------
+    MeshgaugeError
+        If there is nothing to draw or ``n`` is not in 1 to 12.
+    """
+    if not 1 <= n <= MOST:
+        raise MeshgaugeError(f"{n} worst cells are asked for, expected 1 to {MOST}")
+    grid = drawable(quality)
+    cells = quality.worst(n)
+    if not cells:
+        raise MeshgaugeError("there is nothing to draw: no cell has a value")
+    figure = sheet.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
+    sheet.title(figure, title, sheet.sentence(quality.summary()))
+    _whole(figure, grid, cells)
+    columns = min(len(cells), 3 if len(cells) <= 6 else 4)
+    rows = -(-len(cells) // columns)
+    width, height = (WIDTH - WHERE - 20) // columns, (HEIGHT - HEAD) // rows
+    for number, cell in enumerate(cells):
+        left, top = WHERE + (number % columns) * width, HEAD + (number // columns) * height
+        _near(figure, grid, quality, cell, number + 1, (left, top, width - 12, height - 12))
+    return figure
+
+
+def _whole(figure: Figure, grid: Any, cells: list[WorstCell]) -> None:
+    """The mesh seen through, its worst cells in it, numbered."""
+    skin = surface(grid)
+    points = corners(skin)
+    size = points.max(axis=0) - points.min(axis=0)
+    # Seen along the direction in which the mesh is thinnest, from a little above and aside.
+    up = np.array([0.0, 0.0, 1.0]) if size[2] > 0.5 * size.max() else np.array([0.0, 1.0, 0.0])
+    front = np.array([0.0, -1.0, 0.0]) if up[2] else np.array([0.0, 0.0, 1.0])
+    eye = front + 0.5 * np.cross(up, front) + 0.45 * up
+    with Canvas(WHERE - 20, HEIGHT - HEAD, eye, up, points, margin=(0.07, 0.07, 0.05, 0.05)) as canvas:
+        image = shell(canvas, skin)
+        canvas.add(surface(_cells(grid, [cell.cell for cell in cells])), width=0.8)
+        image = over(canvas.image(transparent=True), image)
+        at = canvas.pixels(np.array([cell.coordinates for cell in cells]))
+    axes = marks.picture(figure, image, 10, HEAD)
+    places = marks.apart(at, 26.0)
+    for number, (place, point) in enumerate(zip(places, at, strict=True), 1):
+        if np.linalg.norm(place - point) > 2:
+            axes.plot(*zip(place, point, strict=True), color=INK, linewidth=0.9, zorder=2)
+        marks.badge(axes, place, str(number))
+
+
+def _near(
+    figure: Figure, grid: Any, quality: Quality, cell: WorstCell, number: int, box: tuple[int, int, int, int]
+) -> None:
+    """One cell from near, with what it is written above it."""
+    left, top, width, height = box
+    mesh = quality.mesh
+    nodes = mesh.nodes(cell.cell)
+    points = np.asarray(mesh.points[nodes], np.float64)
+    where = np.asarray(cell.coordinates)
+    outward = where - points.mean(axis=0)
+    reach = float(np.abs(points - where).max())
+    along = outward / np.linalg.norm(outward) if np.linalg.norm(outward) > 1e-3 * reach else np.array([0.0, 0.0, 1.0])
+    up = np.array([0.0, 0.0, 1.0]) if abs(along[2]) < 0.8 else np.array([0.0, 1.0, 0.0])
+    right, above, _ = frame(along, up)
+    eye = along + 0.45 * right + 0.35 * above
+    touching = np.isin(mesh.connectivity, nodes)
+    sizes = np.diff(mesh.offsets)
+    around = np.unique(np.repeat(np.arange(mesh.n_cells), sizes)[touching])
+    with Canvas(width, height - CAPTION, eye, up, points, margin=(0.16, 0.16, 0.14, 0.14)) as canvas:
+        neighbours = _cells(grid, around)
+        canvas.lines(neighbours.extract_all_edges(), FAINT, 0.7)
+        behind = canvas.image()
+        canvas.plotter.clear_actors()
+        canvas.add(surface(_cells(grid, [cell.cell])), edge_opacity=0.9, width=1.1)
+        image = over(canvas.image(transparent=True), behind, 0.93)
+        at = canvas.pixels(np.array([where, *_ends(quality, cell)]))
+    axes = marks.picture(figure, image, left, top + CAPTION)
+    for end in at[1:]:
+        axes.plot([at[0, 0], end[0]], [at[0, 1], end[1]], color=INK, linewidth=2.4, solid_capstyle="round", zorder=2)
+    marks.ring(axes, at[0])
+    what, value, node = marks.said(cell)
+    marks.badge(axes, np.array([20.0, 26.0 - CAPTION]), str(number))
+    look: dict[str, Any] = {"va": "center", "clip_on": False}
+    axes.text(42, 15 - CAPTION, f"{what}", color=INK, fontsize=11.5, **look)
+    axes.text(42, 37 - CAPTION, f"{value}", color=marks.colour_of(cell), fontsize=11.5, weight="bold", **look)
+    axes.text(42 + 11 * len(value), 37 - CAPTION, node, color="#55595e", fontsize=10.5, **look)
+
+
+def _cells(grid: Any, cells: Any) -> Any:
+    """Some of the cells by their position in the file; those that are not drawn are left out."""
+    return grid.extract_cells(np.flatnonzero(np.isin(np.asarray(grid.cell_data[CELL]), cells)))
+
+
+def _ends(quality: Quality, cell: WorstCell) -> Array:
+    """The other ends of the straight edges at the worst corner, ``(n, 3)``; none of a polyhedron."""
+    mesh = quality.mesh
+    row = cell_type(int(mesh.types[cell.cell]))
+    if row.shape is None or cell.node not in row.corners:
+        return np.empty((0, 3))
+    corner = row.corners.index(cell.node)
+    ends = [a + b - corner for a, b in row.shape.edges if corner in (a, b)]
+    ids = mesh.nodes(cell.cell)[[row.corners[end] for end in ends]]
+    return np.asarray(mesh.points[ids], np.float64)

@@ -1,0 +1,131 @@
+"""The sheet that charts are drawn on: a figure of its own, bands, and the words of counts.
+
+matplotlib's state machine (pyplot) and its global settings are left alone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..metrics import metric as metric_row
+from ..summary import Summary, Tally
+from ..summary.scale import Scale
+from .colours import FAINT, GRID, INK, INVALID, POOR, WORDS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BANDS = ("invalid", "degenerate", "poor", "good", "unknown")
+
+MINUS = "\N{MINUS SIGN}"
+
+
+def figure(width: float, height: float, dpi: float = 150) -> Figure:
+    """An empty white figure, in inches, that pyplot does not know of."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    made = Figure(figsize=(width, height), dpi=dpi, facecolor="white")
+    FigureCanvasAgg(made)
+    return made
+
+
+def axes(on: Figure, box: tuple[float, float, float, float]) -> Axes:
+    """Axes in a box (left, bottom, width, height; 0 to 1) with nothing but what is needed."""
+    made = on.add_axes(box)
+    made.set_facecolor("white")
+    for side, spine in made.spines.items():
+        spine.set_visible(side == "bottom")
+        spine.set_color(FAINT)
+        spine.set_linewidth(0.8)
+    made.tick_params(colors=INK, labelsize=9, length=3, width=0.8, direction="out")
+    made.tick_params(which="minor", length=0)
+    made.tick_params(axis="y", length=0)
+    made.grid(axis="y", color=GRID, linewidth=0.8)
+    made.set_axisbelow(True)
+    return made
+
+
+def shade(on: Axes, scale: Scale, low: float, high: float) -> None:
+    """Tint what is invalid and what is poor."""
+    start, end = scale.acceptable
+    zero = max(low, 0.0) if scale.low < 0 else low
+    tints: tuple[tuple[float, float, str], ...] = ((low, zero, INVALID), (zero, start, POOR), (end, high, POOR))
+    for left, right, colour in tints:
+        if right > left:
+            on.axvspan(left, min(right, high), color=colour, alpha=0.07, linewidth=0)
+    on.set_xlim(low, high)
+
+
+def title(on: Figure, text: str, below: str = "") -> None:
+    """Two lines at the top left."""
+    height = on.get_figheight()
+    on.text(0.02, 1 - 0.12 / height, text, ha="left", va="top", fontsize=12, color=INK, fontweight="bold", wrap=False)
+    if below:
+        on.text(0.02, 1 - 0.37 / height, below, ha="left", va="top", fontsize=9.5, color="#55595e")
+
+
+def named(scale: Scale) -> str:
+    """The metric in a few words, for an axis."""
+    row = metric_row(scale.metric)
+    if row.name == "jens":
+        return "quality $J_{ENS}$"
+    unit = "" if row.unit == "1" else f" ({row.unit})"
+    return f"{row.name}{unit}"
+
+
+def number(value: float) -> str:
+    """A value in at most seven characters, with a real minus sign."""
+    size = abs(value)
+    text = f"{value:.0e}" if 0 < size < 5e-4 else f"{value:.3f}" if size < 100 else f"{value:.4g}"
+    return text.replace("-", MINUS)
+
+
+def plural(n: int, noun: str) -> str:
+    """``1 cell``, ``2,000 cells``."""
+    return f"{n:,} {noun}{'' if n == 1 else 's'}"
+
+
+def tallied(tally: Tally) -> dict[str, int]:
+    """Cells in each of `BANDS`."""
+    n = (tally.n_invalid, tally.n_degenerate, tally.n_poor, tally.n_good, tally.n_cells - tally.n_measured)
+    return dict(zip(BANDS, n, strict=True))
+
+
+def words(tally: Tally, *, without: tuple[str, ...] = ()) -> list[tuple[str, str]]:
+    """What there is of each band, as text and its colour: ``("3 invalid", "#d1300f")``."""
+    said = {"unknown": "not measured"}
+    return [
+        (f"{n:,} {said.get(band, band)}", WORDS[band])
+        for band, n in tallied(tally).items()
+        if n and band not in without
+    ]
+
+
+def sentence(summary: Summary) -> str:
+    """Cells, extremes and median in one line; and what was not measured."""
+    every = summary.all
+    parts = [plural(every.n_cells, "cell")]
+    if every.n_measured:
+        parts += [f"min {number(every.min)}", f"median {number(every.quantiles((0.5,))[0.5])}"]
+    if every.n_cells > every.n_measured:
+        parts.append(f"{every.n_cells - every.n_measured:,} not measured")
+    return "   ·   ".join(parts)
+
+
+def line_of_words(on: Axes, x: float, y: float, parts: list[tuple[str, str]], **options: Any) -> None:
+    """Pieces of text one under the other, each in its colour, in coordinates of the axes."""
+    for n, (text, colour) in enumerate(parts):
+        on.annotate(
+            text,
+            (x, y),
+            xytext=(0, -12 * n),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            color=colour,
+            fontsize=9,
+            va="top",
+            annotation_clip=False,
+            **options,
+        )

@@ -1,0 +1,102 @@
+"""The commands of docs/plots.md run as processes and write what they say; options that do not go together are told."""
+
+from __future__ import annotations
+
+import ctypes.util
+import re
+import shlex
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from meshgauge.cli.main import main
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+PAGE = (ROOT / "docs" / "plots.md").read_text(encoding="utf-8")
+COMMANDS = re.findall(r"^meshgauge plot .*$", PAGE, re.MULTILINE)
+BRACKET = str(ROOT / "examples" / "meshes" / "bracket.vtu")
+
+can_draw = pytest.mark.skipif(
+    sys.platform.startswith("linux") and not any(map(ctypes.util.find_library, ("EGL", "GL", "OSMesa"))),
+    reason="there is no library to draw scenes with",
+)
+
+
+def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "meshgauge", *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.mark.parametrize("command", [pytest.param(c, marks=can_draw if "--scene" in c else ()) for c in COMMANDS])
+def test_commands_of_the_page(command: str, tmp_path: Path) -> None:
+    (tmp_path / "examples").symlink_to(ROOT / "examples", target_is_directory=True)
+    words = shlex.split(command)[1:]
+    done = run(*words, cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    output = tmp_path / words[-1]
+    shown = ROOT / "docs" / "pictures" / f"plot-{output.name}"
+    if output.suffix == ".png":
+        assert size(output) == size(shown)
+        assert shown.stat().st_size < 250e3
+        from PIL import Image
+
+        # What the page shows is what the command draws; not to the pixel, fonts and libraries differ.
+        now, then = (np.asarray(Image.open(path).convert("L").resize((80, 45)), float) for path in (output, shown))
+        assert np.abs(now - then).mean() < 4
+    else:
+        text = output.read_text(encoding="utf-8")
+        assert text.count("<path") > 20
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(["examples", output.name])
+
+
+def size(path: Path) -> tuple[int, int]:
+    """Width and height of a PNG."""
+    return struct.unpack(">II", path.read_bytes()[16:24])  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["a.jpg"], "png, svg, pdf"),
+        (["a.png", "--scene", "cut", "--kind", "types"], "one of them"),
+        (["a.png", BRACKET.replace(".vtu", "_good.vtu"), "--scene", "cut"], "takes one mesh, 2 are given"),
+        (["a.png", "--scene", "cut", "--metric", "scaled_jacobian"], "coloured by jens"),
+        (["a.png", "--scene", "worst", "--at", "0.5"], "--normal and --at"),
+        (["a.png", "--kind", "types", "--log"], "--log is of"),
+        (["a.png", "--metric", "none"], "no metric 'none'"),
+        ([BRACKET], "is an input"),
+    ],
+)
+def test_what_cannot_be_drawn(
+    arguments: list[str], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["plot", BRACKET, "-o", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert said in captured.err
+    assert captured.err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_one_unreadable_mesh_does_not_hide_the_others(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plot", str(tmp_path / "none.vtu"), BRACKET, "-o", str(tmp_path / "a.png")]) == 2
+    assert "none.vtu" in capsys.readouterr().err
+    assert (tmp_path / "a.png").is_file()
+
+
+@can_draw
+def test_invalid_cells_are_seen_wherever_they_are(tmp_path: Path) -> None:
+    """Also those in the part that is cut away: with everything cut away only they are left, in red."""
+    done = run("plot", BRACKET, "--scene", "cut", "--at", "0", "-o", "cut.png", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    from PIL import Image
+
+    pixels = np.asarray(Image.open(tmp_path / "cut.png").convert("RGB"), int)[100:, 300:1180]
+    red = (pixels[..., 0] > 110) & (pixels[..., 1] < 75) & (pixels[..., 2] < 60)
+    blue = pixels[..., 2] - pixels[..., 0] > 60
+    assert red.sum() > 300
+    assert blue.sum() < 50

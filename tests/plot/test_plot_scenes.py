@@ -1,0 +1,58 @@
+"""Where scenes look from: the plane of the cut, the camera, places of labels. What is rendered: test_plot_command."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshgauge import MeshgaugeError
+from meshgauge.plot import marks, section
+from meshgauge.plot.canvas import frame, over
+
+BOX = np.array([(x, y, z) for x in (0.0, 4.0) for y in (0.0, 1.0) for z in (0.0, 2.0)])
+
+
+def test_the_cut_is_at_the_worst_cell_along_the_thinnest_axis() -> None:
+    centres = np.array([(2.0, 0.6, 1.0), (3.0, 0.1, 1.0)])
+    towards, depth = section._plane(BOX, (2.0, 0.65, 1.0), centres, None, None)
+    np.testing.assert_array_equal(towards, [0, 1, 0])
+    assert depth == pytest.approx(0.65)
+    assert centres[0] @ towards <= depth
+    # Near the outside of that axis another one is cut.
+    towards, depth = section._plane(BOX, (2.0, 0.01, 0.7), centres, None, None)
+    np.testing.assert_array_equal(np.abs(towards), [0, 0, 1])
+
+
+def test_a_cut_that_is_asked_for() -> None:
+    towards, depth = section._plane(BOX, None, BOX, (3.0, 0.0, 0.0), 0.25)
+    np.testing.assert_array_equal(towards, [1, 0, 0])
+    assert depth == 1.0
+    for normal, at in (((0.0, 0.0, 0.0), 0.5), ((np.nan, 0.0, 0.0), 0.5), (None, 1.5)):
+        with pytest.raises(MeshgaugeError, match="expected"):
+            section._plane(BOX, None, BOX, normal, at)
+
+
+@pytest.mark.parametrize("towards", [(0, 0, 1), (1, 2, 3), (0, -1, 0), (0, 0, -1e-9)])
+def test_a_frame_is_a_rotation_that_ends_towards_the_eye(towards: tuple[float, float, float]) -> None:
+    axes = frame(np.array(towards, float), np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(axes) == pytest.approx(1)
+    np.testing.assert_allclose(axes[2], np.array(towards) / np.linalg.norm(towards))
+
+
+def test_badges_and_labels_do_not_cover_each_other() -> None:
+    at = np.array([(50.0, 50.0)] * 5 + [(52.0, 51.0), (300.0, 10.0)])
+    places = marks.apart(at, 20.0)
+    far = np.linalg.norm(places[:, None] - places[None, :], axis=2) + 1e3 * np.eye(len(at))
+    assert far.min() >= 19
+    assert np.linalg.norm(places - at, axis=1).max() < 100
+    column = marks._spread(np.array([5.0, 6.0, 7.0, 300.0]), 60.0, 400.0)
+    assert np.diff(column).min() > 55
+    assert 0 <= column.min() <= column.max() <= 400
+
+
+def test_a_picture_over_another() -> None:
+    front = np.array([[[200, 0, 0, 255], [200, 0, 0, 0]]], np.uint8)
+    behind = np.full((1, 2, 3), 100, np.uint8)
+    np.testing.assert_array_equal(over(front, behind), [[[200, 0, 0], [100, 100, 100]]])
+    np.testing.assert_array_equal(over(front, behind, 0.5)[0, 0], [150, 50, 50])
