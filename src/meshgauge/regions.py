@@ -17,6 +17,8 @@ KEYS: tuple[str, ...] = (
     "abaqus:material",
     "ansys:material",
     "mfem:attribute",
+    "nastran:property",
+    "nastran:material",
     "nastran:ref",
     "su2:zone",
     "exodus:block",

@@ -113,14 +113,17 @@ TEXTS: dict[str, dict[str, str]] = {
         + "   -1\nCMBLOCK,SOME,ELEM, 2  ! of elements\n(8i5)\n    1   -2\n"
     },
     "nastran": {
-        "a.bdf": "BEGIN BULK\n" + "".join(f"GRID,{i},,{line.replace(' ', ',')}\n" for i, line in enumerate(
-            _TETRA.replace("0", "0.").replace("1", "1.").splitlines(), 1)) + "CTETRA,1,1,1,2,3,4\nENDDATA\n"
+        "a.bdf": "SOL 101\nBEGIN BULK\nCORD2C,1,0,0.,0.,0.,0.,0.,1.,\n,1.,0.,0.\n" + "".join(
+            f"GRID,{i},,{line.replace(' ', ',')}\n" for i, line in enumerate(
+                _TETRA.replace("0", "0.").replace("1", "1.").splitlines(), 1))
+        + "GRID*   5               1               1.0             9.0+1           \n*       1.5-3\nPSOLID,1,2\n"
+        "CTETRA,1,1,1,2,3,4\nCTETRA  2       1       1       2       3       5\nENDDATA\n"
     },
 }  # fmt: skip
 """Format → its files by name; the last of them is the one to read."""
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
-       "ansys", "ovm", "med")  # fmt: skip
+       "ansys", "ovm", "med", "nastran")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 

@@ -7,7 +7,6 @@ up zones is no choice: the format is refused with the reason until there is a ri
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -56,22 +55,6 @@ def _first_of(*readers: Reader) -> Reader:
         raise ReadError(f"{path}: {'; '.join(dict.fromkeys(reasons))}")
 
     return read
-
-
-def _by_meshio_to_the_end(path: Path) -> Mesh:
-    """Nastran by meshio, which waits for ever for a line BEGIN BULK or ENDDATA that is not there."""
-    data = path.read_bytes()
-    if not re.search(rb"^\s*BEGIN\s+BULK", data, re.MULTILINE | re.IGNORECASE):
-        data = b"BEGIN BULK\n" + data
-    if not re.search(rb"^ENDDATA", data, re.MULTILINE):
-        data += b"\nENDDATA\n"
-    with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
-        whole = Path(folder, path.name)
-        whole.write_bytes(data)
-        try:
-            return _by_meshio("nastran")(whole).replace(path=str(path))
-        except ReadError as error:
-            raise ReadError(str(error).replace(str(whole), str(path))) from error
 
 
 def _checked(check: Callable[[Path], None], reader: Reader) -> Reader:
@@ -162,8 +145,6 @@ OTHERS: tuple[Format, ...] = (
     # By meshio.
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
            foreign=_by_meshio("avsucd"), write=_write_avs, by_content=False),
-    Format("nastran", "Nastran", (".bdf", ".fem", ".nas", ".nastran"), anything,
-           foreign=_by_meshio_to_the_end, by_content=False),
     Format("h5m", "MOAB", (".h5m",), _HDF,
            foreign=_checked(_within.check_hdf_file, _by_meshio("h5m")), by_content=False),
     Format("ugrid", "AFLR UGRID", (".ugrid",), anything,
