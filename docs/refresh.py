@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable
 from math import isinf
 from pathlib import Path
 
+from meshgauge import gate
 from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.metrics import METRICS, Metric, Standard
 from meshgauge.status import STATUSES
@@ -69,6 +70,10 @@ def statuses() -> str:
     return table(("status", "meaning", "has a value"), rows)
 
 
+def default_rules() -> str:
+    return table(("level", "rule"), [(rule.level.value, f"`{rule}`") for rule in gate.default_rules()])
+
+
 def standards(row: Metric, text_of: Callable[[Standard], str]) -> str:
     """One text if it is the same for every shape, else one for each text."""
     names: dict[str, list[str]] = {}
@@ -117,6 +122,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "statuses": statuses,
     "metrics": metrics,
     "metric-texts": metric_texts,
+    "default-rules": default_rules,
 }
 
 

@@ -16,7 +16,7 @@ FLOORS = (
     ("metrics", "kernels", "reference"),
     ("mesh", "polyhedra", "connectivity", "cast", "topology", "regions"),
     ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),
-    ("improve",),
+    ("improve", "gate", "compare"),
     ("parallel", "report", "plot"),
     ("cli", "integrations", "__init__", "__main__"),
 )

@@ -142,16 +142,20 @@ class Quality:
         found = self.polyhedra.along(self.mesh.offsets, self.mesh.connectivity, of_nodes)
         return read_only(np.where(np.isnan(found), values, found))
 
-    def summary(self, name: str = JENS) -> Summary:
-        """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
+    def values_of(self, name: str) -> Values:
+        """``(n_cells,)`` values of a metric. Raises `MetricError` if it was not measured."""
         if name not in self.metrics:
             raise MetricError(f"metric {name!r} was not measured; measured are {', '.join(self.metrics)}")
-        return summarise(self.metrics[name], self.status, self.mesh.types, name)
+        return self.metrics[name]
+
+    def summary(self, name: str = JENS) -> Summary:
+        """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
+        return summarise(self.values_of(name), self.status, self.mesh.types, name)
 
     def worst(self, n: int = 10) -> list[WorstCell]:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
         them."""
-        return [self._worst_cell(int(cell)) for cell in _lowest(self.values, n)]
+        return [self.worst_node(int(cell)) for cell in _lowest(self.values, n)]
 
     def findings(self, n: int = 5) -> list[StatusCells]:
         """The solid cells that are not ok, by status: how many, the first n, and where the first is."""
@@ -178,7 +182,8 @@ class Quality:
         point as a node)."""
         return {"jens_worst": self.point_values, "jens_node": self.point_node_values}
 
-    def _worst_cell(self, cell: int) -> WorstCell:
+    def worst_node(self, cell: int) -> WorstCell:
+        """A cell that has a value, and the node of it that is worst."""
         vtk_id = int(self.mesh.types[cell])
         node, point, node_quality = self._worst_node(cell, cell_type(vtk_id))
         x, y, z = (float(v) for v in self.mesh.points[point])

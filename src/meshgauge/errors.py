@@ -21,3 +21,34 @@ class WriteError(MeshgaugeError):
 
 class MetricError(MeshgaugeError, ValueError):
     """No such metric, or it is not defined for what was asked."""
+
+
+class RuleError(MeshgaugeError, ValueError):
+    """A rule of the gate that cannot be understood; knows where in the text it goes wrong.
+
+    Attributes
+    ----------
+    reason
+        What is wrong there, and what was expected.
+    rule
+        The text of the rule.
+    start, stop
+        The part of it that is meant: ``rule[start:stop]``; empty at the end of the text.
+    """
+
+    def __init__(self, reason: str, rule: str, start: int, stop: int) -> None:
+        at = f"at {rule[start:stop]!r}" if start < stop else "at its end"
+        super().__init__(f"rule {rule!r}, {at}: {reason}")
+        self.reason = reason
+        self.rule = rule
+        self.start = start
+        self.stop = stop
+
+    @property
+    def pointed(self) -> str:
+        """Two lines: the rule, and carets below the part that is meant."""
+        return f"{self.rule}\n{' ' * self.start}{'^' * max(self.stop - self.start, 1)}"
+
+
+class BaselineError(MeshgaugeError):
+    """A stored report that cannot be read, or has nothing to compare with."""

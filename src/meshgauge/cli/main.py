@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from . import doctor, metrics, orient, plot, report
+from . import check, doctor, metrics, orient, plot, report
 
 DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
 """Exit codes; the last is what a shell gives for Ctrl-C."""
@@ -29,6 +29,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 report.register(app)
+check.register(app)
 doctor.register(app)
 orient.register(app)
 plot.register(app)

@@ -2,60 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
-from ..summary import Tally
+from ..summary import Standing, Standings, compared
 from .record import FileReport, short_names
 from .style import listed, number, quality
 
 FEW = 3
 """More files than this that are equally good are counted, not named."""
 
-Read = Callable[[Tally], float]
+KEYS = ("min", "quantile_0.01", "mean", "share_not_good")
+"""The criteria of the sentence."""
 
 
-class Criterion(NamedTuple):
-    """One way in which a mesh can be better."""
-
-    key: str
-    label: str
-    value: Read
-    higher_is_better: bool
-
-
-def share_not_good(tally: Tally) -> float:
-    """Share of the measured cells that are inverted, degenerate or poor, 0 to 1."""
-    return (tally.n_measured - tally.n_good) / tally.n_measured
-
-
-CRITERIA = (
-    Criterion("min", "min", lambda t: t.min, True),
-    Criterion("quantile_0.01", "1 %", lambda t: t.quantiles((0.01,))[0.01], True),
-    Criterion("mean", "mean", lambda t: t.mean, True),
-    Criterion("share_not_good", "share of cells below 0.2", share_not_good, False),
-)
-
-
-class Comparison(NamedTuple):
-    """For one criterion: the value of each file, and those (by position) that are best. All of them: a tie."""
-
-    criterion: Criterion
-    values: list[float]
-    best: list[int]
-
-
-def compare(reports: Sequence[FileReport]) -> list[Comparison]:
+def compare(reports: Sequence[FileReport]) -> list[Standings]:
     """Compare meshes in each criterion. Meshes in which nothing was measured are left out: make sure there is none."""
-    tallies = [report.summary.all for report in reports]
-    comparisons = []
-    for criterion in CRITERIA:
-        values = [criterion.value(tally) for tally in tallies]
-        best = max(values) if criterion.higher_is_better else min(values)
-        # Quantiles from fine bins are not told apart below their resolution.
-        margin = max(t.quantile_resolution for t in tallies) if criterion.key.startswith("quantile") else 0.0
-        comparisons.append(Comparison(criterion, values, [i for i, v in enumerate(values) if abs(v - best) <= margin]))
-    return comparisons
+    return compared([Standing.of(report.summary.all) for report in reports], KEYS)
 
 
 def sentence(reports: Sequence[FileReport]) -> str:
@@ -64,7 +27,7 @@ def sentence(reports: Sequence[FileReport]) -> str:
     if len(measured) < 2:
         return ""
     names = short_names([report.path for report in measured])
-    groups: dict[tuple[int, ...], list[Comparison]] = {}
+    groups: dict[tuple[int, ...], list[Standings]] = {}
     for comparison in compare(measured):
         groups.setdefault(tuple(comparison.best), []).append(comparison)
     pair = len(measured) == 2
@@ -98,9 +61,9 @@ def comparison_dict(reports: Sequence[FileReport]) -> dict[str, Any] | None:
     }
 
 
-def _number(comparison: Comparison, best: tuple[int, ...], pair: bool) -> str:
+def _number(comparison: Standings, best: tuple[int, ...], pair: bool) -> str:
     criterion, values, _ = comparison
-    shown = [f"{100 * v:.3g} %" if criterion.key == "share_not_good" else quality(v) for v in values]
+    shown = [f"{100 * v:.3g} %" if criterion.kind == "share" else quality(v) for v in values]
     if len(best) == len(values) or not pair:
         return f"{criterion.label} ({shown[best[0]]})"
     return f"{criterion.label} ({shown[best[0]]} against {shown[1 - best[0]]})"

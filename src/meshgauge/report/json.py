@@ -20,7 +20,7 @@ def report_dict(
     reports: Sequence[FileReport], failures: Sequence[FailedFile] = (), *, bins: int = 20
 ) -> dict[str, Any]:
     """The report as plain data; numbers that are undefined or infinite are None."""
-    plain: dict[str, Any] = _finite(
+    plain: dict[str, Any] = finite(
         {
             "schema": SCHEMA,
             "version": VERSION,
@@ -83,10 +83,10 @@ def _regions(report: FileReport, bins: int) -> dict[str, Any]:
     }
 
 
-def _finite(item: Any) -> Any:
+def finite(item: Any) -> Any:
     """A copy in which every float that JSON cannot hold is None."""
     if isinstance(item, dict):
-        return {key: _finite(value) for key, value in item.items()}
+        return {key: finite(value) for key, value in item.items()}
     if isinstance(item, list):
-        return [_finite(value) for value in item]
+        return [finite(value) for value in item]
     return None if isinstance(item, float) and not math.isfinite(item) else item

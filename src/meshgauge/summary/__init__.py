@@ -7,6 +7,20 @@ they are, and more are counted in fixed fine bins, a choice that depends on noth
 
 from .record import Summary, summarise
 from .scale import Scale
+from .standing import CRITERIA, Criterion, Standing, Standings, compared
 from .tally import EXACT, QUANTILES, UNDEFINED, Tally
 
-__all__ = ["EXACT", "QUANTILES", "UNDEFINED", "Scale", "Summary", "Tally", "summarise"]
+__all__ = [
+    "CRITERIA",
+    "EXACT",
+    "QUANTILES",
+    "UNDEFINED",
+    "Criterion",
+    "Scale",
+    "Standing",
+    "Standings",
+    "Summary",
+    "Tally",
+    "compared",
+    "summarise",
+]

@@ -1,0 +1,104 @@
+"""Rules of the gate, as records. `grammar` makes them from text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from fractions import Fraction
+from pathlib import Path
+
+from .words import Word
+
+
+class Level(StrEnum):
+    """What becomes of a mesh that breaks a rule."""
+
+    FAIL = "fail"
+    WARN = "warn"
+
+
+@dataclass(frozen=True, slots=True)
+class Allowance:
+    """How many of the cells may break a rule: a number, or a share of those the rule is about."""
+
+    text: str = ""  #: as written: ``1%``, ``5``
+    amount: Fraction = Fraction(0)  #: cells, or the share, 0 to 1
+    is_share: bool = False
+
+    def cells(self, n_cells: int) -> int:
+        """The number of cells allowed out of so many. Exact: 1 % of 300 is 3, of 299 it is 2."""
+        return int(self.amount * n_cells) if self.is_share else int(self.amount)
+
+    def __str__(self) -> str:
+        return f" @ {self.text}" if self.text else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """Which solid cells a rule is about: all, or some types, or some regions, or both."""
+
+    types: tuple[str, ...] = ()  #: names of shapes (every type measured with it) or of types; none: all
+    regions: tuple[str, ...] = ()  #: names of regions, or patterns such as ``inlet*``; none: all
+
+    def __str__(self) -> str:
+        types = f" for {', '.join(self.types)}" if self.types else ""
+        regions = f" in {', '.join(map(_quoted, self.regions))}" if self.regions else ""
+        return types + regions
+
+
+@dataclass(frozen=True, slots=True)
+class Threshold:
+    """``METRIC >= BOUND @ SHARE for TYPES in REGIONS``: a bound that the values of the cells keep."""
+
+    metric: str
+    comparison: str  #: ``>=``, ``>``, ``<=`` or ``<``
+    bound: float
+    bound_text: str  #: as written
+    allowance: Allowance = Allowance()
+    scope: Scope = Scope()
+    level: Level = field(default=Level.FAIL, kw_only=True)
+
+    def __str__(self) -> str:
+        return f"{self.metric} {self.comparison} {self.bound_text}{self.allowance}{self.scope}"
+
+
+@dataclass(frozen=True, slots=True)
+class Nothing:
+    """``nothing WORD @ SHARE for TYPES in REGIONS``: no cell is of a status."""
+
+    word: Word
+    allowance: Allowance = Allowance()
+    scope: Scope = Scope()
+    level: Level = field(default=Level.FAIL, kw_only=True)
+
+    def __str__(self) -> str:
+        return f"nothing {self.word.name}{self.allowance}{self.scope}"
+
+
+@dataclass(frozen=True, slots=True)
+class NoWorse:
+    """``no worse than FILE within MARGIN``: J_ENS is as good as in a stored report."""
+
+    file: str  #: as written
+    margin: float = 0.0  #: by which values and shares may be worse
+    margin_text: str = ""  #: as written
+    folder: Path = Path()  #: where ``file`` is if it is relative
+    level: Level = field(default=Level.FAIL, kw_only=True)
+
+    @property
+    def path(self) -> Path:
+        """The stored report."""
+        return self.folder / self.file
+
+    def __str__(self) -> str:
+        return f"no worse than {_quoted(self.file)}{f' within {self.margin_text}' if self.margin_text else ''}"
+
+
+Rule = Threshold | Nothing | NoWorse
+
+
+def _quoted(name: str) -> str:
+    """A name as a rule has it: in quotes if it is not one word."""
+    if name and not any(c.isspace() or c in "\"',@%<>=" for c in name):
+        return name
+    return f"'{name}'" if '"' in name else f'"{name}"'
