@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "io"))
+from cgns_files import mixed, polyhedral
 from io_meshes import mesh_of
 from ovm_files import ovmb
 
@@ -123,7 +124,7 @@ TEXTS: dict[str, dict[str, str]] = {
 """Format → its files by name; the last of them is the one to read."""
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
-       "ansys", "ovm", "med", "nastran")  # fmt: skip
+       "ansys", "ovm", "med", "nastran", "cgns")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 
@@ -180,6 +181,8 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
     yield "exodus", classic, [classic]
     binary = ovmb(folder / "classic" / "a.ovmb", mesh_of("tetra", "penta_prism", n=1))
     yield "ovm", binary, [binary]
+    for path in (mixed(folder / "classic" / "a.cgns", mesh), polyhedral(folder / "classic" / "b.cgns", mesh)):
+        yield "cgns", path, [path]
     for file in sorted((HERE / "seeds").glob("*")) if (HERE / "seeds").is_dir() else []:
         yield _registry.told(file, file.read_bytes()[:4096]).name, file, [file]
 

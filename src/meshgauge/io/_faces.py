@@ -307,7 +307,7 @@ def mesh(
         polyhedra = replace(polyhedra, cell_offsets=np.concatenate([polyhedra.cell_offsets, ends]))
     return Mesh(
         points,
-        np.concatenate([found.types, _SURFACES[np.minimum(sizes, 5)]]),
+        np.concatenate([found.types, surface_types(sizes)]),
         np.concatenate([found.offsets, found.offsets[-1] + np.cumsum(sizes)]),
         np.concatenate([found.connectivity, faces.face_points[spans(faces.face_offsets[ids], sizes)]]),
         polyhedra,
@@ -318,7 +318,11 @@ def mesh(
 
 
 _SURFACES = np.array([BY_NAME[n].vtk_id for n in ("vertex", "vertex", "line", "triangle", "quad", "polygon")], np.uint8)
-"""The surface cell of a face, by its number of points."""
+
+
+def surface_types(sizes: Ints) -> NDArray[np.uint8]:
+    """The surface cell of a face, by its number of points."""
+    return np.asarray(_SURFACES[np.minimum(sizes, 5)])
 
 
 def of_cells(n_cells: int, owner: Ints, neighbour: Ints) -> tuple[Ints, Ints, NDArray[np.bool_]]:

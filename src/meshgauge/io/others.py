@@ -20,15 +20,16 @@ from . import _meshio, _vtk, _within
 from ._format import Format, Reader, Sniffer, Writer, anything
 
 
-def _by_pyvista(path: Path) -> Mesh:
+def by_pyvista(path: Path) -> Mesh:
+    """What PyVista reads; `ReadError` with its reason, or VTK's, if it fails or finds no cells."""
     import pyvista
 
     with _vtk.listening() as log:
         try:
             data: Any = pyvista.get_reader(str(path)).read()
         except (Exception, SystemExit) as error:
-            reason = "; ".join(log.errors[:3]) or " ".join(str(error).split()) or type(error).__name__
-            raise ReadError(f"{path}: PyVista says: {reason}") from error
+            said = log.errors or _vtk.error_messages(str(error)) or [" ".join(str(error).split())]
+            raise ReadError(f"{path}: PyVista says: {'; '.join(said[:3]) or type(error).__name__}") from error
     if log.errors:
         raise ReadError(f"{path}: VTK says: {'; '.join(log.errors[:3])}")
     return _filled(_vtk.mesh(data, path), path)
@@ -127,21 +128,19 @@ _XDMF = _mark(rb"<Xdmf\b")
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
     Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"),
-           foreign=_checked(_within.check_ensight, _by_pyvista)),
+           foreign=_checked(_within.check_ensight, by_pyvista)),
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
-           foreign=_first_of(_by_meshio("tecplot"), _by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
+           foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
     Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"),
-           foreign=_checked(_within.check_xml, _by_pyvista)),
+           foreign=_checked(_within.check_xml, by_pyvista)),
     # By either.
     Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
-           foreign=_checked(_within.check_xml, _first_of(_by_pyvista, _by_meshio("xdmf"))),
+           foreign=_checked(_within.check_xml, _first_of(by_pyvista, _by_meshio("xdmf"))),
            write=_write_xdmf),
-    Format("cgns", "CGNS", (".cgns",), _mark(rb"\A(\x89HDF|ADF)"),
-           foreign=_checked(_within.check_hdf_file, _first_of(_by_pyvista, _by_meshio("cgns"))), by_content=False),
-    Format("stl", "STL", (".stl",), anything, foreign=_first_of(_by_pyvista, _by_meshio("stl")), by_content=False),
-    Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(_by_pyvista, _by_meshio("ply"))),
+    Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
+    Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),
     Format("obj", "Wavefront OBJ", (".obj",), anything,
-           foreign=_first_of(_by_pyvista, _by_meshio("obj")), by_content=False),
+           foreign=_first_of(by_pyvista, _by_meshio("obj")), by_content=False),
     # By meshio.
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
            foreign=_by_meshio("avsucd"), write=_write_avs, by_content=False),
