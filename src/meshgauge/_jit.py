@@ -8,9 +8,16 @@ that loops vectorise). Fast-math is off: it would let the compiler assume that t
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numba
+
+_HELPER: dict[str, Any] = {
+    "error_model": "numpy",
+    "nogil": True,
+    "no_cpython_wrapper": True,  # nobody calls it from Python
+    "no_cfunc_wrapper": True,
+}
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -35,13 +42,18 @@ def fused_kernel(function: F) -> F:
 
 def fused_inlined(function: F) -> F:
     """An `inlined` helper of a `fused_kernel`."""
-    compiled: F = numba.njit(error_model="numpy", nogil=True, fastmath={"contract"})(function)
+    compiled: F = numba.njit(**_HELPER, fastmath={"contract"})(function)
     return compiled
 
 
 def inlined(function: F) -> F:
-    """Compile a scalar helper of kernels in the same file; LLVM inlines it, nothing is cached for it alone."""
-    compiled: F = numba.njit(error_model="numpy", nogil=True)(function)
+    """Compile a scalar helper of kernels in the same file; LLVM inlines it, nothing is cached for it alone.
+
+    A helper is compiled anew for each type of its arguments, and to Numba a literal number is a type: a counter that
+    is handed to one starts from ``np.int64(0)``, not from ``0``. That, and no wrappers, is most of what can be done
+    against the time that kernels take to compile; the rest goes by their number of statements.
+    """
+    compiled: F = numba.njit(**_HELPER)(function)
     return compiled
 
 

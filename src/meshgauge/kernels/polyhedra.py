@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import TETRA
-from . import polyhedra_links, polyhedra_match, polyhedra_nodes, polyhedra_shape, robust
+from . import polyhedra_hanging, polyhedra_links, polyhedra_match, polyhedra_nodes, polyhedra_shape, robust
 
 Values = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -26,10 +26,23 @@ class Faces:
     flips: NDArray[np.uint8]  #: a face; 1 if seen from inside
     counts: Ids  #: faces of each cell
 
+    @property
+    def room(self) -> int:
+        """The most points that the faces of a cell have together; faces, if some cell has more of these."""
+        ends = np.concatenate([[0], np.cumsum(self.sizes)])[np.concatenate([[0], np.cumsum(self.counts)])]
+        return int(max(np.diff(ends).max(initial=1), self.counts.max(initial=1)))
+
+    def of(self, cells: NDArray[np.bool_]) -> Faces:
+        """Those of some cells."""
+        faces = np.repeat(cells, self.counts)
+        return Faces(
+            self.points[np.repeat(faces, self.sizes)], self.sizes[faces], self.flips[faces], self.counts[cells]
+        )
+
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Vertex links of cells; see `polyhedra_links.links`."""
+    """Vertex links of cells without their hanging nodes, see `polyhedra_links.links` and `polyhedra_hanging.reduce`."""
 
     faults: Ids
     node_counts: Ids
@@ -39,11 +52,18 @@ class Links:
     points: Ids
     sizes: Ids
     twins: Ids
+    faces: Ids | None  #: a dart; None once hanging nodes were taken out
+    is_candidate: NDArray[np.bool_]  #: a cell; more nodes might hang, for all that its own faces tell
 
     @property
     def starts(self) -> Ids:
         """First dart of each node."""
         return np.cumsum(self.valences) - self.valences
+
+    @property
+    def cells(self) -> Ids:
+        """The cell of each node."""
+        return np.repeat(np.arange(len(self.node_counts)), self.node_counts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,25 +79,41 @@ class Solids:
     node: Ids
 
 
-def links(points: Points, faces: Faces) -> Links:
-    """Links of each cell. Flips of faces that a cell has in mixed orientation are changed."""
+def links(points: Points, faces: Faces, inner_faces: NDArray[np.uint8] | None = None) -> Links:
+    """Links of each cell. Flips of faces that a cell has in mixed orientation are changed.
+
+    ``inner_faces`` is 1 for each face beyond which there is a cell, None if that is not known.
+    """
+    whole = _whole_links(faces)
+    unturned = (whole.faults & polyhedra_links.NON_ORIENTABLE) != 0
+    if unturned.any():
+        polyhedra_links.turn(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unturned)
+        whole = _whole_links(faces)
+        turned = unturned & ((whole.faults & polyhedra_links.NON_ORIENTABLE) == 0)
+        whole.faults[turned] |= polyhedra_links.REORIENTED
+    suspects = np.bincount(whole.cells, _may_hang(whole), minlength=len(faces.counts)) > 0
+    if inner_faces is not None:
+        suspects[:] = True
+    return _reduced(points, whole, suspects, inner_faces) if suspects.any() else whole
+
+
+def _whole_links(faces: Faces) -> Links:
     n_cells, n = len(faces.counts), len(faces.points)
     faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
-    node_ids, valences, is_hanging = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.uint8)
-    link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    node_ids, valences = np.empty(n, np.int64), np.empty(n, np.int64)
+    link_points, link_faces, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
     n_nodes, n_darts = polyhedra_links.links(
-        points,
         faces.points,
         faces.sizes,
         faces.flips,
         faces.counts,
+        faces.room,
         faults,
         node_counts,
         node_ids,
         valences,
-        is_hanging,
         link_points,
-        link_sizes,
+        link_faces,
         link_twins,
     )
     nodes, darts = slice(0, int(n_nodes)), slice(0, int(n_darts))
@@ -86,10 +122,61 @@ def links(points: Points, faces: Faces) -> Links:
         node_counts=node_counts,
         node_ids=node_ids[nodes],
         valences=valences[nodes],
-        is_hanging=is_hanging[nodes],
+        is_hanging=np.zeros(int(n_nodes), np.uint8),
         points=link_points[darts],
-        sizes=link_sizes[darts],
+        sizes=faces.sizes[link_faces[darts]],
         twins=link_twins[darts],
+        faces=link_faces[darts],
+        is_candidate=np.zeros(n_cells, np.bool_),
+    )
+
+
+def _may_hang(of: Links) -> NDArray[np.bool_]:
+    """Nodes on an edge, and those among four quadrilaterals."""
+    may = np.asarray(of.valences == 2)
+    four = np.flatnonzero(of.valences == 4)
+    may[four] = (of.sizes[of.starts[four][:, None] + np.arange(4)] <= 6).all(axis=1)
+    return may
+
+
+def _reduced(points: Points, of: Links, suspects: NDArray[np.bool_], inner_faces: NDArray[np.uint8] | None) -> Links:
+    """The links without hanging nodes, and which cells may have more of them; only suspects are looked at."""
+    n_nodes, n = len(of.node_ids), len(of.points)
+    said, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
+    link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    is_known = inner_faces is not None
+    assert of.faces is not None
+    darts = polyhedra_hanging.reduce(
+        points,
+        suspects,
+        np.zeros(int(of.faces.max(initial=-1)) + 1, np.uint8) if inner_faces is None else inner_faces,
+        is_known,
+        of.node_counts,
+        of.node_ids,
+        of.valences,
+        of.points,
+        of.faces,
+        of.sizes,
+        of.twins,
+        said,
+        is_hanging,
+        valences,
+        link_points,
+        link_sizes,
+        link_twins,
+    )
+    reduced = (said & polyhedra_hanging.REDUCED) != 0
+    return Links(
+        faults=of.faults | np.where(reduced, polyhedra_links.HANGING, 0),
+        node_counts=of.node_counts,
+        node_ids=of.node_ids,
+        valences=valences,
+        is_hanging=is_hanging,
+        points=link_points[:darts],
+        sizes=link_sizes[:darts],
+        twins=link_twins[:darts],
+        faces=None,
+        is_candidate=(said & polyhedra_hanging.CANDIDATE) != 0,
     )
 
 
@@ -119,14 +206,15 @@ def solids(points: Points, faces: Faces, k: Values) -> Solids:
 
 def match(of: Links, table: Solids, k: Values) -> Ids:
     """Which solid each cell has the form of (see `polyhedra_match`); its constants are written to ``k``."""
-    which = np.empty(len(of.node_counts), np.int64)
+    which, keys = np.empty(len(of.node_counts), np.int64), invariants(of)
     polyhedra_match.match(
         of.node_counts,
         of.valences,
         of.is_hanging,
         of.sizes,
         of.twins,
-        invariants(of),
+        keys,
+        np.searchsorted(table.keys, keys),
         table.keys,
         table.order,
         table.darts,
@@ -205,9 +293,15 @@ def _unwind(points: Points, of: Links, out: Values) -> None:
 def shapes(points: Points, faces: Faces, faults: Ids) -> Ids:
     """Bits of `polyhedra_shape` for each cell."""
     out = np.empty(len(faces.counts), np.int64)
-    is_broken = ((faults & polyhedra_links.BROKEN) != 0).astype(np.uint8)
-    polyhedra_shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, is_broken, out)
-    return out
+    polyhedra_shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, out)
+    is_broken = (faults & polyhedra_links.BROKEN) != 0
+    unseen = ((out & polyhedra_shape.UNSEEN) != 0) & ~is_broken
+    if unseen.any():
+        some = faces.of(unseen)
+        is_star_shaped = np.empty(len(some.counts), np.bool_)
+        polyhedra_shape.star_shaped(points, some.points, some.sizes, some.flips, some.counts, some.room, is_star_shaped)
+        out[unseen] |= np.where(is_star_shaped, polyhedra_shape.STAR_SHAPED, 0)
+    return np.where(is_broken, out & ~polyhedra_shape.STAR_SHAPED, out)
 
 
 def cell_jens(scaled_jacobian: Values, k: Values, of: Links) -> tuple[Values, Values]:
@@ -234,14 +328,15 @@ def _jens(scaled_jacobian: Values, k: Values) -> Values:
 
 @cache
 def prepare(dtype: str) -> None:
-    """Compile the kernels, or load them from the cache, on the calling thread, for points of a dtype."""
+    """Compile the kernels that every mesh needs, or load them from the cache, for points of a dtype.
+
+    The others are compiled when the first cell needs them: `polyhedra_links.turn`, `polyhedra_hanging.reduce`,
+    `polyhedra_nodes.winding`, `polyhedra_shape.star_shaped`.
+    """
     points = np.array(TETRA.points, dtype)
     ids = np.array([i for face in TETRA.faces for i in face], np.int64)
     faces = Faces(ids, np.full(4, 3), np.zeros(4, np.uint8), np.array([4]))
     table = solids(points, faces, np.full(4, TETRA.k))
     match(table.links, table, np.empty(4))
     node_scaled_jacobian(points, table.links)
-    winding = np.empty(0, np.uint8)
-    none = np.empty(0, np.int64)
-    polyhedra_nodes.winding(points, none, none, none, winding, table.links.points)
     shapes(points, faces, table.links.faults)

@@ -29,9 +29,9 @@ def _mixed(value: Any) -> Any:
 @kernel
 def invariants(node_counts: Any, valences: Any, is_hanging: Any, link_sizes: Any, out: Any) -> None:
     """One number (uint64) a cell that does not depend on its numbering or orientation; hanging nodes are left out."""
-    v, at = 0, 0
+    v, at = np.int64(0), np.int64(0)
     for c in range(len(node_counts)):
-        total, n_nodes, n_darts = np.uint64(0), 0, 0
+        total, n_nodes, n_darts = np.uint64(0), np.int64(0), np.int64(0)
         for _ in range(node_counts[c]):
             d = valences[v]
             if not is_hanging[v]:
@@ -92,6 +92,7 @@ def match(
     link_sizes: Any,
     link_twins: Any,
     keys: Any,
+    rows: Any,
     solid_keys: Any,
     solid_order: Any,
     solid_darts: Any,
@@ -113,6 +114,8 @@ def match(
         Of the cells, from `links` and `invariants`; a cell with a valence of 0 is left out.
     solid_keys, solid_order
         Invariants of the solids, sorted, and which solid each is of.
+    rows
+        The first of ``solid_keys`` that is not below each of ``keys``.
     solid_darts, solid_nodes
         ``(n_solids + 1,)`` where the darts and nodes of a solid start.
     solid_starts, solid_valences, solid_k
@@ -124,9 +127,9 @@ def match(
     k
         Receives J_S of the solid at each node of the cell.
     """
-    most_nodes, most_darts, v, at = 1, 1, 0, 0
+    most_nodes, most_darts, v, at = np.int64(1), np.int64(1), np.int64(0), np.int64(0)
     for c in range(len(node_counts)):
-        darts = 0
+        darts = np.int64(0)
         for u in range(v, v + node_counts[c]):
             darts += valences[u]
         v += node_counts[c]
@@ -138,11 +141,11 @@ def match(
         np.empty(most_nodes, np.int64),
     )
     shift = np.empty(most_nodes, np.int64)
-    v = 0
+    v = np.int64(0)
     for c in range(len(node_counts)):
         first, base, n = v, at, node_counts[c]
         v += n
-        corners, best, best_dart = 0, -1, -1
+        corners, best, best_dart = np.int64(0), np.int64(-1), np.int64(-1)
         for u in range(n):
             starts[u] = at
             d = valences[first + u]
@@ -164,7 +167,7 @@ def match(
             for u in range(first, v):
                 k[u] = value
             continue
-        row = np.searchsorted(solid_keys, keys[c])
+        row = rows[c]
         while row < len(solid_keys) and solid_keys[row] == keys[c] and which[c] == NO_SOLID:
             solid = solid_order[row]
             row += 1
