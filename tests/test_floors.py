@@ -85,7 +85,7 @@ def loaded_by(code: str) -> set[str]:
     return set(done.stdout.split())
 
 
-HEAVY = {"numba", "vtkmodules", "vtk", "pyvista", "meshio", "h5py", "matplotlib", "rich", "typer"}
+HEAVY = {"numba", "vtkmodules", "vtk", "pyvista", "meshio", "h5py", "matplotlib", "rich", "typer", "jinja2"}
 
 
 @pytest.mark.parametrize(

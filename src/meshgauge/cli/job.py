@@ -21,6 +21,7 @@ from .terminal import activity, warn
 if TYPE_CHECKING:
     from .._quality import Quality, WorstCell
     from ..doctor import Diagnosis
+    from ..report.html import HtmlWriter
 
 JENS = "jens"
 
@@ -41,8 +42,9 @@ class Job:
     loading: threading.Thread | None  #: brings in what measures while the first file is read
     limits: Limits  #: of readers in a process of their own
 
-    def run(self, path: str, table: CsvWriter | None) -> FileReport | FailedFile:
-        """Report on one file; what is wrong with it, if it cannot be read or measured.
+    def run(self, path: str, table: CsvWriter | None, page: HtmlWriter | None = None) -> FileReport | FailedFile:
+        """Report on one file; what is wrong with it, if it cannot be read or measured. Its cells are added to the
+        table, and it to the page.
 
         Raises
         ------
@@ -75,7 +77,7 @@ class Job:
                 table.add(path, mesh.types, quality.status, quality.metrics)
             if self.output is not None:
                 self._write(quality, self.output)
-        return FileReport(
+        report = FileReport(
             path=path,
             n_points=mesh.n_points,
             n_cells=mesh.n_cells,
@@ -88,6 +90,10 @@ class Job:
             regions=by_region,
             worst_regions=worst_regions,
         )
+        if page is not None:
+            with activity(f"drawing {path}", shown=self.shows_progress):
+                page.add(quality, report)
+        return report
 
     def _regions(
         self, quality: Quality, worst: Iterable[WorstCell]
@@ -95,18 +101,10 @@ class Job:
         """Summary of each region, and the region of each of the worst cells."""
         if not self.by_region:
             return (), ()
-        import numpy as np
+        from ..report.by_region import by_region
 
-        from ..regions import regions
-
-        ids, names = regions(quality.mesh)
-        order = np.argsort(ids, kind="stable")
-        bounds = np.searchsorted(ids[order], np.arange(len(names) + 1))
-        types, found = quality.mesh.types, []
-        for n, name in enumerate(names):
-            cells = order[bounds[n] : bounds[n + 1]]
-            found.append((name, summarise(quality.values[cells], quality.status[cells], types[cells], JENS)))
-        return tuple(found), tuple(names[ids[cell.cell]] for cell in worst)
+        ids, found = by_region(quality)
+        return found, tuple(found[ids[cell.cell]][0] for cell in worst)
 
     def _diagnosis(self, quality: Quality) -> Diagnosis | None:
         if not self.diagnoses:

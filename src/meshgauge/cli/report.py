@@ -5,12 +5,15 @@ from __future__ import annotations
 import contextlib
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..errors import WriteError
 from . import inputs, terminal
+
+if TYPE_CHECKING:
+    from ..report.html import HtmlWriter
 
 WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
 LARGE = 4_000_000
@@ -33,6 +36,8 @@ EPILOG = """[bold]Examples[/bold]
   meshgauge report wing.vtu -o out.vtu      [dim]to colour by jens in ParaView[/dim]
 
   meshgauge report wing.vtu --csv out.csv   [dim]every cell[/dim]
+
+  meshgauge report wing.vtu --html out.html [dim]to look at, and to send[/dim]
 
   meshgauge report wing.vtu --by region     [dim]material by material[/dim]
 
@@ -89,6 +94,15 @@ def report(
     csv: Annotated[
         Path | None,
         typer.Option("--csv", metavar="FILE", help="Write one row a cell as CSV.", rich_help_panel=WRITING),
+    ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            "--html",
+            metavar="FILE",
+            help="Write a page with charts and the mesh in 3D: one file that opens offline.",
+            rich_help_panel=WRITING,
+        ),
     ] = None,
     output: Annotated[
         Path | None,
@@ -201,7 +215,7 @@ def report(
     several = len(paths) > 1
     if several and output is not None:
         raise WriteError(f"{output}: --output takes one mesh, {len(paths)} are given")
-    inputs.check_targets(paths, (output, csv))
+    inputs.check_targets(paths, (output, csv, html))
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..io import Limits
@@ -234,18 +248,31 @@ def report(
     )
     reports: list[FileReport] = []
     failures: list[FailedFile] = []
-    with CsvWriter(csv, names, with_file=several) if csv else contextlib.nullcontext() as table:
+    with (
+        CsvWriter(csv, names, with_file=several) if csv else contextlib.nullcontext() as table,
+        _page(html, len(paths), bins) as page,
+    ):
         for path in paths:
-            outcome = work.run(path, table)
+            outcome = work.run(path, table, page)
             if isinstance(outcome, FailedFile):
                 failures.append(outcome)
+                if page is not None:
+                    page.fail(outcome)
                 terminal.warn("error", f"{path}: {outcome.reason}")
             else:
                 reports.append(outcome)
-                if not chosen.file(outcome) and table is None:
+                if not chosen.file(outcome) and table is None and page is None:
                     break  # nobody reads any more, and there is no file to complete
     chosen.end(reports, failures)
     return 2 if failures else 0
+
+
+def _page(path: Path | None, n_files: int, bins: int) -> contextlib.AbstractContextManager[HtmlWriter | None]:
+    if path is None:
+        return contextlib.nullcontext()
+    from ..report.html import HtmlWriter
+
+    return HtmlWriter(path, n_files=n_files, bins=bins)
 
 
 def _load() -> None:

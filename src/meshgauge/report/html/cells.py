@@ -1,0 +1,173 @@
+"""The cells that the page holds whole: all of a small mesh, the worst of a large one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ... import connectivity
+from ...cells import CELL_TYPES, POLYHEDRON
+from ...kernels import driver, folds
+from ...polyhedra import ragged
+from ...status import STATUSES
+from ...summary.scale import HALF, Scale
+from .frame import Frame
+
+if TYPE_CHECKING:
+    from ..._quality import Quality
+
+Ids = NDArray[np.int64]
+Values = NDArray[np.float64]
+
+WHOLE, WORST = 50_000, 20_000
+"""A mesh of up to `WHOLE` cells is shown whole, of a larger one the `WORST` worst cells."""
+
+NO_BIN = 0xFFFF
+"""Instead of the bin of a cell that has no value."""
+
+
+class Nodes(NamedTuple):
+    """Nodes of some cells: those of the first, then those of the second, and so on."""
+
+    sizes: Ids
+    points: Ids
+    values: Values  #: J_ENS of each as a node of its cell
+
+
+def drawable(quality: Quality) -> NDArray[np.bool_]:
+    """True for the solid cells that have faces to draw and no coordinate that is not finite."""
+    mesh = quality.mesh
+    known = np.array([row is not None and row.shape is not None for row in map(CELL_TYPES.get, range(256))])
+    found: NDArray[np.bool_] = known[mesh.types]
+    if quality.polyhedra is not None:
+        with_nodes = np.diff(quality.polyhedra.node_offsets) > 0
+        found[quality.polyhedra.cells[with_nodes]] = True
+    lost = ~np.isfinite(mesh.points).all(axis=1)
+    if lost.any():
+        at = np.flatnonzero(lost[mesh.connectivity])
+        found[np.searchsorted(mesh.offsets, at, side="right") - 1] = False
+    return found
+
+
+def chosen(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) -> Ids:
+    """At most so many cells that can be drawn, ascending: those that are not valid first, then by quality."""
+    cells = np.flatnonzero(can_be_drawn)
+    if len(cells) <= most:
+        return cells
+    is_valid = np.array([STATUSES[s].is_valid for s in sorted(STATUSES)])[quality.status[cells]]
+    values = np.nan_to_num(quality.values[cells], nan=-2.0)
+    rank = np.where(is_valid, values, values - 10.0)
+    return np.sort(cells[np.argpartition(rank, most)[:most]])
+
+
+def nodes_of(quality: Quality, cells: Ids) -> Nodes:
+    """Corners of some cells and their J_ENS; of a polyhedron all its nodes, NaN at those that are no corners."""
+    mesh = quality.mesh
+    sizes = np.zeros(len(cells), np.int64)
+    types = mesh.types[cells]
+    parts: list[tuple[Ids, Ids, Values]] = []
+    for vtk_id in np.unique(types).tolist():
+        at = np.flatnonzero(types == vtk_id)
+        if vtk_id == POLYHEDRON.vtk_id:
+            poly = quality.polyhedra
+            assert poly is not None
+            of = np.searchsorted(poly.cells, cells[at])
+            starts, own = poly.node_offsets[of], poly.node_offsets[of + 1] - poly.node_offsets[of]
+            where = ragged(starts, own)
+            sizes[at] = own
+            parts.append((at, poly.node_points[where], poly.node_jens[where]))
+            continue
+        row = CELL_TYPES[vtk_id]
+        assert row.shape is not None
+        ids = connectivity.picked(mesh, row, cells[at], driver.columns(row))
+        scaled = np.empty((len(ids), row.shape.n_nodes))
+        driver.node_scaled_jacobian(mesh.points, ids, row, scaled, few=len(ids) <= driver.FEW)
+        corners = connectivity.picked(mesh, row, cells[at], row.corners)
+        sizes[at] = row.shape.n_nodes
+        parts.append((at, corners.reshape(-1), folds.jens(scaled, row.shape.k).reshape(-1)))
+    starts = np.cumsum(sizes) - sizes
+    points, values = np.empty(int(sizes.sum()), np.int64), np.empty(int(sizes.sum()))
+    for at, of_part, values_of_part in parts:
+        where = ragged(starts[at], sizes[at])
+        points[where], values[where] = of_part, values_of_part
+    return Nodes(sizes, points, values)
+
+
+def faces_of(quality: Quality, cell: int) -> list[list[int]]:
+    """Point ids of each face of one cell."""
+    mesh = quality.mesh
+    row = CELL_TYPES[int(mesh.types[cell])]
+    if row.shape is not None:
+        nodes = mesh.nodes(cell)
+        return [[int(nodes[row.corners[m]]) for m in face] for face in row.shape.faces]
+    poly = mesh.polyhedra
+    assert poly is not None
+    ids = poly.cell_faces[poly.cell_offsets[cell] : poly.cell_offsets[cell + 1]].tolist()
+    return [poly.face_points[poly.face_offsets[f] : poly.face_offsets[f + 1]].tolist() for f in ids]
+
+
+def kinds(types: NDArray[np.uint8]) -> list[dict[str, Any]]:
+    """The types among some cells: name, number of corners and faces; of polyhedra no faces, each has its own."""
+    rows = [CELL_TYPES[t] for t in np.unique(types).tolist()]
+    return [
+        {"type": row.name, "n": row.shape.n_nodes, "faces": [list(face) for face in row.shape.faces]}
+        if row.shape is not None
+        else {"type": row.name, "n": 0, "faces": None}
+        for row in rows
+    ]
+
+
+def bins_of(values: Values, bins: int) -> NDArray[np.uint16]:
+    """The display bin of each value, as `Tally.histogram` counts it; `NO_BIN` for NaN."""
+    scale = Scale.of("jens")
+    found = np.full(len(values), NO_BIN, np.uint16)
+    measured = ~np.isnan(values)
+    edges = scale.display(bins)
+    found[measured] = np.clip(np.searchsorted(edges, scale.bins(values[measured]), side="right") - 1, 0, bins - 1)
+    return found
+
+
+def arrays_of(quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Frame) -> dict[str, NDArray[Any]]:
+    """What the page needs to know of some cells, ready to be packed."""
+    mesh = quality.mesh
+    nodes = nodes_of(quality, cells)
+    points, local = np.unique(nodes.points, return_inverse=True)
+    _, kind = np.unique(mesh.types[cells], return_inverse=True)
+    return {
+        "id": cells.astype(np.uint32),
+        "kind": kind.astype(np.uint8),
+        "status": quality.status[cells],
+        "bin": bins_of(quality.values[cells], bins),
+        "region": regions[cells].astype(np.uint16),
+        "value": quality.values[cells],
+        "nodes": local.reshape(-1).astype(np.uint32),
+        "nodeValue": nodes.values.astype(np.float32),
+        "point": points.astype(np.uint32),
+        "xyz": frame.shown(mesh.points[points]).astype(np.float32),
+        **_own_faces(quality, cells, points),
+    }
+
+
+def _own_faces(quality: Quality, cells: Ids, points: Ids) -> dict[str, NDArray[Any]]:
+    """For polyhedra: nodes and faces of each, nodes of each face, and the points of the faces."""
+    poly, own = quality.mesh.polyhedra, cells[quality.mesh.types[cells] == POLYHEDRON.vtk_id]
+    if poly is None or not len(own):
+        return {}
+    assert quality.polyhedra is not None
+    counts = np.diff(poly.cell_offsets)[own].astype(np.int64)
+    faces = np.asarray(poly.cell_faces, np.int64)[ragged(np.asarray(poly.cell_offsets, np.int64)[:-1][own], counts)]
+    sizes = np.diff(poly.face_offsets)[faces].astype(np.int64)
+    of_faces = poly.face_points[ragged(np.asarray(poly.face_offsets, np.int64)[:-1][faces], sizes)]
+    at = np.searchsorted(quality.polyhedra.cells, own)
+    n_nodes = np.diff(quality.polyhedra.node_offsets)[at]
+    return {
+        "polyNodes": n_nodes.astype(np.uint16),
+        "polyFaces": counts.astype(np.uint16),
+        "faceSize": sizes.astype(np.uint16),
+        "facePoint": np.searchsorted(points, of_faces).astype(np.uint32),
+    }
+
+
+assert HALF < NO_BIN

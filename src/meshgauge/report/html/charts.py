@@ -1,0 +1,132 @@
+"""Histograms as numbers ready to be drawn: no text is made here, the templates do that."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from ...summary import Summary, Tally
+from .colours import colour
+
+WIDTH, HEIGHT = 960.0, 190.0
+"""Of the space for the bars, in units of the drawing."""
+
+LEAST = 3.0
+"""Height of a bar that stands for one cell, whatever the others are: none that holds a cell looks empty."""
+
+ROOM = 40.0
+"""Width from which a bar has its number above it."""
+
+
+class Bar(NamedTuple):
+    """A bin that holds cells."""
+
+    bin: int
+    n: int
+    low: float
+    high: float
+    x: float
+    width: float
+    height: float
+    height_log: float
+    fill: str
+    is_invalid: bool
+    is_last: bool  #: closed at its upper end
+
+
+class Tick(NamedTuple):
+    x: float
+    text: str
+
+
+class Histogram(NamedTuple):
+    """The bars of some cells."""
+
+    key: str
+    label: str
+    n: int
+    bars: list[Bar]
+    zero: float  #: where 0 is: all to its left is invalid
+    poor: float  #: where 0.2 is
+    ticks: list[Tick]
+    has_numbers: bool
+
+
+def histograms(summary: Summary, bins: int) -> list[Histogram]:
+    """Of all cells, then of each type if there are several; all over the same range."""
+    rows = {name: tally for name, tally in summary.types.items() if tally.n_measured}
+    if not rows:
+        return []
+    edges, counts = summary.all.histogram(bins)
+    filled = [float(edge) for edge, n in zip(edges, counts, strict=False) if n]
+    start = min(filled[0], 0.0)
+    groups = [("all", "all cells", summary.all)]
+    if len(rows) > 1:
+        groups += [(name, name, tally) for name, tally in rows.items()]
+    return [_histogram(key, label, tally, bins, start) for key, label, tally in groups]
+
+
+def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> Histogram:
+    edges, counts = tally.histogram(bins)
+    top = int(counts.max())
+
+    def at(value: float) -> float:
+        return WIDTH * (value - start) / (1.0 - start)
+
+    bars = []
+    for n, count in enumerate(counts.tolist()):
+        if not count:
+            continue
+        low, high = float(edges[n]), float(edges[n + 1])
+        linear = max(HEIGHT * count / top, LEAST)
+        logarithmic = max(HEIGHT * (math.log10(count) + 0.3) / (math.log10(top) + 0.3), LEAST)
+        width = at(high) - at(low)
+        gap = min(2.0, width / 5)
+        bars.append(
+            Bar(
+                bin=n,
+                n=count,
+                low=low,
+                high=high,
+                x=round(at(low) + gap / 2, 2),
+                width=round(width - gap, 2),
+                height=round(linear, 2),
+                height_log=round(logarithmic, 2),
+                fill=colour((low + high) / 2),
+                is_invalid=low < 0,
+                is_last=n == bins - 1,
+            )
+        )
+    step = 0.1 if start > -0.55 else 0.2
+    first = math.ceil(start / step - 1e-9)
+    ticks = [
+        Tick(round(at(i * step), 2), f"{i * step:.1f}".replace("-0.0", "0.0"))
+        for i in range(first, round(1 / step) + 1)
+    ]
+    has_numbers = bars[0].width >= ROOM if bars else False
+    return Histogram(key, label, tally.n_measured, bars, round(at(0.0), 2), round(at(0.2), 2), ticks, has_numbers)
+
+
+class Spark(NamedTuple):
+    """A bar of a small histogram over -1 to 1, 100 units wide and 20 high."""
+
+    x: float
+    width: float
+    height: float
+    fill: str
+
+
+def spark(tally: Tally, bins: int = 20) -> list[Spark]:
+    """The small histogram of a row of a table."""
+    edges, counts = tally.histogram(bins)
+    top = max(int(counts.max()), 1)
+    return [
+        Spark(
+            round(50 * (float(edges[n]) + 1), 2),
+            round(50 * float(edges[n + 1] - edges[n]) - 0.6, 2),
+            round(max(20 * count / top, 1.5), 2),
+            colour(float(edges[n] + edges[n + 1]) / 2),
+        )
+        for n, count in enumerate(counts.tolist())
+        if count
+    ]

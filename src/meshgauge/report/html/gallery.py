@@ -1,0 +1,124 @@
+"""The worst cells one by one: each with its worst node, its neighbours, and where it is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import CELL_TYPES, type_name
+from ...status import STATUSES, Status
+from .cells import Ids, faces_of, nodes_of
+
+if TYPE_CHECKING:
+    from ..._quality import Quality
+
+MOST = 24
+"""Cards at most: the table beside lists them all."""
+
+INSIDE = 4
+"""Cards of cells that are turned inside out between good corners, which the worst by value are not."""
+
+AROUND = 24
+"""Neighbours drawn of one cell at most, for polyhedra of many faces."""
+
+
+class Card(NamedTuple):
+    """One cell to look at."""
+
+    cell: int
+    type: str
+    quality: float
+    status: str
+    node: int  #: of the cell's corners, the worst
+    node_quality: float
+    point: int
+    coordinates: tuple[float, float, float]
+    region: str
+    model: dict[str, Any]  #: points, faces of the cell, faces of its neighbours, all in a frame of their own
+
+
+def cards(
+    quality: Quality, worst: Ids, regions: Ids, names: tuple[str, ...], can_be_drawn: NDArray[np.bool_]
+) -> list[Card]:
+    """Cards of these cells, and of some that are inverted inside; those that cannot be drawn are left out."""
+    inside = np.flatnonzero(quality.status == Status.INVERTED_INSIDE)[: INSIDE + len(worst)]
+    extra = inside[~np.isin(inside, worst)][:INSIDE]
+    cells = np.concatenate([worst[:MOST], extra]).astype(np.int64)
+    cells = cells[can_be_drawn[cells] & ~np.isnan(quality.values[cells])]
+    around = neighbours(quality, cells, can_be_drawn)
+    return [
+        _card(quality, cell, near, names[regions[cell]] if len(names) > 1 else "")
+        for cell, near in zip(cells.tolist(), around, strict=True)
+    ]
+
+
+def neighbours(quality: Quality, cells: Ids, can_be_drawn: NDArray[np.bool_]) -> list[list[int]]:
+    """The cells that share a face with each of these: three corners or more."""
+    mesh = quality.mesh
+    if not len(cells):
+        return []
+    own = [set(_corners(quality, cell)) for cell in cells.tolist()]
+    marked = np.zeros(mesh.n_points, np.bool_)
+    marked[list(set().union(*own))] = True
+    at = np.flatnonzero(marked[mesh.connectivity])
+    near = np.unique(np.searchsorted(mesh.offsets, at, side="right") - 1)
+    corners = {cell: set(_corners(quality, cell)) for cell in near[can_be_drawn[near]].tolist()}
+    return [
+        [other for other, theirs in corners.items() if other != cell and len(theirs & mine) >= 3][:AROUND]
+        for cell, mine in zip(cells.tolist(), own, strict=True)
+    ]
+
+
+def _corners(quality: Quality, cell: int) -> list[int]:
+    row, nodes = CELL_TYPES[int(quality.mesh.types[cell])], quality.mesh.nodes(cell)
+    return [int(nodes[m]) for m in row.corners] if row.shape is not None else nodes.tolist()
+
+
+def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
+    mesh = quality.mesh
+    nodes = nodes_of(quality, np.array([cell]))
+    node = int(np.nanargmin(nodes.values))
+    point = int(nodes.points[node])
+    faces = {at: faces_of(quality, at) for at in (cell, *around)}
+    used = sorted({p for of_cell in faces.values() for face in of_cell for p in face} | set(nodes.points.tolist()))
+    place = {p: n for n, p in enumerate(used)}
+    own = [place[p] for p in nodes.points.tolist()]
+    row = CELL_TYPES[int(mesh.types[cell])]
+    x, y, z = (float(v) for v in mesh.points[point])
+    return Card(
+        cell=cell,
+        type=type_name(int(mesh.types[cell])),
+        quality=float(quality.values[cell]),
+        status=STATUSES[Status(int(quality.status[cell]))].name,
+        node=row.corners[node] if row.shape is not None else node,
+        node_quality=float(nodes.values[node]),
+        point=point,
+        coordinates=(x, y, z),
+        region=region,
+        model={
+            "points": _fitted(mesh.points[used], own).round(5).tolist(),
+            "bad": place[point],
+            "cells": [
+                {
+                    "faces": [[place[p] for p in face] for face in of_cell],
+                    "value": float(quality.values[at]),
+                    "invalid": not STATUSES[Status(int(quality.status[at]))].is_valid,
+                    "name": f"{type_name(int(mesh.types[at]))} {at}",
+                }
+                for at, of_cell in faces.items()
+            ],
+        },
+    )
+
+
+def _fitted(points: NDArray[Any], own: list[int]) -> NDArray[np.float64]:
+    """Points moved and scaled so that the cell itself, of these points, fills the ball of radius 1 about the origin."""
+    exact = points.astype(np.float64)
+    exact = exact / (float(np.abs(exact).max()) or 1.0)
+    exact = exact - exact[own].mean(axis=0)
+    radius = float(np.linalg.norm(exact[own], axis=1).max()) or float(np.linalg.norm(exact, axis=1).max()) or 1.0
+    fitted: NDArray[np.float64] = exact / radius
+    # A neighbour that reaches a million times further is cut off by the picture anyway.
+    return np.clip(fitted, -1e4, 1e4)

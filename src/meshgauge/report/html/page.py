@@ -1,0 +1,172 @@
+"""Sections made into a page: one text with its styles, scripts, shapes and licences."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import os
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from ... import __version__
+from ...errors import WriteError
+from .. import style
+from ..record import FailedFile, FileReport
+from . import charts, colours
+from .section import BUDGET, Section, section
+
+if TYPE_CHECKING:
+    import jinja2
+
+    from ..._quality import Quality
+
+SCRIPTS = ("shaders.js", "model.js", "stage.js", "gallery.js", "meshview.js", "page.js")
+"""Our own, in the order in which they are run."""
+
+LIBRARY = "vendor/three.min.js"
+
+
+def page(sections: Sequence[Section], failures: Sequence[FailedFile] = (), *, title: str = "") -> str:
+    """A page of sections: the whole text of an HTML file that needs nothing else.
+
+    Parameters
+    ----------
+    sections
+        One for each mesh, from `section`.
+    failures
+        Files that could not be read or measured; they are named.
+    title
+        Of the page; by default the names of the files.
+    """
+    scripts = [_file(LIBRARY), "\n".join(_file(f"assets/{name}") for name in SCRIPTS)]
+    has_models = any(one.model is not None or one.cards for one in sections)
+    text = (
+        _environment()
+        .get_template("page.html.jinja")
+        .render(
+            title=title or _title(sections, failures),
+            sections=sections,
+            failures=[(failure.path, failure.reason) for failure in failures],
+            version=__version__,
+            style=_file("assets/page.css"),
+            scripts=scripts if has_models else scripts[1:],
+            hashes=[_hash(script) for script in scripts],
+            licence=_file("vendor/three.LICENSE.txt") if has_models else "",
+            stops=colours.STOPS,
+            colours=colours,
+        )
+    )
+    # Names of files and of regions are bytes that need not be text: lone surrogates are no UTF-8.
+    return text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+
+
+def write(path: str | Path, text: str) -> None:
+    """Write a page beside its place, then put it there.
+
+    Raises
+    ------
+    WriteError
+        If it cannot be written; nothing is left half-written then.
+    """
+    path = Path(path)
+    partial = path.with_name(f".{path.name[:80]}.{os.getpid()}.partial")
+    try:
+        partial.write_text(text, encoding="utf-8", newline="\n")
+        partial.replace(path)
+    except OSError as error:
+        raise WriteError(f"{path}: {error.strerror or error}") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+class HtmlWriter:
+    """Gathers a section for each mesh; the page appears, whole, when the ``with`` block ends without an exception.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot be written.
+    """
+
+    def __init__(self, path: str | Path, *, n_files: int = 1, bins: int = 20) -> None:
+        self.path = Path(path)
+        self.bins = bins
+        self.budget = BUDGET // max(n_files, 1)
+        self._sections: list[Section] = []
+        self._failures: list[FailedFile] = []
+
+    def __enter__(self) -> HtmlWriter:
+        # Told before an hour of measuring, not after.
+        if self.path.is_dir() or not self.path.absolute().parent.is_dir():
+            where = "is a folder" if self.path.is_dir() else f"there is no folder {self.path.parent}"
+            raise WriteError(f"{self.path}: {where}")
+        return self
+
+    def add(self, quality: Quality, report: FileReport) -> None:
+        """Append a mesh; nothing of it is kept but its section."""
+        self._sections.append(section(quality, report, bins=self.bins, budget=self.budget))
+
+    def fail(self, failure: FailedFile) -> None:
+        """Name a file that could not be reported."""
+        self._failures.append(failure)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            write(self.path, page(self._sections, self._failures))
+
+
+def _title(sections: Sequence[Section], failures: Sequence[FailedFile]) -> str:
+    paths = [one.path for one in sections] or [failure.path for failure in failures]
+    names = [Path(path).name or path for path in paths]
+    return f"{', '.join(names[:3])}{', …' if len(names) > 3 else ''} – mesh quality"
+
+
+@cache
+def _file(name: str) -> str:
+    """A file that is shipped beside this one."""
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _hash(script: str) -> str:
+    """What the page's own policy allows to run: this script, and nothing that a file name might smuggle in."""
+    return base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(__package__),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "number": style.number,
+        "quality": style.quality,
+        "percent": style.percent,
+        "plural": style.plural,
+        "spark": charts.spark,
+        "colour": colours.colour,
+        "finite": _finite,
+    }
+    environment.globals |= {"marks": style.MARKS, "chart_height": charts.HEIGHT, "chart_width": charts.WIDTH}
+    environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False, "separators": (",", ":")}
+    return environment
+
+
+def _finite(item: Any) -> Any:
+    """A copy in which every float that JSON cannot hold is None."""
+    if isinstance(item, dict):
+        return {key: _finite(value) for key, value in item.items()}
+    if isinstance(item, (list, tuple)):
+        return [_finite(value) for value in item]
+    return None if isinstance(item, float) and (item != item or item in (float("inf"), float("-inf"))) else item

@@ -1,0 +1,85 @@
+"""A page of the mixed example, and a browser to open it in."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from html_pages import BRACKET, ROOT
+
+FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+
+
+@pytest.fixture(scope="session")
+def bracket(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page that the command line writes for the bracket."""
+    path = tmp_path_factory.mktemp("html") / "bracket.html"
+    subprocess.run(
+        [sys.executable, "-m", "meshgauge", "report", BRACKET, "--quiet", "--html", str(path)],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        timeout=100,
+    )
+    return path
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Chromium; skips where it or Playwright is not installed."""
+    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("no Chromium is installed")
+    with api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=program, args=FLAGS)
+        yield started
+        started.close()
+
+
+class Opened:
+    """A page in the browser, with what it complained of and what it asked the network for."""
+
+    def __init__(self, browser: Any, path: Path, **context: Any) -> None:
+        self.complaints: list[str] = []
+        self.requests: list[str] = []
+        self.context = browser.new_context(viewport=context.pop("viewport", {"width": 1100, "height": 800}), **context)
+        self.page = self.context.new_page()
+        # How slowly software reads pixels back is no complaint of ours.
+        self.page.on("console", lambda m: "ReadPixels" in m.text or self.complaints.append(f"{m.type}: {m.text}"))
+        self.page.on("pageerror", lambda error: self.complaints.append(f"error: {error}"))
+        self.page.on("request", lambda request: self.requests.append(request.url))
+        self.page.goto(path.as_uri())
+
+    def ready(self) -> Any:
+        """The page, once everything on it is started."""
+        self.page.wait_for_selector("html[data-ready]", timeout=20_000)
+        return self.page
+
+
+@pytest.fixture
+def opened(browser: Any) -> Iterator[Any]:
+    """Opens pages; closes them at the end."""
+    contexts: list[Any] = []
+
+    def open_(path: Path, **context: Any) -> Opened:
+        one = Opened(browser, path, **context)
+        contexts.append(one.context)
+        return one
+
+    yield open_
+    for context in contexts:
+        context.close()
