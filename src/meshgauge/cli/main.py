@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from . import check, doctor, metrics, orient, plot, report
+from . import check, compare, doctor, metrics, orient, plot, report
 
 DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
 """Exit codes; the last is what a shell gives for Ctrl-C."""
@@ -30,6 +30,7 @@ app = typer.Typer(
 )
 report.register(app)
 check.register(app)
+compare.register(app)
 doctor.register(app)
 orient.register(app)
 plot.register(app)

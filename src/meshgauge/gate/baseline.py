@@ -11,16 +11,13 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ..errors import BaselineError
-from ..summary import CRITERIA, Criterion, Standing, Summary
+from ..summary import CRITERIA, ROUNDING, Criterion, Standing, Summary
 from .outcome import Change
 
 SCHEMA, VERSION = "meshgauge-report", 1
 
 KEYS = ("n_invalid", "n_degenerate", "n_unmeasured", "share_not_good", "min", "quantile_0.01", "mean")
 """The criteria in which a mesh must be no worse."""
-
-ROUNDING = 1e-9
-"""Values are not told apart below this: another processor may round the last bits otherwise."""
 
 Standings = Mapping[str, Standing]
 

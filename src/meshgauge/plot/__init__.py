@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .rows import types as types
     from .scene import plotter as plotter
     from .section import cut as cut
+    from .sides import compared as compared
 
 _HOME = {
     "histogram": "bars",  # modules have other names than functions, which they would hide
@@ -27,6 +28,7 @@ _HOME = {
     "worst": "gallery",
     "cut": "section",
     "plotter": "scene",
+    "compared": "sides",
     "save": "files",
 }
 """The module of each public name."""

@@ -53,7 +53,7 @@ def cumulative(what: Drawable | Mapping[str, Drawable], *, metric: str = JENS, l
     scale = meshes[0].summary.scale
     sheet.shade(axes, scale, float(edges[0]), float(edges[-1]))
     for n, (_, tally) in enumerate(curves):
-        _curve(axes, tally, n, thick=alone and n == 0)
+        curve(axes, tally, n, thick=alone and n == 0)
     if log:
         axes.set_yscale("log")
         axes.grid(which="minor", axis="y", visible=False)
@@ -72,7 +72,8 @@ def _look(n: int) -> tuple[str, Any]:
     return SERIES[n % len(SERIES)], (0, dash) if dash else "-"
 
 
-def _curve(axes: Axes, tally: Tally, n: int, *, thick: bool) -> None:
+def curve(axes: Axes, tally: Tally, n: int, *, thick: bool = False) -> None:
+    """The share of the cells of a tally at or below each value, in the look of the n-th; a dot where it starts."""
     colour, style = _look(n)
     values, below = steps_of(tally)
     share = below / tally.n_measured

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..summary import Standing, Standings, compared
+from ..summary import Criterion, Standing, Standings, compared
 from .record import FileReport, short_names
 from .style import listed, number, quality
 
@@ -16,19 +16,19 @@ KEYS = ("min", "quantile_0.01", "mean", "share_not_good")
 """The criteria of the sentence."""
 
 
-def compare(reports: Sequence[FileReport]) -> list[Standings]:
+def compare(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> list[Standings]:
     """Compare meshes in each criterion. Meshes in which nothing was measured are left out: make sure there is none."""
-    return compared([Standing.of(report.summary.all) for report in reports], KEYS)
+    return compared([Standing.of(report.summary.all) for report in reports], keys)
 
 
-def sentence(reports: Sequence[FileReport]) -> str:
+def sentence(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> str:
     """Which mesh is better in what, with the numbers; and what the numbers leave out."""
     measured = [report for report in reports if report.summary.all.n_measured]
     if len(measured) < 2:
         return ""
     names = short_names([report.path for report in measured])
     groups: dict[tuple[int, ...], list[Standings]] = {}
-    for comparison in compare(measured):
+    for comparison in compare(measured, keys):
         groups.setdefault(tuple(comparison.best), []).append(comparison)
     pair = len(measured) == 2
     clauses = []
@@ -63,7 +63,13 @@ def comparison_dict(reports: Sequence[FileReport]) -> dict[str, Any] | None:
 
 def _number(comparison: Standings, best: tuple[int, ...], pair: bool) -> str:
     criterion, values, _ = comparison
-    shown = [f"{100 * v:.3g} %" if criterion.kind == "share" else quality(v) for v in values]
+    shown = [_shown(criterion, value) for value in values]
     if len(best) == len(values) or not pair:
         return f"{criterion.label} ({shown[best[0]]})"
     return f"{criterion.label} ({shown[best[0]]} against {shown[1 - best[0]]})"
+
+
+def _shown(criterion: Criterion, value: float) -> str:
+    if criterion.kind == "count":
+        return number(int(value))
+    return f"{100 * value:.3g} %" if criterion.kind == "share" else quality(value)

@@ -152,9 +152,9 @@ def _table(rows: dict[str, Tally], title: str, columns: list[Column]) -> Table:
     return table
 
 
-def spark(tally: Tally, ascii_only: bool) -> Text:
+def spark(tally: Tally, ascii_only: bool, width: int = SPARK_WIDTH) -> Text:
     """A histogram over -1 to 1 in one row of characters, in the colours of the bands, closed at both ends."""
-    edges, counts = tally.histogram(SPARK_WIDTH)
+    edges, counts = tally.histogram(width)
     text = Text("|" if ascii_only else "▕", "dim", no_wrap=True)
     for character, edge in zip(style.spark(counts.tolist(), ascii_only=ascii_only), edges, strict=False):
         text.append(character, style.band(edge).style + " not dim")

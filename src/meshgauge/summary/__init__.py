@@ -7,13 +7,14 @@ they are, and more are counted in fixed fine bins, a choice that depends on noth
 
 from .record import Summary, summarise
 from .scale import Scale
-from .standing import CRITERIA, Criterion, Standing, Standings, compared
+from .standing import CRITERIA, ROUNDING, Criterion, Standing, Standings, compared
 from .tally import EXACT, QUANTILES, UNDEFINED, Tally
 
 __all__ = [
     "CRITERIA",
     "EXACT",
     "QUANTILES",
+    "ROUNDING",
     "UNDEFINED",
     "Criterion",
     "Scale",

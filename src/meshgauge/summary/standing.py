@@ -9,6 +9,9 @@ from typing import Any, Literal, NamedTuple
 
 from .tally import Tally
 
+ROUNDING = 1e-9
+"""Values are not told apart below this: another order of the points, or another processor, rounds otherwise."""
+
 
 @dataclass(frozen=True, slots=True)
 class Standing:
@@ -110,7 +113,8 @@ def compared(standings: Sequence[Standing], keys: Sequence[str]) -> list[Standin
     for criterion in (CRITERIA[key] for key in keys):
         values = [criterion.value(one) for one in standings]
         best = max(values) if criterion.higher_is_better else min(values)
-        # Quantiles from fine bins are not told apart below their resolution.
+        # Quantiles from fine bins are not told apart below their resolution, nothing in its last bits.
         margin = max(one.resolution for one in standings) if criterion.kind == "quantile" else 0.0
+        margin += ROUNDING
         found.append(Standings(criterion, values, [i for i, v in enumerate(values) if abs(v - best) <= margin]))
     return found

@@ -1,0 +1,21 @@
+"""Meshes of one domain side by side, and the same cells before and after."""
+
+from .comparison import Against, Builder, Comparison, Row, Side, comparison
+from .pairs import Loss, PairCounts, Paired, correspond, paired
+from .superiority import Superiority, superiority
+
+__all__ = [
+    "Against",
+    "Builder",
+    "Comparison",
+    "Loss",
+    "PairCounts",
+    "Paired",
+    "Row",
+    "Side",
+    "Superiority",
+    "comparison",
+    "correspond",
+    "paired",
+    "superiority",
+]

@@ -1,0 +1,1 @@
+"""A comparison of meshes, for people and for programs. Data in, text out."""
