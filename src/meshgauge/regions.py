@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -83,15 +84,24 @@ def regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]]:
         Each region once. A number is written with the name of its data ("material 3") unless the file names it.
         A mesh without any regions has one, called "all".
     """
-    candidates = [found for found in (named_blocks(mesh), *_from_data(mesh), _blocks(mesh)) if found is not None]
+    found = _chosen(mesh, [named_blocks(mesh), *_from_data(mesh), _blocks(mesh)])
+    return found if found is not None else (np.zeros(mesh.n_cells, np.int64), ("all",))
+
+
+def told_regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]] | None:
+    """As `regions`, but only what the file tells by names or numbers, and None if it tells nothing."""
+    return _chosen(mesh, [named_blocks(mesh), *_from_data(mesh)])
+
+
+def _chosen(mesh: Mesh, found: Sequence[_Partition | None]) -> _Partition | None:
+    """The first partition that parts the solid cells, else the first there is."""
+    candidates = [partition for partition in found if partition is not None]
     is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
     for ids, names in candidates:
         solid = ids[is_solid]
         if len(solid) and (solid != solid[0]).any():
             return ids, names
-    if candidates:
-        return candidates[0]
-    return np.zeros(mesh.n_cells, np.int64), ("all",)
+    return candidates[0] if candidates else None
 
 
 _Partition = tuple[NDArray[np.int64], tuple[str, ...]]

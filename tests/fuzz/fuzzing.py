@@ -27,7 +27,22 @@ SECONDS = 20
 """More than any reader may take for one of these files in the process of the caller."""
 os.environ.setdefault("MESHGAUGE_READ_SECONDS", "12")  # and less than that for one in a process of its own
 
-_WRITTEN = (".vtu", ".vtk", ".vtkhdf", ".msh", ".mesh", ".meshb", ".su2", ".inp", ".avs", ".b8.ugrid", ".med", ".xdmf")
+_WRITTEN = (
+    ".vtu",
+    ".vtk",
+    ".vtkhdf",
+    ".msh",
+    ".mesh",
+    ".meshb",
+    ".su2",
+    ".inp",
+    ".avs",
+    ".b8.ugrid",
+    ".lr8.ugrid",
+    ".ugrid",
+    ".med",
+    ".xdmf",
+)
 _FOAM = 'FoamFile\n{{ version 2.0; format ascii; class {}; note "nPoints:8 nCells:1 nFaces:6"; object {}; }}\n'
 _CUBE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
 _FACES = ("0 3 2 1", "4 5 6 7", "0 1 5 4", "1 2 6 5", "2 3 7 6", "3 0 4 7")
@@ -124,7 +139,7 @@ TEXTS: dict[str, dict[str, str]] = {
 """Format → its files by name; the last of them is the one to read."""
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
-       "ansys", "ovm", "med", "nastran", "cgns")  # fmt: skip
+       "ansys", "ovm", "med", "nastran", "cgns", "ugrid")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 
@@ -163,8 +178,7 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
     for extension in _WRITTEN:
         path = folder / f"written{extension}" / f"a{extension}"
         path.parent.mkdir(parents=True)
-        own = mesh_of("tetra", "hexahedron", n=1) if extension == ".inp" else mesh
-        io.write(path, own)
+        io.write(path, mesh)
         head = path.read_bytes()[:4096]
         yield _registry.told(path, head).name, path, [path]
     for number, (name, files) in enumerate(TEXTS.items()):

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from io_meshes import LINEAR, assert_same_cells, assert_same_data, mesh_of
 
+import meshgauge
 from meshgauge import io
-from meshgauge.errors import WriteError
-from meshgauge.mesh import Mesh
+from meshgauge.errors import ReadError, WriteError
+from meshgauge.mesh import CellBlock, Mesh
+from meshgauge.regions import regions
 
 EXACT = (".vtu", ".vtk", ".vtkhdf")
 
@@ -57,21 +59,135 @@ def test_pyvista_reads_what_we_write(tmp_path: Path, loaded: Mesh, extension: st
     np.testing.assert_array_equal(grid.cell_data["stress"], loaded.cell_data["stress"])
 
 
-@pytest.mark.parametrize("extension", [".msh", ".mesh", ".meshb", ".inp", ".xdmf", ".su2", ".avs", ".b8.ugrid", ".med"])
-def test_other_formats_keep_the_cells(tmp_path: Path, extension: str) -> None:
-    without_pyramids = (".inp",)
-    mesh = mesh_of(*LINEAR[: 3 if extension in without_pyramids else 4])
-    path = tmp_path / f"mesh{extension}"
-    io.write(path, mesh)
-    back = io.read(path)
-    np.testing.assert_allclose(back.points, mesh.points, atol=1e-6)
+WRITTEN = {
+    "vtu": (".vtu",),
+    "vtk": (".vtk",),
+    "vtkhdf": (".vtkhdf", ".hdf"),
+    "gmsh": (".msh",),
+    "medit": (".mesh", ".meshb"),
+    "med": (".med",),
+    "su2": (".su2",),
+    "abaqus": (".inp",),
+    "avs": (".avs", ".ucd"),
+    "xdmf": (".xdmf",),
+    "ugrid": (".ugrid", ".b8.ugrid", ".lb8.ugrid", ".lb4.ugrid", ".r8.ugrid", ".lr8.ugrid", ".b8l.ugrid"),
+    "netgen": (".vol",),
+    "tecplot": (".dat", ".tec"),
+}
+ONE_TYPE = ("tecplot",)
+NO_REGIONS = ("ugrid",)
+
+
+def test_every_format_that_is_written_is_tried() -> None:
+    assert set(WRITTEN) == {name for name, f in io.FORMATS.items() if f.write is not None}
+
+
+@pytest.mark.parametrize(("name", "extension"), [(n, e) for n, extensions in WRITTEN.items() for e in extensions])
+def test_every_format_keeps_cells(tmp_path: Path, name: str, extension: str) -> None:
+    mesh = mesh_of(*(("hexahedron",) if name in ONE_TYPE else LINEAR))
+    lost = io.write(tmp_path / f"a{extension}", mesh)
+    back = io.read(tmp_path / f"a{extension}")
+    accuracy = 1e-6 if "4" in extension else 1e-12
     assert back.type_counts() == mesh.type_counts()
-    assert cells_as_sets(back) == cells_as_sets(mesh)
-    assert not [note for note in back.notes if "wedge" in note], "the wedges had to be turned"
+    np.testing.assert_allclose(corners(back), corners(mesh), atol=accuracy)
+    assert meshgauge.measure(back).values == pytest.approx(np.ones(mesh.n_cells), abs=10 * accuracy)
+    assert not [note for note in back.notes if "turned" in note], "the cells had to be turned"
+    assert not [sentence for sentence in lost if "could not hold" in sentence]
 
 
-def cells_as_sets(mesh: Mesh) -> set[tuple[int, ...]]:
-    return {(int(mesh.types[c]), *mesh.nodes(c).tolist()) for c in range(mesh.n_cells)}
+@pytest.mark.parametrize(("name", "extension"), [(n, e) for n, extensions in WRITTEN.items() for e in extensions])
+def test_every_format_keeps_regions_or_says_that_it_does_not(tmp_path: Path, name: str, extension: str) -> None:
+    mesh = mesh_of(*(("hexahedron",) if name in ONE_TYPE else LINEAR), n=8 if name in ONE_TYPE else 2)
+    material = np.arange(8, dtype=np.int32) % 2 + 3
+    lost = io.write(tmp_path / f"a{extension}", mesh.replace(cell_data={"material": material, "x": np.ones(8)}))
+    back = io.read(tmp_path / f"a{extension}")
+    said = " ".join(lost)
+    assert ("x" in back.cell_data) != ("'x'" in said)
+    if name in NO_REGIONS:
+        assert "'material'" in said
+        return
+    ids, names = regions(back)
+    assert len(names) == 2
+    place = np.argsort([back.points[back.nodes(c)][:, 0].mean() for c in range(8)])  # some formats change the order
+    assert ids[place].tolist() == (material - 3).tolist()
+    assert "material" in " ".join(names) or "'material' became the format's" in said or "became" in said
+
+
+def corners(mesh: Mesh) -> np.ndarray:
+    """Coordinates of the nodes of every cell, the cells sorted by where they are."""
+    x = [mesh.points[mesh.nodes(c)] for c in range(mesh.n_cells)]
+    return np.concatenate(sorted(x, key=lambda own: float(own[:, 0].mean())))
+
+
+@pytest.mark.parametrize("extension", [".inp", ".msh", ".vtkhdf"])
+def test_curved_cells_stay_what_they_are(tmp_path: Path, extension: str) -> None:
+    rng = np.random.default_rng(0)
+    names = ("tetra10", "wedge15", "hexahedron20", "triangle6", "quad8", "line3")
+    sizes = (10, 15, 20, 6, 8, 3)
+    cells = [(name, [np.arange(62)[sum(sizes[:k]) : sum(sizes[: k + 1])]]) for k, name in enumerate(names)]
+    mesh = Mesh.from_arrays(rng.random((62, 3)), cells)
+    io.write(tmp_path / f"a{extension}", mesh)
+    back = io.read(tmp_path / f"a{extension}", wedge_order="gmsh")
+    assert_same_cells(mesh, back)
+
+
+def test_abaqus_keeps_sets_materials_and_names(tmp_path: Path) -> None:
+    mesh = mesh_of(*LINEAR).replace(
+        cell_data={
+            "abaqus:material": np.array([1, 1, 1, 1, 2, 2, 2, 0]),
+            "SOME": (np.arange(8) % 3 == 0).astype(np.uint8),
+            "x": np.ones(8),
+        },
+        field_data={"abaqus:material:names": np.array(["steel, hard", "rubber"])},
+    )
+    lost = io.write(tmp_path / "a.inp", mesh)
+    back = io.read(tmp_path / "a.inp")
+    assert back.cell_data["SOME"].tolist() == mesh.cell_data["SOME"].tolist()
+    assert back.cell_data["abaqus:material"].tolist() == [2, 2, 2, 2, 1, 1, 1, 0]  # by the alphabet
+    assert back.field_data["abaqus:material:names"].tolist() == ["rubber", "steel_ hard"]
+    assert lost == (
+        "Abaqus's names hold no commas or quotes: steel, hard changed.",
+        "The format could not hold the cell data 'x'.",
+    )
+
+
+def test_su2_keeps_zones_and_markers_and_says_what_it_does_not(tmp_path: Path) -> None:
+    mesh = mesh_of("tetra", "wedge")
+    cells = [("tetra", [mesh.nodes(0)]), ("triangle", [mesh.nodes(0)[:3]])]
+    cells += [("wedge", [mesh.nodes(1)]), ("tetra", [mesh.nodes(2)])]
+    blocks = (CellBlock("air", 0, 1), CellBlock("the wall", 1, 2), CellBlock("air", 2, 3), CellBlock("ice", 3, 4))
+    lost = io.write(tmp_path / "a.su2", Mesh.from_arrays(mesh.points, cells).replace(blocks=blocks))
+    back = io.read(tmp_path / "a.su2")
+    assert [(b.name, b.stop - b.start) for b in back.blocks] == [("zone 1", 2), ("the_wall", 1), ("zone 2", 1)]
+    assert back.n_points == 4 + 6 + 4
+    assert lost == (
+        "SU2's zones have no names: 'air', 'ice' became zones 1 to 2.",
+        "The format keeps solid cells before the markers: the order of the cells changed.",
+    )
+    assert io.write(tmp_path / "b.su2", back) == ()
+    assert (tmp_path / "b.su2").read_bytes() == (tmp_path / "a.su2").read_bytes()
+    touching = Mesh.from_arrays(np.eye(5, 3), [("tetra", [(0, 1, 2, 3), (0, 1, 2, 4)])], cell_data={"material": [1, 2]})
+    assert io.write(tmp_path / "c.su2", touching) == (
+        "SU2 knows no regions of cells that share points: 'material 1', 'material 2' are not kept.",
+        "The format could not hold the cell data 'material'.",
+    )
+    flat = Mesh.from_arrays(np.eye(3) * [1, 1, 0], [("triangle", [(0, 1, 2)]), ("line", [(0, 1)])])
+    io.write(tmp_path / "d.su2", flat)
+    assert io.read(tmp_path / "d.su2").type_counts() == {"triangle": 1, "line": 1}
+    with pytest.raises(WriteError, match="surfaces in the plane z = 0"):
+        io.write(tmp_path / "d.su2", flat.replace(points=np.eye(3)))
+
+
+def test_ugrid_keeps_tags_of_surfaces(tmp_path: Path) -> None:
+    mesh = Mesh.from_arrays(np.eye(5, 3), [("tetra", [(0, 1, 2, 3)]), ("triangle", [(0, 1, 2), (1, 2, 3)])])
+    for extension in WRITTEN["ugrid"]:
+        path = tmp_path / f"a{extension}"
+        lost = io.write(path, mesh.replace(cell_data={"ugrid:ref": np.array([0, 7, 8])}))
+        assert lost == ("The format keeps cells by type: their order changed.",)
+        assert io.read(path).cell_data["ugrid:ref"].tolist() == [7, 8, 0]
+        path.write_bytes(path.read_bytes()[:-5])
+        with pytest.raises(ReadError, match=r"need|truncated"):
+            io.read(path)
 
 
 def test_gmsh_keeps_tags_and_curved_nodes(tmp_path: Path) -> None:

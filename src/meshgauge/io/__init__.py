@@ -19,6 +19,7 @@ from . import _files, _registry
 from ._format import Format
 from ._isolate import Limits
 from ._registry import FORMATS, format_named
+from ._write import REGION
 from .wedge_order import WEDGE_ORDERS, check_order, settled
 
 __all__ = [
@@ -32,9 +33,6 @@ __all__ = [
     "read",
     "write",
 ]
-
-REGION = "region"
-"""Cell data that tell the block of a cell in a file that was written."""
 
 StrPath = str | os.PathLike[str]
 

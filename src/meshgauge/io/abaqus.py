@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import ReadError
 from ..mesh import CellBlock, Mesh
-from . import _meshio
+from . import _abaqus_write, _meshio
 from ._build import Kind, gathered
 from ._format import Format
 from ._ids import Index
@@ -60,6 +60,7 @@ _Made = tuple[Part, list[tuple[str, int]]]
 
 _NAMED = {
     **dict.fromkeys(("MASS", "ROTARYI", "SPRING1", "DASHPOT1", "HEATCAP"), _LINES[1]),
+    "STRI65": _SURFACES[6],
     **dict.fromkeys(("SPRING2", "SPRINGA", "DASHPOT2", "DASHPOTA"), _LINES[2]),
 }
 
@@ -422,7 +423,7 @@ def _mesh(made: list[_Made], path: Path) -> Mesh:
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    return _meshio.write(path, mesh, "abaqus")
+    return _abaqus_write.write(path, mesh, MATERIAL)
 
 
 ABAQUS = Format("abaqus", "Abaqus", (".inp",), sniff, read, write=write, by_content=False)

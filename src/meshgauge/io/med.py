@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..cells import CELL_TYPES
 from ..errors import MeshgaugeError, ReadError
 from ..mesh import Mesh
-from ..regions import regions
+from ..regions import told_regions
 from . import _faces, _meshio, _within
 from ._build import Ints, Kind, gathered
 from ._format import Format
@@ -253,11 +253,12 @@ def _text(value: Any) -> str:
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """By meshio's writer, in MED's order of nodes; regions become groups of cells."""
-    ids, names = regions(mesh)
+    found = told_regions(mesh)
+    ids, names = found if found is not None else (np.zeros(mesh.n_cells, np.int64), ())
     data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY)}
     fields = {k: v for k, v in mesh.field_data.items() if k != f"{GROUP}:names"}
     kept = mesh.replace(cell_data=data, field_data=fields)
-    has_groups = names != ("all",)
+    has_groups = found is not None
     families = {_FAMILY: (-1 - ids).astype(np.int64)} if has_groups else {}
     source = _meshio.from_mesh(kept.replace(cell_data={**data, **families}), by_type=True)
     for block in source.cells:

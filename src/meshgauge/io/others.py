@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import ReadError
 from ..mesh import Mesh
 from ..regions import KEYS
-from . import _meshio, _vtk, _within
+from . import _meshio, _vtk, _within, _write
 from ._format import Format, Reader, Sniffer, Writer, anything
 
 
@@ -82,18 +82,23 @@ def _meshio_writer(module: str, **options: Any) -> Writer:
     return write
 
 
-def _write_avs(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    """Of the cell data the materials only: meshio writes one more, but then cannot read the file of several types."""
-    lost: list[str] = []
-    kept = {MATERIAL: mesh.cell_data[MATERIAL]} if MATERIAL in mesh.cell_data else {}
-    name = next((n for n in mesh.cell_data if n.lower() in KEYS and mesh.cell_data[n].dtype.kind in "iu"), None)
-    if not kept and name is not None and mesh.cell_data[name].ndim == 1:
-        kept = {MATERIAL: mesh.cell_data[name]}
-        lost.append(f"The cell data {name!r} became AVS's materials.")
-    gone = [n for n in mesh.cell_data if n != (MATERIAL if MATERIAL in mesh.cell_data else name)]
-    if gone:
-        lost.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
-    return (*lost, *_meshio.write(path, mesh.replace(cell_data=kept), "avsucd"))
+def _of_one_integer(module: str, key: str) -> Writer:
+    """Of the cell data one integer only, under the name that the format has for it: the first that tells a region."""
+
+    def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+        order = (key, *(k for k in KEYS if k != key))
+        known = {
+            n.lower(): n for n, v in reversed(list(mesh.cell_data.items())) if v.dtype.kind in "iu" and v.ndim == 1
+        }
+        name = next((known[k] for k in order if k in known), None)
+        kept = {key: mesh.cell_data[name].astype(np.int64)} if name is not None else {}
+        said = [f"The cell data {name!r} became the format's {key.split(':')[1]}."] if name not in (key, None) else []
+        gone = [n for n in mesh.cell_data if n not in (name, _write.REGION)]
+        if gone:
+            said.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
+        return (*said, *_meshio.write(path, mesh.replace(cell_data=kept), module))
+
+    return write
 
 
 def _write_xdmf(path: Path, mesh: Mesh) -> tuple[str, ...]:
@@ -143,13 +148,11 @@ OTHERS: tuple[Format, ...] = (
            foreign=_first_of(by_pyvista, _by_meshio("obj")), by_content=False),
     # By meshio.
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
-           foreign=_by_meshio("avsucd"), write=_write_avs, by_content=False),
+           foreign=_by_meshio("avsucd"), write=_of_one_integer("avsucd", MATERIAL), by_content=False),
     Format("h5m", "MOAB", (".h5m",), _HDF,
            foreign=_checked(_within.check_hdf_file, _by_meshio("h5m")), by_content=False),
-    Format("ugrid", "AFLR UGRID", (".ugrid",), anything,
-           foreign=_by_meshio("ugrid"), write=_meshio_writer("ugrid", by_type=True), by_content=False),
     Format("netgen", "Netgen", (".vol",), _mark(rb"^mesh3d\b"),
-           foreign=_by_meshio("netgen"), write=_meshio_writer("netgen")),
+           foreign=_by_meshio("netgen"), write=_of_one_integer("netgen", "netgen:index")),
     Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), foreign=_by_meshio("dolfin")),
     Format("flac3d", "FLAC3D", (".f3grid",), anything, foreign=_by_meshio("flac3d"), by_content=False),
     Format("mdpa", "Kratos", (".mdpa",), _mark(rb"^\s*Begin\s"), foreign=_by_meshio("mdpa"), by_content=False),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import ReadError
 from ..mesh import CellBlock, Mesh
-from . import _meshio
+from . import _su2_write
 from ._build import Cells, Kind, checked_codes, gathered
 from ._faces import offsets_of
 from ._format import Format
@@ -125,7 +125,7 @@ def _mesh(zones: list[_Zone], path: Path) -> Mesh:
         )
         _check_ids(parts[-1], zone, path)
         for name, marker, cells in zone.blocks:
-            names.append(name or (f"zone {zone.number}" if len(zones) > 1 else ""))
+            names.append(name or f"zone {zone.number}")
             sizes.append(len(cells.types))
             markers.append(marker)
     mesh = merged(parts, path=path)
@@ -145,8 +145,4 @@ def _check_ids(part: Part, zone: _Zone, path: Path) -> None:
         raise ReadError(f"{path}: an element of zone {zone.number} refers to point {bad}, which is outside 0..{n - 1}")
 
 
-def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    return _meshio.write(path, mesh, "su2")
-
-
-SU2 = Format("su2", "SU2", (".su2",), sniff, read, write=write)
+SU2 = Format("su2", "SU2", (".su2",), sniff, read, write=_su2_write.write)
