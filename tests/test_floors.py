@@ -12,7 +12,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 
 FLOORS = (
-    ("errors", "cells", "status", "_jit", "_threads"),
+    ("errors", "cells", "status", "_jit", "_threads", "_html"),
     ("metrics", "kernels", "reference"),
     ("mesh", "polyhedra", "connectivity", "cast", "topology", "regions"),
     ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),

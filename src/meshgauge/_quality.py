@@ -6,19 +6,21 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import arrays, connectivity, validity
+from . import _html, arrays, connectivity, validity
 from ._threads import run
 from .cast import read_only
 from .cells import POLYHEDRON, CellType, Shape, cell_type, type_name
-from .errors import MetricError
+from .errors import MeshgaugeError, MetricError
 from .kernels import driver, folds
 from .mesh import CellIds, Mesh
 from .metrics import METRICS, Metric, metric
 from .metrics import tetra as tetra_metrics
+from .metrics.jacobian import ACCEPTABLE
 from .metrics.verdict import verdict_quality
 from .polyhedral_quality import PolyhedralQuality, measure_polyhedra
 from .status import STATUSES, Status
@@ -157,6 +159,22 @@ class Quality:
         them."""
         return [self.worst_node(int(cell)) for cell in _lowest(self.values, n)]
 
+    def worst_frame(self, n: int = 10) -> Any:
+        """`worst` as a pandas DataFrame: cell, type, quality, status, node, node_quality, point, x, y, z.
+
+        Raises
+        ------
+        MeshgaugeError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise MeshgaugeError("a table needs pandas: pip install 'meshgauge[notebook]'") from None
+        names = [name for name in WorstCell.__slots__ if name != "coordinates"]
+        rows = [(*(getattr(cell, name) for name in names), *cell.coordinates) for cell in self.worst(n)]
+        return pandas.DataFrame(rows, columns=[*names, "x", "y", "z"])
+
     def findings(self, n: int = 5) -> list[StatusCells]:
         """The solid cells that are not ok, by status: how many, the first n, and where the first is."""
         found: list[StatusCells] = []
@@ -227,6 +245,18 @@ class Quality:
         counts = np.bincount(self.status, minlength=len(Status))
         said = ", ".join(f"{n} {STATUSES[Status(s)].name}" for s, n in enumerate(counts) if n) or "no cells"
         return f"<Quality of {self.n_cells} cells: {said}>"
+
+    def _repr_html_(self) -> str:
+        """The quality in a notebook: its summary and the worst cells."""
+        head = ("worst cells", "type", "quality", "worst at node", "point", "x", "y", "z")
+        rows: list[list[_html.Cell]] = []
+        for cell in self.worst(5):
+            told = _html.quality(cell.quality)
+            bad = _html.INVALID if cell.status != "ok" else _html.POOR if cell.quality < ACCEPTABLE else ""
+            place = [f"{x:.6g}" for x in cell.coordinates]
+            rows.append([str(cell.cell), cell.type, (told, bad), str(cell.node), str(cell.point), *place])
+        table = _html.table(head, rows, left=2) if rows else ""
+        return _html.block(repr(self).strip("<>"), _html.Raw(self.summary()._repr_html_()), table)
 
 
 def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None = None) -> Quality:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import cast
+from . import _html, cast
 from .cells import CELL_TYPES, CellType, cell_type, type_name
 from .errors import MeshError
 from .polyhedra import IndexArray, Polyhedra
@@ -171,6 +171,21 @@ class Mesh:
         cells = ", ".join(f"{n} {name}" for name, n in self.type_counts().items()) or "no cells"
         where = f" from {self.path}" if self.path else ""
         return f"<Mesh{where}: {self.n_points} points; {cells}>"
+
+    def _repr_html_(self) -> str:
+        """The mesh in a notebook: cells by type, size, data, notes."""
+        rows = [(name, f"{n:,}") for name, n in self.type_counts().items()]
+        rows += [("points", f"{self.n_points:,}")]
+        if self.n_points:
+            with np.errstate(invalid="ignore", over="ignore"):
+                low, high = self.points.min(axis=0), self.points.max(axis=0)
+            rows += [(axis, f"{a:.6g} to {b:.6g}") for axis, a, b in zip("xyz", low, high, strict=True)]
+        held = (("point data", self.point_data), ("cell data", self.cell_data))
+        data = [
+            f"{what}: {', '.join(f'{k} ({v.dtype})' for k, v in arrays.items())}" for what, arrays in held if arrays
+        ]
+        where = f" from {self.path}" if self.path else ""
+        return _html.block(f"Mesh{where}", _html.table((), rows), *data, *self.notes)
 
 
 def _frozen_data(data: Mapping[str, Any], name: str, n: int | None) -> Mapping[str, NDArray[Any]]:

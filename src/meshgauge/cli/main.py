@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from . import check, compare, doctor, metrics, orient, plot, report
+from . import check, compare, doctor, metrics, orient, paraview, plot, report
 
 DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
 """Exit codes; the last is what a shell gives for Ctrl-C."""
@@ -34,6 +34,7 @@ compare.register(app)
 doctor.register(app)
 orient.register(app)
 plot.register(app)
+paraview.register(app)
 metrics.register(app)
 
 

@@ -145,10 +145,38 @@ def _part(name: str, data: Any) -> Part:
     if n_cells:
         part.types = _numpy(_types(data))
         part.offsets, part.connectivity = _lists(cells)
-        faces, of_cells = data.GetPolyhedronFaces(), data.GetPolyhedronFaceLocations()
-        if faces is not None and of_cells is not None and of_cells.GetNumberOfCells():
-            part.polyhedra = Polyhedra(*_lists(of_cells), *_lists(faces))
+        part.polyhedra = _polyhedra(data)
     return part
+
+
+def _polyhedra(grid: Any) -> Polyhedra | None:
+    if not hasattr(grid, "GetPolyhedronFaces"):  # before VTK 9.4, as ParaView has it up to 5.13
+        faces, at = grid.GetFaces(), grid.GetFaceLocations()
+        return None if faces is None or at is None else _from_stream(_numpy(faces), _numpy(at))
+    faces, of_cells = grid.GetPolyhedronFaces(), grid.GetPolyhedronFaceLocations()
+    if faces is None or of_cells is None or not of_cells.GetNumberOfCells():
+        return None
+    return Polyhedra(*_lists(of_cells), *_lists(faces))
+
+
+def _from_stream(stream: NDArray[Any], at: NDArray[Any]) -> Polyhedra:
+    """Faces of cells from VTK's older form: at each cell's place their number, then each one's number of points and
+    its points; the place is -1 where the cell is no polyhedron."""
+    counts = np.zeros(len(at), np.int64)
+    cells = np.flatnonzero(at >= 0)
+    counts[cells] = stream[at[cells]]
+    cell_offsets = np.r_[0, np.cumsum(counts)]
+    starts, sizes = np.empty((2, int(cell_offsets[-1])), np.int64)
+    next_face = at[cells] + 1
+    for face in range(int(counts.max(initial=0))):
+        has_it = counts[cells] > face
+        cells, next_face = cells[has_it], next_face[has_it]
+        here = cell_offsets[cells] + face
+        starts[here], sizes[here] = next_face + 1, stream[next_face]
+        next_face = next_face + 1 + sizes[here]
+    face_offsets = np.r_[0, np.cumsum(sizes)]
+    points = stream[np.repeat(starts - face_offsets[:-1], sizes) + np.arange(int(face_offsets[-1]))]
+    return Polyhedra(cell_offsets, np.arange(len(sizes)), face_offsets, points)
 
 
 def _types(grid: Any) -> Any:

@@ -43,7 +43,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
     made = pyvista.Plotter(off_screen=off_screen)
     made.set_background("white")
     skin = surface(grid)
-    made.add_mesh(skin, color="#cfd6dc", opacity=0.25, pickable=False)
+    made.add_mesh(skin, color="#cfd6dc", opacity=0.14, pickable=False)
     sharp = edges(skin)
     if sharp.n_cells:
         made.add_mesh(sharp, color=FAINT, pickable=False)

@@ -24,9 +24,10 @@ MINUS = "\N{MINUS SIGN}"
 def figure(width: float, height: float, dpi: float = 150) -> Figure:
     """An empty white figure, in inches, that pyplot does not know of."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    made = Figure(figsize=(width, height), dpi=dpi, facecolor="white")
+    from .figure import Picture
+
+    made = Picture(figsize=(width, height), dpi=dpi, facecolor="white")
     FigureCanvasAgg(made)
     return made
 

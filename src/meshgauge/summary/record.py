@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _threads
+from .. import _html, _threads
 from ..cells import CELL_TYPES, type_name
 from ..kernels.driver import certified_as
 from .builder import tallies
@@ -83,6 +83,37 @@ class Summary:
             "not_measured": self.not_measured,
             "corners_only": self.corners_only,
         }
+
+    def _repr_html_(self) -> str:
+        """The summary in a notebook: a row a type, and all."""
+        head = ("cells", "measured", "invalid", "degenerate", "poor", "good", "min", "1 %", "median", "mean", "")
+        named = [*self.types.items(), *([("all", self.all)] if len(self.types) != 1 else [])]
+        title = f"{self.metric} of {self.n_cells:,} cells"
+        return _html.block(title, _html.table(head, [_html_row(name, tally) for name, tally in named]))
+
+
+HTML_BINS = 40
+
+
+def _html_row(name: str, tally: Tally) -> list[_html.Cell]:
+    at = tally.quantiles((0.01, 0.5))
+    row: list[_html.Cell] = [
+        name,
+        f"{tally.n_measured:,}" + (f" of {tally.n_cells:,}" if tally.n_cells > tally.n_measured else ""),
+        _html.count(tally.n_invalid, _html.INVALID),
+        _html.count(tally.n_degenerate, _html.INVALID),
+        _html.count(tally.n_poor, _html.POOR),
+        f"{tally.n_good:,}",
+        *(_html.quality(value) for value in (tally.min, at[0.01], at[0.5], tally.mean)),
+    ]
+    if tally.scale.is_bounded:
+        edges, counts = tally.histogram(HTML_BINS)
+        low, high = tally.scale.acceptable
+        colours = [
+            _html.INVALID if start < 0 else _html.GOOD if low <= start < high else _html.POOR for start in edges[:-1]
+        ]
+        row.append(_html.bars(counts.tolist(), colours))
+    return row
 
 
 def summarise(

@@ -1,0 +1,160 @@
+"""``grid.gauge``: quality of PyVista data sets, without importing meshgauge.
+
+PyVista from 0.48 on finds this module by its entry point (group ``pyvista.accessors``). With an older one, use
+``Gauge(grid)`` from here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyvista
+
+from .._quality import JENS, Quality, measure
+from ..errors import MeshgaugeError
+from ..io import from_pyvista
+from .improving import improved
+
+
+@dataclass(frozen=True, repr=False)
+class Report:
+    """The report on a data set: text where it is printed, tables in a notebook."""
+
+    text: str
+    html: str
+
+    def __repr__(self) -> str:
+        return self.text
+
+    def _repr_html_(self) -> str:
+        return self.html
+
+
+class Gauge:
+    """Measures a data set, and returns copies: the data set itself is never changed.
+
+    Parameters
+    ----------
+    dataset
+        Any `pyvista.DataSet`; solid cells are measured.
+    """
+
+    def __init__(self, dataset: Any) -> None:
+        self._dataset = dataset
+
+    def measure(self, metrics: Iterable[str] = (JENS,)) -> Quality:
+        """What `meshgauge.measure` says of the data set: values, status, worst cells.
+
+        Raises
+        ------
+        MetricError
+            If there is no such metric.
+        """
+        found = measure(from_pyvista(self._dataset), metrics=metrics)
+        if found.n_cells != self._dataset.n_cells:
+            raise MeshgaugeError(f"{found.n_cells} of {self._dataset.n_cells} cells could be converted")
+        return found
+
+    def quality(self, metrics: Iterable[str] = (JENS,)) -> Any:
+        """A copy of the data set with the quality of its cells.
+
+        Parameters
+        ----------
+        metrics
+            Names of metrics beside ``"jens"``.
+
+        Returns
+        -------
+        pyvista.DataSet
+            Cell data by name of metric, NaN where it is undefined, and ``status`` (codes of `meshgauge.Status`); point
+            data ``jens_worst`` and ``jens_node``. ``jens`` is the active scalar.
+
+        Raises
+        ------
+        MetricError
+            If there is no such metric.
+        """
+        measured = self.measure(metrics)
+        copy = self._dataset.copy()
+        for name, values in measured.cell_data().items():
+            copy.cell_data[name] = np.array(values)
+        if measured.mesh.n_points == copy.n_points:  # points of grids with implicit points are the same, too
+            for name, values in measured.point_data().items():
+                copy.point_data[name] = np.array(values)
+        copy.set_active_scalars(JENS, preference="cell")
+        return copy
+
+    def report(self, *, worst: int = 10) -> Report:
+        """The report that ``meshgauge report`` prints, with this many worst cells."""
+        from rich.console import Console
+
+        from ..report import FileReport
+        from ..report.text import FileText
+
+        measured = self.measure()
+        mesh = measured.mesh
+        summary = measured.summary()
+        one = FileReport(
+            path=type(self._dataset).__name__,
+            n_points=mesh.n_points,
+            n_cells=mesh.n_cells,
+            summary=summary,
+            worst=tuple(measured.worst(worst)),
+            notes=tuple(mesh.notes),
+            findings=tuple(measured.findings()),
+        )
+        console = Console(width=120, color_system=None, highlight=False, markup=False, emoji=False)
+        with console.capture() as captured:
+            console.print(FileText(one))
+        text = "\n".join(line.rstrip() for line in captured.get().rstrip().splitlines())
+        return Report(text, measured._repr_html_())
+
+    def plot_worst(self, n: int = 10, *, show: bool = True) -> Any:
+        """The worst cells in their colours, with the worst node of each, in the data set seen through.
+
+        Parameters
+        ----------
+        n
+            How many cells.
+        show
+            Show the plotter, as PyVista is set; False leaves that to the caller.
+
+        Returns
+        -------
+        pyvista.Plotter
+        """
+        from ..plot import plotter
+
+        made = plotter(self.measure(), n)
+        if show:
+            made.show()
+        return made
+
+    def improve(self, *, boundary: str = "fixed") -> Any:
+        """A copy of the data set with its points moved so that its quality is better.
+
+        Parameters
+        ----------
+        boundary
+            What may happen to points of the boundary, as `meshgauge.improve` takes it.
+
+        Raises
+        ------
+        MeshgaugeError
+            If the data set has no points of its own (an image), or what `meshgauge.improve` raises.
+        """
+        if not hasattr(type(self._dataset), "points") or isinstance(
+            self._dataset, pyvista.ImageData | pyvista.RectilinearGrid
+        ):
+            raise MeshgaugeError(f"the points of a {type(self._dataset).__name__} cannot be moved")
+        better = improved(from_pyvista(self._dataset), boundary)
+        copy = self._dataset.copy()
+        copy.points = np.array(better.points)
+        return copy
+
+
+if hasattr(pyvista, "register_dataset_accessor"):
+    pyvista.register_dataset_accessor("gauge", pyvista.DataSet)(Gauge)

@@ -1,0 +1,110 @@
+"""The accessor of PyVista: there without importing meshgauge, copies only, every kind of data set."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meshgauge
+
+pyvista = pytest.importorskip("pyvista")
+if not hasattr(pyvista, "register_dataset_accessor"):
+    pytest.skip("this PyVista has no accessors", allow_module_level=True)
+if not entry_points(group="pyvista.accessors", name="gauge"):
+    pytest.skip("meshgauge was installed before it had the accessor: install it again", allow_module_level=True)
+
+BRACKET = str(Path(__file__).resolve().parents[2] / "examples" / "meshes" / "bracket.vtu")
+
+
+@pytest.fixture(scope="module")
+def grid() -> object:
+    return pyvista.read(BRACKET)
+
+
+def test_no_import_is_needed() -> None:
+    code = f"""
+import sys, pyvista
+grid = pyvista.read({BRACKET!r})
+assert "meshgauge" not in sys.modules
+assert "gauge" in dir(grid)
+print(int((grid.gauge.quality()["jens"] < 0).sum()))
+"""
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=60)
+    assert (done.stdout, done.stderr) == ("3\n", "")
+
+
+def test_a_copy_with_the_values_of_the_mesh(grid: object) -> None:
+    before = {**grid.cell_data}, {**grid.point_data}
+    copy = grid.gauge.quality(["scaled_jacobian", "aspect_ratio_gamma"])
+    quality = meshgauge.measure(meshgauge.read(BRACKET), metrics=["scaled_jacobian", "aspect_ratio_gamma"])
+    for name, values in {**quality.cell_data(), **quality.point_data()}.items():
+        np.testing.assert_array_equal(copy[name], values)
+    assert np.isnan(copy["aspect_ratio_gamma"][0])
+    assert copy.active_scalars_name == "jens"
+    assert set(grid.cell_data) == set(before[0])
+    assert set(grid.point_data) == set(before[1])
+    assert type(copy) is type(grid)
+    with pytest.raises(meshgauge.MetricError, match="no metric"):
+        grid.gauge.quality(["beauty"])
+
+
+@pytest.mark.parametrize("kind", ["image", "rectilinear", "structured", "surface"])
+def test_every_kind_of_data_set(kind: str) -> None:
+    image = pyvista.ImageData(dimensions=(3, 4, 5))
+    data = {
+        "image": image,
+        "rectilinear": pyvista.RectilinearGrid([0.0, 1, 2], [0.0, 1, 3], [0.0, 1]),
+        "structured": image.cast_to_structured_grid(),
+        "surface": pyvista.Sphere(theta_resolution=6, phi_resolution=6),
+    }[kind]
+    copy = data.gauge.quality()
+    assert type(copy) is type(data)
+    assert len(copy["jens"]) == data.n_cells
+    if kind == "surface":
+        assert np.isnan(copy["jens"]).all()
+        assert (copy["status"] == meshgauge.Status.NOT_SOLID).all()
+    else:
+        np.testing.assert_array_equal(copy["jens"], 1.0)
+        np.testing.assert_array_equal(copy["jens_worst"], np.ones(data.n_points))
+
+
+def test_the_report_is_that_of_the_command(grid: object) -> None:
+    report = grid.gauge.report(worst=3)
+    text = repr(report)
+    assert "3 of 6,192 cells are inverted" in text
+    assert "521   hexahedron   -0.060     0   -0.060    718" in text
+    assert text.isprintable() is False  # several lines
+    assert "<table" in report._repr_html_()
+
+
+def test_a_plotter_with_the_worst_cells(grid: object) -> None:
+    pytest.importorskip("matplotlib")
+    # In a process of its own: drawing may fail hard where there is no libGL.
+    code = f"""
+import pyvista
+pyvista.OFF_SCREEN = True
+made = pyvista.read({BRACKET!r}).gauge.plot_worst(4, show=False)
+print("hexahedron 521" in str(made.actors) or len(made.actors) >= 4)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    if "libEGL" in done.stderr:
+        pytest.skip("there is no library to draw with")
+    assert done.stdout == "True\n", done.stderr
+
+
+def test_points_move_and_nothing_else(grid: object) -> None:
+    if not callable(getattr(meshgauge, "improve", None)):
+        with pytest.raises(meshgauge.MeshgaugeError, match="cannot improve"):
+            grid.gauge.improve()
+        pytest.skip("this version measures only")
+    better = grid.gauge.improve()
+    assert (better.gauge.quality()["jens"]).min() > (grid.gauge.quality()["jens"]).min()
+    np.testing.assert_array_equal(better.cells, grid.cells)
+    assert set(better.cell_data) == set(grid.cell_data)
+    with pytest.raises(meshgauge.MeshgaugeError, match="cannot be moved"):
+        pyvista.ImageData(dimensions=(2, 2, 2)).gauge.improve()
