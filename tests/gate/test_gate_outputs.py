@@ -129,6 +129,16 @@ def test_sarif_has_what_its_schema_requires(checks: list[Check]) -> None:
     assert len(set(prints)) == len(prints)
 
 
+def test_sarif_is_accepted_by_a_model_made_of_its_schema(checks: list[Check]) -> None:
+    model = pytest.importorskip("pydantic_sarif.model").StaticAnalysisResultsFormatSarifVersion210JsonSchema
+    log = model.model_validate_json(sarif(checks, FAILED))
+    assert len(log.runs[0].results) == 4
+    broken = json.loads(sarif(checks))
+    del broken["runs"][0]["results"][0]["message"]
+    with pytest.raises(ValueError, match="message"):
+        model.model_validate(broken)
+
+
 def test_gitlab(checks: list[Check]) -> None:
     issues = strict(gitlab(checks, FAILED))
     assert [issue["severity"] for issue in issues] == ["major", "minor", "critical", "critical"]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._quality import Quality
 from ..errors import MeshgaugeError
@@ -37,7 +38,7 @@ class Side:
     n_points: int
     n_cells: int
     summary: Summary  #: of J_ENS
-    box: Box | None  #: least and greatest coordinates of finite points; None if there are none
+    box: Box | None  #: least and greatest finite coordinates; None if there are none
     samples: Mapping[str, Values]  #: ascending scores of the measured cells, by type
 
     def tally(self, cells: str) -> Tally | None:
@@ -174,9 +175,14 @@ class Builder:
 
 def _side(name: str, quality: Quality) -> Side:
     mesh = quality.mesh
-    finite = mesh.points[np.isfinite(mesh.points).all(axis=1)]
-    box = (tuple(finite.min(axis=0).tolist()), tuple(finite.max(axis=0).tolist())) if len(finite) else None
-    return Side(name, mesh.n_points, mesh.n_cells, quality.summary(), box, by_type(quality))
+    return Side(name, mesh.n_points, mesh.n_cells, quality.summary(), _box(mesh.points), by_type(quality))
+
+
+def _box(points: NDArray[np.floating]) -> Box | None:
+    columns = [column[np.isfinite(column)] for column in points.T]
+    if not all(map(len, columns)):
+        return None
+    return tuple(float(c.min()) for c in columns), tuple(float(c.max()) for c in columns)
 
 
 def _rows(sides: Sequence[Side], cells: str) -> tuple[Row, ...]:

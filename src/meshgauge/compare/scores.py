@@ -34,11 +34,12 @@ def scores(quality: Quality) -> Values:
 
 def by_type(quality: Quality) -> dict[str, Values]:
     """Ascending scores of the measured cells of each type, in the order of the VTK ids."""
-    merit, types = scores(quality), quality.mesh.types
+    merit = scores(quality)
     found = {}
-    for vtk_id in np.unique(types).tolist():
-        values = merit[types == vtk_id]
-        values = np.sort(values[~np.isnan(values)])
+    for _, vtk_id, cells in quality.mesh.groups():
+        values = np.sort(merit[cells])
+        # NaN is sorted to the end.
+        values = values[: np.searchsorted(values, np.nan)]
         if len(values):
             found[type_name(vtk_id)] = values
     return found

@@ -30,7 +30,8 @@ class Superiority:
     @property
     def words(self) -> str:
         """How large the difference is."""
-        size = max(self.probability, 1.0 - self.probability)
+        # The same to the last bit for both directions, also at the limits.
+        size = 0.5 + 0.5 * abs(self.better - self.worse)
         return next((words for limit, words in SIZES if size < limit), LARGE)
 
     def to_dict(self) -> dict[str, Any]:
