@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from rich.console import Group
 from rich.text import Text
 
 from .._quality import Quality, measure
@@ -69,7 +68,7 @@ class Gate:
             if is_read and quiet:
                 is_read = output.show(_line(outcome), wrap=False)
             elif is_read and not json:
-                is_read = output.show(Group(CheckText(outcome), "") if several else CheckText(outcome))
+                is_read = output.show(CheckText(outcome))
         if json:
             emit(checks_json(checks, failures))
         elif several and is_read and not quiet:
