@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 Ids = NDArray[np.int64]
 Values = NDArray[np.float64]
 
-WHOLE, WORST = 50_000, 20_000
+WHOLE, WORST = 50_000, 30_000
 """A mesh of up to `WHOLE` cells is shown whole, of a larger one the `WORST` worst cells."""
 
 NO_BIN = 0xFFFF

@@ -17,13 +17,15 @@ class Frame:
     half: float
 
     @classmethod
-    def of(cls, points: NDArray[Any]) -> Frame:
-        """The frame of points ``(n, 3)``; those with a coordinate that is not finite do not count."""
-        finite = points[np.isfinite(points).all(axis=1)]
-        if not len(finite):
+    def of(cls, *states: NDArray[Any]) -> Frame:
+        """The frame of points ``(n, 3)``, several times; those with a coordinate that is not finite do not count."""
+        parts = [points[np.isfinite(points).all(axis=1)] for points in states]
+        parts = [part for part in parts if len(part)]
+        if not parts:
             return cls((0.0, 0.0, 0.0), 1.0)
         # Halves first: the sum of two coordinates near the end of the range is infinite.
-        low, high = finite.min(axis=0).astype(np.float64) / 2, finite.max(axis=0).astype(np.float64) / 2
+        low = np.min([part.min(axis=0).astype(np.float64) for part in parts], axis=0) / 2
+        high = np.max([part.max(axis=0).astype(np.float64) for part in parts], axis=0) / 2
         x, y, z = (low + high).tolist()
         return cls((x, y, z), float((high - low).max()) or 1.0)
 

@@ -10,9 +10,24 @@ class MeshView {
     this.bins = new Map(); // what is selected: "group bin" → number of cells
     this.plane = MG.NO_PLANE();
     this.$ = (name) => root.querySelector(`[data-${name}]`);
+    this.state = "after";
+    this.after = { ...arrays }; // of two states of a mesh the later one
     this.build();
+    this.fill();
     this.bind();
     this.setMode("through");
+  }
+
+  // Show the mesh as it was before an improvement, or after.
+  setState(state) {
+    if (!this.model.before || state === this.state) return;
+    this.state = state;
+    for (const name of Object.keys(this.after)) {
+      if (`${name}Before` in this.after) this.a[name] = this.after[state === "before" ? `${name}Before` : name];
+    }
+    for (const button of this.root.querySelectorAll("[data-state]")) button.setAttribute("aria-pressed", String(button.dataset.state === state));
+    this.fill();
+    this.unpick();
     this.update();
   }
 
@@ -22,18 +37,7 @@ class MeshView {
     const width = Math.min(2048, Math.max(2, 2 * n));
     const height = Math.ceil((2 * n) / width) || 1;
     this.table = new Float32Array(4 * width * height);
-    this.classes = new Uint8Array(n);
-    const marks = [];
-    for (let i = 0; i < n; i++) {
-      const [from, to] = [this.where.start[i], this.where.start[i + 1]];
-      const centre = [0, 0, 0];
-      for (let m = from; m < to; m++) for (let k = 0; k < 3; k++) centre[k] += a.xyz[3 * a.nodes[m] + k] / (to - from);
-      this.classes[i] = MG.classOf(a.value[i], model.statuses[a.status[i]]);
-      this.table.set([...centre, this.classes[i] === 3 ? 2 : a.value[i], this.classes[i], 0, 0, 0], 8 * i);
-      if (this.classes[i]) marks.push(i);
-    }
     this.texture = new THREE.DataTexture(this.table, width, height, THREE.RGBAFormat, THREE.FloatType);
-    this.texture.needsUpdate = true;
     const geometry = MG.surfaceGeometry(model, a);
     geometry.computeBoundingBox();
     const { min, max } = geometry.boundingBox;
@@ -48,18 +52,41 @@ class MeshView {
       return item;
     };
     const plane = this.plane;
-    this.cells = add(new THREE.Mesh(MG.cellGeometry(model, a, this.where), MG.material({ cells: true, plane, texture: this.texture })), 0);
-    this.skin = add(new THREE.Mesh(geometry, MG.material({ plane, edgeOpacity: model.coarse ? 0 : 0.6 })), 0);
-    this.ghost = add(new THREE.Mesh(geometry, MG.material({ style: 1, opacity: 0.1, edgeOpacity: model.coarse ? 0 : 0.06, plane })), 1);
-    const places = new THREE.BufferGeometry();
-    places.setAttribute("position", new THREE.BufferAttribute(new Float32Array(marks.flatMap((i) => [...this.centre(i)])), 3));
-    places.setAttribute("aClass", new THREE.BufferAttribute(new Float32Array(marks.map((i) => this.classes[i])), 1));
-    this.marks = add(new THREE.Points(places, MG.markMaterial({ size: marks.length < 100 ? 19 : marks.length < 1000 ? 13 : 9, plane })), 2);
+    const none = new THREE.BufferGeometry();
+    this.cells = add(new THREE.Mesh(none, MG.material({ cells: true, plane, texture: this.texture })), 0);
+    this.skin = add(new THREE.Mesh(none, MG.material({ plane, edgeOpacity: model.coarse ? 0 : 0.6 })), 0);
+    this.ghost = add(new THREE.Mesh(none, MG.material({ style: 1, opacity: 0.1, edgeOpacity: model.coarse ? 0 : 0.06, plane })), 1);
+    this.marks = add(new THREE.Points(none, MG.markMaterial({ size: 19, plane })), 2);
     const spot = new THREE.BufferGeometry();
     spot.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3));
     spot.setAttribute("aClass", new THREE.BufferAttribute(new Float32Array([1]), 1));
     this.ring = add(new THREE.Points(spot, MG.markMaterial({ size: 34, ring: 1 })), 3);
     this.ring.visible = false;
+  }
+
+  // The triangles, values and marks of the state that is shown.
+  fill() {
+    const { a, model } = this;
+    const n = a.id.length;
+    this.classes = new Uint8Array(n);
+    const marks = [];
+    for (let i = 0; i < n; i++) {
+      const [from, to] = [this.where.start[i], this.where.start[i + 1]];
+      const centre = [0, 0, 0];
+      for (let m = from; m < to; m++) for (let k = 0; k < 3; k++) centre[k] += a.xyz[3 * a.nodes[m] + k] / (to - from);
+      this.classes[i] = MG.classOf(a.value[i], model.statuses[a.status[i]]);
+      this.table.set([...centre, this.classes[i] === 3 ? 2 : a.value[i], this.classes[i], 0, 0, 0], 8 * i);
+      if (this.classes[i]) marks.push(i);
+    }
+    this.texture.needsUpdate = true;
+    for (const item of [this.cells, this.skin, this.marks]) item.geometry.dispose();
+    this.cells.geometry = MG.cellGeometry(model, a, this.where);
+    this.skin.geometry = this.ghost.geometry = MG.surfaceGeometry(model, a);
+    const places = new THREE.BufferGeometry();
+    places.setAttribute("position", new THREE.BufferAttribute(new Float32Array(marks.flatMap((i) => [...this.centre(i)])), 3));
+    places.setAttribute("aClass", new THREE.BufferAttribute(new Float32Array(marks.map((i) => this.classes[i])), 1));
+    this.marks.geometry = places;
+    this.marks.material.uniforms.uSize.value = marks.length < 100 ? 19 : marks.length < 1000 ? 13 : 9;
   }
 
   centre(i) {
@@ -74,6 +101,7 @@ class MeshView {
       const buttons = [...this.root.querySelectorAll(`[data-${attribute}]`)];
       for (const button of buttons) button.addEventListener("click", () => act(button.dataset[attribute]));
     };
+    press("state", (state) => this.setState(state));
     press("mode", (mode) => this.setMode(mode));
     press("slice", (axis) => this.setSlice(axis));
     press("locate", (cell) => this.locate(Number(cell)));
@@ -159,7 +187,7 @@ class MeshView {
     uniforms.uLimit.value = limit;
     uniforms.uFiltered.value = Number(filtered);
     this.$("limit").value = limit;
-    this.$("limit-text").textContent = limit.toFixed(2);
+    this.$("limit-text").textContent = limit.toFixed(Math.abs(limit * 100 - Math.round(limit * 100)) > 0.01 ? 3 : 2);
     const count = (n) => n.toLocaleString("en");
     this.shown = shown;
     this.$("said").textContent = filtered ? "" : limit >= 1 ? `Shows all ${count(shown)} cells.` : `Shows ${count(shown)} of ${count(this.model.total)} cells.`;
@@ -192,7 +220,11 @@ class MeshView {
     for (const bar of this.root.querySelectorAll(".bar[aria-pressed=true]")) bar.setAttribute("aria-pressed", "false");
   }
 
-  toggle(group, bar, adds) {
+  toggle(group, bar, adds, state) {
+    if (state && state !== this.state) {
+      this.clear();
+      this.setState(state);
+    }
     const key = `${group} ${bar.dataset.bin}`;
     const was = this.bins.has(key);
     if (!adds) this.clear();
@@ -302,6 +334,7 @@ class MeshView {
   locate(id) {
     const i = this.a.id.indexOf(id);
     if (i < 0) return;
+    this.setState("after");
     this.setMode("through");
     this.limit = Math.max(this.limit, Math.min(this.model.reach, Math.floor(this.a.value[i] * 100 + 1) / 100));
     this.update();

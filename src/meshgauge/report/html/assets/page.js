@@ -56,7 +56,7 @@
     for (const figure of figures) {
       const bars = [...figure.querySelectorAll(".bar")];
       bars.forEach((bar, i) => {
-        const select = (adds) => mesh() && mesh().toggle(figure.dataset.group, bar, adds);
+        const select = (adds) => mesh() && mesh().toggle(figure.dataset.group, bar, adds, figure.dataset.of);
         bar.addEventListener("click", (event) => select(event.ctrlKey || event.metaKey || event.shiftKey));
         bar.addEventListener("keydown", (event) => {
           const to = { ArrowRight: i + 1, ArrowLeft: i - 1, Home: 0, End: bars.length - 1 }[event.key];

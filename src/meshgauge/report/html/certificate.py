@@ -1,0 +1,106 @@
+"""What an improvement says of itself, made ready to be shown whatever keys there are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, is_dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+ROWS, DEPTH = 20, 5
+"""Entries of a list that are shown, and levels."""
+
+
+class Moment(NamedTuple):
+    """The state of an improvement at one time."""
+
+    seconds: float
+    worst: float
+    mean: float  #: NaN if it was not told
+    phase: str
+
+
+def history(told: Any) -> list[Moment]:
+    """The entries that have a time and a worst quality: of a list of mappings or records, or of a mapping of lists."""
+    if isinstance(told, Mapping):
+        columns = {key: value for key, value in told.items() if isinstance(value, Sequence | np.ndarray)}
+        length = min((len(column) for column in columns.values()), default=0)
+        told = [{key: column[n] for key, column in columns.items()} for n in range(length)]
+    if not isinstance(told, Sequence) or isinstance(told, str):
+        return []
+    moments = []
+    for entry in told:
+        seconds, worst, mean = (_number(_of(entry, key)) for key in ("seconds", "worst", "mean"))
+        if math.isfinite(seconds) and math.isfinite(worst):
+            moments.append(Moment(seconds, worst, mean, str(_of(entry, "phase") or "")))
+    return moments
+
+
+def _of(entry: Any, key: str) -> Any:
+    return entry.get(key) if isinstance(entry, Mapping) else getattr(entry, key, None)
+
+
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return math.nan
+
+
+class Node(NamedTuple):
+    """A part of a certificate: a text, named parts, or a table."""
+
+    kind: str  #: "text", "parts" or "table"
+    text: str = ""
+    parts: tuple[tuple[str, Node], ...] = ()
+    head: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+
+
+def tree(item: Any, depth: int = 0) -> Node:
+    """Any plain data as nodes; what is too deep or too long is cut, and says so."""
+    item = _plain(item)
+    if isinstance(item, Mapping):
+        if depth >= DEPTH:
+            return Node("text", f"{len(item)} entries")
+        return Node("parts", parts=tuple((_name(key), tree(value, depth + 1)) for key, value in item.items()))
+    if isinstance(item, list | tuple):
+        entries = [_plain(entry) for entry in item[:ROWS]]
+        more = f", … ({len(item):,} in all)" if len(item) > ROWS else ""
+        if entries and all(isinstance(entry, Mapping) for entry in entries):
+            head = tuple(dict.fromkeys(key for entry in entries for key in entry))
+            rows = tuple(tuple(_text(entry.get(key, "")) for key in head) for entry in entries)
+            return Node("table", more.removeprefix(", "), head=tuple(map(_name, head)), rows=rows)
+        return Node("text", ", ".join(map(_text, entries)) + more if entries else "none")
+    return Node("text", _text(item))
+
+
+def _plain(item: Any) -> Any:
+    if is_dataclass(item) and not isinstance(item, type):
+        return asdict(item)
+    if isinstance(item, np.ndarray):
+        return item.tolist() if item.size <= 10_000 else f"{' × '.join(map(str, item.shape))} numbers"
+    return item.item() if isinstance(item, np.generic) else item
+
+
+def _name(key: Any) -> str:
+    return str(key).replace("_", " ")
+
+
+def _text(item: Any) -> str:
+    item = _plain(item)
+    if item is None:
+        return "–"
+    if isinstance(item, bool):
+        return "yes" if item else "no"
+    if isinstance(item, int):
+        return f"{item:,}"
+    if isinstance(item, float):
+        return f"{item:.5g}"
+    if isinstance(item, Mapping):
+        return ", ".join(f"{_name(key)} {_text(value)}" for key, value in item.items())
+    if isinstance(item, list | tuple):
+        return ", ".join(map(_text, item[:ROWS])) + (", …" if len(item) > ROWS else "")
+    return str(item) or "–"
