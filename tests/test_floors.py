@@ -18,7 +18,7 @@ FLOORS = (
     ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),
     ("improve", "gate", "compare"),
     ("parallel", "report", "plot"),
-    ("cli", "integrations", "__init__", "__main__"),
+    ("cli", "integrations", "viewer", "__init__", "__main__"),
 )
 FLOOR = {name: floor for floor, names in enumerate(FLOORS) for name in names}
 
@@ -32,6 +32,7 @@ MAY_IMPORT_THEIR_FLOOR = {
     "regions": {"mesh"},
     "mesh": {"cast", "polyhedra"},
     "cast": {"polyhedra"},
+    "cli": {"viewer"},
     "__main__": {"cli"},
     "__init__": set(),
 }

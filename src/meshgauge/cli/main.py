@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from . import check, compare, doctor, metrics, orient, paraview, plot, report
+from . import check, compare, doctor, metrics, orient, paraview, plot, report, view
 
 DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
 """Exit codes; the last is what a shell gives for Ctrl-C."""
@@ -35,6 +35,7 @@ doctor.register(app)
 orient.register(app)
 plot.register(app)
 paraview.register(app)
+view.register(app)
 metrics.register(app)
 
 

@@ -1,0 +1,203 @@
+"""The local web application: trame between a browser and the scene. Logic is in the modules that it calls."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..report.verdict import verdict
+from . import controls, guard, page
+from .card import card
+from .filters import Filters, ViewError
+from .link import View, fragment, view
+from .model import Model
+from .picture import png
+from .scene import Scene
+
+CONTROLS = ("quality", "undefined", "types", "statuses", "regions", "axis", "flipped", "at", "peel", "edges")
+"""State that the browser may set; everything else there is only shown."""
+
+PAUSE = 0.01
+"""Seconds in which further moves of a slider are taken in before the scene is made anew."""
+
+
+class App:
+    """One or two models in a scene, and the page that steers it."""
+
+    def __init__(self, models: Sequence[Model], *, link: str = "") -> None:
+        from trame.app import get_server
+
+        self.scene = Scene(models)
+        self.choices = controls.Choices.of(models)
+        self.path = guard.secret()
+        self._start = link
+        self._task: asyncio.Task[None] | None = None
+        self._busy = False
+        self.server = get_server(f"meshgauge-{self.path}", client_type="vue3")
+        self.interactor = self.scene.on_move(lambda: self.scene.moving(True), self._moved)
+        state = self.server.state
+        state.trame__title = " | ".join(["meshgauge", *(model.name for model in models)])
+        state.update(
+            {
+                "theme": "light",
+                "link": "",
+                "note": "",
+                "card": None,
+                "worst": [controls.worst(model) for model in models],
+            }
+        )
+        self._tell()
+        for action in (self.pick, self.fly, self.forget, self.whole, self.reset, self.open_link, self.picture):
+            self.server.controller.trigger(action.__name__)(self._guarded(action))
+        verdicts = [verdict(model.quality.summary()).text for model in models]
+        self._push = page.build(self.server, models, self.choices, self.scene.window, verdicts)
+        state.change(*CONTROLS)(self._changed)
+        state.change("theme")(self._themed)
+
+    def run(self, *, port: int, ready: Callable[[str], None]) -> None:
+        """Serve until interrupted; ``ready`` is called with the address. Raises OSError if the port is taken."""
+        # A browser that closes while a picture is on its way is no error.
+        for name in ("aiohttp", "asyncio", "wslink"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+        # trame would read our own command line.
+        os.environ["TRAME_ARGS"] = f"--host {guard.HOST} --server --ws-endpoint {self.path}/ws"
+        server = self.server
+        for name, value in guard.HEADERS.items():
+            server.http_headers.set_header(name, value)
+        server.controller.on_server_bind.add(lambda web: web.app.middlewares.append(guard.middleware()))
+        server.controller.on_server_ready.add(
+            lambda **_: ready(f"http://{guard.HOST}:{server.port}/{self.path}/index.html")
+        )
+        server.controller.on_server_start.add(self._hide)
+        server.start(
+            port=port, host=guard.HOST, timeout=0, open_browser=False, show_connection_info=False, disable_logging=True
+        )
+
+    def _hide(self, server: Any) -> None:
+        """Put all that is served below the secret path, but for a page that says so."""
+        from trame_client import module
+
+        served = {key: value[0] if isinstance(value, (list, tuple)) else value for key, value in server.serve.items()}
+        server.serve.clear()
+        server.serve.update({f"{self.path}/{key}": value for key, value in served.items()})
+        server.enable_module(module)
+        server.serve[self.path] = server._www
+        server.enable_module({"www": str(Path(__file__).with_name("www"))})
+
+    def _guarded(self, action: Callable[..., Any]) -> Callable[..., Any]:
+        """An action of the page; what cannot be done is said there."""
+
+        def done(*arguments: Any) -> Any:
+            try:
+                return action(*arguments)
+            except (ViewError, TypeError, ValueError) as error:
+                self.server.state.note = str(error)
+                return None
+
+        return done
+
+    def forget(self) -> None:
+        """Pick no cell."""
+        self._show(replace(self._current(), cell=None, mesh=0))
+
+    def whole(self) -> None:
+        """Move the camera to where the whole mesh is seen."""
+        self._show(replace(self.scene.view, camera=None))
+
+    def reset(self) -> None:
+        """Let all cells pass the filters."""
+        self._show(replace(self._current(), filters=Filters()))
+
+    def pick(self, x: float, y: float) -> None:
+        """Show the cell that is seen at a place of the picture, or none."""
+        found = self.scene.pick(float(x), float(y))
+        if found is None:
+            self.forget()
+        else:
+            self._show(replace(self._current(), mesh=found[0], cell=found[1]))
+
+    def fly(self, mesh: int, cell: int) -> None:
+        """Pick a cell and fly the camera to it."""
+        models = self.scene.models
+        model = models[min(max(int(mesh), 0), len(models) - 1)]
+        centre, size = model.place_of(int(cell))
+        camera = self.scene.camera.looking_at(centre, size)
+        self._show(replace(self.scene.view, mesh=models.index(model), cell=int(cell), camera=camera))
+
+    def open_link(self, link: str) -> None:
+        """Make the view that of a link; that of the command line if the page was opened without one."""
+        given = str(link).lstrip("#") or self._start
+        self._start = ""
+        try:
+            wanted = view(given) if given else self.scene.view
+            self._show(wanted)
+        except ViewError as error:
+            self._show(self.scene.view)
+            self.server.state.note = str(error)
+
+    def picture(self) -> Any:
+        """The scene as a PNG, for download."""
+        return self.server.protocol.addAttachment(png(self.scene, theme=self.server.state.theme))
+
+    def _show(self, wanted: View) -> None:
+        self.scene.show(wanted)
+        self.server.state.note = ""
+        self._tell()
+        self._push()
+
+    def _tell(self) -> None:
+        """Let the page say what the scene shows."""
+        scene, state, wanted = self.scene, self.server.state, self.scene.view
+        state.update(controls.controls(wanted, self.choices))
+        state.counts = scene.n_shown
+        state.shown = [
+            f"{n:,} of {model.n_cells:,} cells" for n, model in zip(scene.n_shown, scene.models, strict=True)
+        ]
+        state.bins = controls.bins(scene.models, wanted)
+        state.card = None
+        if wanted.cell is not None:
+            model = scene.models[wanted.mesh]
+            state.card = controls.details(card(model, wanted.cell), wanted.mesh, model.name)
+        state.link = fragment(wanted)
+
+    def _changed(self, **_: Any) -> None:
+        """A control was moved: make the scene anew soon, once for all moves until then."""
+        if self._task is None or self._task.done():
+            try:
+                self._task = asyncio.get_running_loop().create_task(self._follow())
+            except RuntimeError:
+                return  # before the server runs, the controls say what the scene shows
+
+    async def _follow(self) -> None:
+        await asyncio.sleep(PAUSE)
+        state = self.server.state
+        with state:
+            values = {name: state[name] for name in CONTROLS}
+            try:
+                wanted = controls.changed(self._current(), values, self.choices, self.scene.camera)
+                if wanted != self.scene.view:
+                    self._show(wanted)
+            except (ViewError, TypeError, ValueError, KeyError) as error:
+                state.note = str(error)
+
+    def _current(self) -> View:
+        """The view as it is, with the camera where the mouse has moved it."""
+        camera = self.scene.camera
+        return replace(self.scene.view, camera=None if camera == self.scene.home else camera)
+
+    def _moved(self) -> None:
+        """The mouse has moved the camera."""
+        self.scene.moving(False)
+        self.scene.view = self._current()
+        state = self.server.state
+        state.link = fragment(self.scene.view)
+        state.flush()
+
+    def _themed(self, theme: str, **_: Any) -> None:
+        self.scene.theme("dark" if theme == "dark" else "light")
+        self._push()

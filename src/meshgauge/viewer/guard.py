@@ -1,0 +1,80 @@
+"""Who may use the web application: whoever knows its address, which is secret, and on Linux only the same user.
+
+It listens on loopback alone. Others on the machine can connect there too, so its pages and its socket are below a
+path of random letters; and where the system tells whose a connection is, those of others are refused.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import Any
+
+HOST = "127.0.0.1"
+
+TABLE = Path("/proc/net/tcp")
+"""Linux's list of connections, with the user of each."""
+
+HEADERS = {
+    "Referrer-Policy": "no-referrer",  # the path is a secret
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Cache-Control": "no-store",
+    # Vue compiles its templates in the browser, hence eval; nothing comes from elsewhere.
+    "Content-Security-Policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'none'",
+}
+
+
+def secret() -> str:
+    """A path that cannot be guessed: 192 bits."""
+    return secrets.token_urlsafe(24).replace("-", "x").replace("_", "y")
+
+
+def owner(table: str, peer_port: int, port: int) -> int | None:
+    """User id of the other end of a loopback connection; None if the table does not have it.
+
+    Parameters
+    ----------
+    table
+        Text of ``/proc/net/tcp``: addresses are hexadecimal, that of the machine's byte order first.
+    peer_port, port
+        Of the other end, and of this one.
+    """
+    for line in table.splitlines()[1:]:
+        columns = line.split()
+        if len(columns) < 8:
+            continue
+        local, remote = columns[1].rpartition(":")[2], columns[2].rpartition(":")[2]
+        if (int(local, 16), int(remote, 16)) == (peer_port, port):
+            return int(columns[7])
+    return None
+
+
+def is_allowed(peer: tuple[str, int] | None, port: int) -> bool:
+    """Whether a connection comes from this machine, and from this user or root as far as the system tells."""
+    if peer is None or peer[0] != HOST:
+        return False
+    if not hasattr(os, "getuid"):
+        return True
+    try:
+        found = owner(TABLE.read_text(encoding="ascii"), peer[1], port)
+    except OSError:
+        return True  # no such table: not Linux
+    return found is None or found in (0, os.getuid())
+
+
+def middleware() -> Any:
+    """For aiohttp: refuses who is not allowed."""
+    from aiohttp import web
+
+    @web.middleware
+    async def guarded(request: Any, handler: Callable[[Any], Awaitable[Any]]) -> Any:
+        transport = request.transport
+        peer, here = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
+        if not is_allowed(tuple(peer[:2]) if peer else None, here[1]):
+            raise web.HTTPForbidden(text="meshgauge view: another user's")
+        return await handler(request)
+
+    return guarded

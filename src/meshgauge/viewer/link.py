@@ -1,0 +1,136 @@
+"""A view as text: the part of an address after the ``#``, so that a link brings the same view back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from urllib.parse import quote, unquote
+
+from .camera import Camera
+from .filters import AXES, Filters, Plane, ViewError
+
+LONGEST = 20_000
+"""Characters of a link that are read; names of regions can make it long."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Everything that says what a scene shows."""
+
+    filters: Filters = field(default_factory=Filters)
+    camera: Camera | None = None  #: None: from where the whole mesh is seen
+    cell: int | None = None  #: the cell that is picked
+    mesh: int = 0  #: of which mesh: 0, or 1 for the second
+    edges: bool = True  #: whether the edges of cells are drawn
+
+
+def fragment(view: View) -> str:
+    """The view as text; what is as it is at the start is left out."""
+    filters = view.filters
+    parts: list[tuple[str, str]] = []
+    if (filters.low, filters.high) != (-1.0, 1.0):
+        parts.append(("quality", _numbers((filters.low, filters.high))))
+    if not filters.undefined:
+        parts.append(("undefined", "0"))
+    for key, names in (("types", filters.types), ("status", filters.statuses), ("regions", filters.regions)):
+        if names is not None:
+            parts.append((key, ",".join(quote(name, safe=" ").replace(" ", "+") for name in sorted(names))))
+    if filters.plane is not None:
+        axis = next((name for name, axis in AXES.items() if axis == filters.plane.normal), None)
+        parts.append(("plane", f"{axis or _numbers(filters.plane.normal)},{_numbers((filters.plane.at,))}"))
+    if filters.peel:
+        parts.append(("peel", str(filters.peel)))
+    if view.cell is not None:
+        parts.append(("cell", f"{view.cell},{view.mesh}" if view.mesh else str(view.cell)))
+    if not view.edges:
+        parts.append(("edges", "0"))
+    if view.camera is not None:
+        parts.append(("camera", _numbers((*view.camera.position, *view.camera.focus, *view.camera.up))))
+    return "&".join(f"{key}={value}" for key, value in parts)
+
+
+def view(link: str) -> View:
+    """The view that a link, or its part after the ``#``, stands for.
+
+    Raises
+    ------
+    ViewError
+        If it is not understood.
+    """
+    text = link.rpartition("#")[2] if "#" in link else ("" if "://" in link else link)
+    if len(text) > LONGEST:
+        raise ViewError(f"a link of {len(text)} characters; {LONGEST} are read at most")
+    found = View()
+    for part in filter(None, text.split("&")):
+        key, equals, value = part.partition("=")
+        if key not in _READ or not equals:
+            raise ViewError(f"{part[:60]!r} in a link is not understood; known are {', '.join(_READ)}")
+        try:
+            found = _READ[key](found, value)
+        except ViewError:
+            raise
+        except ValueError as error:
+            raise ViewError(f"{part[:60]!r} in a link is not understood") from error
+    return found
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return ",".join(f"{value:.7g}" for value in values)
+
+
+def _floats(text: str, n: int) -> tuple[float, ...]:
+    values = tuple(float(part) for part in text.split(","))
+    if len(values) != n:
+        raise ValueError(text)
+    return values
+
+
+def _names(text: str) -> frozenset[str]:
+    return frozenset(unquote(name.replace("+", " ")) for name in text.split(",") if name)
+
+
+def _flag(text: str) -> bool:
+    return {"0": False, "1": True}[text] if text in ("0", "1") else bool(_floats(text, 0))
+
+
+def _plane(text: str) -> Plane:
+    parts = text.split(",")
+    if parts[0] in AXES:
+        return Plane(AXES[parts[0]], *_floats(",".join(parts[1:]), 1))
+    x, y, z, at = _floats(text, 4)
+    return Plane((x, y, z), at)
+
+
+def _camera(text: str) -> Camera:
+    n = _floats(text, 9)
+    return Camera((n[0], n[1], n[2]), (n[3], n[4], n[5]), (n[6], n[7], n[8]))
+
+
+def _cell(found: View, text: str) -> View:
+    cell, _, mesh = text.partition(",")
+    if int(cell) < 0 or mesh not in ("", "0", "1"):
+        raise ValueError(text)
+    return replace(found, cell=int(cell), mesh=int(mesh or 0))
+
+
+def _filter(name: str, read: Callable[[str], object]) -> Callable[[View, str], View]:
+    return lambda found, text: replace(found, filters=replace(found.filters, **{name: read(text)}))  # type: ignore[arg-type]
+
+
+def _range(found: View, text: str) -> View:
+    low, high = _floats(text, 2)
+    return replace(found, filters=replace(found.filters, low=low, high=high))
+
+
+_READ: dict[str, Callable[[View, str], View]] = {
+    "quality": _range,
+    "undefined": _filter("undefined", _flag),
+    "types": _filter("types", _names),
+    "status": _filter("statuses", _names),
+    "regions": _filter("regions", _names),
+    "plane": _filter("plane", _plane),
+    "peel": _filter("peel", int),
+    "cell": _cell,
+    "edges": lambda found, text: replace(found, edges=_flag(text)),
+    "camera": lambda found, text: replace(found, camera=_camera(text)),
+}

@@ -1,0 +1,176 @@
+"""A mesh as the viewer holds it: measured, its faces matched, and placed in the frame of the scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._quality import Quality, measure
+from ..cells import CELL_TYPES, type_name
+from ..mesh import Mesh
+from ..regions import regions
+from ..status import STATUSES, Status
+from ..topology import Topology, topology
+from .filters import ViewError
+from .layers import layers
+from .surface import Surface, exposed, surface
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Takes coordinates of a mesh to those of the scene, where the mesh fills a ball of radius 1 about 0.
+
+    Graphics count in single precision: a mesh of micrometres, or one far from the origin, must not suffer from it.
+    """
+
+    centre: tuple[float, float, float]
+    radius: float
+
+    @classmethod
+    def of(cls, points: NDArray[np.floating]) -> Frame:
+        """The frame of the finite ones of some points. Raises `ViewError` if there are none."""
+        finite = points[np.isfinite(points).all(axis=1)]
+        if not len(finite):
+            raise ViewError("the mesh has no solid cell with finite coordinates: there is nothing to show")
+        low, high = finite.min(axis=0).astype(np.float64), finite.max(axis=0).astype(np.float64)
+        x, y, z = (float(v) for v in low / 2 + high / 2)
+        half = high / 2 - low / 2
+        longest = float(half.max()) or 1.0  # squares of what is divided by it do not overflow
+        radius = float(np.linalg.norm(half / longest)) * longest
+        return cls((x, y, z), radius or 1.0)
+
+    def placed(self, points: NDArray[np.floating]) -> NDArray[np.float32]:
+        """Points in the scene, float32; NaN or infinite where they are."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            return np.asarray((points - np.array(self.centre)) / self.radius, np.float32)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Model:
+    """A measured mesh and what is drawn of it. All arrays have one entry a cell of the mesh; see `filters.Cells`."""
+
+    name: str
+    quality: Quality
+    topology: Topology
+    frame: Frame
+
+    @classmethod
+    def of(cls, mesh: Mesh, name: str, *, frame: Frame | None = None) -> Model:
+        """Measure a mesh and match its faces; ``frame`` is that of the mesh that it is shown beside.
+
+        Raises `ViewError` if it has no solid cell to show.
+        """
+        quality = measure(mesh)
+        faces = topology(mesh)
+        if frame is None:
+            of_solid = np.zeros(mesh.n_points, np.bool_)
+            of_solid[mesh.connectivity[np.repeat(np.diff(faces.starts) > 0, np.diff(mesh.offsets))]] = True
+            frame = Frame.of(mesh.points[of_solid])
+        return cls(name, quality, faces, frame)
+
+    @property
+    def mesh(self) -> Mesh:
+        return self.quality.mesh
+
+    @property
+    def n_cells(self) -> int:
+        """Number of solid cells: those that can be shown."""
+        return int(np.count_nonzero(self.is_solid))
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        return self.quality.values
+
+    @cached_property
+    def is_solid(self) -> NDArray[np.bool_]:
+        return np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[self.mesh.types]
+
+    @property
+    def type_ids(self) -> NDArray[np.uint8]:
+        return self.mesh.types
+
+    @cached_property
+    def type_names(self) -> tuple[str, ...]:
+        return tuple(type_name(t) for t in range(256))
+
+    @property
+    def status_ids(self) -> NDArray[np.uint8]:
+        return self.quality.status
+
+    @cached_property
+    def status_names(self) -> tuple[str, ...]:
+        return tuple(STATUSES[status].name for status in Status)
+
+    @cached_property
+    def _regions(self) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+        return regions(self.mesh)
+
+    @property
+    def region_ids(self) -> NDArray[np.int64]:
+        return self._regions[0]
+
+    @property
+    def region_names(self) -> tuple[str, ...]:
+        return self._regions[1]
+
+    @cached_property
+    def layers(self) -> NDArray[np.int32]:
+        return layers(self.topology)
+
+    @property
+    def n_layers(self) -> int:
+        return int(self.layers.max(initial=-1)) + 1
+
+    @cached_property
+    def points(self) -> NDArray[np.float32]:
+        """``(n_points, 3)`` in the frame of the scene."""
+        return self.frame.placed(self.mesh.points)
+
+    @cached_property
+    def is_drawable(self) -> NDArray[np.bool_]:
+        """``(n_points,)`` whether a point is finite in the scene."""
+        return np.asarray(np.isfinite(self.points).all(axis=1))
+
+    @cached_property
+    def centres(self) -> NDArray[np.float32]:
+        """``(n_cells, 3)``: mean of the nodes of each cell, in the frame of the scene; NaN for one without nodes."""
+        offsets, points = self.mesh.offsets, self.points
+        sizes = np.diff(offsets)
+        out = np.full((self.mesh.n_cells, 3), np.nan, np.float32)
+        filled = np.flatnonzero(sizes > 0)
+        if len(filled):
+            sums = np.add.reduceat(points[self.mesh.connectivity], np.asarray(offsets)[filled].astype(np.int64))
+            out[filled] = sums / sizes[filled, None].astype(np.float32)
+        return out
+
+    def counts(self, of: Literal["types", "statuses", "regions"]) -> dict[str, int]:
+        """Number of solid cells by name, of the names that occur."""
+        ids: NDArray[np.integer]
+        if of == "types":
+            names, ids = self.type_names, self.type_ids
+        elif of == "statuses":
+            names, ids = self.status_names, self.status_ids
+        else:
+            names, ids = self.region_names, self.region_ids
+        found = np.bincount(ids[self.is_solid], minlength=len(names))
+        return {names[n]: int(found[n]) for n in np.flatnonzero(found)}
+
+    def surface(self, shown: NDArray[np.bool_]) -> Surface:
+        """The faces that are seen of some cells."""
+        return surface(self.topology, exposed(self.topology, shown), self.is_drawable)
+
+    def place_of(self, cell: int) -> tuple[tuple[float, float, float], float]:
+        """Centre and size of a cell in the scene. Raises `ViewError` if there is none, or none to see."""
+        if not 0 <= cell < self.mesh.n_cells:
+            raise ViewError(f"no cell {cell}: the mesh has cells 0 to {self.mesh.n_cells - 1}")
+        points = self.points[self.mesh.nodes(cell)]
+        points = points[np.isfinite(points).all(axis=1)]
+        if not len(points):
+            raise ViewError(f"cell {cell} has no finite coordinates")
+        low, high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
+        x, y, z = (float(v) for v in (low + high) / 2)
+        return (x, y, z), float(np.linalg.norm(high - low))

@@ -1,0 +1,339 @@
+"""The page: what is on it and which value or action each part stands for. No logic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .colours import GOOD, INVALID, POOR, UNDEFINED, css
+from .controls import OBLIQUE, OFF, Choices
+from .model import Model
+
+STYLE = """
+html, body { overflow: hidden !important; }
+.mg { display: grid; grid-template-columns: 336px 1fr 340px; height: 100vh; font-size: 13px;
+  font-family: system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; font-variant-numeric: tabular-nums; }
+.mg-side { overflow-y: auto; padding: 14px 16px; border-right: 1px solid rgba(128,128,128,.22); }
+.mg-side.right { border-right: 0; border-left: 1px solid rgba(128,128,128,.22); }
+.mg h1 { font-size: 16px; font-weight: 650; margin: 0; overflow-wrap: anywhere; }
+.mg h2 { font-size: 12px; font-weight: 650; letter-spacing: .02em; margin: 18px 0 6px; }
+.mg .faint { opacity: .68; }
+.mg-verdict { margin: 2px 0 8px; line-height: 1.35; }
+.mg-view { position: relative; min-width: 0; min-height: 0; overflow: hidden; }
+.mg-over { position: absolute; z-index: 2; pointer-events: none; padding: 3px 9px; border-radius: 6px;
+  background: rgba(255,255,255,.82); color: #1d2126; }
+.v-theme--dark .mg-over { background: rgba(21,25,30,.8); color: #e8ebee; }
+.mg-bars { width: 100%; height: 116px; display: block; touch-action: none; cursor: crosshair; }
+.mg-bars .hit { fill: transparent; } .mg-bars .hit:hover { fill: rgba(128,128,128,.16); }
+.mg-axis { position: relative; height: 16px; font-size: 11px; opacity: .75; }
+.mg-axis span { position: absolute; transform: translateX(-50%); }
+.mg-legend { display: flex; align-items: center; gap: 5px; font-size: 11.5px; margin: 6px 0 0; flex-wrap: wrap; }
+.mg-legend i { display: inline-block; width: 15px; height: 10px; border-radius: 2px; }
+.mg-worst { width: 100%; border-collapse: collapse; }
+.mg-worst td { padding: 2.5px 4px; } .mg-worst td.n { text-align: right; }
+.mg-worst tr.go { cursor: pointer; } .mg-worst tr.go:hover, .mg-worst tr.on { background: rgba(128,128,128,.16); }
+.mg-worst button { all: unset; cursor: pointer; } .mg-worst button:focus-visible { outline: 2px solid #3f7fae; }
+.mg-dot { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 5px;
+  box-shadow: 0 0 0 1px rgba(128,128,128,.5) inset; }
+.mg-node td { padding: 2px 3px; text-align: right; font-size: 12px; }
+.mg-node th { font-weight: 500; opacity: .68; text-align: right; font-size: 11px; padding: 2px 3px; }
+.mg-node tr.worst td { font-weight: 700; background: rgba(209,48,15,.13); }
+.mg-tag { display: inline-block; padding: 1px 7px; border-radius: 9px; border: 1px solid rgba(128,128,128,.5); }
+.mg-busy { right: 14px; bottom: 12px; }
+.mg .v-slider.v-input--horizontal { margin-inline: 4px; } .mg .v-chip { margin: 2px 3px 2px 0 !important; }
+.mg .v-slide-group__content { flex-wrap: wrap; } .mg .v-chip-group { padding: 0; }
+"""
+
+CLICK = """
+  @pointerdown="window.mgPress = [$event.clientX, $event.clientY]"
+  @click="window.mgBox = $event.currentTarget.getBoundingClientRect(), window.mgPress
+    && Math.hypot($event.clientX - window.mgPress[0], $event.clientY - window.mgPress[1]) < 4
+    && trigger('pick', [($event.clientX - window.mgBox.left) / window.mgBox.width,
+      1 - ($event.clientY - window.mgBox.top) / window.mgBox.height])"
+"""
+"""A press and release at one place picks; a drag moves the camera."""
+
+BARS = """
+<svg class="mg-bars" viewBox="0 0 400 100" preserveAspectRatio="none" role="img"
+  aria-label="Histogram of the quality of the cells that pass the other filters; drag to choose a range">
+  <line x1="0" x2="400" y1="99.6" y2="99.6" stroke="currentColor" stroke-opacity="0.35" stroke-width="0.8" />
+  <rect v-for="(bin, i) in bins" :key="i" :x="10 * i + 0.8" width="8.4" :y="99 - 96 * bin.heights[0]"
+    :height="96 * bin.heights[0]" :fill="bin.colour" stroke="currentColor" stroke-opacity="0.55" stroke-width="0.5"
+    :opacity="bin.low >= quality[0] - 1e-9 && bin.high <= quality[1] + 1e-9 ? 1 : 0.25" />
+  {line}
+  <rect v-for="(bin, i) in bins" :key="i + 100" :x="10 * i" y="0" width="10" height="100" class="hit" :data-bin="i"
+    @pointerdown="window.mgBin = i, quality = [bin.low, bin.high]"
+    @pointerenter="$event.buttons && window.mgBin !== undefined && (quality =
+      [bins[Math.min(i, window.mgBin)].low, bins[Math.max(i, window.mgBin)].high])"
+    @pointerup="window.mgBin = undefined"><title>{{{{ bin.text }}}}</title></rect>
+</svg>
+"""
+"""The histogram; its bins are 10 wide and 100 high."""
+
+LINE = """<path fill="none" stroke="currentColor" stroke-width="1.6" vector-effect="non-scaling-stroke"
+    :d="bins.map((bin, i) => (i ? 'L' : 'M') + 10 * i + ' ' + (99 - 96 * bin.heights[1]) + ' h 10').join(' ')" />"""
+"""The second mesh in it."""
+
+AXIS = ((0.0, "−1"), (50.0, "0"), (60.0, "0.2"), (100.0, "1"))
+"""Where on the axis of the histogram, in percent, which number stands."""
+
+
+def build(server: Any, models: Sequence[Model], choices: Choices, window: Any, verdicts: Sequence[str]) -> Any:
+    """Make the page; returns the function that sends a new picture to it."""
+    from trame.ui.vuetify3 import VAppLayout
+    from trame.widgets import client, html
+    from trame.widgets import vtk as vtk_widgets
+    from trame.widgets import vuetify3 as v
+
+    with VAppLayout(server, theme=("theme", "light")) as layout:
+        layout.root.theme = ("theme",)
+        client.Style(STYLE)
+        # The link of the page is followed when it is opened, and kept up to date afterwards.
+        client.ClientTriggers(mounted="trigger('open_link', [window.location.hash])")
+        client.ClientStateChange(
+            value="link", change="window.history.replaceState(null, '', window.location.pathname + '#' + link)"
+        )
+        with html.Div(classes="mg"):
+            with html.Div(classes="mg-side"):
+                for model, verdict in zip(models, verdicts, strict=True):
+                    html.H1(model.name)
+                    html.Div(verdict, classes="mg-verdict faint")
+                undefined = any(np.isnan(model.values[model.is_solid]).any() for model in models)
+                _histogram(v, html, len(models), undefined)
+                _filters(v, html, choices, max(model.n_layers for model in models))
+            with html.Div(
+                classes="mg-view",
+                raw_attrs=[CLICK],
+            ):
+                remote = vtk_widgets.VtkRemoteView(
+                    window, ref="scene", interactive_ratio=0.5, interactive_quality=75, still_quality=95
+                )
+                for n, model in enumerate(models):
+                    with html.Div(classes="mg-over", style=f"left: calc({100 * n / len(models)}% + 12px); top: 12px"):
+                        html.Span(f"{model.name}  " if len(models) > 1 else "")
+                        html.Span(
+                            f"{{{{ shown[{n}] }}}}", classes="font-weight-bold", **_raw(data_shown=f"{{counts[{n}]}}")
+                        )
+                if len(models) > 1:
+                    html.Div(style="position:absolute;left:50%;top:0;bottom:0;width:1px;background:#9aa3ab;z-index:1")
+                html.Div(
+                    "{{ note }}",
+                    v_if="note",
+                    classes="mg-over",
+                    style="left: 12px; bottom: 12px",
+                    **_raw(role="status"),
+                )
+                html.Div("drawing", v_if="trame__busy", classes="mg-over mg-busy")
+            with html.Div(classes="mg-side right"):
+                _buttons(v, html)
+                _card(v, html, len(models))
+                _worst(html, models)
+    return remote.update
+
+
+def _raw(**attributes: str) -> dict[str, list[str]]:
+    """Attributes that trame does not know of a tag: ``data_x`` is ``data-x``; a value in braces is an expression."""
+    raw = []
+    for key, value in attributes.items():
+        is_bound = value.startswith("{") and value.endswith("}")
+        raw.append(f'{":" * is_bound}{key.replace("_", "-")}="{value[1:-1] if is_bound else value}"')
+    return {"raw_attrs": raw}
+
+
+def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool) -> None:
+    html.H2("Quality (J_ENS)")
+    html.Div(BARS.format(line=LINE if n_models > 1 else ""))
+    with html.Div(classes="mg-axis"):
+        for at, text in AXIS:
+            shift = {0.0: "translateX(0)", 100.0: "translateX(-100%)"}.get(at, "translateX(-50%)")
+            html.Span(text, style=f"left: {at}%; transform: {shift}")
+    v.VRangeSlider(
+        v_model=("quality",),
+        min=-1,
+        max=1,
+        step=0.01,
+        hide_details=True,
+        density="compact",
+        thumb_size=14,
+        track_size=3,
+        **_raw(aria_label="Range of quality", data_control="quality"),
+    )
+    with html.Div(classes="d-flex align-center"):
+        html.Span(
+            "{{ quality[0].toFixed(2).replace('-', '−') }} ≤ quality {{ quality[1] < 1 ? '<' : '≤' }} "
+            "{{ quality[1].toFixed(2).replace('-', '−') }}"
+        )
+        v.VSpacer()
+        for text, low, high in (("invalid", -1, 0), ("poor", 0, 0.2), ("all", -1, 1)):
+            v.VBtn(
+                text,
+                click=f"quality = [{low}, {high}]",
+                size="x-small",
+                variant="tonal",
+                classes="ml-1 text-none",
+                **_raw(data_range=text),
+            )
+    with html.Div(classes="mg-legend"):
+        for colour, text in ((INVALID, "invalid"), (POOR, "poor")):
+            html.I(style=f"background: {css(colour)}")
+            html.Span(text)
+        html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(css(c) for c in GOOD)})")
+        html.Span("0.2 to 1")
+        if with_undefined:
+            html.I(style=f"background: {css(UNDEFINED)}")
+            html.Span("undefined")
+    html.Div(
+        "Bar heights grow as the square root." + (" The line is the second mesh." if n_models > 1 else ""),
+        classes="faint",
+        style="font-size: 11px",
+    )
+
+
+def _filters(v: Any, html: Any, choices: Choices, n_layers: int) -> None:
+    for title, name, known in (("Type", "types", choices.types), ("Status", "statuses", choices.statuses)):
+        html.H2(title)
+        with v.VChipGroup(v_model=(name,), multiple=True, column=True, **_raw(data_control=name)):
+            for one, n in known.items():
+                v.VChip(f"{one.replace('_', ' ')}  {n:,}", value=one, filter=True, size="small", variant="outlined")
+    if len(choices.regions) > 1:
+        html.H2("Region")
+        v.VAutocomplete(
+            v_model=("regions",),
+            items=(
+                "region_items",
+                [{"title": f"{name}  ({n:,})", "value": name} for name, n in choices.regions.items()],
+            ),
+            multiple=True,
+            chips=True,
+            closable_chips=True,
+            density="compact",
+            variant="outlined",
+            hide_details=True,
+            placeholder="all",
+            persistent_placeholder=True,
+            **_raw(aria_label="Regions"),
+        )
+    html.H2("Slice")
+    with html.Div(classes="d-flex align-center"):
+        with v.VBtnToggle(v_model=("axis",), mandatory=True, density="compact", variant="outlined", divided=True):
+            for value in (OFF, "x", "y", "z", OBLIQUE):
+                v.VBtn(value, value=value, size="small", classes="text-none", **_raw(data_axis=value))
+        v.VSpacer()
+        v.VBtn(
+            "flip",
+            v_if="axis !== 'off' && axis !== 'view'",
+            click="flipped = !flipped",
+            size="small",
+            variant="text",
+            classes="text-none",
+        )
+    v.VSlider(
+        v_model=("at",),
+        v_if="axis !== 'off'",
+        min=0,
+        max=1,
+        step=0.005,
+        hide_details=True,
+        density="compact",
+        thumb_size=14,
+        track_size=3,
+        **_raw(aria_label="Position of the slice"),
+    )
+    html.H2(f"Peel {{{{ peel }}}} of {n_layers} layers")
+    v.VSlider(
+        v_model=("peel",),
+        min=0,
+        max=max(n_layers - 1, 1),
+        step=1,
+        hide_details=True,
+        density="compact",
+        thumb_size=14,
+        track_size=3,
+        **_raw(aria_label="Layers of cells taken off the surface", data_control="peel"),
+    )
+
+
+def _buttons(v: Any, html: Any) -> None:
+    with html.Div(classes="d-flex", style="gap: 4px; flex-wrap: wrap"):
+        for icon, text, action in (
+            ("mdi-fit-to-page-outline", "Whole mesh", "trigger('whole')"),
+            ("mdi-filter-off-outline", "Clear filters", "trigger('reset')"),
+            ("mdi-grid", "Edges", "edges = !edges"),
+            ("mdi-theme-light-dark", "Dark or light", "theme = theme === 'light' ? 'dark' : 'light'"),
+            (
+                "mdi-link-variant",
+                "Copy the link to this view",
+                "window.navigator.clipboard.writeText(window.location.href)",
+            ),
+            ("mdi-camera-outline", "Picture (PNG)", "utils.download('meshgauge.png', trigger('picture'), 'image/png')"),
+        ):
+            v.VBtn(icon=icon, click=action, size="small", variant="text", **_raw(title=text, aria_label=text))
+
+
+def _card(v: Any, html: Any, n_models: int) -> None:
+    with html.Div(v_if="card", **_raw(data_card="{card.cell}")):
+        with html.Div(classes="d-flex align-center mt-2"):
+            html.Span(classes="mg-dot", style=("{background: card.colour}",))
+            html.H1("Cell {{ card.cell }}", style="flex: 1")
+            v.VBtn(
+                icon="mdi-crosshairs-gps",
+                click="trigger('fly', [card.mesh, card.cell])",
+                size="x-small",
+                variant="text",
+                **_raw(title="Fly to the cell", aria_label="Fly to the cell"),
+            )
+            v.VBtn(
+                icon="mdi-close",
+                click="trigger('forget')",
+                size="x-small",
+                variant="text",
+                **_raw(title="Forget the cell", aria_label="Forget the cell"),
+            )
+        if n_models > 1:
+            html.Div("{{ card.name }}", classes="faint")
+        with html.Div(classes="my-1"):
+            html.Span("{{ card.type }}  ")
+            html.Span("quality {{ card.quality }}", classes="font-weight-bold", **_raw(data_quality="{card.quality}"))
+            html.Span("{{ card.status }}", classes="mg-tag ml-2", title=("card.text",))
+        html.Div("{{ card.region }}, layer {{ card.layer }}", classes="faint")
+        with html.Table(classes="mg-node mt-2", style="width: 100%; border-collapse: collapse"):
+            with html.Tr():
+                for text in ("node", "J_ENS", "point", "x", "y", "z"):
+                    html.Th(text)
+            with html.Tr(
+                v_for="row in card.nodes",
+                key=("row.node",),
+                classes=("row.worst ? 'worst' : ''",),
+                **_raw(data_node="{row.node}"),
+            ):
+                html.Td("{{ row.node }}")
+                html.Td("{{ row.quality }}")
+                html.Td("{{ row.point }}")
+                for n in range(3):
+                    html.Td(f"{{{{ row.x[{n}] }}}}")
+        html.Div(
+            "The worst node is in bold here, and ringed in the picture.", classes="faint mt-1", style="font-size: 11px"
+        )
+
+
+def _worst(html: Any, models: Sequence[Model]) -> None:
+    for n, model in enumerate(models):
+        html.H2("Worst cells" + (f" of {model.name}" if len(models) > 1 else ""))
+        with (
+            html.Table(classes="mg-worst"),
+            html.Tr(
+                v_for=f"row in worst[{n}]",
+                key=("row.cell",),
+                classes=(f"card && card.mesh === {n} && card.cell === row.cell ? 'go on' : 'go'",),
+                click=f"trigger('fly', [{n}, row.cell])",
+                **_raw(data_worst="{row.cell}"),
+            ),
+        ):
+            with html.Td():
+                html.Span(classes="mg-dot", style=("{background: row.colour}",))
+                html.Button("{{ row.cell }}")
+            html.Td("{{ row.type }}")
+            html.Td("{{ row.status }}", classes="faint")
+            html.Td("{{ row.quality }}", classes="n")

@@ -1,0 +1,265 @@
+"""The scene: the shown cells of one mesh, or of two side by side under one camera, drawn by VTK off the screen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import drawn, opengl
+from .camera import VIEW_ANGLE, Camera
+from .card import card
+from .filters import ViewError, shown
+from .link import View
+from .model import Model
+from .picking import hit
+from .surface import Surface
+
+SMOOTHED = 60_000
+"""Faces up to which several samples a pixel are taken, which doubles the time of drawing in software."""
+SAMPLES = 4
+
+MOST_EDGED = 400_000
+"""Faces up to which their edges are drawn; of more the picture would be black."""
+
+LIGHTS = (((-0.35, 0.75, 1.0), 0.62), ((0.5, -0.15, 1.0), 0.38))
+"""Where each light stands, as the camera sees it, and how strong it is: from above on the left, and a little from the
+right."""
+
+BACKGROUNDS = {"light": "#fbfcfd", "dark": "#15191e"}
+
+
+@dataclass(slots=True)
+class _Pane:
+    """One mesh in the scene."""
+
+    model: Model
+    renderer: Any
+    overlay: Any  #: drawn on top: what is picked is seen through all the rest
+    mask: NDArray[np.bool_]
+    surface: Surface
+    points: NDArray[np.float32]  #: of the surface
+    fine: list[Any] = field(default_factory=list)  #: actors of the shown cells
+    coarse: list[Any] = field(default_factory=list)  #: drawn instead while the scene moves, if there are any
+
+
+class Scene:
+    """Draws a `View` of one or two models.
+
+    ``window`` is the render window; the camera may be moved through it. Raises `ViewError` where nothing can be drawn,
+    for want of OpenGL.
+    """
+
+    def __init__(self, models: Sequence[Model], *, size: tuple[int, int] = (1200, 800), theme: str = "light") -> None:
+        self.window = opengl.render_window()
+        from vtkmodules.vtkRenderingCore import vtkCamera
+
+        self.window.SetNumberOfLayers(2)
+        self.window.SetSize(*size)
+        self._camera = vtkCamera()
+        self._camera.SetViewAngle(VIEW_ANGLE)
+        self._panes = [self._pane(model, n / len(models), (n + 1) / len(models)) for n, model in enumerate(models)]
+        # The mesh fills a ball of radius 1; a second one may reach beyond it.
+        self._reach = max(1.0, *(_reach(model) for model in models)) + 0.05
+        self._panes[0].renderer.AddObserver("StartEvent", lambda *_: self._clip())
+        self.home = Camera.home(np.concatenate([_corners(model) for model in models]))
+        self._moving = False
+        self.view = View()
+        self.theme(theme)
+        for pane in self._panes:
+            self._draw(pane)
+        self.show(self.view)
+
+    def _pane(self, model: Model, left: float, right: float) -> _Pane:
+        from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
+
+        renderers = []
+        for layer in (0, 1):
+            renderer = vtkRenderer()
+            renderer.AutomaticLightCreationOff()
+            for position, intensity in LIGHTS:
+                light = vtkLight()
+                light.SetLightTypeToCameraLight()
+                light.SetPosition(*position)
+                light.SetIntensity(intensity)
+                renderer.AddLight(light)
+            renderer.SetLayer(layer)
+            renderer.SetViewport(left, 0.0, right, 1.0)
+            renderer.SetActiveCamera(self._camera)
+            self.window.AddRenderer(renderer)
+            renderers.append(renderer)
+        renderer, overlay = renderers
+        overlay.InteractiveOff()
+        renderer.AddActor(drawn.outline(model))
+        none = np.zeros(0, np.int64)
+        empty = Surface(none, np.zeros(1, np.int64), none, none)
+        return _Pane(model, renderer, overlay, np.zeros(0, np.bool_), empty, np.zeros((0, 3), np.float32))
+
+    @property
+    def models(self) -> list[Model]:
+        return [pane.model for pane in self._panes]
+
+    @property
+    def masks(self) -> list[NDArray[np.bool_]]:
+        """Of each mesh, which cells are shown."""
+        return [pane.mask for pane in self._panes]
+
+    @property
+    def n_shown(self) -> list[int]:
+        """Number of cells shown of each mesh."""
+        return [int(np.count_nonzero(pane.mask)) for pane in self._panes]
+
+    @property
+    def n_faces(self) -> int:
+        """Number of faces drawn."""
+        return sum(pane.surface.n_faces for pane in self._panes)
+
+    def theme(self, name: str) -> None:
+        """Set the background: ``"light"`` or ``"dark"``."""
+        for pane in self._panes:
+            pane.renderer.SetBackground(*drawn.rgb(BACKGROUNDS[name]))
+
+    def show(self, view: View) -> None:
+        """Make the scene that of a view. Raises `ViewError`, and changes nothing, if its picked cell cannot be."""
+        if view.cell is not None:
+            if view.mesh >= len(self._panes):
+                raise ViewError("the link is to a cell of a second mesh; there is one mesh here")
+            self._panes[view.mesh].model.place_of(view.cell)
+        old, self.view = self.view, view
+        if view.filters != old.filters:
+            for pane in self._panes:
+                self._draw(pane)
+        if (view.cell, view.mesh) != (old.cell, old.mesh):
+            self._mark()
+        for pane in self._panes:
+            for actor in pane.fine:
+                actor.GetProperty().SetEdgeVisibility(view.edges and pane.surface.n_faces <= MOST_EDGED)
+        self._smooth()
+        camera = view.camera or self.home
+        self._camera.SetPosition(*camera.position)
+        self._camera.SetFocalPoint(*camera.focus)
+        self._camera.SetViewUp(*camera.up)
+
+    @property
+    def camera(self) -> Camera:
+        """Where VTK's camera is now."""
+        return Camera(self._camera.GetPosition(), self._camera.GetFocalPoint(), self._camera.GetViewUp())
+
+    def pick(self, x: float, y: float) -> tuple[int, int] | None:
+        """The mesh and the cell seen at a place of the picture, 0 to 1 from its left and lower edge; None if none."""
+        panes, camera = len(self._panes), self.camera
+        n = min(max(int(x * panes), 0), panes - 1)
+        pane = self._panes[n]
+        width, height = self.window.GetSize()
+        ray = camera.ray(x * panes - n, y, width / panes / max(height, 1))
+        found = hit(pane.surface, pane.points, np.array(camera.position), ray)
+        return None if found is None else (n, int(pane.surface.cells[found[0]]))
+
+    def moving(self, is_moving: bool) -> None:
+        """Draw less while the camera moves, and all of it again after."""
+        self._moving = is_moving
+        for pane in self._panes:
+            self._choose(pane)
+
+    def picture(self) -> NDArray[np.uint8]:
+        """The scene drawn now, smoothly, ``(height, width, 3)``."""
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+        self.moving(False)
+        self._clip()  # now: the filter takes copies of the camera before it starts to draw
+        self.window.SetMultiSamples(2 * SAMPLES)
+        grab = vtkWindowToImageFilter()
+        grab.SetInput(self.window)
+        grab.ReadFrontBufferOff()
+        grab.Update()
+        self._smooth()
+        image = grab.GetOutput()
+        width, height, _ = image.GetDimensions()
+        pixels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)
+        return np.ascontiguousarray(pixels[::-1, :, :3], np.uint8)
+
+    def on_move(self, started: Callable[[], None], ended: Callable[[], None]) -> Any:
+        """Let the mouse move the camera, as what handles the events of the page expects; returns VTK's interactor."""
+        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
+        from vtkmodules.vtkRenderingCore import vtkRenderWindowInteractor
+
+        interactor, style = vtkRenderWindowInteractor(), vtkInteractorStyleTrackballCamera()
+        style.AutoAdjustCameraClippingRangeOff()
+        style.AddObserver("StartInteractionEvent", lambda *_: started())
+        style.AddObserver("EndInteractionEvent", lambda *_: ended())
+        interactor.SetRenderWindow(self.window)
+        interactor.SetInteractorStyle(style)
+        interactor.EnableRenderOff()
+        return interactor
+
+    def close(self) -> None:
+        """Free what VTK holds on the graphics card."""
+        self.window.Finalize()
+
+    def _draw(self, pane: _Pane) -> None:
+        model = pane.model
+        pane.mask = shown(model, self.view.filters)
+        pane.surface = model.surface(pane.mask)
+        pane.points = model.points[pane.surface.points]
+        for actor in (*pane.fine, *pane.coarse):
+            pane.renderer.RemoveActor(actor)
+        pane.fine = _bodies(pane)
+        few, points = drawn.coarse(pane.surface, pane.points)
+        pane.coarse = [] if few is pane.surface else [drawn.cells(few, points, model.values)]
+        for actor in (*pane.fine, *pane.coarse):
+            pane.renderer.AddActor(actor)
+        self._choose(pane)
+
+    def _choose(self, pane: _Pane) -> None:
+        roughly = self._moving and bool(pane.coarse)
+        for actor in pane.fine:
+            actor.SetVisibility(not roughly)
+        for actor in pane.coarse:
+            actor.SetVisibility(roughly)
+
+    def _mark(self) -> None:
+        """Draw the picked cell over all the rest, its edges and its worst node on top."""
+        for pane in self._panes:
+            pane.overlay.RemoveAllViewProps()
+        if self.view.cell is not None:
+            pane = self._panes[self.view.mesh]
+            worst = card(pane.model, self.view.cell).worst
+            for actor in drawn.picked(pane.model, self.view.cell, worst.point if worst else None):
+                pane.overlay.AddActor(actor)
+
+    def _smooth(self) -> None:
+        self.window.SetMultiSamples(SAMPLES if self.n_faces <= SMOOTHED else 0)
+
+    def _clip(self) -> None:
+        width, height = self.window.GetSize()
+        self._camera.SetUseHorizontalViewAngle(width / len(self._panes) < height)
+        distance = float(np.linalg.norm(self._camera.GetPosition()))
+        near = max(distance - self._reach, 2e-3 * min(distance, 1.0), 1e-5)
+        self._camera.SetClippingRange(near, distance + self._reach)
+
+
+def _bodies(pane: _Pane) -> list[Any]:
+    """Actors of the shown cells. Of many, the backs of the valid cells' faces are left out: half of the work."""
+    faces, values = pane.surface, pane.model.values
+    if faces.n_faces <= SMOOTHED:
+        return [drawn.cells(faces, pane.points, values)] if faces.n_faces else []
+    is_valid = values[faces.cells] > 0  # others may be turned inside out
+    parts = [(faces.some(np.flatnonzero(is_valid)), True), (faces.some(np.flatnonzero(~is_valid)), False)]
+    return [drawn.cells(part, pane.points, values, culled=culled) for part, culled in parts if part.n_faces]
+
+
+def _corners(model: Model) -> NDArray[np.float32]:
+    """``(8, 3)`` corners of the box about a mesh."""
+    points = model.points[model.is_drawable]
+    low, high = points.min(axis=0), points.max(axis=0)
+    return np.array([[(low, high)[n >> axis & 1][axis] for axis in range(3)] for n in range(8)], np.float32)
+
+
+def _reach(model: Model) -> float:
+    """The farthest point of a mesh from the middle of the scene."""
+    finite = model.points[model.is_drawable]
+    return float(np.sqrt(np.einsum("ij,ij->i", finite, finite).max(initial=0.0)))

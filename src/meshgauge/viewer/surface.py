@@ -1,0 +1,114 @@
+"""The faces that are seen of a set of cells, as polygons: those between a shown cell and one that is not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import POLYHEDRON
+from ..polyhedra import ragged
+from ..topology import COLLAPSED, Topology, face_table
+
+Ids = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Surface:
+    """Polygons, each the face of a cell.
+
+    Attributes
+    ----------
+    points
+        ``(n,)`` ids of the mesh's points that are used, ascending.
+    offsets, connectivity
+        Polygon ``f`` has ``connectivity[offsets[f]:offsets[f + 1]]``, positions in ``points``; outward.
+    cells
+        ``(n_faces,)`` the cell of each polygon.
+    """
+
+    points: Ids
+    offsets: Ids
+    connectivity: Ids
+    cells: Ids
+
+    @property
+    def n_faces(self) -> int:
+        return len(self.cells)
+
+    def some(self, faces: Ids) -> Surface:
+        """The same with a choice of the polygons; points are kept as they are."""
+        sizes = np.diff(self.offsets)[faces]
+        at = ragged(self.offsets[:-1][faces], sizes)
+        return Surface(self.points, _offsets(sizes), self.connectivity[at], self.cells[faces])
+
+
+def exposed(topology: Topology, shown: NDArray[np.bool_]) -> Ids:
+    """The faces of the shown cells that no other shown cell has, as slots of the topology, ascending."""
+    slots = np.flatnonzero(shown[topology.cells])
+    mates = topology.mates[slots]
+    seen = mates != COLLAPSED
+    paired = np.flatnonzero(mates >= 0)
+    seen[paired] = ~shown[topology.cells[mates[paired]]]
+    return np.asarray(slots[seen], np.int64)
+
+
+def polygons(topology: Topology, slots: Ids) -> tuple[Ids, Ids]:
+    """Offsets and point ids of some faces, in their order: outward, curved cells by their corners."""
+    mesh = topology.mesh
+    cells = topology.cells[slots].astype(np.int64)
+    local = slots - topology.starts[cells]
+    is_poly = mesh.types[cells] == POLYHEDRON.vtk_id
+    rows = face_table()[mesh.types[cells], np.where(is_poly, 0, local)]
+    sizes = rows[:, 0].astype(np.int64)
+    poly = mesh.polyhedra
+    if poly is None or not is_poly.any():
+        at = _positions(rows, sizes, mesh.offsets[cells])
+        return _offsets(sizes), mesh.connectivity[at].astype(np.int64)
+    faces = np.asarray(poly.cell_faces[poly.cell_offsets[cells[is_poly]] + local[is_poly]], np.int64)
+    sizes[is_poly] = np.diff(poly.face_offsets)[faces]
+    offsets = _offsets(sizes)
+    points = np.empty(int(offsets[-1]), np.int64)
+    plain = ~is_poly
+    into = ragged(offsets[:-1][plain], sizes[plain])
+    points[into] = mesh.connectivity[_positions(rows[plain], sizes[plain], mesh.offsets[cells[plain]])]
+    into = ragged(offsets[:-1][is_poly], sizes[is_poly])
+    points[into] = poly.face_points[ragged(np.asarray(poly.face_offsets[:-1][faces], np.int64), sizes[is_poly])]
+    return offsets, points
+
+
+def surface(topology: Topology, slots: Ids, usable: NDArray[np.bool_]) -> Surface:
+    """Some faces as polygons over the points that they use.
+
+    Parameters
+    ----------
+    topology
+        Of the mesh.
+    slots
+        The faces.
+    usable
+        ``(n_points,)`` False for points that cannot be drawn (not finite): faces with one of them are left out.
+    """
+    offsets, points = polygons(topology, slots)
+    cells = topology.cells[slots].astype(np.int64)
+    if len(points) and not usable.all():
+        good = np.minimum.reduceat(usable[points], offsets[:-1])
+        kept = Surface(points, offsets, points, cells).some(np.flatnonzero(good))
+        offsets, points, cells = kept.offsets, kept.connectivity, kept.cells
+    used = np.zeros(len(usable), np.bool_)
+    used[points] = True
+    number = np.cumsum(used) - 1
+    return Surface(np.flatnonzero(used), offsets, number[points], cells)
+
+
+def _positions(rows: NDArray[np.int8], sizes: Ids, starts: NDArray[np.integer]) -> Ids:
+    """Where the nodes of faces stand in the connectivity, flat, from rows of the table of faces."""
+    dense = rows[:, 1:].astype(np.int64) + np.asarray(starts, np.int64)[:, None]
+    return dense[np.arange(dense.shape[1]) < sizes[:, None]]
+
+
+def _offsets(sizes: NDArray[np.signedinteger]) -> Ids:
+    offsets = np.zeros(len(sizes) + 1, np.int64)
+    np.cumsum(sizes, out=offsets[1:])
+    return offsets

@@ -1,0 +1,292 @@
+"""The web application in a real browser; what it shows is compared with the numbers. Skipped without one."""
+
+from __future__ import annotations
+
+import http.client
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+
+import meshgauge
+from meshgauge.viewer.guard import owner
+from meshgauge.viewer.link import view
+from meshgauge.viewer.model import Model
+from meshgauge.viewer.scene import Scene
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+
+
+class Server:
+    """``meshgauge view`` in a process of its own."""
+
+    def __init__(self, *meshes: Path | str) -> None:
+        command = [sys.executable, "-m", "meshgauge", "view", *map(str, meshes), "--no-browser"]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().strip()
+        if not self.address:
+            assert self.process.stderr is not None
+            raise AssertionError(self.process.stderr.read())
+
+    def end(self) -> tuple[int, str]:
+        """Ctrl-C; returns the exit code and what was said on standard error."""
+        self.process.send_signal(signal.SIGINT)
+        _, errors = self.process.communicate(timeout=20)
+        return self.process.returncode, errors
+
+
+@pytest.fixture(scope="module")
+def meshes(pytestconfig: pytest.Config) -> Path:
+    return pytestconfig.rootpath / "examples" / "meshes"
+
+
+@pytest.fixture(scope="module")
+def server(meshes: Path, drawing: None) -> Iterator[Server]:
+    pytest.importorskip("trame_vtk", reason="the extra 'view' is not installed")
+    running = Server(meshes / "bracket.vtu")
+    yield running
+    if running.process.poll() is None:
+        running.end()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    if CHROMIUM is None:
+        pytest.skip("no chromium is installed")
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def page(browser: Any, server: Server) -> Iterator[Any]:
+    opened = browser.new_page(viewport={"width": 1280, "height": 800})
+    errors: list[str] = []
+    elsewhere: list[str] = []
+    here = urlsplit(server.address).netloc
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.on("request", lambda request: elsewhere.append(request.url) if here not in request.url else None)
+    visit(opened, server.address)
+    yield opened
+    opened.close()
+    assert [error for error in errors if error != "Object"] == []  # a call that a reload cut off
+    assert [url for url in elsewhere if not url.startswith(("data:", "blob:"))] == []
+
+
+def visit(page: Any, address: str, *, shown: str = "") -> None:
+    page.goto("about:blank")
+    page.goto(address)
+    page.wait_for_selector(f'[data-shown="{shown}"]' if shown else "[data-shown]", timeout=20_000)
+    page.wait_for_function("document.querySelector('.mg-view img, .mg-view canvas') !== null")
+
+
+def shows(page: Any, n: int) -> None:
+    """The page says that so many cells are shown."""
+    page.wait_for_selector(f'[data-shown="{n}"]', timeout=10_000)
+
+
+def pixels(page: Any) -> np.ndarray[Any, Any]:
+    import io
+
+    from PIL import Image
+
+    box = page.locator(".mg-view").bounding_box()
+    return np.asarray(Image.open(io.BytesIO(page.screenshot(clip=box))).convert("RGB"))
+
+
+def test_the_page_loads_and_shows_the_mesh(page: Any, bracket: Model) -> None:
+    shows(page, bracket.n_cells)
+    assert "3 of 6,192 cells are inverted" in page.locator(".mg-verdict").inner_text()
+    page.wait_for_timeout(700)
+    picture = pixels(page)
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 500
+    assert page.locator("[data-worst]").first.get_attribute("data-worst") == str(bracket.quality.worst(1)[0].cell)
+
+
+def test_the_slider_shows_the_cells_that_numpy_counts(page: Any, bracket: Model) -> None:
+    thumbs = page.locator('[data-control="quality"] [role="slider"]')
+    box = page.locator('[data-control="quality"] .v-slider-track__background').bounding_box()
+    thumb = thumbs.nth(1).bounding_box()
+    page.mouse.move(thumb["x"] + thumb["width"] / 2, thumb["y"] + thumb["height"] / 2)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.7 * box["width"], thumb["y"] + 3, steps=6)
+    page.mouse.up()
+    page.wait_for_function("window.location.hash.startsWith('#quality=')")
+    filters = view(page.url).filters
+    assert filters.high == pytest.approx(0.4, abs=0.03)
+    shows(page, int(np.count_nonzero(bracket.values < filters.high)))
+    page.locator('[data-range="invalid"]').click()
+    shows(page, int(np.count_nonzero(bracket.values < 0)))
+    page.locator('[title="Clear filters"]').click()
+    shows(page, bracket.n_cells)
+
+
+def test_the_histogram_selects_a_range(page: Any, bracket: Model) -> None:
+    page.locator('[data-bin="30"]').click()
+    shows(page, int(np.count_nonzero((bracket.values >= 0.5) & (bracket.values < 0.55))))
+    page.locator('[data-bin="24"]').hover()
+    page.mouse.down()
+    for n in (25, 26, 27):
+        page.locator(f'[data-bin="{n}"]').hover()
+    page.mouse.up()
+    shows(page, int(np.count_nonzero((bracket.values >= 0.2) & (bracket.values < 0.4))))
+    page.locator('[title="Clear filters"]').click()
+    shows(page, bracket.n_cells)
+
+
+def test_types_and_layers_filter(page: Any, bracket: Model) -> None:
+    page.locator('[data-control="types"] .v-chip', has_text="wedge").click()
+    shows(page, bracket.n_cells - bracket.counts("types")["wedge"])
+    page.locator('[data-control="peel"] [role="slider"]').press("ArrowRight")
+    page.locator('[data-control="peel"] [role="slider"]').press("ArrowRight")
+    is_wedge = bracket.type_ids == meshgauge.cells.cell_type("wedge").vtk_id  # type: ignore[attr-defined]
+    shows(page, int(np.count_nonzero(~is_wedge & (bracket.layers >= 2))))
+    page.locator('[title="Clear filters"]').click()
+    shows(page, bracket.n_cells)
+
+
+def test_a_click_shows_the_numbers_of_the_cell_there(page: Any, server: Server, bracket: Model) -> None:
+    visit(page, server.address + "#quality=-1,0.3", shown=str(int(np.count_nonzero(bracket.values < 0.3))))
+    page.locator('[data-worst="521"]').click()
+    page.wait_for_selector('[data-card="521"]')
+    assert page.locator("[data-quality]").get_attribute("data-quality") == "−0.060"
+    box = page.locator(".mg-view").bounding_box()
+    scene = Scene([bracket], size=(round(box["width"]), round(box["height"])))
+    scene.show(view(page.url))
+    places = [(x, y) for x in np.linspace(0.1, 0.9, 17) for y in np.linspace(0.1, 0.9, 17)]
+    seen = {found[1]: place for place in places if (found := scene.pick(*place)) is not None}
+    assert len(seen) > 3
+    for cell, (x, y) in list(seen.items())[:4]:
+        page.mouse.click(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
+        page.wait_for_selector(f'[data-card="{cell}"]')
+        nodes = bracket.mesh.nodes(cell)
+        expected = bracket.quality.node_jens[int(bracket.mesh.offsets[cell]) :][: len(nodes)]
+        for node, point in enumerate(nodes):
+            texts = page.locator(f'[data-node="{node}"] td').all_inner_texts()
+            assert float(texts[1].replace("−", "-")) == pytest.approx(expected[node], abs=5.1e-4)
+            assert texts[2] == str(point)
+        assert page.locator("tr.worst").get_attribute("data-node") == str(int(np.argmin(expected)))
+
+
+def test_a_link_brings_the_view_back(page: Any, server: Server) -> None:
+    link = "quality=-1,0.3&types=hexahedron,wedge&plane=z,0.6&cell=584&camera=0,-3,1,0,0,0,0,0,1"
+    visit(page, f"{server.address}#{link}")
+    page.wait_for_selector('[data-card="584"]')
+    assert view(page.url) == view(link)
+    page.reload()
+    page.wait_for_selector('[data-card="584"]')
+    assert view(page.url) == view(link)
+    visit(page, server.address + "#colour=red")
+    page.wait_for_selector('[role="status"]:has-text("not understood")')
+
+
+def test_the_mouse_turns_the_mesh_and_the_link_follows(page: Any, server: Server) -> None:
+    visit(page, server.address)
+    page.locator('[title="Whole mesh"]').click()
+    page.wait_for_timeout(500)
+    before = pixels(page)
+    box = page.locator(".mg-view").bounding_box()
+    page.mouse.move(box["x"] + 200, box["y"] + 300)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 380, box["y"] + 340, steps=5)
+    page.mouse.up()
+    page.wait_for_function("window.location.hash.includes('camera=')")
+    page.wait_for_timeout(700)
+    assert np.abs(pixels(page).astype(int) - before).mean() > 2
+    page.locator('[title="Whole mesh"]').click()
+    page.wait_for_function("!window.location.hash.includes('camera=')")
+
+
+def test_the_picture_is_downloaded(page: Any, server: Server, tmp_path: Path) -> None:
+    from PIL import Image
+
+    with page.expect_download() as download:
+        page.locator('[title="Picture (PNG)"]').click()
+    download.value.save_as(tmp_path / "picture.png")
+    assert len(np.unique(np.asarray(Image.open(tmp_path / "picture.png")).reshape(-1, 3), axis=0)) > 500
+
+
+def test_nothing_is_served_without_the_secret(server: Server) -> None:
+    parts = urlsplit(server.address)
+    secret = parts.path.split("/")[1]
+
+    def answer(path: str, **headers: str) -> tuple[int, bytes]:
+        connection = http.client.HTTPConnection("127.0.0.1", parts.port, timeout=10)
+        connection.request("GET", path, headers=headers)
+        got = connection.getresponse()
+        found = got.status, got.read()
+        connection.close()
+        return found
+
+    upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
+    upgrade["Sec-WebSocket-Key"] = "AAAAAAAAAAAAAAAAAAAAAA=="
+    assert len(secret) >= 32
+    assert answer(f"/{secret}/index.html")[0] == 200
+    assert b"secret" in answer("/index.html")[1]
+    for path in ("/ws", "/x/ws", "/vue.global.js", f"/{secret[:-1]}/index.html"):
+        assert answer(path, **upgrade)[0] == 404
+    for path in ("/../../../etc/passwd", f"/{secret}/../../../../etc/passwd", f"/{secret}/%2e%2e/%2e%2e/module.py"):
+        assert answer(path)[0] in (403, 404)
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can become another user")
+def test_another_user_is_refused(server: Server) -> None:
+    parts = urlsplit(server.address)
+    connection = http.client.HTTPConnection("127.0.0.1", parts.port, timeout=10)
+    os.seteuid(65534)  # a socket belongs to whom its process is when it is made
+    try:
+        connection.connect()
+    finally:
+        os.seteuid(0)
+    connection.request("GET", parts.path)
+    assert connection.getresponse().status == 403
+    connection.close()
+
+
+def test_whose_a_connection_is() -> None:
+    table = (
+        "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
+        "   0: 0100007F:1F90 00000000:0000 0A 00000000:00000000 00:00000000 00000000     0        0 1 1\n"
+        "   1: 0100007F:D431 0100007F:1F90 01 00000000:00000000 00:00000000 00000000  1000        0 2 1\n"
+        "   2: 0100007F:1F90 0100007F:D431 01 00000000:00000000 00:00000000 00000000     0        0 3 1\n"
+    )
+    assert owner(table, 0xD431, 0x1F90) == 1000
+    assert owner(table, 0xD432, 0x1F90) is None
+
+
+def test_two_meshes_side_by_side(browser: Any, meshes: Path, drawing: None) -> None:
+    running = Server(meshes / "bracket.vtu", meshes / "bracket_good.vtu")
+    try:
+        page = browser.new_page(viewport={"width": 1400, "height": 800})
+        visit(page, running.address + "#quality=-1,0")
+        page.wait_for_selector('[data-shown="3"]')
+        page.wait_for_selector('[data-shown="0"]')
+        assert page.locator("h1").all_inner_texts()[:2] == ["bracket.vtu", "bracket_good.vtu"]
+        page.close()
+    finally:
+        code, errors = running.end()
+    assert (code, errors) == (0, "")
+
+
+def test_ctrl_c_ends_it(server: Server) -> None:
+    assert server.end() == (0, "")
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\w+/index\.html", server.address)
+
+
+def test_a_scene_of_the_model_is_what_the_page_shows(bracket: Model, drawing: None) -> None:
+    scene = Scene([bracket])
+    scene.show(view("quality=0,0.2"))
+    assert scene.n_shown == [int(np.count_nonzero((bracket.values >= 0) & (bracket.values < 0.2)))]

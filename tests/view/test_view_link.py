@@ -1,0 +1,116 @@
+"""Links: a view comes back from its text, and what is not one is an error in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from meshgauge.viewer.camera import Camera
+from meshgauge.viewer.controls import Choices, changed, controls
+from meshgauge.viewer.filters import AXES, Filters, Plane, ViewError
+from meshgauge.viewer.link import View, fragment, view
+from meshgauge.viewer.model import Model
+
+hundredths = st.integers(-100, 100).map(lambda n: n / 100)
+names = st.none() | st.frozensets(st.text(min_size=1, max_size=8))
+planes = st.builds(Plane, st.sampled_from([*AXES.values(), (1.0, -2.0, 0.5)]), st.sampled_from([0.0, 0.25, 1.0]))
+cameras = st.builds(Camera, st.tuples(*(st.integers(1, 9).map(float),) * 3), up=st.just((0.0, 1.0, 0.0)))
+views = st.builds(
+    View,
+    st.tuples(hundredths, hundredths).flatmap(
+        lambda ends: st.builds(
+            Filters,
+            st.just(min(ends)),
+            st.just(max(ends)),
+            st.booleans(),
+            names,
+            names,
+            names,
+            st.none() | planes,
+            st.integers(0, 50),
+        )
+    ),
+    st.none() | cameras,
+    st.none() | st.integers(0, 10**9),
+    edges=st.booleans(),
+)
+
+
+@given(views, st.sampled_from(["", "#", "http://127.0.0.1:80/secret/index.html#"]))
+def test_a_view_comes_back_from_its_link(there: View, before: str) -> None:
+    text = fragment(there)
+    assert view(before + text if text else before) == there
+    assert not set(text) & set(" #\"'<>")
+
+
+def test_the_plain_view_has_an_empty_link() -> None:
+    assert fragment(View()) == ""
+    assert view("http://127.0.0.1:80/secret/index.html") == View()
+    assert fragment(view("quality=-1,0.2&cell=5,1")) == "quality=-1,0.2&cell=5,1"
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        "quality=0.5",
+        "quality=1,0",
+        "quality=a,b",
+        "quality=nan,1",
+        "peel=-1",
+        "peel=two",
+        "plane=w,0.5",
+        "plane=x,2",
+        "plane=0,0,0,0.5",
+        "cell=-3",
+        "cell=1,7",
+        "edges=yes",
+        "camera=1,2,3",
+        "camera=0,0,0,0,0,0,0,0,1",
+        "camera=inf,0,0,0,0,0,0,0,1",
+        "colour=red",
+        "__import__=os",
+        "x" * 30_000,
+    ],
+)
+def test_what_is_no_link(link: str) -> None:
+    with pytest.raises(ViewError):
+        view(link)
+
+
+@pytest.mark.parametrize(
+    "link",
+    [
+        "",
+        "quality=-1,0.2",
+        "types=tetra,wedge",
+        "status=inverted",
+        "regions=region+2",
+        "plane=x,0.25",
+        "peel=3&edges=0",
+    ],
+)
+def test_the_controls_of_the_page_give_the_view_back(bracket: Model, link: str) -> None:
+    choices, there = Choices.of([bracket]), view(link)
+    assert changed(View(), controls(there, choices), choices, Camera()) == there
+
+
+def test_a_slice_across_the_line_of_sight_stays_when_the_camera_moves(bracket: Model) -> None:
+    choices = Choices.of([bracket])
+    first = changed(View(), {**controls(View(), choices), "axis": "view"}, choices, Camera())
+    elsewhere = Camera(position=(5.0, 0.0, 0.0))
+    again = changed(first, {**controls(first, choices), "at": 0.7}, choices, elsewhere)
+    assert first.filters.plane is not None
+    assert again.filters == replace(first.filters, plane=replace(first.filters.plane, at=0.7))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"quality": [0]}, {"quality": "ab"}, {"peel": None}, {"at": 7, "axis": "x"}, {"axis": "w"}, {"regions": 3}],
+)
+def test_what_a_browser_must_not_set_is_refused(bracket: Model, wrong: dict[str, object]) -> None:
+    choices = Choices.of([bracket])
+    with pytest.raises((ViewError, TypeError, ValueError, KeyError)):
+        changed(View(), {**controls(View(), choices), **wrong}, choices, Camera())

@@ -1,0 +1,174 @@
+"""What is drawn: looked at pixel by pixel, off the screen; skipped where the system has no OpenGL."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from view_meshes import cubes
+
+from meshgauge.cli.main import main
+from meshgauge.viewer import drawn
+from meshgauge.viewer.filters import Filters, Plane, ViewError
+from meshgauge.viewer.link import View, view
+from meshgauge.viewer.model import Model
+from meshgauge.viewer.picture import png
+from meshgauge.viewer.scene import Scene
+
+pytestmark = pytest.mark.usefixtures("drawing")
+
+SIZE = (360, 300)
+
+
+def reds(picture: NDArray[np.uint8]) -> int:
+    """Pixels in the colour of invalid cells, lit or in shadow."""
+    r, g, b = (picture[..., channel].astype(int) for channel in range(3))
+    return int(np.count_nonzero((r > 70) & (r > 3 * g) & (r > 3 * b)))
+
+
+def inks(picture: NDArray[np.uint8]) -> int:
+    """Pixels that are not the background."""
+    return int(np.count_nonzero(np.abs(picture.astype(int) - picture[0, 0].astype(int)).max(axis=-1) > 8))
+
+
+@pytest.fixture(scope="module")
+def scene(bracket: Model) -> Scene:
+    return Scene([bracket], size=SIZE)
+
+
+def test_the_mesh_fills_much_of_the_picture_and_none_of_its_rim(scene: Scene) -> None:
+    scene.show(View())
+    picture = scene.picture()
+    assert picture.shape == (300, 360, 3)
+    assert 0.15 < inks(picture) / (300 * 360) < 0.9
+    assert inks(np.concatenate([picture[:4].reshape(-1, 3), picture[:, :4].reshape(-1, 3)])[None]) == 0
+
+
+def test_invalid_cells_are_red_and_gone_when_filtered(scene: Scene) -> None:
+    scene.show(view("quality=-1,0"))
+    assert scene.n_shown == [3]
+    assert reds(scene.picture()) > 20
+    scene.show(view("quality=0,1"))
+    assert scene.n_shown == [6189]
+    assert reds(scene.picture()) == 0
+
+
+def test_what_is_picked_is_the_cell_in_the_middle_of_a_picture_flown_to(scene: Scene, bracket: Model) -> None:
+    on_surface = np.unique(bracket.topology.cells[bracket.topology.mates == -1])
+    seen = 0
+    for cell in on_surface[:: len(on_surface) // 12].tolist():
+        scene.show(replace(View(), camera=scene.home.looking_at(*bracket.place_of(cell)), filters=Filters()))
+        alone = Filters(low=max(float(bracket.values[cell]) - 1e-9, -1.0), high=min(bracket.values[cell] + 1e-9, 1.0))
+        scene.show(replace(scene.view, filters=alone))
+        found = scene.pick(0.5, 0.5)
+        seen += found == (0, cell)
+    assert seen >= 10  # of a concave cell the middle may lie outside
+
+
+def test_a_pick_agrees_with_the_pixel(scene: Scene, bracket: Model) -> None:
+    scene.show(replace(view("quality=-1,0.5"), edges=False))
+    picture = scene.picture()
+    for x in np.linspace(0.1, 0.9, 9):
+        for y in np.linspace(0.1, 0.9, 9):
+            found = scene.pick(float(x), float(y))
+            pixel = picture[int((1 - y) * 300), int(x * 360)]
+            if found is None:
+                assert inks(np.stack([picture[0, 0], pixel])[None]) == 0 or pixel.std() < 12  # or the outline
+            else:
+                assert inks(np.stack([picture[0, 0], pixel])[None]) == 1
+
+
+def test_a_picked_cell_is_seen_through_all_others(scene: Scene, bracket: Model) -> None:
+    inside = 1743
+    assert bracket.layers[inside] == 4
+    close = scene.home.looking_at(*bracket.place_of(inside))
+    scene.show(View(camera=replace(close, position=scene.home.position)))
+    before = scene.picture()
+    scene.show(replace(scene.view, cell=inside))
+    after = scene.picture()
+    assert 20 < np.count_nonzero((after != before).any(axis=-1)) < 3000
+    with pytest.raises(ViewError, match="no cell 9999"):
+        scene.show(View(cell=9999))
+    with pytest.raises(ViewError, match="second mesh"):
+        scene.show(View(cell=1, mesh=1))
+    assert scene.view.cell == inside
+
+
+def test_a_slice_and_a_peel_open_the_mesh(scene: Scene, bracket: Model) -> None:
+    scene.show(View(filters=Filters(plane=Plane((0.0, 0.0, 1.0), 0.5))))
+    assert 0 < scene.n_shown[0] < bracket.n_cells
+    scene.show(View(filters=Filters(peel=3)))
+    assert scene.n_shown == [int((bracket.layers >= 3).sum())]
+
+
+def test_two_meshes_share_a_camera_and_are_picked_apart(bracket: Model) -> None:
+    pair = Scene([bracket, replace(bracket, name="again")], size=(700, 300))
+    picture = pair.picture().astype(int)
+    assert np.abs(picture[:, :350] - picture[:, 350:]).mean() < 0.5
+    assert inks(picture) > 0.1 * 700 * 300
+    left = pair.pick(0.25, 0.45)
+    right = pair.pick(0.75, 0.45)
+    assert left is not None
+    assert right == (1, left[1])
+
+
+def test_while_it_moves_less_is_drawn_of_many_faces() -> None:
+    model = cubes(30, noise=0.3, name="rough")
+    scene = Scene([model], size=SIZE)
+    scene.show(View(filters=Filters(high=0.4)))
+    assert scene.n_faces > drawn.BUDGET
+    shown = model.surface(scene.masks[0])
+    few, points = drawn.coarse(shown, model.points[shown.points])
+    whole = scene.picture()
+    scene.moving(True)
+    visible = [actor.GetVisibility() for pane in scene._panes for actor in (*pane.fine, *pane.coarse)]
+    assert visible == [0] * (len(visible) - 1) + [1]
+    assert len(points) >= few.n_faces <= drawn.BUDGET
+    assert inks(whole) > 0.2 * whole[..., 0].size
+    assert np.array_equal(scene.picture(), whole)
+
+
+def test_a_png_has_a_legend(scene: Scene) -> None:
+    from PIL import Image
+
+    scene.show(view("quality=0.2,1"))
+    with_legend = np.asarray(Image.open(io.BytesIO(png(scene))))
+    assert reds(with_legend[-60:]) > 50
+    assert reds(with_legend[:-60]) == 0
+
+
+def test_a_screenshot_from_the_command_line(tmp_path: Path, pytestconfig: pytest.Config, capsys: object) -> None:
+    from PIL import Image
+
+    mesh, target = str(pytestconfig.rootpath / "examples/meshes/bracket.vtu"), tmp_path / "bad.png"
+    code = main(["view", mesh, "--link", "quality=-1,0.2&cell=521", "--screenshot", str(target), "--size", "500x400"])
+    assert code == 0
+    assert capsys.readouterr().out == f"{target}: bracket.vtu, 39 of 6,192 cells\n"  # type: ignore[attr-defined]
+    with Image.open(target) as image:
+        assert image.size == (500, 400)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--link", "colour=red"], "'colour=red' in a link is not understood"),
+        (["--link", "cell=9999"], "no cell 9999"),
+        (["--size", "big"], "--size is 'big'"),
+        (["--size", "9x9"], "expected 200 to 8000"),
+    ],
+)
+def test_what_cannot_be_drawn_is_said_in_a_line(
+    arguments: list[str], message: str, tmp_path: Path, pytestconfig: pytest.Config, capsys: object
+) -> None:
+    mesh, target = str(pytestconfig.rootpath / "examples/meshes/bracket.vtu"), tmp_path / "out.png"
+    assert main(["view", mesh, *arguments, "--screenshot", str(target)]) == 2
+    error = capsys.readouterr().err  # type: ignore[attr-defined]
+    assert message in error
+    assert error.count("\n") == 1
+    assert not target.exists()
+    assert main(["view", mesh, "--screenshot", mesh]) == 2
+    assert main(["view", mesh, mesh, mesh]) == 2
