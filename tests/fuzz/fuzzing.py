@@ -128,6 +128,11 @@ TEXTS: dict[str, dict[str, str]] = {
                       (1, (1, 2, 3, 4, 5, 6, 7, 8, *[0] * 12)), (1, (1, 2, 3, 3, 5, 6, 7, 7)), (2, (1, 2, 4, 5)))))
         + "   -1\nCMBLOCK,SOME,ELEM, 2  ! of elements\n(8i5)\n    1   -2\n"
     },
+    "ansys one by one": {
+        "a.cdb": "/PREP7\nET,1,285\n" + "".join(f"N,{i},{line.replace(' ', ',')}\n" for i, line in enumerate(
+            _TETRA.splitlines(), 1))
+        + "MAT,2\nE,1,2,3,4\nEN,R5.5,ATTR,4,1,1,1,1,0,9,0,0,0\nEN,R5.5,NODE,1,2,3,4\nEN,R5.5,ATTR,-1\n"
+    },
     "nastran": {
         "a.bdf": "SOL 101\nBEGIN BULK\nCORD2C,1,0,0.,0.,0.,0.,0.,1.,\n,1.,0.,0.\n" + "".join(
             f"GRID,{i},,{line.replace(' ', ',')}\n" for i, line in enumerate(

@@ -124,12 +124,46 @@ def test_the_input_that_workbench_writes(tmp_path: Path) -> None:
     points = "".join(f"{n:9d}" + "".join(f"{v:20.9e}" for v in x) + "\n" for n, x in enumerate(CUBE, 1))
     path.write_text(
         f"/com,*********** Nodes\n/prep7\nnblock,3,,8\n(1i9,3e20.9e3)\n{points}-1\net,1,285\ntype,1\n"
-        "eblock,10,,,1\n(15i9)\n" + "".join(f"{v:9d}" for v in (7, 1, 1, 3, 0, 1, 2, 4, 5)) + "\n-1\nen,8,1,2,3\n"
+        "eblock,10,,,1\n(15i9)\n" + "".join(f"{v:9d}" for v in (7, 1, 1, 3, 0, 1, 2, 4, 5)) + "\n-1\nen,8,1,2,4,5\n"
     )
     mesh = io.read(path)
-    assert mesh.type_counts() == {"tetra": 1}
-    assert mesh.cell_data["ansys:material"].tolist() == [3]
-    assert any("1 elements given one by one" in note for note in mesh.notes)
+    assert mesh.type_counts() == {"tetra": 2}
+    assert mesh.nodes(1).tolist() == [0, 1, 3, 4]
+    assert mesh.cell_data["ansys:material"].tolist() == [3, 1]
+
+
+def test_nodes_and_elements_given_one_by_one(tmp_path: Path) -> None:
+    points, nodes = brick(tuple(range(8)))
+    commands = "/PREP7\nET,1,186\nET,2,187\n" + "".join(f"N,{n},{x},{y},{z}\n" for n, (x, y, z) in enumerate(points, 1))
+    first = ",".join(map(str, nodes[:8]))
+    commands += f"MAT,5\nE,{first}\nEMORE,{','.join(map(str, nodes[8:16]))}\nEMORE,{','.join(map(str, nodes[16:]))}\n"
+    commands += "TYPE,2\nMAT,6\nEN,77,1,2,4,5 ! a tetrahedron\nMPTEMP\n"
+    unblocked = "/PREP7\nET,1,186\nET,2,187\n" + "".join(
+        f"N,R5.3,LOC,{n:9d},0,0,{x},{y},{z}\nN,R5.3,ANG,{n:9d},0,0,1.0\n" for n, (x, y, z) in enumerate(points, 1)
+    )
+    unblocked += "N,R5.3,LOC,       -1,\nEN,R5.5,ATTR, 20,5,1,1,1,0,1,0,0,0\n" + "".join(
+        f"EN,R5.5,NODE,{','.join(map(str, nodes[at : at + 8]))}\n" for at in (0, 8, 16)
+    )
+    unblocked += "EN,R5.5,ATTR,4,6,2,1,1,0,77,0,0,0\nEN,R5.5,NODE,1,2,4,5\nEN,R5.5,ATTR,-1\n"
+    for text in (commands, unblocked):
+        path = tmp_path / "a.cdb"
+        path.write_text(text)
+        mesh = io.read(path)
+        assert mesh.type_counts() == {"tetra": 1, "hexahedron20": 1}
+        np.testing.assert_array_equal(mesh.points, points)
+        assert mesh.nodes(0).tolist() == [n - 1 for n in nodes]
+        assert mesh.nodes(1).tolist() == [0, 1, 3, 4]
+        assert mesh.cell_data["ansys:material"].tolist() == [5, 6]
+    for old, new, message in (
+        ("TYPE,2", "TYPE,2\nCSYS,1\nN,99,1,1,1", "a node in the coordinate system 1"),
+        ("EN,77,1,2,4,5", "EN,77,1,2,4,x", "'x' where an integer is expected"),
+        ("N,1,0", "N,1,o", "'o.0' where a number is expected"),
+        ("TYPE,2", "EMORE,1,2,3", "element 1 has 23 nodes, expected 1 to 20"),
+    ):
+        assert old in commands
+        path.write_text(commands.replace(old, new, 1))
+        with pytest.raises(ReadError, match=message):
+            io.read(path)
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..errors import ReadError
 from ..mesh import Mesh
 from . import _ansys_cells as cells
+from ._ansys_single import Singles
 from ._build import Ints, gathered
 from ._format import Format
 from ._ids import Index
@@ -27,7 +28,6 @@ from ._text import Text
 _MARK = re.compile(rb"^\s*(/COM,\s*ANSYS\b|/PREP7|NBLOCK\s*,|EBLOCK\s*,)", re.IGNORECASE | re.MULTILINE)
 _END = re.compile(rb"^[ \t]*(?:-1[ \t]*$|[A-Za-z/*!])", re.MULTILINE)
 _FORMAT = re.compile(r"\(\s*(\d+)\s*i\s*(\d+)\s*(?:,\s*(\d+)\s*[efg]\s*(\d+)[^)]*)?\)", re.IGNORECASE)
-_ELEMENTS = re.compile(r"^(?:E|EN)\s*,\s*(?!R5\.\d,ATTR,\s*-1)[\w ]", re.IGNORECASE)
 _CHUNK = 1 << 17
 _WIDEST = 64  # characters of a number
 _SHOWN = 8  # types that a message names
@@ -46,8 +46,7 @@ class _Found:
     heads: list[Ints] = field(default_factory=list)  # material, type, section, number of the element, of its nodes
     nodes: list[Ints] = field(default_factory=list)  # 20 an element, 0 where there is none
     sets: dict[str, Ints] = field(default_factory=dict)
-    current: int = 0  # of the command TYPE
-    single: int = 0
+    singles: Singles = field(default_factory=Singles)
 
 
 def read(path: Path) -> Mesh:
@@ -69,16 +68,14 @@ def read(path: Path) -> Mesh:
                     found.routines[int(row[0])] = int(row[1])
             case "KEYOP" | "KEYOPT" if len(words) > 3 and words[2] == "1":
                 found.keys[_number(words[1])] = _number(words[3])
-            case "TYPE":
-                found.current = _number(words[1]) if len(words) > 1 else 0
             case "NBLOCK":
                 _nodes(text, words, found)
             case "EBLOCK":
                 _elements(text, words, found)
             case "CMBLOCK" if len(words) > 3 and words[2].upper().startswith("ELEM"):
                 _component(text, words, found)
-            case "E" | "EN" if _ELEMENTS.match(line.decode("utf-8", "replace")):
-                found.single += 1
+            case _:
+                found.singles.take(text, words)
     return _mesh(found, path)
 
 
@@ -172,7 +169,7 @@ def _elements(text: Text, words: list[str], found: _Found) -> None:
     if len(words) > 2 and words[2].upper() == "SOLID":
         heads, nodes = _solids(text, rows)
     else:
-        kind = np.full(len(rows), found.current)
+        kind = np.full(len(rows), found.singles.now["TYPE"])
         heads = np.stack([rows[:, 3], kind, rows[:, 1], rows[:, 0], np.clip(sizes - 5, 0, 20)], axis=1)
         nodes = np.zeros((len(rows), 20), np.int64)
         nodes[:, : min(n - 5, 20)] = rows[:, 5:25]
@@ -218,15 +215,16 @@ def _component(text: Text, words: list[str], found: _Found) -> None:
 
 
 def _mesh(found: _Found, path: Path) -> Mesh:
-    heads = np.concatenate([np.empty((0, 5), np.int64), *found.heads])
-    nodes = np.concatenate([np.empty((0, 20), np.int64), *found.nodes])
-    labels = np.concatenate([np.empty(0, np.int64), *found.labels])
-    points = np.concatenate([np.empty((0, 3)), *found.points])
+    more_heads, more_nodes, more_labels, more_points = found.singles.arrays()
+    heads = np.concatenate([*found.heads, more_heads])
+    nodes = np.concatenate([*found.nodes, more_nodes])
+    labels = np.concatenate([*found.labels, more_labels])
+    points = np.concatenate([*found.points, more_points])
     families, notes = _families(heads, found, path)
     kept = families != ""
     heads, nodes, families = heads[kept], nodes[kept], families[kept]
     if not len(heads):
-        raise ReadError(f"{path}: no elements were found in it (they are read from EBLOCK, as CDWRITE,DB writes them)")
+        raise ReadError(f"{path}: no elements were found in it (EBLOCK, E or EN)")
     codes, order, more = _recognised(heads, nodes, families, path)
     index = Index(labels)
     if index.has_duplicates:
@@ -248,8 +246,6 @@ def _mesh(found: _Found, path: Path) -> Mesh:
     }
     if len(found.sets) > MAX_SETS:
         notes.append(f"{len(found.sets) - MAX_SETS} of {len(found.sets)} components were left out.")
-    if found.single:
-        notes.append(f"{found.single} elements given one by one (commands E and EN) were left out.")
     return Mesh(
         points,
         made.types,
