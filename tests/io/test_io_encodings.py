@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 from io_meshes import assert_same_cells, assert_same_data
 
+import meshgauge
 from meshgauge import io
+from meshgauge.cells import SHAPES
 from meshgauge.io import _vtk
 from meshgauge.mesh import Mesh
+from meshgauge.regions import regions
 
 
 def save_vtu(path: Path, mesh: Mesh, mode: str, compressor: str, header: int, order: str = "Little") -> None:
@@ -245,3 +248,72 @@ def test_second_order_nodes_of_gmsh_are_at_the_middle_of_their_edges(
         if not serendipity:
             faces = [(0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
             np.testing.assert_allclose(at[15:18], [at[list(f)].mean(axis=0) for f in faces], atol=1e-12)
+
+
+def grid(name: str, x: float, more: str = "") -> str:
+    return (
+        f'<Grid Name="{name}">{more}<Topology TopologyType="Tetrahedron" NumberOfElements="1">'
+        '<DataItem Dimensions="1 4" Format="XML" NumberType="Int">0 1 2 3</DataItem></Topology>'
+        f'<Geometry GeometryType="XYZ"><DataItem Dimensions="4 3" Format="XML">{x} 0 0 {x + 1} 0 0 {x} 1 0 {x} 0 1'
+        "</DataItem></Geometry></Grid>"
+    )
+
+
+def test_collections_of_xdmf(tmp_path: Path) -> None:
+    def written(kind: str, *grids: str) -> Mesh:
+        path = tmp_path / f"{kind}.xdmf"
+        path.write_text(
+            f'<?xml version="1.0"?><Xdmf Version="3.0"><Domain><Grid Name="all" GridType="Collection" '
+            f'CollectionType="{kind}">{"".join(grids)}</Grid></Domain></Xdmf>'
+        )
+        return io.read(path)
+
+    mesh = written("Spatial", grid("fluid", 0), grid("solid", 5))
+    assert [block.name for block in mesh.blocks] == ["fluid", "solid"]
+    assert mesh.type_counts() == {"tetra": 2}
+    assert mesh.points[:, 0].max() == 6
+    mesh = written("Temporal", grid("a", 0, '<Time Value="0"/>'), grid("a", 5, '<Time Value="1"/>'))
+    assert mesh.points[:, 0].max() == 1
+    assert mesh.notes == ("The file holds 2 time steps; the first was read.",)
+
+
+def test_ensight_polyhedra_and_names_of_parts(tmp_path: Path) -> None:
+    def part(number: int, name: str, points: np.ndarray, *lines: str) -> str:
+        columns = "".join(f"{v:12.5e}\n" for axis in range(3) for v in points[:, axis])
+        return f"part\n{number:10d}\n{name}\ncoordinates\n{len(points):10d}\n{columns}" + "".join(
+            f"{x}\n" for x in lines
+        )
+
+    def ids(*rows: tuple[int, ...]) -> list[str]:
+        return ["".join(f"{k + 1:10d}" for k in row) for row in rows]
+
+    prism = SHAPES["penta_prism"]
+    sizes = [f"{len(face):10d}" for face in prism.faces]
+    path = tmp_path / "a.case"
+    path.write_text("FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: a.geo\n")
+    (tmp_path / "a.geo").write_text(
+        "one\ntwo\nnode id off\nelement id off\n"
+        + part(1, "rotor", np.array(prism.points), "nfaced", f"{1:10d}", f"{7:10d}", *sizes, *ids(*prism.faces))
+        + part(2, "stator", np.array(SHAPES["hexahedron"].points) + 5, "hexa8", f"{1:10d}", *ids(tuple(range(8))))
+        + part(3, "wall", np.array(prism.points[:5]), "nsided", f"{1:10d}", f"{5:10d}", *ids(tuple(range(5))))
+    )
+    mesh = io.read(path)
+    assert mesh.type_counts() == {"polygon": 1, "hexahedron": 1, "polyhedron": 1}
+    assert [block.name for block in mesh.blocks] == ["rotor", "stator", "wall"]
+    assert meshgauge.measure(mesh).values[:2] == pytest.approx(np.ones(2), abs=1e-4)
+
+
+def test_pieces_in_a_folder_below_keep_their_data(tmp_path: Path, solid: Mesh) -> None:
+    (tmp_path / "pieces").mkdir()
+    tagged = solid.replace(cell_data={"material": np.arange(8) // 4})
+    for number in (0, 1):
+        io.write(tmp_path / "pieces" / f"{number}.vtu", tagged)
+    (tmp_path / "a.pvtu").write_text(
+        '<VTKFile type="PUnstructuredGrid" version="1.0"><PUnstructuredGrid><PPoints><PDataArray type="Float64" '
+        'NumberOfComponents="3"/></PPoints><PCellData><PDataArray type="Int64" Name="material"/></PCellData>'
+        '<Piece Source="pieces/0.vtu"/><Piece Source="pieces/1.vtu"/></PUnstructuredGrid></VTKFile>'
+    )
+    mesh = io.read(tmp_path / "a.pvtu")
+    ids, names = regions(mesh)
+    assert names == ("material 0", "material 1")
+    assert np.bincount(ids).tolist() == [8, 8]

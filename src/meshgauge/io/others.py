@@ -35,6 +35,21 @@ def by_pyvista(path: Path) -> Mesh:
     return _filled(_vtk.mesh(data, path), path)
 
 
+def _xdmf_by_vtk(path: Path) -> Mesh:
+    """By VTK itself: PyVista's reader fails where a file names no time."""
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+    from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+    reader, times = vtkXdmfReader(), vtkStreamingDemandDrivenPipeline.TIME_STEPS()
+    mesh = _filled(_vtk.mesh(_vtk.output(reader, path), path), path)
+    steps = reader.GetOutputInformation(0).Length(times)
+    return mesh.replace(notes=(*mesh.notes, *_first_of_steps(steps)))
+
+
+def _first_of_steps(n: int) -> tuple[str, ...]:
+    return (f"The file holds {n} time steps; the first was read.",) if n > 1 else ()
+
+
 def _by_meshio(module: str) -> Reader:
     def read(path: Path) -> Mesh:
         source, notes = _meshio.read(path, module)
@@ -140,7 +155,7 @@ OTHERS: tuple[Format, ...] = (
            foreign=_checked(_within.check_xml, by_pyvista)),
     # By either.
     Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
-           foreign=_checked(_within.check_xml, _first_of(by_pyvista, _by_meshio("xdmf"))),
+           foreign=_checked(_within.check_xml, _first_of(_xdmf_by_vtk, _by_meshio("xdmf"))),
            write=_write_xdmf),
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),
