@@ -90,25 +90,25 @@ def test_text_fits_its_width(width: int, encoding: str, tmp_path: Path) -> None:
 
 
 def test_two_meshes(tmp_path: Path, capsys: Captured) -> None:
-    a, b = write(tmp_path / "a.vtu", [1.0, 0.1, -1.0]), write(tmp_path / "b.vtu", [0.9, 0.6, 0.6])
+    a, b = write(tmp_path / "a.msh", [1.0, 0.1, -1.0]), write(tmp_path / "b.msh", [0.9, 0.6, 0.6])
     assert main(["compare", a, b]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     assert "Of 3 corresponding cells 2 are better, 1 worse and 0 equal; 1 became valid. 3 points moved" in out
-    assert "b.vtu is better in invalid cells (0 against 1), min" in out
+    assert "b.msh is better in invalid cells (0 against 1), min" in out
     assert re.search(r"^ 0 +tetra +0\.707 +0\.\d{3} +ok", out, re.MULTILINE)
     assert main(["compare", a, b, "-q"]) == 0
     assert capsys.readouterr().out.count("\n") == 3
 
 
 def test_json_is_as_described(tmp_path: Path, capsys: Captured) -> None:
-    a, b = write(tmp_path / "a.vtu", [1.0, 0.1]), write(tmp_path / "b.vtu", [0.5, 0.6])
-    assert main(["compare", a, b, str(tmp_path / "none.vtu"), "--json"]) == 2
+    a, b = write(tmp_path / "a.msh", [1.0, 0.1]), write(tmp_path / "b.msh", [0.5, 0.6])
+    assert main(["compare", a, b, str(tmp_path / "none.msh"), "--json"]) == 2
     out, err = capsys.readouterr()
-    assert "none.vtu: no such file" in err
+    assert "none.msh: no such file" in err
     document = json.loads(out)
     assert (document["schema"], document["version"]) == ("meshgauge-compare", 1)
-    assert document["errors"][0]["path"].endswith("none.vtu")
+    assert document["errors"][0]["path"].endswith("none.msh")
     found = document["comparison"]
     (one,) = found["against"]
     assert one["mesh"] == b
@@ -119,14 +119,14 @@ def test_json_is_as_described(tmp_path: Path, capsys: Captured) -> None:
 
 
 def test_what_cannot_be_compared_is_one_line(tmp_path: Path, capsys: Captured) -> None:
-    a, b = write(tmp_path / "a.vtu", [1.0]), write(tmp_path / "b.vtu", [1.0])
+    a, b = write(tmp_path / "a.msh", [1.0]), write(tmp_path / "b.msh", [1.0])
     before = Path(a).read_bytes()
     for words, message in (
         ([a], "is one mesh; give two or more"),
         ([a, a], "is one mesh; give two or more"),
         ([a, b, "--plot", a], "is an input; it is not overwritten"),
         ([a, b, "--plot", "x.gif"], "pictures are written as png, svg, pdf"),
-        ([a, str(tmp_path / "none.vtu")], "none.vtu: no such file"),
+        ([a, str(tmp_path / "none.msh")], "none.msh: no such file"),
     ):
         assert main(["compare", *words]) == 2
         err = capsys.readouterr().err
@@ -138,7 +138,7 @@ def test_what_cannot_be_compared_is_one_line(tmp_path: Path, capsys: Captured) -
 
 def test_a_picture(tmp_path: Path, capsys: Captured) -> None:
     pytest.importorskip("matplotlib")
-    a, b = write(tmp_path / "a.vtu", [1.0, 0.1]), write(tmp_path / "b.vtu", [0.5, 0.6])
+    a, b = write(tmp_path / "a.msh", [1.0, 0.1]), write(tmp_path / "b.msh", [0.5, 0.6])
     assert main(["compare", a, b, "-q", "--plot", str(tmp_path / "c.svg")]) == 0
     assert main(["compare", a, b, "-q", "--plot", str(tmp_path / "c.png")]) == 0
     text = (tmp_path / "c.svg").read_text(encoding="utf-8")
@@ -172,7 +172,7 @@ def test_the_commands_of_the_page(tmp_path: Path, capsys: Captured, monkeypatch:
 
 
 def test_in_a_process_with_a_closed_pipe(tmp_path: Path) -> None:
-    a, b = write(tmp_path / "a.vtu", [1.0]), write(tmp_path / "b.vtu", [0.5])
+    a, b = write(tmp_path / "a.msh", [1.0]), write(tmp_path / "b.msh", [0.5])
     command = [sys.executable, "-m", "meshgauge", "compare", a, b]
     done = subprocess.run(
         command, capture_output=True, encoding="ascii", env={**os.environ, "PYTHONIOENCODING": "ascii"}

@@ -47,11 +47,11 @@ def blocks(language: str) -> list[str]:
 
 
 def test_exit_codes(capsys: Captured) -> None:
-    good, bad, surface = write("good.vtu", "good", "cube"), write("bad.vtu", "inverted"), write("s.vtu", "triangle")
+    good, bad, surface = write("good.msh", "good", "cube"), write("bad.msh", "inverted"), write("s.msh", "triangle")
     assert main(["check", good]) == 0
     assert main(["check", good, "--warn", "jens > 0.9"]) == 0
     assert main(["check", good, bad]) == 1
-    assert main(["check", bad, "missing.vtu"]) == 2
+    assert main(["check", bad, "missing.msh"]) == 2
     assert main(["check", surface]) == 2
     assert main(["check", good, "--fail", "jens > 0 in inlet"]) == 2
     capsys.readouterr()
@@ -61,26 +61,26 @@ def test_exit_codes(capsys: Captured) -> None:
     errors = capsys.readouterr().err.splitlines()
     assert errors == [
         "meshgauge: error: none.json: No such file or directory",
-        "meshgauge: error: good.vtu: is an input; it is not overwritten",
+        "meshgauge: error: good.msh: is an input; it is not overwritten",
         "meshgauge: error: no mesh is given, and no settings name any (check.meshes)",
     ]
 
 
 def test_what_is_said(capsys: Captured) -> None:
-    bad = write("bad.vtu", "good", "inverted", "nan")
+    bad = write("bad.msh", "good", "inverted", "nan")
     assert main(["check", bad]) == 1
     out, err = capsys.readouterr()
     assert err == ""
-    assert "bad.vtu  3 cells, 12 points\n✗ 2 of 5 rules fail, 1 warns\n" in out
+    assert "bad.msh  3 cells, 12 points\n✗ 2 of 5 rules fail, 1 warns\n" in out
     assert "1 of 3 cells is invalid; none is allowed" in out
     assert re.search(r"^ 1 +tetra +-0\.707 +inverted +\d +\d +", out, re.MULTILINE)
     assert all(line == line.rstrip() for line in out.splitlines())
     assert main(["check", bad, "-q", "--fail", "nothing invalid", "--fail", "jens <= 2"]) == 1
-    assert capsys.readouterr().out == "bad.vtu: 2 of 2 rules fail: nothing invalid; jens <= 2\n"
+    assert capsys.readouterr().out == "bad.msh: 2 of 2 rules fail: nothing invalid; jens <= 2\n"
 
 
 def test_an_error_in_a_rule_is_pointed_at(capsys: Captured) -> None:
-    good = write("good.vtu", "good")
+    good = write("good.msh", "good")
     assert main(["check", good, "--fail", "jens => 0.2"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -89,62 +89,62 @@ def test_an_error_in_a_rule_is_pointed_at(capsys: Captured) -> None:
 
 def test_json_is_alone_on_standard_output(capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
-    bad = write("bad.vtu", "inverted", "cube")
+    bad = write("bad.msh", "inverted", "cube")
     assert (
         main(["check", bad, "--json", "--cells", "1", "--fail", "verdict_shape > 0", "--fail", "nothing invalid"]) == 1
     )
     out, err = capsys.readouterr()
     document = json.loads(out)
     assert [outcome["n_failing"] for outcome in document["files"][0]["outcomes"]] == [1, 1]
-    assert err.startswith("::error file=bad.vtu,title=verdict_shape > 0::")
+    assert err.startswith("::error file=bad.msh,title=verdict_shape > 0::")
 
 
 def test_every_output_at_once(capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GITHUB_STEP_SUMMARY", "summary.md")
     Path("summary.md").write_text("before\n")
-    write("a/good.vtu", "good"), write("a/bad.vtu", "inverted")
+    write("a/good.msh", "good"), write("a/bad.msh", "inverted")
     outputs = ["--junit", "j.xml", "--sarif", "s.json", "--gitlab", "g.json", "--markdown", "m.md", "--github"]
-    assert main(["check", "a/*.vtu", *outputs]) == 1
+    assert main(["check", "a/*.msh", *outputs]) == 1
     out, err = capsys.readouterr()
     assert "1 of 2 meshes passes" in out
-    assert err.count("::error file=a/bad.vtu,") == 1
+    assert err.count("::error file=a/bad.msh,") == 1
     root = ET.parse("j.xml").getroot()
     assert (root.get("tests"), root.get("failures")) == ("10", "1")
     assert len(json.loads(Path("s.json").read_text())["runs"][0]["results"]) == 2  # one of them a warning
-    assert {issue["location"]["path"] for issue in json.loads(Path("g.json").read_text())} == {"a/bad.vtu"}
+    assert {issue["location"]["path"] for issue in json.loads(Path("g.json").read_text())} == {"a/bad.msh"}
     assert Path("summary.md").read_text(encoding="utf-8") == "before\n" + Path("m.md").read_text(encoding="utf-8")
 
 
 def test_a_baseline_is_stored_and_kept_to(capsys: Captured) -> None:
-    write("a.vtu", "good", "good"), write("b.vtu", "good", "low")
-    assert main(["check", "a.vtu", "b.vtu", "--write-baseline", "base.json"]) == 0
-    assert main(["check", "a.vtu", "b.vtu", "--fail", "no worse than base.json"]) == 0
-    write("a.vtu", "good", "low")
-    assert main(["check", "a.vtu", "b.vtu", "--fail", "no worse than base.json"]) == 1
+    write("a.msh", "good", "good"), write("b.msh", "good", "low")
+    assert main(["check", "a.msh", "b.msh", "--write-baseline", "base.json"]) == 0
+    assert main(["check", "a.msh", "b.msh", "--fail", "no worse than base.json"]) == 0
+    write("a.msh", "good", "low")
+    assert main(["check", "a.msh", "b.msh", "--fail", "no worse than base.json"]) == 1
     capsys.readouterr()
-    assert main(["report", "b.vtu", "--json"]) == 0
+    assert main(["report", "b.msh", "--json"]) == 0
     Path("report.json").write_text(capsys.readouterr().out)
-    assert main(["check", "b.vtu", "--fail", "no worse than report.json"]) == 0
+    assert main(["check", "b.msh", "--fail", "no worse than report.json"]) == 0
     before = Path("base.json").read_bytes()
-    assert main(["check", "a.vtu", "none.vtu", "--write-baseline", "base.json"]) == 2
+    assert main(["check", "a.msh", "none.msh", "--write-baseline", "base.json"]) == 2
     assert Path("base.json").read_bytes() == before
-    assert main(["check", "a.vtu", "--write-baseline", "a.vtu"]) == 2
+    assert main(["check", "a.msh", "--write-baseline", "a.msh"]) == 2
 
 
 def test_the_nearest_settings_count(capsys: Captured) -> None:
-    write("meshes/good.vtu", "good", "low")
-    Path("meshgauge.toml").write_text('[check]\nmeshes = ["meshes/*.vtu"]\nfail = ["jens > 0.5"]\n')
+    write("meshes/good.msh", "good", "low")
+    Path("meshgauge.toml").write_text('[check]\nmeshes = ["meshes/*.msh"]\nfail = ["jens > 0.5"]\n')
     below = Path("deep/below")
     below.mkdir(parents=True)
     os.chdir(below)
     assert main(["check", "-q"]) == 1
-    assert capsys.readouterr().out == "../../meshes/good.vtu: 1 of 1 rule fails: jens > 0.5\n"
+    assert capsys.readouterr().out == "../../meshes/good.msh: 1 of 1 rule fails: jens > 0.5\n"
     Path("../pyproject.toml").write_text("[tool.other]\nx = 1\n")
     assert main(["check", "-q"]) == 1
     Path("../pyproject.toml").write_text('[tool.meshgauge.check]\nfail = ["no worse than base.json"]\n')
-    assert main(["check", "../../meshes/good.vtu", "--write-baseline", "../base.json"]) == 0
-    assert main(["check", "../../meshes/good.vtu"]) == 0
-    assert main(["check", "../../meshes/good.vtu", "--fail", "jens > 0.5"]) == 1
+    assert main(["check", "../../meshes/good.msh", "--write-baseline", "../base.json"]) == 0
+    assert main(["check", "../../meshes/good.msh"]) == 0
+    assert main(["check", "../../meshes/good.msh", "--fail", "jens > 0.5"]) == 1
     assert main(["check", "--config", "../../meshgauge.toml"]) == 1
     capsys.readouterr()
 
@@ -161,9 +161,9 @@ def test_the_nearest_settings_count(capsys: Captured) -> None:
     ],
 )
 def test_wrong_settings_are_named(text: str, message: str, capsys: Captured) -> None:
-    write("good.vtu", "good")
+    write("good.msh", "good")
     Path("meshgauge.toml").write_text(text)
-    assert main(["check", "good.vtu"]) == 2
+    assert main(["check", "good.msh"]) == 2
     err = capsys.readouterr().err
     assert err.startswith("meshgauge: error: ")
     assert "meshgauge.toml: " in err
@@ -209,7 +209,7 @@ def run(*command: str, **environment: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, encoding="utf-8", timeout=100, check=False, env=environment)
 
 
-SETTINGS = '[check]\nmeshes = ["meshes/*.vtu"]\nfail = ["nothing invalid", "nothing unmeasured", "jens >= 0.2 @ 25%"]\n'
+SETTINGS = '[check]\nmeshes = ["meshes/*.msh"]\nfail = ["nothing invalid", "nothing unmeasured", "jens >= 0.2 @ 25%"]\n'
 
 
 @pytest.fixture
@@ -219,7 +219,7 @@ def repository(nowhere: Path) -> Path:
         pytest.skip("git is not installed")
     Path("meshgauge.toml").write_text(SETTINGS)
     Path("notes.txt").write_text("no mesh\n")
-    write("meshes/wing.vtu", "good", "good", "good", "low")
+    write("meshes/wing.msh", "good", "good", "good", "low")
     for command in ("init -q", "config user.name t", "config user.email t@t", "add .", "commit -q -m start"):
         done = run("git", *command.split())
         assert done.returncode == 0, done.stderr
@@ -237,7 +237,7 @@ def test_the_hook_is_described() -> None:
     assert (found["id"], found["language"], found["entry"]) == ("meshgauge-check", "python", "meshgauge check")
     assert f"id: {found['id']}" in PAGE
     pattern = re.compile(found["files"])
-    assert all(pattern.search(name) for name in ("a.vtu", "b/c.msh", "d.vtk.gz"))
+    assert all(pattern.search(name) for name in ("a.msh", "b/c.msh", "d.vtk.gz"))
     assert not any(pattern.search(name) for name in ("notes.txt", "vtu", "mesh.py"))
     assert "require_serial" in found
     scripts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["scripts"]
@@ -257,20 +257,24 @@ def test_the_gate_in_a_pipeline_of_a_repository(repository: Path) -> None:
     done = pipeline()
     assert (done.returncode, done.stderr) == (0, "")
     assert "✅ Mesh quality: 1 of 1 passes" in Path("summary.md").read_text(encoding="utf-8")
-    write("meshes/wing.vtu", "good", "good", "inverted", "low")
+    write("meshes/wing.msh", "good", "good", "inverted", "low")
     done = pipeline()
     assert done.returncode == 1
     assert [line.split("::")[1] for line in done.stderr.splitlines()] == [
-        "error file=meshes/wing.vtu,title=nothing invalid",
-        "error file=meshes/wing.vtu,title=jens >= 0.2 @ 25%25",
+        "error file=meshes/wing.msh,title=nothing invalid",
+        "error file=meshes/wing.msh,title=jens >= 0.2 @ 25%25",
     ]
     assert "tetra cell 2 (inverted, jens -0.7071) at node" in done.stderr
     assert "❌ Mesh quality: 0 of 1 pass" in Path("summary.md").read_text(encoding="utf-8")
     results = json.loads(Path("meshes.sarif").read_text())["runs"][0]["results"]
     assert {result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"] for result in results} == {
-        "meshes/wing.vtu"
+        "meshes/wing.msh"
     }
-    run("git", "checkout", "-q", "meshes/wing.vtu")
+    os.chdir("meshes")
+    below = run(sys.executable, "-m", *shlex.split(command), GITHUB_ACTIONS="true")
+    assert below.stderr == done.stderr  # paths are those of the repository, wherever it runs
+    os.chdir("..")
+    run("git", "checkout", "-q", "meshes/wing.msh")
     assert pipeline().returncode == 0
 
 
@@ -291,13 +295,13 @@ def test_the_hook_in_a_repository(repository: Path) -> None:
     nothing = run("git", "commit", "-m", "no mesh touched", **cache)
     assert nothing.returncode == 0, nothing.stdout + nothing.stderr
     assert "Skipped" in nothing.stdout + nothing.stderr
-    write("meshes/wing.vtu", "good", "inverted")
+    write("meshes/wing.msh", "good", "inverted")
     run("git", "add", ".")
     refused = run("git", "commit", "-m", "worse", **cache)
     assert refused.returncode == 1
-    assert "meshes/wing.vtu" in refused.stdout + refused.stderr
+    assert "meshes/wing.msh" in refused.stdout + refused.stderr
     assert "cells is invalid; none is allowed" in refused.stdout + refused.stderr
-    write("meshes/wing.vtu", "good", "good")
+    write("meshes/wing.msh", "good", "good")
     run("git", "add", ".")
     passed = run("git", "commit", "-m", "better", **cache)
     assert passed.returncode == 0, passed.stdout + passed.stderr

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -103,7 +104,7 @@ def compare(
     builder: Builder | None = None
     failures: list[FailedFile] = []
     for path in paths:
-        quality = attempt(path, lambda path=path: measured(path))  # type: ignore[misc]
+        quality = attempt(path, partial(measured, path))
         if isinstance(quality, FailedFile):
             failures.append(quality)
             warn("error", f"{path}: {quality.reason}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 import typer
@@ -51,25 +52,27 @@ def doctor(
     paths = inputs.expanded(meshes)
 
     from ..doctor import Diagnosis, diagnosis
-    from ..errors import MeshgaugeError
     from ..io import read
     from ..report import FailedFile
     from ..report.doctor import DiagnosisText, diagnosis_json
+    from .attempt import attempt
     from .terminal import Output, activity, emit, warn
 
     output = Output()
     done: list[tuple[str, Diagnosis]] = []
     failures: list[FailedFile] = []
+
+    def diagnosed(path: str) -> Diagnosis:
+        with activity(f"reading {path}", shown=not quiet):
+            mesh = read(path, format=format, wedge_order=AS_IN_THE_FILE)
+        with activity(f"diagnosing {path}", shown=not quiet):
+            return diagnosis(mesh, tolerance=tolerance)
+
     for path in paths:
-        try:
-            with activity(f"reading {path}", shown=not quiet):
-                mesh = read(path, format=format, wedge_order=AS_IN_THE_FILE)
-            with activity(f"diagnosing {path}", shown=not quiet):
-                found = diagnosis(mesh, tolerance=tolerance)
-        except (MeshgaugeError, OSError, MemoryError) as error:
-            reason = str(error).removeprefix(f"{path}: ") or "does not fit into memory"
-            failures.append(FailedFile(path, reason))
-            warn("error", f"{path}: {reason}")
+        found = attempt(path, partial(diagnosed, path))
+        if isinstance(found, FailedFile):
+            failures.append(found)
+            warn("error", f"{path}: {found.reason}")
             continue
         done.append((path, found))
         if not json and not output.show(DiagnosisText(found, title=path)):

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -59,7 +60,7 @@ class Gate:
         checks: list[Check] = []
         failures: list[FailedFile] = []
         for path in paths:
-            outcome = attempt(path, lambda path=path: self._check(path, baselines))  # type: ignore[misc]
+            outcome = attempt(path, partial(self._check, path, baselines))
             if isinstance(outcome, FailedFile):
                 failures.append(outcome)
                 warn("error", f"{path}: {outcome.reason}")
@@ -87,7 +88,7 @@ class Gate:
         reports: list[FileReport] = []
         failed = False
         for path in paths:
-            quality = attempt(path, lambda path=path: self._quality(path))  # type: ignore[misc]
+            quality = attempt(path, partial(self._quality, path))
             if isinstance(quality, FailedFile):
                 failed = True
                 warn("error", f"{path}: {quality.reason}")

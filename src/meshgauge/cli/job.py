@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import MeshgaugeError
 from ..io import Limits, read, write
 from ..metrics import metric
 from ..metrics.verdict import PREFIX
 from ..report import FailedFile, FileReport
 from ..report.csv import CsvWriter
 from ..summary import Summary, summarise
+from .attempt import attempt
 from .terminal import activity, warn
 
 if TYPE_CHECKING:
@@ -51,49 +50,46 @@ class Job:
         WriteError
             If an output cannot be written.
         """
-        try:
-            with activity(f"reading {path}", shown=self.shows_progress):
-                mesh = read(path, format=self.format, wedge_order=self.wedge_order, limits=self.limits)
-            with activity(f"measuring {path}", shown=self.shows_progress):
-                if self.loading is not None:
-                    self.loading.join()
-                from .._quality import measure
-
-                quality = measure(mesh, metrics=self.metrics, threads=self.threads)
-                summaries = [self._summary(quality, name) for name in self.metrics]
-                worst = quality.worst(self.worst) if self.worst else []
-                found = quality.findings()
-                diagnosed = self._diagnosis(quality)
-                by_region, worst_regions = self._regions(quality, worst)
-        except (MeshgaugeError, OSError, MemoryError) as error:
-            return FailedFile(path, _reason(path, error))
-        except Exception as error:
-            # The other files are still reported; a message says what happened where a traceback would end all.
-            if os.environ.get("MESHGAUGE_TRACEBACK"):
-                raise
-            return FailedFile(path, f"unexpected {type(error).__name__}: {error}")
+        done = attempt(path, lambda: self._reported(path))
+        if isinstance(done, FailedFile):
+            return done
+        quality, report = done
         with activity(f"writing {path}", shown=self.shows_progress):
             if table is not None:
-                table.add(path, mesh.types, quality.status, quality.metrics)
+                table.add(path, quality.mesh.types, quality.status, quality.metrics)
             if self.output is not None:
                 self._write(quality, self.output)
-        report = FileReport(
-            path=path,
-            n_points=mesh.n_points,
-            n_cells=mesh.n_cells,
-            summary=summaries[0],
-            worst=tuple(worst),
-            others=tuple(summaries[1:]),
-            notes=tuple(mesh.notes),
-            findings=tuple(found),
-            diagnosis=diagnosed,
-            regions=by_region,
-            worst_regions=worst_regions,
-        )
         if page is not None:
             with activity(f"drawing {path}", shown=self.shows_progress):
                 page.add(quality, report)
         return report
+
+    def _reported(self, path: str) -> tuple[Quality, FileReport]:
+        """What is measured on a file, and the report on it."""
+        with activity(f"reading {path}", shown=self.shows_progress):
+            mesh = read(path, format=self.format, wedge_order=self.wedge_order, limits=self.limits)
+        with activity(f"measuring {path}", shown=self.shows_progress):
+            if self.loading is not None:
+                self.loading.join()
+            from .._quality import measure
+
+            quality = measure(mesh, metrics=self.metrics, threads=self.threads)
+            summaries = [self._summary(quality, name) for name in self.metrics]
+            worst = quality.worst(self.worst) if self.worst else []
+            by_region, worst_regions = self._regions(quality, worst)
+            return quality, FileReport(
+                path=path,
+                n_points=mesh.n_points,
+                n_cells=mesh.n_cells,
+                summary=summaries[0],
+                worst=tuple(worst),
+                others=tuple(summaries[1:]),
+                notes=tuple(mesh.notes),
+                findings=tuple(quality.findings()),
+                diagnosis=self._diagnosis(quality),
+                regions=by_region,
+                worst_regions=worst_regions,
+            )
 
     def _regions(
         self, quality: Quality, worst: Iterable[WorstCell]
@@ -135,12 +131,3 @@ def metric_names(ours: Iterable[str], verdict: Iterable[str]) -> tuple[str, ...]
     """
     prefixed = (name if name.startswith(PREFIX) else PREFIX + name for name in verdict)
     return tuple(dict.fromkeys(metric(name).name for name in (JENS, *ours, *prefixed)))
-
-
-def _reason(path: str, error: BaseException) -> str:
-    """Why, without the name of the file in front, which every message carries already."""
-    if isinstance(error, MemoryError):
-        return "does not fit into memory"
-    if isinstance(error, OSError):
-        return error.strerror or str(error)
-    return str(error).removeprefix(f"{path}: ")

@@ -73,7 +73,8 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception as error:
         # Typer's usage errors: known by what they do, because their class moved between its versions.
         if hasattr(error, "format_message"):
-            return failed(f"{error.format_message()} (see 'meshgauge report --help')")
+            command = getattr(getattr(error, "ctx", None), "command_path", "meshgauge")
+            return failed(f"{error.format_message()} (see '{command} --help')")
         if os.environ.get(TRACEBACK):
             raise
         return failed(f"unexpected {type(error).__name__}: {error} (set {TRACEBACK}=1 for the traceback)")

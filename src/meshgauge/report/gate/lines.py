@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 from ...gate import Outcome
 
@@ -22,8 +22,13 @@ def told(outcome: Outcome) -> Iterator[str]:
 
 
 def relative(path: str) -> str:
-    """A path as services that show a repository want it: from the working folder, with slashes."""
-    inside = os.path.relpath(path) if os.path.isabs(path) else os.path.normpath(path)
+    """A path as services that show a repository want it: from the repository's root, with slashes.
+
+    The root is the nearest folder with ``.git`` in it, the working folder or one above; without, the working folder.
+    """
+    here = Path.cwd()
+    root = next((folder for folder in (here, *here.parents) if (folder / ".git").exists()), here)
+    inside = os.path.relpath(path, root)
     return PurePath(path if inside.startswith("..") else inside).as_posix()
 
 
