@@ -5,21 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meshgauge import MeshgaugeError
+from meshgauge import Mesh, MeshgaugeError, measure
 from meshgauge.plot import marks, section
 from meshgauge.plot.canvas import frame, over
+from meshgauge.plot.solids import drawable, surface
 
 BOX = np.array([(x, y, z) for x in (0.0, 4.0) for y in (0.0, 1.0) for z in (0.0, 2.0)])
 
 
 def test_the_cut_is_at_the_worst_cell_along_the_thinnest_axis() -> None:
     centres = np.array([(2.0, 0.6, 1.0), (3.0, 0.1, 1.0)])
-    towards, depth = section._plane(BOX, (2.0, 0.65, 1.0), centres, None, None)
+    towards, depth = section._plane(BOX, np.array([2.0, 0.65, 1.0]), centres, None, None)
     np.testing.assert_array_equal(towards, [0, 1, 0])
     assert depth == pytest.approx(0.65)
     assert centres[0] @ towards <= depth
     # Near the outside of that axis another one is cut.
-    towards, depth = section._plane(BOX, (2.0, 0.01, 0.7), centres, None, None)
+    towards, depth = section._plane(BOX, np.array([2.0, 0.01, 0.7]), centres, None, None)
     np.testing.assert_array_equal(np.abs(towards), [0, 0, 1])
 
 
@@ -56,3 +57,33 @@ def test_a_picture_over_another() -> None:
     behind = np.full((1, 2, 3), 100, np.uint8)
     np.testing.assert_array_equal(over(front, behind), [[[200, 0, 0], [100, 100, 100]]])
     np.testing.assert_array_equal(over(front, behind, 0.5)[0, 0], [150, 50, 50])
+
+
+TETRA = np.array([(0, 0, 0), (1, 0, 0), (0.5, 3**0.5 / 2, 0), (0.5, 3**0.5 / 6, (2 / 3) ** 0.5)])
+
+
+@pytest.mark.parametrize(("scale", "shift"), [(1.0, 0.0), (1e-200, 0.0), (1e300, 0.0), (1e-2, 1e7), (0.0, 3.0)])
+def test_cells_of_any_size_fill_the_unit(scale: float, shift: float) -> None:
+    pytest.importorskip("pyvista")
+    stray = np.array([(np.nan, 0, 0), (1e100, 0, 0)])  # of no cell that can be drawn
+    points = np.r_[TETRA * scale + shift, stray]
+    mesh = Mesh.from_arrays(points, {"triangle": [(0, 1, 5)], "tetra": [(0, 1, 2, 3), (0, 1, 2, 4)]})
+    solids = drawable(measure(mesh))
+    assert solids.grid.n_cells == 1
+    assert solids.grid.cell_data["cell"].tolist() == [1]
+    drawn = np.asarray(solids.grid.points)[: solids.grid.n_points]
+    used = drawn[np.asarray(solids.grid.cell_connectivity)]
+    np.testing.assert_allclose(used, solids.place(points[:4]), atol=1e-6)
+    assert np.ptp(used, axis=0).max() == pytest.approx(1.0 if scale else 0.0, rel=1e-6)
+    assert np.abs(used).max() <= 0.5 + 1e-6
+
+
+def test_cells_above_second_order_are_drawn_by_their_corners() -> None:
+    pytest.importorskip("pyvista")
+    pyramid = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 0.7)])
+    points = np.r_[pyramid, np.full((9, 3), 0.3), TETRA + 2]
+    mesh = Mesh.from_arrays(points, [("lagrange_pyramid", [range(14)]), ("tetra", [(14, 15, 16, 17)])])
+    grid = drawable(measure(mesh)).grid
+    assert grid.celltypes.tolist() == [14, 10]
+    assert grid.cell_connectivity.tolist() == [0, 1, 2, 3, 4, 14, 15, 16, 17]
+    assert surface(grid).n_cells == 5 + 4

@@ -10,7 +10,7 @@ import numpy as np
 from .._quality import JENS
 from ..summary import Tally
 from . import sheet
-from .colours import DASHES, INK, SERIES, WORDS, colours
+from .colours import DASHES, INK, INVALID, SERIES, WORDS, colours
 from .series import Counts, Drawable, Series, Values, counts_in, edges_of, series
 
 if TYPE_CHECKING:
@@ -82,6 +82,11 @@ def bars(axes: Axes, tally: Tally, edges: Values, counts: Counts, log: bool = Fa
     middles = (edges[1:] + edges[:-1]) / 2
     width = np.diff(edges)
     axes.bar(middles, heights, width=0.88 * width, color=colours(middles, tally.scale), edgecolor=INK, linewidth=0.35)
+    if tally.n_degenerate and tally.scale.flat == 0.0:
+        # Exactly flat cells are no better than inverted ones, though their bin begins what is poor.
+        at = int(np.searchsorted(edges, 0.0, side="right")) - 1
+        look: dict[str, Any] = {"color": INVALID, "edgecolor": INK, "linewidth": 0.35}
+        axes.bar(middles[at], max(tally.n_degenerate, LEAST * top), width=0.88 * width[at], **look)
     if log:
         axes.set_yscale("log")
         axes.set_ylim(0.7, top * 1.5)

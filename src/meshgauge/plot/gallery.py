@@ -13,7 +13,7 @@ from ..errors import MeshgaugeError
 from . import marks, sheet
 from .canvas import Canvas, frame, over
 from .colours import FAINT, INK
-from .solids import CELL, corners, drawable, shell, surface
+from .solids import CELL, Solids, corners, drawable, shell, surface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,25 +51,25 @@ def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
     """
     if not 1 <= n <= MOST:
         raise MeshgaugeError(f"{n} worst cells are asked for, expected 1 to {MOST}")
-    grid = drawable(quality)
+    solids = drawable(quality)
     cells = quality.worst(n)
     if not cells:
         raise MeshgaugeError("there is nothing to draw: no cell has a value")
     figure = sheet.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
     sheet.title(figure, title, sheet.sentence(quality.summary()))
-    _whole(figure, grid, cells)
+    _whole(figure, solids, cells)
     columns = min(len(cells), 3 if len(cells) <= 6 else 4)
     rows = -(-len(cells) // columns)
     width, height = (WIDTH - WHERE - 20) // columns, (HEIGHT - HEAD) // rows
     for number, cell in enumerate(cells):
         left, top = WHERE + (number % columns) * width, HEAD + (number // columns) * height
-        _near(figure, grid, quality, cell, number + 1, (left, top, width - 12, height - 12))
+        _near(figure, solids, quality, cell, number + 1, (left, top, width - 12, height - 12))
     return figure
 
 
-def _whole(figure: Figure, grid: Any, cells: list[WorstCell]) -> None:
+def _whole(figure: Figure, solids: Solids, cells: list[WorstCell]) -> None:
     """The mesh seen through, its worst cells in it, numbered."""
-    skin = surface(grid)
+    skin = surface(solids.grid)
     points = corners(skin)
     size = points.max(axis=0) - points.min(axis=0)
     # Seen along the direction in which the mesh is thinnest, from a little above and aside.
@@ -78,9 +78,9 @@ def _whole(figure: Figure, grid: Any, cells: list[WorstCell]) -> None:
     eye = front + 0.5 * np.cross(up, front) + 0.45 * up
     with Canvas(WHERE - 20, HEIGHT - HEAD, eye, up, points, margin=(0.07, 0.07, 0.05, 0.05)) as canvas:
         image = shell(canvas, skin)
-        canvas.add(surface(_cells(grid, [cell.cell for cell in cells])), width=0.8)
+        canvas.add(surface(_cells(solids.grid, [cell.cell for cell in cells])), width=0.8)
         image = over(canvas.image(transparent=True), image)
-        at = canvas.pixels(np.array([cell.coordinates for cell in cells]))
+        at = canvas.pixels(solids.place([cell.coordinates for cell in cells]))
     axes = marks.picture(figure, image, 10, HEAD)
     places = marks.apart(at, 26.0)
     for number, (place, point) in enumerate(zip(places, at, strict=True), 1):
@@ -90,14 +90,14 @@ def _whole(figure: Figure, grid: Any, cells: list[WorstCell]) -> None:
 
 
 def _near(
-    figure: Figure, grid: Any, quality: Quality, cell: WorstCell, number: int, box: tuple[int, int, int, int]
+    figure: Figure, solids: Solids, quality: Quality, cell: WorstCell, number: int, box: tuple[int, int, int, int]
 ) -> None:
     """One cell from near, with what it is written above it."""
     left, top, width, height = box
     mesh = quality.mesh
     nodes = mesh.nodes(cell.cell)
-    points = np.asarray(mesh.points[nodes], np.float64)
-    where = np.asarray(cell.coordinates)
+    points = solids.place(mesh.points[nodes])
+    where = solids.place(cell.coordinates)[0]
     outward = where - points.mean(axis=0)
     reach = float(np.abs(points - where).max())
     along = outward / np.linalg.norm(outward) if np.linalg.norm(outward) > 1e-3 * reach else np.array([0.0, 0.0, 1.0])
@@ -108,13 +108,13 @@ def _near(
     sizes = np.diff(mesh.offsets)
     around = np.unique(np.repeat(np.arange(mesh.n_cells), sizes)[touching])
     with Canvas(width, height - CAPTION, eye, up, points, margin=(0.16, 0.16, 0.14, 0.14)) as canvas:
-        neighbours = _cells(grid, around)
+        neighbours = _cells(solids.grid, around)
         canvas.lines(neighbours.extract_all_edges(), FAINT, 0.7)
         behind = canvas.image()
         canvas.plotter.clear_actors()
-        canvas.add(surface(_cells(grid, [cell.cell])), edge_opacity=0.9, width=1.1)
+        canvas.add(surface(_cells(solids.grid, [cell.cell])), edge_opacity=0.9, width=1.1)
         image = over(canvas.image(transparent=True), behind, 0.93)
-        at = canvas.pixels(np.array([where, *_ends(quality, cell)]))
+        at = canvas.pixels(np.array([where, *solids.place(_ends(quality, cell))]))
     axes = marks.picture(figure, image, left, top + CAPTION)
     for end in at[1:]:
         axes.plot([at[0, 0], end[0]], [at[0, 1], end[1]], color=INK, linewidth=2.4, solid_capstyle="round", zorder=2)

@@ -37,7 +37,8 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
     """
     import pyvista
 
-    grid = drawable(quality)
+    solids = drawable(quality, moved=False)  # other things may be added to the plotter
+    grid = solids.grid
     if off_screen or pyvista.OFF_SCREEN:
         check_drawing()
     made = pyvista.Plotter(off_screen=off_screen)
@@ -58,7 +59,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
             edge_color=INK,
         )
         made.add_point_labels(
-            np.array([cell.coordinates for cell in cells]),
+            solids.place([cell.coordinates for cell in cells]),
             [f"{' '.join(marks.said(cell)[:2])}" for cell in cells],
             point_color=INK,
             point_size=14,

@@ -11,7 +11,7 @@ from .._quality import Quality
 from ..errors import MeshgaugeError
 from . import marks, sheet
 from .canvas import Canvas, over
-from .colours import FAINT, INK, colours
+from .colours import FAINT, INK, INVALID, colours
 from .series import counts_in, edges_of
 from .solids import CELL, corners, drawable, invalid, shell, surface
 
@@ -27,6 +27,9 @@ WIDTH, HEIGHT, MESH_WIDTH, LABELS_TO = 1600, 900, 1200, 285
 NAMED, RINGED = 6, 40
 """So many invalid cells are named, and so many ringed; of more the colour alone has to tell."""
 
+ALL_SHOWN = 200
+"""Up to so many invalid cells are drawn also before the cut, and shine through; more would hide it."""
+
 SHINE = 0.55
 """How much is seen of an invalid cell that is behind others."""
 
@@ -37,7 +40,7 @@ MIDDLE = (0.25, 0.75)
 def cut(
     quality: Quality, *, normal: tuple[float, float, float] | None = None, at: float | None = None, title: str = ""
 ) -> Figure:
-    """The mesh cut open by a plane: cells beyond it whole, the outline of what was cut away, every invalid cell.
+    """The mesh cut open by a plane: cells beyond it whole, the outline of what was cut away, the invalid cells.
 
     Parameters
     ----------
@@ -62,13 +65,19 @@ def cut(
     MeshgaugeError
         If there is nothing to draw, the normal is 0, or ``at`` is not in 0 to 1.
     """
-    grid = drawable(quality)
+    solids = drawable(quality)
+    grid = solids.grid
     skin = surface(grid)
     centres = np.asarray(grid.cell_centers().points, np.float64)
     is_bad = invalid(quality)[np.asarray(grid.cell_data[CELL])]
     worst = quality.worst(max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
-    towards, depth = _plane(corners(skin), worst[0].coordinates if worst else None, centres, normal, at)
-    shown = (centres @ towards <= depth) | is_bad
+    rings = solids.place([cell.coordinates for cell in worst])
+    towards, depth = _plane(corners(skin), rings[0] if worst else None, centres, normal, at)
+    # Centres in the plane, but for rounding, belong to what is shown.
+    beyond = centres @ towards <= depth + 1e-9
+    n_bad = int(np.count_nonzero(is_bad))
+    shown = beyond | is_bad if n_bad <= ALL_SHOWN else beyond
+    hidden = n_bad - int(np.count_nonzero(is_bad & shown))
     eye, up = _view(towards)
     with Canvas(
         MESH_WIDTH, HEIGHT, eye, up, corners(skin), margin=(LABELS_TO / MESH_WIDTH + 0.03, 0.02, 0.1, 0.04)
@@ -77,19 +86,22 @@ def cut(
         if shown.any():
             canvas.add(surface(grid.extract_cells(np.flatnonzero(shown))))
         image = over(canvas.image(transparent=True), behind)
-        if is_bad.any():
+        if 0 < n_bad <= ALL_SHOWN:
             # Those behind others shine through.
             canvas.plotter.clear_actors()
             canvas.add(surface(grid.extract_cells(np.flatnonzero(is_bad))))
             image = over(canvas.image(transparent=True), image, SHINE)
-        rings = canvas.pixels(np.array([cell.coordinates for cell in worst]).reshape(-1, 3))
+        rings = canvas.pixels(rings)
     figure = sheet.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
     axes = marks.picture(figure, image, 0, 0)
     for place in rings[NAMED:]:
         marks.ring(axes, place, 5)
     if worst:
         marks.labels(axes, worst[:NAMED], rings[:NAMED], LABELS_TO, HEIGHT)
-    sheet.title(figure, title, sheet.sentence(quality.summary()))
+    below = sheet.sentence(quality.summary())
+    if hidden:
+        below += f"   ·   {hidden:,} invalid cells before the cut are not drawn"
+    sheet.title(figure, title, below)
     if quality.summary().all.n_measured:
         _upright(figure.add_axes((0.805, 0.16, 0.165, 0.68)), quality)
     return figure
@@ -97,7 +109,7 @@ def cut(
 
 def _plane(
     points: Array,
-    worst: tuple[float, float, float] | None,
+    worst: Array | None,
     centres: Array,
     normal: tuple[float, float, float] | None,
     at: float | None,
@@ -119,22 +131,22 @@ def _plane(
         return chosen, low + at * (high - low)
     place = 0.5
     if worst is not None and high > low:
-        place = (float(np.asarray(worst) @ chosen) - low) / (high - low)
+        place = (float(worst @ chosen) - low) / (high - low)
         if not MIDDLE[0] <= place <= MIDDLE[1]:
             place = 0.5
     depth = low + place * (high - low)
     if worst is not None and place != 0.5:
         # The cell itself, of which the worst node is but a corner, belongs to what is shown.
-        near = centres[int(np.argmin(np.linalg.norm(centres - np.asarray(worst), axis=1)))]
+        near = centres[int(np.argmin(np.linalg.norm(centres - worst, axis=1)))]
         depth = max(depth, float(near @ chosen))
     return chosen, depth
 
 
-def _best_axis(points: Array, worst: tuple[float, float, float] | None) -> Array:
+def _best_axis(points: Array, worst: Array | None) -> Array:
     """The axis along which the mesh is thinnest, of those that have the worst cell in the middle; its better side."""
     low, high = points.min(axis=0), points.max(axis=0)
     size = np.maximum(high - low, 1e-300)
-    place = (np.asarray(worst) - low) / size if worst is not None else np.full(3, 0.5)
+    place = (worst - low) / size if worst is not None else np.full(3, 0.5)
     outside = (place < MIDDLE[0]) | (place > MIDDLE[1])
     # Of axes alike, y: seen from the front.
     axis = min((1, 0, 2), key=lambda a: (bool(outside[a]), round(float(size[a] / size.max()), 2)))
@@ -159,7 +171,11 @@ def _upright(axes: Axes, quality: Quality) -> None:
     middle = (bounds[1:] + bounds[:-1]) / 2
     top = int(counts.max())
     shown = np.where(counts > 0, np.maximum(counts, 0.008 * top), 0)
-    axes.barh(middle, shown, height=0.88 * np.diff(bounds), color=colours(middle), edgecolor=INK, linewidth=0.5)
+    heights = 0.88 * np.diff(bounds)
+    axes.barh(middle, shown, height=heights, color=colours(middle), edgecolor=INK, linewidth=0.5)
+    if every.n_degenerate:
+        at = int(np.searchsorted(bounds, 0.0, side="right")) - 1
+        axes.barh(middle[at], every.n_degenerate, height=heights[at], color=INVALID, edgecolor=INK, linewidth=0.5)
     axes.set_ylim(bounds[0], bounds[-1])
     axes.set_xlim(0, top * 1.02)
     axes.set_xticks([])

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from .. import connectivity
 from .._quality import Quality
-from ..cells import CELL_TYPES
+from ..cells import BY_NAME, CELL_TYPES
 from ..errors import MeshgaugeError
 from ..io._vtk import grid as vtk_grid
+from ..mesh import Mesh
 from ..status import STATUSES, Status
 from .canvas import Canvas, Image, over
 from .colours import FAINT, INVALID, colours, rgb
 
-Ids = NDArray[np.int64]
+Array = NDArray[np.float64]
 
 BODY = 0.5
 """Opacity of the outside of a mesh that is seen through."""
@@ -24,8 +27,24 @@ CELL = "cell"
 """Cell data: position of the cell in the file."""
 
 
-def drawable(quality: Quality) -> Any:
-    """The solid cells with finite coordinates as an UnstructuredGrid, with cell data ``colour`` and `CELL`.
+@dataclass(frozen=True, eq=False)
+class Solids:
+    """The cells to draw, moved to the middle of space and scaled to its unit.
+
+    VTK draws in single precision: a small mesh far away would tremble, a tiny or huge one vanish.
+    """
+
+    grid: Any  #: UnstructuredGrid with cell data ``colour`` and `CELL`
+    origin: Array
+    scale: float
+
+    def place(self, points: ArrayLike) -> Array:
+        """Where points ``(n, 3)`` of the mesh are in the picture's space."""
+        return (np.asarray(points, np.float64).reshape(-1, 3) - self.origin) * self.scale
+
+
+def drawable(quality: Quality, *, moved: bool = True) -> Solids:
+    """The solid cells with finite coordinates, those that VTK knows; where they are in the mesh if not ``moved``.
 
     Raises
     ------
@@ -34,21 +53,43 @@ def drawable(quality: Quality) -> Any:
     """
     import pyvista
 
-    mesh = quality.mesh.replace(point_data={}, cell_data={}, field_data={})
-    is_solid = np.array([t not in CELL_TYPES or CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
-    shown = is_solid & (quality.status != Status.NON_FINITE)
-    if not shown.any():
+    mesh = _straight(quality.mesh.replace(point_data={}, cell_data={}, field_data={}))
+    is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
+    cells = np.flatnonzero(is_solid & (quality.status != Status.NON_FINITE))
+    if not len(cells):
         raise MeshgaugeError("there is nothing to draw: no solid cell with finite coordinates")
-    grid = pyvista.wrap(vtk_grid(mesh)[0])
-    cells = np.arange(mesh.n_cells)
-    if not shown.all():
-        grid, cells = grid.extract_cells(np.flatnonzero(shown)), cells[shown]
+    used = np.zeros(mesh.n_points, np.bool_)
+    used[mesh.connectivity[np.repeat(np.isin(np.arange(mesh.n_cells), cells), np.diff(mesh.offsets))]] = True
+    points = np.asarray(mesh.points[used], np.float64)
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float((high - low).max()) if moved else 0.0
+    made = Solids(None, low / 2 + high / 2 if moved else np.zeros(3), 1.0 / size if size > 0 else 1.0)
+    unit = np.zeros((mesh.n_points, 3))
+    unit[used] = made.place(points)
+    grid = pyvista.wrap(vtk_grid(mesh.replace(points=unit))[0])
+    if len(cells) < mesh.n_cells:
+        grid = grid.extract_cells(cells)
         grid.clear_data()
     rgb_of = colours(quality.values[cells])
     rgb_of[invalid(quality)[cells]] = rgb(INVALID)
     grid.cell_data["colour"] = (255 * rgb_of).round().astype(np.uint8)
     grid.cell_data[CELL] = cells
-    return grid
+    return replace(made, grid=grid)
+
+
+def _straight(mesh: Mesh) -> Mesh:
+    """The mesh with cells above second order as their corners: other nodes are in no order that VTK would know."""
+    keep = np.ones(len(mesh.connectivity), np.bool_)
+    types, sizes = np.array(mesh.types), np.diff(mesh.offsets)
+    for row, vtk_id, cells in mesh.groups():
+        if row is not None and row.shape is not None and row.n_nodes is None:
+            of_type = mesh.types == vtk_id
+            keep[np.repeat(of_type, sizes)] = False
+            keep[connectivity.positions(mesh, row, cells)] = True
+            types[of_type], sizes[of_type] = BY_NAME[row.shape.name].vtk_id, len(row.corners)
+    if keep.all():
+        return mesh
+    return mesh.replace(types=types, offsets=np.r_[0, np.cumsum(sizes)], connectivity=mesh.connectivity[keep])
 
 
 def invalid(quality: Quality) -> NDArray[np.bool_]:
