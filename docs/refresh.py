@@ -24,7 +24,8 @@ from meshgauge.status import STATUSES
 ROOT = Path(__file__).resolve().parent.parent
 PART = re.compile(r"(<!-- begin: (?P<name>[a-z-]+) -->\n).*?(<!-- end: (?P=name) -->)", re.DOTALL)
 
-REPORT = ("report", "examples/meshes/bracket.vtu")
+RULES = ("--fail", "nothing invalid", "--fail", "jens >= 0.2 @ 1%", "--warn", "jens >= 0.3 @ 1%")
+BRACKET, GOOD = "examples/meshes/bracket.vtu", "examples/meshes/bracket_good.vtu"
 
 
 def number(value: float) -> str:
@@ -43,17 +44,19 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "".join(f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in line)} |\n" for line in lines)
 
 
-def report() -> str:
-    """What the command prints where there is no terminal."""
+def printed(*arguments: str, code: int = 0) -> str:
+    """What a command prints where there is no terminal."""
     environment = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "FORCE_COLOR", "CLICOLOR_FORCE")}
     done = subprocess.run(
-        [sys.executable, "-m", "meshgauge", *REPORT],
+        [sys.executable, "-m", "meshgauge", *arguments],
         cwd=ROOT,
         env={**environment, "PYTHONIOENCODING": "utf-8"},
         capture_output=True,
         encoding="utf-8",
-        check=True,
+        check=False,
     )
+    if done.returncode != code:
+        raise RuntimeError(f"{arguments} gave {done.returncode}, expected {code}: {done.stderr}")
     return "```text\n" + "".join(f"{line.rstrip()}\n" for line in done.stdout.strip("\n").splitlines()) + "```\n"
 
 
@@ -117,7 +120,9 @@ def metric_texts() -> str:
 
 
 PARTS: dict[str, Callable[[], str]] = {
-    "report": report,
+    "report": lambda: printed("report", BRACKET),
+    "check": lambda: printed("check", BRACKET, *RULES, code=1),
+    "compare": lambda: printed("compare", BRACKET, GOOD),
     "shapes": shapes,
     "statuses": statuses,
     "metrics": metrics,

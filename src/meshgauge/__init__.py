@@ -26,10 +26,12 @@ if TYPE_CHECKING:
     from .cells import CELL_TYPES as CELL_TYPES
     from .cells import CellType as CellType
     from .cells import Shape as Shape
+    from .errors import BaselineError as BaselineError
     from .errors import MeshError as MeshError
     from .errors import MeshgaugeError as MeshgaugeError
     from .errors import MetricError as MetricError
     from .errors import ReadError as ReadError
+    from .errors import RuleError as RuleError
     from .errors import WriteError as WriteError
     from .io import from_meshio as from_meshio
     from .io import from_pyvista as from_pyvista
@@ -55,10 +57,12 @@ _HOME = {
     "CELL_TYPES": "cells",
     "CellType": "cells",
     "Shape": "cells",
+    "BaselineError": "errors",
     "MeshError": "errors",
     "MeshgaugeError": "errors",
     "MetricError": "errors",
     "ReadError": "errors",
+    "RuleError": "errors",
     "WriteError": "errors",
     "from_meshio": "io",
     "from_pyvista": "io",

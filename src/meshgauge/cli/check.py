@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -178,7 +179,9 @@ def _meshes(found: CheckSettings | None) -> list[str]:
     """The meshes that the settings name, as paths from the working folder."""
     if found is None:
         return []
-    folder = os.path.relpath(found.path.parent)
+    folder = str(found.path.parent)
+    with contextlib.suppress(ValueError):  # on another drive
+        folder = os.path.relpath(folder)
     return inputs.expanded(os.path.normpath(os.path.join(folder, mesh)) for mesh in found.meshes)
 
 

@@ -79,7 +79,8 @@ def _table(path: Path) -> dict[str, Any] | None:
         raise SettingsError(f"{path}: {error}") from error
     if path.name != PROJECT:
         return document
-    table = document.get("tool", {}).get("meshgauge")
+    tool = document.get("tool")
+    table = tool.get("meshgauge") if isinstance(tool, dict) else None
     if table is not None and not isinstance(table, dict):
         raise SettingsError(f"{path}: tool.meshgauge is {table!r}, expected a table")
     return table

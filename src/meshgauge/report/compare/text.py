@@ -120,7 +120,8 @@ def _value(row: Row, at: int) -> Text:
     else:
         shown = colored(value)
         text, look = shown.plain, str(shown.style)
-    return Text(text, "bold underline" if is_best else look)
+    # Appended, so that the padding of the column is not underlined.
+    return Text().append(text, "bold underline" if is_best else look)
 
 
 def _against(
@@ -152,9 +153,8 @@ def _pairs(paired: Paired, console: Console, options: ConsoleOptions) -> Iterato
     if paired.n_moved:
         text += f" {style.plural(paired.n_moved, 'point')} moved, at most by {paired.largest_move:.4g}."
     yield Padding(Text(text, overflow="fold"), (0, 0, 0, 1), expand=False)
-    table = new_table(
-        "cell by cell", "better", "worse", "equal", "made valid", "made invalid", "change 5 %", "median", "95 %"
-    )
+    heads = ("better", "worse", "equal", "repaired", "broken", "change 5 %", "median", "95 %")
+    table = new_table("cells", *heads)
     for name, counts in (*(paired.types.items() if len(paired.types) > 1 else ()), (ALL, paired.all)):
         if name == ALL and len(paired.types) > 1:
             table.add_section()

@@ -28,7 +28,10 @@ def relative(path: str) -> str:
     """
     here = Path.cwd()
     root = next((folder for folder in (here, *here.parents) if (folder / ".git").exists()), here)
-    inside = os.path.relpath(path, root)
+    try:
+        inside = os.path.relpath(path, root)
+    except ValueError:  # on another drive
+        return PurePath(path).as_posix()
     return PurePath(path if inside.startswith("..") else inside).as_posix()
 
 

@@ -12,7 +12,7 @@ from rich.text import Text
 from ...gate import Check, FailingCell, Outcome, State
 from .. import style
 from ..record import FailedFile
-from ..text import fits, new_table
+from ..text import colored, fits, new_table
 
 LOOKS = {
     State.PASS: "good",
@@ -117,7 +117,7 @@ def _table(cells: Sequence[FailingCell], digits: int, with_region: bool) -> Tabl
         table.add_row(
             str(cell.cell),
             cell.type,
-            Text(style.quality(cell.value), "bold"),
+            colored(cell.value) if metric == "jens" else style.quality(cell.value),
             cell.status,
             "-" if cell.node is None else str(cell.node),
             "-" if cell.point is None else str(cell.point),
