@@ -6,6 +6,7 @@ import base64
 import hashlib
 import json
 import re
+import shlex
 import subprocess
 import sys
 from html import unescape
@@ -269,3 +270,14 @@ def test_no_script_can_end_its_element() -> None:
     for script in folder.rglob("*.js"):
         assert "</script" not in script.read_text(encoding="utf-8").lower(), script
         assert "<!--" not in script.read_text(encoding="utf-8"), script
+
+
+def test_the_commands_of_the_documentation_run(tmp_path: Path) -> None:
+    (tmp_path / "examples").symlink_to(ROOT / "examples", target_is_directory=True)
+    (block,) = re.findall(r"```sh\n(.*?)```", (ROOT / "docs" / "html-report.md").read_text(encoding="utf-8"), re.DOTALL)
+    for command in block.splitlines():
+        program, *arguments = shlex.split(command)
+        assert program == "meshgauge"
+        done = run(*arguments, cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / arguments[-1]).stat().st_size > 500_000

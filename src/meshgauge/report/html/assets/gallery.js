@@ -19,7 +19,8 @@ MG.side = (model) => {
       const angle = (turn * Math.PI) / 12 + 0.13;
       const side = new THREE.Vector3(Math.cos(angle), Math.sin(angle), height).normalize();
       const seen = areas.reduce((sum, area) => sum + Math.abs(area.dot(side)), 0) / total;
-      const score = seen + 0.35 * side.dot(bad) + 0.05 * height;
+      // No flat face straight from the front either: it would hide all behind it.
+      const score = Math.min(seen, 0.6) + 0.3 * side.dot(bad) + 0.05 * height;
       if (!best || score > best.score) best = { score, side };
     }
   }

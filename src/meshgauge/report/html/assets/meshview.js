@@ -295,7 +295,8 @@ class MeshView {
     const head = make("h4", `${kind.type} ${a.id[i]} `, panel);
     const bad = this.classes[i] ? "invalid" : a.value[i] < 0.2 ? "poor" : "";
     make("span", this.value(a.value[i]), head, `v ${bad}`);
-    make("p", `${status.name.replaceAll("_", " ")}${region}: ${status.text}.`, panel);
+    const name = status.name === "ok" ? "" : `${status.name.replaceAll("_", " ")}: `;
+    make("p", `${name}${status.text}${region}`, panel);
     const table = make("table", "", make("div", "", panel, "scroll"), "numbers");
     const row = make("tr", "", make("thead", "", table));
     for (const name of ["node", "point", "J_ENS"]) make("th", name, row).scope = "col";

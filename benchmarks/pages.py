@@ -1,6 +1,6 @@
 """The page of `meshgauge report --html`: how long it takes to make, how large it is, and how soon a browser shows it.
 
-    python benchmarks/html.py [--cells 10000 1000000 5000000] [--type hexahedron] [--folder DIR]
+    python benchmarks/pages.py [--cells 10000 1000000 5000000] [--type hexahedron] [--folder DIR]
 
 Writes a raw VTU file of randomly perturbed cells for each size, makes its page as a process of its own, and opens it
 in Chromium without a graphics processor: what a CI machine has, and slower than any desktop. Needs Playwright.
