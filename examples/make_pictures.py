@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")  # looks for no display first
 
-import matplotlib
 import pyvista
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from PIL import Image
 
 import meshgauge
+from meshgauge.plot.colours import FAINT, INK, INVALID, WORDS, colours
 
 ROOT = Path(__file__).resolve().parent.parent
 MESH = ROOT / "examples" / "meshes" / "bracket.vtu"
@@ -33,24 +32,11 @@ WIDTH, HEIGHT, MESH_WIDTH = 1600, 880, 1140
 SMOOTHING = 2
 """Pixels rendered for each pixel drawn, a side."""
 
-INVERTED, POOR = "#d1300f", "#f0a202"
-GOOD = LinearSegmentedColormap.from_list("good", ["#14456f", "#3f7fae", "#9cc3dc", "#eef4f8"])
-"""From barely good to ideal: by lightness alone, so that no eye takes one for another."""
-INK, FAINT = "#222222", "#8a8f94"
-
 LIGHTS = (((-0.4, 0.9, 1.6), 0.72), ((1.5, 0.2, 0.8), 0.25), ((-1.0, -0.2, 0.2), 0.25), ((0.0, 1.0, 0.0), 0.2))
 """Where each light comes from, and how strong it is."""
 
 CUT = (0.02, 0.052, 0.0215, 0.055)
 """Depth up to which each of the four lengths of the bracket is shown, in metres."""
-
-
-def colours(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """RGB of each quality, 0 to 1."""
-    rgb = GOOD(np.clip((values - 0.2) / 0.8, 0.0, 1.0))[:, :3]
-    rgb[values < 0.2] = matplotlib.colors.to_rgb(POOR)
-    rgb[values <= 0.0] = matplotlib.colors.to_rgb(INVERTED)
-    return rgb
 
 
 def render(quality: meshgauge.Quality, at: NDArray[np.float64]) -> tuple[Image.Image, NDArray[np.float64]]:
@@ -144,9 +130,9 @@ def histogram(axes: Axes, values: NDArray[np.float64]) -> None:
     axes.spines["left"].set_color(FAINT)
     axes.tick_params(axis="y", color=FAINT)
     bands = (
-        (-0.05, values < 0, "inverted", INVERTED),
-        (0.1, (values > 0) & (values < 0.2), "poor", "#a86f00"),
-        (0.3, values >= 0.2, "good", "#14456f"),
+        (-0.05, values < 0, "inverted", INVALID),
+        (0.1, (values > 0) & (values < 0.2), "poor", WORDS["poor"]),
+        (0.3, values >= 0.2, "good", WORDS["good"]),
     )
     for y, where, name, colour in bands:
         axes.text(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .._quality import Quality, WorstCell
 from ..cells import cell_type
@@ -104,9 +104,10 @@ def _near(
     up = np.array([0.0, 0.0, 1.0]) if abs(along[2]) < 0.8 else np.array([0.0, 1.0, 0.0])
     right, above, _ = frame(along, up)
     eye = along + 0.45 * right + 0.35 * above
-    touching = np.isin(mesh.connectivity, nodes)
-    sizes = np.diff(mesh.offsets)
-    around = np.unique(np.repeat(np.arange(mesh.n_cells), sizes)[touching])
+    is_node = np.zeros(mesh.n_points, np.bool_)
+    is_node[nodes] = True
+    entries = np.flatnonzero(is_node[mesh.connectivity])
+    around = np.unique(np.searchsorted(mesh.offsets, entries, side="right") - 1)
     with Canvas(width, height - CAPTION, eye, up, points, margin=(0.16, 0.16, 0.14, 0.14)) as canvas:
         neighbours = _cells(solids.grid, around)
         canvas.lines(neighbours.extract_all_edges(), FAINT, 0.7)
@@ -127,9 +128,12 @@ def _near(
     axes.text(42 + 11 * len(value), 37 - CAPTION, node, color="#55595e", fontsize=10.5, **look)
 
 
-def _cells(grid: Any, cells: Any) -> Any:
-    """Some of the cells by their position in the file; those that are not drawn are left out."""
-    return grid.extract_cells(np.flatnonzero(np.isin(np.asarray(grid.cell_data[CELL]), cells)))
+def _cells(grid: Any, cells: ArrayLike) -> Any:
+    """Some of the cells by their position in the file, ascending; those that are not drawn are left out."""
+    drawn = np.asarray(grid.cell_data[CELL])
+    wanted = np.unique(cells)
+    at = np.minimum(np.searchsorted(drawn, wanted), len(drawn) - 1)
+    return grid.extract_cells(at[drawn[at] == wanted])
 
 
 def _ends(quality: Quality, cell: WorstCell) -> Array:
