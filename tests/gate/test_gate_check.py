@@ -35,7 +35,7 @@ def test_what_is_inverted_inside_has_no_good_value() -> None:
         assert one(quality, text) == (State.FAIL, 1, 2), text
     assert one(quality, "jens >= -0.5")[0] is State.PASS
     (outcome,) = check(quality, ["jens >= 0.2"]).outcomes
-    assert outcome.text == "1 of 2 cells is below 0.2 (1 turned inside out); none is allowed"
+    assert outcome.text == "1 of 2 cells is below 0.2 (1 invalid); none is allowed"
 
 
 def test_an_inverted_cell_has_no_low_aspect_ratio() -> None:
@@ -102,6 +102,14 @@ def test_regions_are_named_or_matched() -> None:
     (outcome,) = check(quality, ["jens >= 0.2 in inlet"]).outcomes
     assert outcome.state is State.UNCHECKED
     assert outcome.text == "the mesh has no region 'inlet'; it has 'region 1', 'region 2', 'region 30'"
+
+
+def test_a_region_whose_name_looks_like_a_pattern() -> None:
+    made = mesh("good", "low")
+    zones = (meshgauge.CellBlock("zone [1]", 0, 1), meshgauge.CellBlock("zone 1", 1, 2))
+    quality = meshgauge.measure(made.replace(blocks=zones))
+    assert one(quality, "jens >= 0.2 in 'zone [1]'") == (State.FAIL, 1, 2)  # the name, and what the pattern matches
+    assert one(quality, "jens >= 0.2 in 'zone [[]1]'") == (State.PASS, 0, 1)
 
 
 def test_a_mesh_without_solid_cells_is_not_checked() -> None:

@@ -79,10 +79,10 @@ def check(
 
     Notes
     -----
-    A cell without a value (NaN) breaks every threshold on a metric that is defined for its type. One that is turned
-    inside out, at a corner or inside, breaks every threshold that asks for good values, whatever its own are. A rule
-    about regions that the mesh does not have, or a baseline without the mesh, is UNCHECKED; so is every rule on a mesh
-    without solid cells.
+    A cell without a value (NaN) breaks every threshold on a metric that is defined for its type. One that is inverted
+    inside, or whose value is negative, breaks every threshold that asks for good values: as in the counts of a report,
+    its value is not good, however large (or, where lower is better, low). A rule about regions that the mesh does not
+    have, or a baseline without the mesh, is UNCHECKED; so is every rule on a mesh without solid cells.
     """
     chosen = default_rules() if rules is None else [rule_of(r) if isinstance(r, str) else r for r in rules]
     name = path if path is not None else (quality.mesh.path or "mesh")
@@ -121,18 +121,18 @@ class _Judge:
             cells &= self.defined_for(rule.metric)
         values = self.quality.values_of(rule.metric)
         fails = ~_HOLDS[rule.comparison](values, rule.bound)
-        inside_out = self.inside_out(rule, values) & ~fails
+        without_good = self.without_good(rule, values) & ~fails
         phrase = f"{_NOT[rule.comparison]} {rule.bound_text}"
         counts = {
             "without a value": int(np.count_nonzero(np.isnan(values) & cells)),
-            "turned inside out": int(np.count_nonzero(inside_out & cells)),
+            "invalid": int(np.count_nonzero(without_good & cells)),
         }
         told = ", ".join(f"{n:,} {what}" for what, n in counts.items() if n)
         said = f"{phrase} ({told})" if told else phrase
-        return self.judged(rule, cells, fails | inside_out, rule.metric, (said, phrase))
+        return self.judged(rule, cells, fails | without_good, rule.metric, (said, phrase))
 
-    def inside_out(self, rule: Threshold, values: NDArray[np.float64]) -> Mask:
-        """True for invalid cells, if the rule asks for good values: no value of theirs is good."""
+    def without_good(self, rule: Threshold, values: NDArray[np.float64]) -> Mask:
+        """True for cells that a report counts as invalid, if the rule asks for good values: no value of theirs is."""
         wanted = ">" if metric(rule.metric).better == "higher" else "<"
         if rule.comparison[0] != wanted or rule.bound < 0:
             return np.zeros(len(values), np.bool_)
@@ -188,7 +188,7 @@ class _Judge:
     def missing_regions(self, scope: Scope) -> str:
         """What is wrong with the regions of a rule, if a name fits none of the mesh."""
         for pattern in scope.regions:
-            if not any(fnmatch.fnmatchcase(name, pattern) for name in self.regions[1]):
+            if not any(_matches(name, pattern) for name in self.regions[1]):
                 names = ", ".join(repr(name) for name in self.regions[1][:8])
                 more = ", ..." if len(self.regions[1]) > 8 else ""
                 return f"the mesh has no region {pattern!r}; it has {names or 'none'}{more}"
@@ -205,7 +205,7 @@ class _Judge:
             cells &= wanted[self.quality.mesh.types]
         if scope.regions:
             ids, names = self.regions
-            wanted = np.array([any(fnmatch.fnmatchcase(n, p) for p in scope.regions) for n in names], np.bool_)
+            wanted = np.array([any(_matches(n, p) for p in scope.regions) for n in names], np.bool_)
             cells &= wanted[ids]
         return cells
 
@@ -259,6 +259,11 @@ class _Judge:
             node = int(wrong[0])
             return node, int(nodes[node]), _triple(points[node])
         return None, None, _triple(points.mean(axis=0) if len(points) else np.full(3, np.nan))
+
+
+def _matches(name: str, pattern: str) -> bool:
+    """A region is meant by its name, also if that looks like a pattern, or by a pattern."""
+    return name == pattern or fnmatch.fnmatchcase(name, pattern)
 
 
 def _triple(point: NDArray[np.float64]) -> tuple[float, float, float]:
