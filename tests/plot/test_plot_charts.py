@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ from matplotlib.figure import Figure
 
 import meshgauge
 from meshgauge import MeshgaugeError, plot
+from meshgauge.plot import sheet
 from meshgauge.plot.colours import INVALID, POOR, RAMP, SERIES, WORDS, colours, rgb
 from meshgauge.plot.series import counts_in, edges_of, steps_of
 from meshgauge.summary import Summary, summarise
 
 TETRA, HEXAHEDRON = 10, 12
+SMALL = Path(__file__).resolve().parents[2] / "examples" / "meshes" / "bracket_small.msh"
 
 
 def made(values: list[float] | np.ndarray, vtk_id: int = TETRA, metric: str = "jens") -> Summary:
@@ -82,8 +85,8 @@ def test_several_meshes_are_shares_of_their_own(draw: object) -> None:
         np.testing.assert_allclose([a.max(), b.max(), a.sum(), b.sum()], [75, 70, 100, 100])
 
 
-def test_other_metrics(tmp_path: object) -> None:
-    mesh = meshgauge.read("examples/meshes/bracket_small.msh")
+def test_other_metrics() -> None:
+    mesh = meshgauge.read(SMALL)
     quality = meshgauge.measure(mesh, metrics=["aspect_ratio_gamma", "scaled_jacobian", "verdict_volume"])
     for name in quality.metrics:
         every = quality.summary(name).all
@@ -104,10 +107,8 @@ def test_nothing_to_draw_is_an_error() -> None:
     assert plot.histogram({"a": made([0.5]), "empty": made([np.nan])}).axes
 
 
-def test_files_are_whole_or_not_there(tmp_path: object) -> None:
-    from pathlib import Path
-
-    folder = Path(str(tmp_path))
+def test_files_are_whole_or_not_there(tmp_path: Path) -> None:
+    folder = tmp_path
     figure = plot.histogram(made([0.5]))
     for name, magic in (("a.png", b"\x89PNG"), ("a.SVG", b"<?xml"), ("a.pdf", b"%PDF")):
         plot.save(figure, folder / name)
@@ -119,13 +120,13 @@ def test_files_are_whole_or_not_there(tmp_path: object) -> None:
 
 
 def test_pyplot_and_global_settings_are_left_alone() -> None:
-    code = """
+    code = f"""
 import sys, meshgauge, numpy as np
 from meshgauge import plot
 assert "matplotlib" not in sys.modules
 import matplotlib
 before = matplotlib.rcParams.copy()
-q = meshgauge.measure(meshgauge.read("examples/meshes/bracket_small.msh"))
+q = meshgauge.measure(meshgauge.read({str(SMALL)!r}))
 for f in (plot.histogram, plot.types, plot.cumulative):
     f(q).canvas.draw()
 assert matplotlib.rcParams.copy() == before
@@ -149,3 +150,17 @@ def test_colours_can_be_told_apart() -> None:
     np.testing.assert_allclose(found[:2], [rgb(INVALID)] * 2)
     np.testing.assert_allclose(found[2:5], [rgb(POOR), rgb(RAMP[0]), rgb(RAMP[-1])], atol=1e-12)
     assert len(np.unique(found.round(6), axis=0)) == 5
+
+
+def test_names_of_any_kind_and_many_meshes(tmp_path: Path) -> None:
+    names = ["$\\frac{$.vtu", "a_" * 80 + "end.vtu", "\u7f51\u683c.vtu", *(f"mesh {n}" for n in range(16))]
+    summaries = {name: made([0.1 + n / 40, 0.9]) for n, name in enumerate(names)}
+    for draw in (plot.histogram, plot.cumulative, plot.types):
+        figure = draw(summaries)
+        plot.save(figure, tmp_path / "many.png")
+        assert any(text.endswith("end.vtu") and "…" in text for text in texts(figure))
+    looks = [sheet.stroke(n) for n in range(len(names))]
+    assert len(set(looks)) == len(names)
+    for name in names[:3]:
+        plot.save(plot.histogram({name: made([0.5])}), tmp_path / "one.svg")
+    assert [sheet.short("abcdefg", n) for n in (7, 6, 3)] == ["abcdefg", "ab…efg", "a…g"]

@@ -10,7 +10,7 @@ import numpy as np
 from .._quality import JENS
 from ..summary import Tally
 from . import sheet
-from .colours import DASHES, INK, INVALID, SERIES, WORDS, colours
+from .colours import INK, INVALID, WORDS, colours
 from .series import Counts, Drawable, Series, Values, counts_in, edges_of, series
 
 if TYPE_CHECKING:
@@ -143,8 +143,8 @@ def outlines(axes: Axes, tallies: list[Tally], edges: Values, log: bool = False)
             continue
         share = 100.0 * counts_in(tally, edges) / tally.n_measured
         top = max(top, float(share.max()))
-        colour, dash = SERIES[n % len(SERIES)], DASHES[n % len(DASHES)]
-        axes.stairs(share, edges, color=colour, linewidth=1.6, linestyle=(0, dash) if dash else "-", zorder=3)
+        colour, style = sheet.stroke(n)
+        axes.stairs(share, edges, color=colour, linewidth=1.6, linestyle=style, zorder=3)
         axes.stairs(share, edges, color=colour, alpha=0.09, fill=True, zorder=2)
     if log:
         axes.set_yscale("log")
@@ -158,13 +158,12 @@ def legend(figure: Figure, meshes: list[Series], top: float) -> None:
     step = 0.24 / figure.get_figheight()
     for n, mesh in enumerate(meshes):
         y = top - n * step
-        colour, dash = SERIES[n % len(SERIES)], DASHES[n % len(DASHES)]
-        stroke = Line2D([0.09, 0.135], [y, y], color=colour, linewidth=2, linestyle=(0, dash) if dash else "-")
-        figure.add_artist(stroke)
+        colour, style = sheet.stroke(n)
+        figure.add_artist(Line2D([0.09, 0.135], [y, y], color=colour, linewidth=2, linestyle=style))
         every = mesh.summary.all
         said = ", ".join(text for text, _ in sheet.words(every, without=("good",)))
         least = f", min {sheet.number(every.min)}" if every.n_measured else ""
         text = f"{sheet.plural(every.n_cells, 'cell')}{least}{', ' if said else ''}{said}"
-        label = figure.text(0.145, y, f"{mesh.name}", ha="left", va="center", fontsize=9.5, color=INK, weight="bold")
-        label.set_in_layout(False)
-        figure.text(0.97, y, text, ha="right", va="center", fontsize=9.5, color=INK)
+        look: dict[str, Any] = {"va": "center", "fontsize": 9.5, "color": INK, "parse_math": False}
+        figure.text(0.145, y, sheet.short(mesh.name, 86 - len(text)), ha="left", weight="bold", **look)
+        figure.text(0.97, y, text, ha="right", **look)

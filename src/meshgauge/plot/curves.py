@@ -10,7 +10,7 @@ import numpy as np
 from .._quality import JENS
 from ..summary import Tally
 from . import sheet
-from .colours import DASHES, GRID, INK, SERIES
+from .colours import GRID, INK
 from .series import Drawable, edges_of, series, steps_of
 
 if TYPE_CHECKING:
@@ -67,14 +67,9 @@ def cumulative(what: Drawable | Mapping[str, Drawable], *, metric: str = JENS, l
     return figure
 
 
-def _look(n: int) -> tuple[str, Any]:
-    dash = DASHES[n % len(DASHES)]
-    return SERIES[n % len(SERIES)], (0, dash) if dash else "-"
-
-
 def curve(axes: Axes, tally: Tally, n: int, *, thick: bool = False) -> None:
     """The share of the cells of a tally at or below each value, in the look of the n-th; a dot where it starts."""
-    colour, style = _look(n)
+    colour, style = sheet.stroke(n)
     values, below = steps_of(tally)
     share = below / tally.n_measured
     x = np.r_[values[:1], values, axes.get_xlim()[1]]
@@ -90,9 +85,10 @@ def _legend(figure: Figure, curves: list[tuple[str, Tally]]) -> None:
     step = 0.46 / figure.get_figheight()
     for n, (name, tally) in enumerate(curves):
         y = 0.8 - n * step
-        colour, style = _look(n)
+        colour, style = sheet.stroke(n)
         figure.add_artist(Line2D([0.745, 0.785], [y, y], color=colour, linewidth=2.2, linestyle=style))
-        figure.text(0.795, y, name, ha="left", va="center", fontsize=9.5, color=INK, weight="bold")
+        look: dict[str, Any] = {"va": "center", "fontsize": 9.5, "color": INK, "parse_math": False}
+        figure.text(0.795, y, sheet.short(name, 19), ha="left", weight="bold", **look)
         figure.text(
             0.795,
             y - 0.42 * step,

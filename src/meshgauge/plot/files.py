@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,7 +35,10 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     kind = format_of(target)
     beside = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
-        figure.savefig(beside, format=kind)
+        with warnings.catch_warnings():
+            # A name in letters that no font has is shown as boxes; that is no reason to talk.
+            warnings.filterwarnings("ignore", message="Glyph .* missing")
+            figure.savefig(beside, format=kind)
         os.replace(beside, target)
     except OSError as error:
         raise WriteError(f"{target}: cannot be written: {error.strerror or error}") from error

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..metrics import metric as metric_row
 from ..summary import Summary, Tally
 from ..summary.scale import Scale
-from .colours import FAINT, GRID, INK, INVALID, POOR, WORDS
+from .colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,7 +62,9 @@ def shade(on: Axes, scale: Scale, low: float, high: float) -> None:
 def title(on: Figure, text: str, below: str = "") -> None:
     """Two lines at the top left."""
     height = on.get_figheight()
-    on.text(0.02, 1 - 0.12 / height, text, ha="left", va="top", fontsize=12, color=INK, fontweight="bold", wrap=False)
+    # A $ in the name of a file begins no formula.
+    look: dict[str, Any] = {"fontsize": 12, "fontweight": "bold", "parse_math": False}
+    on.text(0.02, 1 - 0.12 / height, short(text, 80), ha="left", va="top", color=INK, **look)
     if below:
         on.text(0.02, 1 - 0.37 / height, below, ha="left", va="top", fontsize=9.5, color="#55595e")
 
@@ -74,6 +76,19 @@ def named(scale: Scale) -> str:
         return "quality $J_{ENS}$"
     unit = "" if row.unit == "1" else f" ({row.unit})"
     return f"{row.name}{unit}"
+
+
+def stroke(n: int) -> tuple[str, Any]:
+    """Colour and dash of the n-th mesh; the dashes of a second round of colours are others."""
+    dash = DASHES[(n + n // len(SERIES)) % len(DASHES)]
+    return SERIES[n % len(SERIES)], (0, dash) if dash else "-"
+
+
+def short(text: str, length: int) -> str:
+    """Text of at most so many characters; what is too long loses its middle."""
+    if len(text) <= length:
+        return text
+    return f"{text[: (length - 1) // 2]}…{text[len(text) - length // 2 :]}"
 
 
 def number(value: float) -> str:
