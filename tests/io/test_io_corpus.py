@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import importlib.util
 import re
 import sys
 from pathlib import Path
@@ -13,8 +14,12 @@ from meshgauge import io
 from meshgauge.cells import type_name
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "benchmarks"))
-import formats  # noqa: E402 - from the folder named above
+_SPEC = importlib.util.spec_from_file_location("benchmark_formats", ROOT / "benchmarks" / "formats.py")
+assert _SPEC is not None
+assert _SPEC.loader is not None
+formats = importlib.util.module_from_spec(_SPEC)
+sys.modules[_SPEC.name] = formats
+_SPEC.loader.exec_module(formats)  # not by sys.path: readers in processes of their own get that as well
 
 
 def manifest(folder: Path) -> list[dict[str, str]]:
