@@ -154,6 +154,21 @@ def test_types_that_one_mesh_lacks() -> None:
     assert any("same domain" in note for note in found.notes)
 
 
+def test_regions_of_one_name_are_compared() -> None:
+    def zoned(heights: list[float], first: str, second: str) -> meshgauge.Quality:
+        zones = (meshgauge.CellBlock(first, 0, 1), meshgauge.CellBlock(second, 1, len(heights)))
+        return meshgauge.measure(tetra(heights).replace(blocks=zones))
+
+    meshes = {"a": zoned([1.0, 0.1, -1.0], "inlet", "wing"), "b": zoned([0.5, 1.0, 1.0], "inlet", "tail")}
+    found = comparison(meshes, by_regions=True)
+    assert list(found.regions) == ["inlet", "wing", "tail"]
+    rows = {name: {row.criterion: row for row in rows} for name, rows in found.regions.items()}
+    assert rows["inlet"]["min"].best == (0,)
+    assert rows["wing"]["n_invalid"].values == (1, None)
+    assert rows["tail"]["n_invalid"].values == (None, 0)
+    assert comparison(meshes).regions == {}
+
+
 def test_meshes_in_which_nothing_is_measured() -> None:
     nothing = meshgauge.measure(Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("triangle", [(0, 1, 2)])]))
     found = comparison({"a": nothing, "b": measured([1.0])})

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import MeshgaugeError
 from . import inputs
-from .report import MEASURING, READING, WRITING, FormatOption, WedgeOrder
+from .report import MEASURING, READING, WRITING, FormatOption, Part, WedgeOrder
 
 HELP = """Compare meshes of the same domain: which is better, in what, and for which type of cell.
 
@@ -57,6 +57,10 @@ def compare(
         int,
         typer.Option("--losses", metavar="N", min=0, help="Name the N largest losses.", rich_help_panel=MEASURING),
     ] = 5,
+    by: Annotated[
+        Part | None,
+        typer.Option("--by", help="Compare by this as well, by its name.", rich_help_panel=MEASURING),
+    ] = None,
     threads: Annotated[
         int | None,
         typer.Option(
@@ -109,7 +113,7 @@ def compare(
             failures.append(quality)
             warn("error", f"{path}: {quality.reason}")
         elif builder is None:
-            builder = Builder(path, quality, losses=losses)
+            builder = Builder(path, quality, losses=losses, by_regions=by is not None)
         else:
             with activity(f"comparing {path}", shown=not quiet):
                 builder.add(path, quality)

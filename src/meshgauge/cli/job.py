@@ -97,7 +97,7 @@ class Job:
         """Summary of each region, and the region of each of the worst cells."""
         if not self.by_region:
             return (), ()
-        from ..report.by_region import by_region
+        from ..compare.by_region import by_region
 
         ids, found = by_region(quality)
         return found, tuple(found[ids[cell.cell]][0] for cell in worst)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .._quality import Quality
 from ..errors import MeshgaugeError
 from ..summary import CRITERIA, Standing, Summary, Tally, compared
+from .by_region import by_region
 from .pairs import Paired, correspond, paired
 from .scores import Values, by_type
 from .superiority import Superiority, superiority
@@ -40,11 +41,17 @@ class Side:
     summary: Summary  #: of J_ENS
     box: Box | None  #: least and greatest finite coordinates; None if there are none
     samples: Mapping[str, Values]  #: ascending scores of the measured cells, by type
+    regions: Mapping[str, Summary]  #: by name of the region; empty unless asked for
 
     def tally(self, cells: str) -> Tally | None:
         """That of all cells or of a type; None if none of them is measured."""
         tally = self.summary.all if cells == ALL else self.summary.types.get(cells)
         return tally if tally is not None and tally.n_measured else None
+
+    def region(self, name: str) -> Tally | None:
+        """The tally of a region; None if none of its cells is measured."""
+        summary = self.regions.get(name)
+        return summary.all if summary is not None and summary.all.n_measured else None
 
     def sample(self, cells: str) -> Values | None:
         """Ascending scores of all cells or of a type; None if none of them is measured."""
@@ -90,6 +97,7 @@ class Comparison:
 
     sides: tuple[Side, ...]
     rows: Mapping[str, tuple[Row, ...]]  #: for all cells (``all``, last) and for each type
+    regions: Mapping[str, tuple[Row, ...]]  #: for each region that a mesh has, by its name; empty unless asked for
     against: tuple[Against, ...]  #: the others, in order
     notes: tuple[str, ...]  #: reasons to doubt the comparison, a sentence each
 
@@ -100,13 +108,14 @@ class Comparison:
                 {"name": side.name, "n_points": side.n_points, "n_cells": side.n_cells, **side.summary.to_dict(bins)}
                 for side in self.sides
             ],
-            "criteria": {cells: {row.criterion: row.to_dict() for row in rows} for cells, rows in self.rows.items()},
+            "criteria": _plain(self.rows),
+            "regions": _plain(self.regions),
             "against": [{"mesh": self.sides[one.position].name, **one.to_dict()} for one in self.against],
             "notes": list(self.notes),
         }
 
 
-def comparison(meshes: Mapping[str, Quality], *, losses: int = 5) -> Comparison:
+def comparison(meshes: Mapping[str, Quality], *, losses: int = 5, by_regions: bool = False) -> Comparison:
     """Compare what was measured on two or more meshes of the same domain.
 
     Parameters
@@ -115,6 +124,8 @@ def comparison(meshes: Mapping[str, Quality], *, losses: int = 5) -> Comparison:
         From `meshgauge.measure`, by name. The first is what the others are held against.
     losses
         How many of the largest losses to name where cells correspond.
+    by_regions
+        Compare by region as well; regions of the same name are taken to be the same.
 
     Raises
     ------
@@ -131,7 +142,7 @@ def comparison(meshes: Mapping[str, Quality], *, losses: int = 5) -> Comparison:
     if len(meshes) < 2:
         raise MeshgaugeError(f"cannot compare {len(meshes)} meshes, expected two or more")
     (first, reference), *others = meshes.items()
-    builder = Builder(first, reference, losses=losses)
+    builder = Builder(first, reference, losses=losses, by_regions=by_regions)
     for name, quality in others:
         builder.add(name, quality)
     return builder.finish()
@@ -140,17 +151,18 @@ def comparison(meshes: Mapping[str, Quality], *, losses: int = 5) -> Comparison:
 class Builder:
     """A comparison in the making: of all meshes but the first only what is needed stays in memory."""
 
-    def __init__(self, name: str, reference: Quality, *, losses: int = 5) -> None:
+    def __init__(self, name: str, reference: Quality, *, losses: int = 5, by_regions: bool = False) -> None:
         self.reference = reference
         self.losses = losses
-        self.sides = [_side(name, reference)]
+        self.by_regions = by_regions
+        self.sides = [_side(name, reference, by_regions)]
         self.pairs: list[tuple[Paired | None, str]] = []
 
     def add(self, name: str, quality: Quality) -> None:
         """Another mesh."""
         why = correspond(self.reference.mesh, quality.mesh)
         pairs = None if why else paired(self.reference, quality, losses=self.losses)
-        self.sides.append(_side(name, quality))
+        self.sides.append(_side(name, quality, self.by_regions))
         self.pairs.append((pairs, why))
 
     def finish(self) -> Comparison:
@@ -167,15 +179,20 @@ class Builder:
             against.append(Against(at, found, pairs, why))
         return Comparison(
             sides=tuple(self.sides),
-            rows={cells: _rows(self.sides, cells) for cells in kinds},
+            rows={cells: _rows([side.tally(cells) for side in self.sides]) for cells in kinds},
+            regions={
+                region: _rows([side.region(region) for side in self.sides])
+                for region in dict.fromkeys(name for side in self.sides for name in side.regions if side.region(name))
+            },
             against=tuple(against),
             notes=tuple(_notes(self.sides)),
         )
 
 
-def _side(name: str, quality: Quality) -> Side:
+def _side(name: str, quality: Quality, by_regions: bool) -> Side:
     mesh = quality.mesh
-    return Side(name, mesh.n_points, mesh.n_cells, quality.summary(), _box(mesh.points), by_type(quality))
+    regions = dict(by_region(quality)[1]) if by_regions else {}
+    return Side(name, mesh.n_points, mesh.n_cells, quality.summary(), _box(mesh.points), by_type(quality), regions)
 
 
 def _box(points: NDArray[np.floating]) -> Box | None:
@@ -185,12 +202,15 @@ def _box(points: NDArray[np.floating]) -> Box | None:
     return tuple(float(c.min()) for c in columns), tuple(float(c.max()) for c in columns)
 
 
-def _rows(sides: Sequence[Side], cells: str) -> tuple[Row, ...]:
-    tallies = [side.tally(cells) for side in sides]
+def _plain(groups: Mapping[str, tuple[Row, ...]]) -> dict[str, Any]:
+    return {name: {row.criterion: row.to_dict() for row in rows} for name, rows in groups.items()}
+
+
+def _rows(tallies: Sequence[Tally | None]) -> tuple[Row, ...]:
     there = [at for at, tally in enumerate(tallies) if tally is not None]
     rows = []
     for found in compared([Standing.of(tally) for tally in tallies if tally is not None], KEYS) if there else ():
-        values: list[float | None] = [None] * len(sides)
+        values: list[float | None] = [None] * len(tallies)
         for at, value in zip(there, found.values, strict=True):
             values[at] = value
         best = [there[at] for at in found.best]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.padding import Padding
@@ -12,7 +13,7 @@ from rich.text import Text
 
 from ...compare import Against, Comparison, Loss, PairCounts, Paired, Row
 from ...compare.comparison import ALL
-from ...summary import CRITERIA
+from ...summary import CRITERIA, Tally
 from .. import style
 from ..record import FailedFile
 from ..text import colored, fits, new_table, spark
@@ -46,10 +47,12 @@ class ComparisonText:
         comparison = self.comparison
         yield Text(f"{len(comparison.sides):,} meshes compared", "bold")
         yield from _sides(comparison)
-        yield from _distributions(comparison, console, options)
+        yield from _distributions(comparison, _by_type(comparison), console, options)
         text = sentences.which_is_better(comparison)
         if text:
             yield Text(text, overflow="fold")
+        if comparison.regions:
+            yield from _distributions(comparison, _by_region(comparison), console, options, title="region")
         for note in comparison.notes:
             yield Text(note, "yellow", overflow="fold")
         for one in comparison.against:
@@ -72,37 +75,66 @@ def _sides(comparison: Comparison) -> Iterator[RenderableType]:
     yield Padding(table, (0, 0, 0, 1), expand=False)
 
 
-def _distributions(comparison: Comparison, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+class _Group(NamedTuple):
+    """Some cells: their name, the rows of the comparison, and the tally of each mesh."""
+
+    name: str
+    rows: tuple[Row, ...]
+    tallies: list[Tally | None]
+
+
+def _by_type(comparison: Comparison) -> list[_Group]:
+    return [
+        _Group(cells, rows, [side.tally(cells) for side in comparison.sides]) for cells, rows in comparison.rows.items()
+    ]
+
+
+def _by_region(comparison: Comparison) -> list[_Group]:
+    return [
+        _Group(region, rows, [side.region(region) for side in comparison.sides])
+        for region, rows in comparison.regions.items()
+    ]
+
+
+def _distributions(
+    comparison: Comparison,
+    groups: Sequence[_Group],
+    console: Console,
+    options: ConsoleOptions,
+    title: str = "cells",
+) -> Iterator[RenderableType]:
     """One table where it fits, else two: counts, and values beside their distribution."""
-    tables = (_table(comparison, (*COUNTS, *VALUES), width, options.ascii_only) for width in WIDTHS)
+    letters = sentences.letters(comparison)
+    tables = (_table(letters, groups, title, (*COUNTS, *VALUES), width, options.ascii_only) for width in WIDTHS)
     fitting = next((table for table in tables if fits(table, console, options)), None)
     if fitting is not None:
         yield fitting
         return
-    yield _table(comparison, COUNTS, 0, options.ascii_only)
-    yield _table(comparison, VALUES, WIDTHS[-1], options.ascii_only)
+    yield _table(letters, groups, title, COUNTS, 0, options.ascii_only)
+    yield _table(letters, groups, title, VALUES, WIDTHS[-1], options.ascii_only)
 
 
-def _table(comparison: Comparison, keys: Sequence[str], width: int, ascii_only: bool) -> Table:
-    """A line for each mesh, type by type; with distributions if they have a width."""
+def _table(
+    letters: Sequence[str], groups: Sequence[_Group], title: str, keys: Sequence[str], width: int, ascii_only: bool
+) -> Table:
+    """A line for each mesh, group by group; with distributions if they have a width."""
     half = width // 2 - 1
     axis = [f"-1{' ' * (half - 1)}0{' ' * half}1"] if width else []
-    table = new_table("cells", "mesh", *(HEADS[key] for key in keys), *axis)
+    table = new_table(title, "mesh", *(HEADS[key] for key in keys), *axis)
     table.columns[1].justify = "left"
-    for cells, rows in comparison.rows.items():
-        by_key = {row.criterion: row for row in rows}
-        if cells == ALL and len(comparison.rows) > 1:
+    for group in groups:
+        by_key = {row.criterion: row for row in group.rows}
+        if group.name == ALL and len(groups) > 1:
             table.add_section()
-        title = Text(cells, "bold" if cells == ALL else "")
-        for at, (letter, side) in enumerate(zip(sentences.letters(comparison), comparison.sides, strict=True)):
-            tally = side.tally(cells)
+        name = Text(group.name, "bold" if group.name == ALL else "")
+        for at, (letter, tally) in enumerate(zip(letters, group.tallies, strict=True)):
             if tally is None:
                 continue
             numbers: list[RenderableType] = [
                 style.number(tally.n_measured) if key == "n_measured" else _value(by_key[key], at) for key in keys
             ]
-            table.add_row(title, letter, *numbers, *([spark(tally, ascii_only, width)] if width else []))
-            title = Text()
+            table.add_row(name, letter, *numbers, *([spark(tally, ascii_only, width)] if width else []))
+            name = Text()
     return table
 
 

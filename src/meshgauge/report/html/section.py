@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...compare.by_region import by_region
 from ...summary import Summary, Tally
-from ..by_region import by_region
 from ..record import FileReport
 from ..verdict import Verdict, verdict
 from .cells import drawable

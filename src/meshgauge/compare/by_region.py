@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
+from .._quality import Quality
 from ..regions import regions
 from ..summary import Summary, summarise
-
-if TYPE_CHECKING:
-    from .._quality import Quality
 
 JENS = "jens"
 
