@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any
 
@@ -25,6 +25,7 @@ from .metrics.verdict import verdict_quality
 from .polyhedral_quality import PolyhedralQuality, measure_polyhedra
 from .status import STATUSES, Status
 from .summary import Summary, summarise
+from .topology import inner_faces
 from .validity import Certificate, certify
 
 Values = NDArray[np.float64]
@@ -284,7 +285,9 @@ def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None
         if row is None or row.dimension == 3:
             status[cells] = Status.UNSUPPORTED
         if row is POLYHEDRON and mesh.polyhedra is not None:
-            polyhedra = measure_polyhedra(mesh.points, mesh.polyhedra, cells, threads=threads)
+            polyhedra = measure_polyhedra(
+                mesh.points, mesh.polyhedra, cells, threads=threads, inner_faces=partial(inner_faces, mesh)
+            )
             values[JENS][cells], status[cells] = polyhedra.values, polyhedra.status
         if row is not None and row.shape is not None:
             _measure_jens(mesh, row, cells, values[JENS], status, threads)

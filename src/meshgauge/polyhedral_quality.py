@@ -6,7 +6,8 @@ corner from the sizes of the faces around it; `ReferenceKind` says which.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
 from enum import IntEnum, IntFlag
 from functools import cache
 from typing import Any
@@ -93,8 +94,8 @@ class PolyhedralQuality:
     node_scaled_jacobian, node_k, node_jens
         J_S, the J_S of the ideal cell, and J_ENS of each node; NaN at hanging nodes and nodes of broken cells.
     node_is_hanging
-        True for a node that is no corner of its cell: it stands on an edge, between two faces, or in the middle of a
-        quadrilateral that neighbours split in four. The cell is measured without them.
+        True for a node that is no corner of its cell: it stands on an edge, between two faces, or inside of a face that
+        neighbours split. The cell is measured without them.
     node_hanging_quality
         1 for a hanging node that stands straight on its edge or flat in its face, less the more it is moved out:
         ``1 - |J_S|`` of the corner that it would be; NaN at other nodes.
@@ -171,10 +172,25 @@ class _Part:
     jens: Values
     hanging: NDArray[np.bool_]
     hanging_quality: Values
+    in_doubt: NDArray[np.bool_]  #: a cell, see `kernels.polyhedra.Doubt`
+    entries_asked: NDArray[np.int64]  #: in ``cell_faces``
+
+
+_OF_NODES = ("node_points", "scaled_jacobian", "k", "jens", "hanging", "hanging_quality")
+
+
+def _joined(parts: list[_Part]) -> dict[str, NDArray[Any]]:
+    names = [field.name for field in fields(_Part)]
+    return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
 
 
 def measure_polyhedra(
-    points: NDArray[np.floating], polyhedra: Polyhedra, cells: CellIds, *, threads: int | None = None
+    points: NDArray[np.floating],
+    polyhedra: Polyhedra,
+    cells: CellIds,
+    *,
+    threads: int | None = None,
+    inner_faces: Callable[[NDArray[np.int64]], NDArray[np.bool_]] | None = None,
 ) -> PolyhedralQuality:
     """Measure polyhedral cells.
 
@@ -188,37 +204,52 @@ def measure_polyhedra(
         Which cells of ``polyhedra`` to measure, ascending.
     threads
         At most this many; None: one for each processor. It has no influence on the values.
+    inner_faces
+        Tells, for entries of ``polyhedra.cell_faces``, whether a cell lies beyond that face, as
+        `meshgauge.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes hang by
+        what their own cell tells.
     """
     n_all = len(polyhedra.cell_offsets) - 1
     ids = np.arange(*cells.indices(n_all)) if isinstance(cells, slice) else np.asarray(cells, np.int64)
     driver.prepare(points.dtype.str)
     table = _table()
 
+    def chunks(some: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+        return [some[start : start + CHUNK] for start in range(0, max(len(some), 1), CHUNK)]
+
     def work(part: NDArray[np.int64]) -> _Part:
-        return _measured(points, _faces(polyhedra, part), table)
+        return _measured(points, polyhedra, part, table, asks=inner_faces is not None)
 
-    parts = run(work, [ids[start : start + CHUNK] for start in range(0, max(len(ids), 1), CHUNK)], threads)
+    columns = _joined(run(work, chunks(ids), threads))
+    again, entries = columns["in_doubt"], columns["entries_asked"]
+    if again.any() and inner_faces is not None:
+        inner = np.zeros(len(polyhedra.cell_faces), np.uint8)
+        inner[entries] = inner_faces(entries)
 
-    def joined(name: str) -> NDArray[Any]:
-        return np.concatenate([getattr(part, name) for part in parts])
+        def work_again(part: NDArray[np.int64]) -> _Part:
+            return _measured(points, polyhedra, part, table, inner=inner)
 
-    values, faults = joined("values"), joined("faults")
+        of_nodes = np.repeat(again, columns["node_counts"])
+        for name, column in _joined(run(work_again, chunks(ids[again]), threads)).items():
+            if name != "entries_asked":
+                columns[name][of_nodes if name in _OF_NODES else again] = column
+    values, faults = columns["values"], columns["faults"]
     offsets = np.zeros(len(ids) + 1, np.int64)
-    np.cumsum(joined("node_counts"), out=offsets[1:])
+    np.cumsum(columns["node_counts"], out=offsets[1:])
     return PolyhedralQuality(
         cells=read_only(ids),
         values=read_only(values),
-        status=read_only(_status(values, faults, joined("star_shaped"))),
+        status=read_only(_status(values, faults, columns["star_shaped"])),
         faults=read_only(faults.astype(np.uint16)),
-        reference_kind=read_only(joined("kind")),
-        is_star_shaped=read_only(joined("star_shaped")),
+        reference_kind=read_only(columns["kind"]),
+        is_star_shaped=read_only(columns["star_shaped"]),
         node_offsets=read_only(offsets),
-        node_points=read_only(joined("node_points")),
-        node_scaled_jacobian=read_only(joined("scaled_jacobian")),
-        node_k=read_only(joined("k")),
-        node_jens=read_only(joined("jens")),
-        node_is_hanging=read_only(joined("hanging")),
-        node_hanging_quality=read_only(joined("hanging_quality")),
+        node_points=read_only(columns["node_points"]),
+        node_scaled_jacobian=read_only(columns["scaled_jacobian"]),
+        node_k=read_only(columns["k"]),
+        node_jens=read_only(columns["jens"]),
+        node_is_hanging=read_only(columns["hanging"]),
+        node_hanging_quality=read_only(columns["hanging_quality"]),
     )
 
 
@@ -240,26 +271,46 @@ def _table() -> Solids:
     )
 
 
-def _faces(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
+def _face_entries(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where the faces of some cells are in ``polyhedra.cell_faces``."""
     starts = polyhedra.cell_offsets[cells].astype(np.int64)
-    counts = polyhedra.cell_offsets[cells + 1].astype(np.int64) - starts
-    at = ragged(starts, counts)
+    return ragged(starts, polyhedra.cell_offsets[cells + 1].astype(np.int64) - starts)
+
+
+def _faces(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
+    at = _face_entries(polyhedra, cells)
     faces = polyhedra.cell_faces[at]
     first = polyhedra.face_offsets[faces].astype(np.int64)
     sizes = polyhedra.face_offsets[faces + 1].astype(np.int64) - first
     flips = np.zeros(len(at), np.uint8) if polyhedra.flipped is None else polyhedra.flipped[at].astype(np.uint8)
     return Faces(
-        points=polyhedra.face_points[ragged(first, sizes)].astype(np.int64), sizes=sizes, flips=flips, counts=counts
+        points=polyhedra.face_points[ragged(first, sizes)].astype(np.int64),
+        sizes=sizes,
+        flips=flips,
+        counts=(polyhedra.cell_offsets[cells + 1] - polyhedra.cell_offsets[cells]).astype(np.int64),
     )
 
 
-def _measured(points: NDArray[np.floating], faces: Faces, table: Solids) -> _Part:
-    links = driver.links(points, faces)
+def _measured(
+    points: NDArray[np.floating],
+    polyhedra: Polyhedra,
+    cells: NDArray[np.int64],
+    table: Solids,
+    *,
+    asks: bool = False,
+    inner: NDArray[np.uint8] | None = None,
+) -> _Part:
+    """Measure cells; ``inner`` is 1 for each face of a cell that is known to have another cell beyond it."""
+    faces, entries = _faces(polyhedra, cells), _face_entries(polyhedra, cells)
+    whole = driver.links(points, faces)
+    links, doubt = driver.without_hanging(points, faces, whole, None if inner is None else inner[entries])
     k = np.full(len(links.node_ids), np.nan)
     which = driver.match(links, table, k)
     is_broken = (links.faults & bits.BROKEN) != 0
     _model_corners(links, np.repeat((which == polyhedra_match.NO_SOLID) & ~is_broken, links.node_counts), k)
     js = driver.node_scaled_jacobian(points, links)
+    if asks:
+        doubt |= driver.doubt(points, faces, whole, js)
     values, jens = driver.cell_jens(js, k, links)
     hanging = links.is_hanging == 1
     shape = driver.shapes(points, faces, links.faults)
@@ -277,6 +328,8 @@ def _measured(points: NDArray[np.floating], faces: Faces, table: Solids) -> _Par
         jens=jens,
         hanging=hanging,
         hanging_quality=np.where(hanging, 1.0 - np.abs(js), np.nan),
+        in_doubt=doubt.cells,
+        entries_asked=entries[doubt.faces],
     )
 
 

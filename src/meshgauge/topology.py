@@ -13,7 +13,7 @@ from .cells import CELL_TYPES, POLYHEDRON
 from .kernels import plain
 from .kernels.plain import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .mesh import Mesh
-from .polyhedra import IndexArray
+from .polyhedra import IndexArray, Polyhedra, ragged
 
 __all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
 
@@ -129,6 +129,57 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
         hashes = np.empty((2, n_slots), np.int32)
         n_multiple = faces.match(*common, ends, slots, hashes[0], hashes[1], mates, relations)
     return Topology(mesh, read_only(starts), read_only(cells), read_only(mates), read_only(relations), n_multiple)
+
+
+def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """For some entries of the ``cell_faces`` of a mesh's polyhedra: True if another cell has that face, too."""
+    poly = mesh.polyhedra
+    assert poly is not None
+    faces = poly.cell_faces[entries]
+    inner = np.asarray(np.bincount(poly.cell_faces, minlength=poly.n_faces)[faces] > 1)
+    left = faces[~inner]
+    if len(left):
+        # Whoever has one of them has three of its points: match the faces of these cells only.
+        is_near = np.zeros(mesh.n_points, np.bool_)
+        starts = poly.face_offsets[left].astype(np.int64)
+        is_near[poly.face_points[ragged(starts, poly.face_offsets[left + 1] - starts)]] = True
+        ends = np.concatenate([[0], np.cumsum(is_near[mesh.connectivity])])[mesh.offsets]
+        near = np.flatnonzero(np.diff(ends) >= 3)
+        matched = topology(_part(mesh, near))
+        is_poly = mesh.types[near[matched.cells]] == POLYHEDRON.vtk_id
+        has_mate = np.zeros(len(poly.cell_faces), np.bool_)
+        some = near[mesh.types[near] == POLYHEDRON.vtk_id]
+        firsts = poly.cell_offsets[some].astype(np.int64)
+        has_mate[ragged(firsts, poly.cell_offsets[some + 1] - firsts)] = matched.mates[is_poly] >= 0
+        inner |= has_mate[entries]
+    return inner
+
+
+def _part(mesh: Mesh, cells: NDArray[np.int64]) -> Mesh:
+    """Some cells of a mesh, which has polyhedra."""
+    poly = mesh.polyhedra
+    assert poly is not None
+
+    def rows(offsets: IndexArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        starts = offsets[cells].astype(np.int64)
+        sizes = offsets[cells + 1].astype(np.int64) - starts
+        return np.concatenate([[0], np.cumsum(sizes)]), ragged(starts, sizes)
+
+    offsets, nodes = rows(mesh.offsets)
+    cell_offsets, faces = rows(poly.cell_offsets)
+    return Mesh(
+        points=mesh.points,
+        types=mesh.types[cells],
+        offsets=offsets,
+        connectivity=mesh.connectivity[nodes],
+        polyhedra=Polyhedra(
+            cell_offsets,
+            poly.cell_faces[faces],
+            poly.face_offsets,
+            poly.face_points,
+            None if poly.flipped is None else poly.flipped[faces],
+        ),
+    )
 
 
 @cache

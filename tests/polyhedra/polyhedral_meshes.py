@@ -93,3 +93,73 @@ def _side(a: Point, b: Point, corners: set[Point]) -> list[Point]:
 def _between(a: Point, b: Point) -> Point:
     x, y, z = ((p + q) // 2 for p, q in zip(a, b, strict=True))
     return x, y, z
+
+
+def mesh_of(points: ArrayLike, cells: Sequence[Iterable[Face]]) -> Mesh:
+    """A mesh of polyhedra given as lists of faces."""
+    lists = [[list(face) for face in cell] for cell in cells]
+    nodes = [sorted({point for face in cell for point in face}) for cell in lists]
+    return Mesh(
+        points=np.array(points, float),
+        types=np.full(len(lists), 42, np.uint8),
+        offsets=np.cumsum([0] + [len(ids) for ids in nodes]),
+        connectivity=np.array([i for ids in nodes for i in ids]),
+        polyhedra=polyhedra(lists),
+    )
+
+
+def boxes(leaves: Sequence[tuple[Point, Point]]) -> Mesh:
+    """Boxes ``(low, high)`` that fill a space, as polyhedra that fit: each face is cut as the boxes beyond it are."""
+    pieces: list[list[tuple[int, int, tuple[Point, ...]]]] = []
+    for low, high in leaves:
+        mine = []
+        for axis, side in product(range(3), range(2)):
+            level = (low, high)[side][axis]
+            u, v = ((axis + 1) % 3, (axis + 2) % 3)
+            beyond = [b for b in leaves if (b[1], b[0])[side][axis] == level]
+            cuts = [_overlap((low, high), b, u, v) for b in beyond]
+            for (u0, u1), (v0, v1) in [c for c in cuts if c] or [((low[u], high[u]), (low[v], high[v]))]:
+                ring = []
+                for a, b in ((u0, v0), (u1, v0), (u1, v1), (u0, v1)):
+                    at = {axis: level, u: a, v: b}
+                    ring.append((at[0], at[1], at[2]))
+                mine.append((axis, side, tuple(ring)))
+        pieces.append(mine)
+    corners = sorted({point for mine in pieces for _, _, ring in mine for point in ring})
+    ids = {point: i for i, point in enumerate(corners)}
+    cells = []
+    for mine in pieces:
+        faces = []
+        for _, side, ring in mine:
+            whole = [
+                point
+                for i in range(4)
+                for point in (
+                    ring[i],
+                    *sorted(
+                        (c for c in corners if _inside(ring[i], c, ring[(i + 1) % 4])), key=lambda c: _far(ring[i], c)
+                    ),
+                )
+            ]
+            faces.append([ids[point] for point in (whole if side else whole[::-1])])
+        cells.append(faces)
+    return mesh_of(corners, cells)
+
+
+def _overlap(a: tuple[Point, Point], b: tuple[Point, Point], u: int, v: int) -> list[tuple[int, int]]:
+    """The ranges along two axes that boxes have in common; empty if none."""
+    ranges = [(max(a[0][axis], b[0][axis]), min(a[1][axis], b[1][axis])) for axis in (u, v)]
+    return ranges if all(low < high for low, high in ranges) else []
+
+
+def _far(a: Point, b: Point) -> int:
+    return sum(abs(x - y) for x, y in zip(a, b, strict=True))
+
+
+def _inside(a: Point, c: Point, b: Point) -> bool:
+    """True if a corner lies between two others."""
+    return (
+        c not in (a, b)
+        and _far(a, c) + _far(c, b) == _far(a, b)
+        and sum(x != y for x, y in zip(a, b, strict=True)) == 1
+    )

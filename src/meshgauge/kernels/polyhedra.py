@@ -17,6 +17,10 @@ Ids = NDArray[np.int64]
 Points = NDArray[np.floating]
 
 
+FLATTEST = 0.4
+"""Above the greatest |J_S| of a node within 20° of what is flat, sin 20°."""
+
+
 @dataclass(frozen=True, slots=True)
 class Faces:
     """Cells as kernels take them: int64, contiguous."""
@@ -42,7 +46,7 @@ class Faces:
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Vertex links of cells without their hanging nodes, see `polyhedra_links.links` and `polyhedra_hanging.reduce`."""
+    """Vertex links of cells, see `polyhedra_links.links` and `polyhedra_hanging.reduce`."""
 
     faults: Ids
     node_counts: Ids
@@ -52,8 +56,7 @@ class Links:
     points: Ids
     sizes: Ids
     twins: Ids
-    faces: Ids | None  #: a dart; None once hanging nodes were taken out
-    is_candidate: NDArray[np.bool_]  #: a cell; more nodes might hang, for all that its own faces tell
+    faces: Ids  #: a dart; empty once hanging nodes were taken out
 
     @property
     def starts(self) -> Ids:
@@ -64,6 +67,17 @@ class Links:
     def cells(self) -> Ids:
         """The cell of each node."""
         return np.repeat(np.arange(len(self.node_counts)), self.node_counts)
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """What a mesh is to be asked about."""
+
+    cells: NDArray[np.bool_]  #: a cell; more nodes hang in it if cells lie beyond its faces
+    faces: NDArray[np.bool_]  #: a face; that is one of them
+
+    def __or__(self, other: Doubt) -> Doubt:
+        return Doubt(self.cells | other.cells, self.faces | other.faces)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,25 +93,19 @@ class Solids:
     node: Ids
 
 
-def links(points: Points, faces: Faces, inner_faces: NDArray[np.uint8] | None = None) -> Links:
-    """Links of each cell. Flips of faces that a cell has in mixed orientation are changed.
-
-    ``inner_faces`` is 1 for each face beyond which there is a cell, None if that is not known.
-    """
-    whole = _whole_links(faces)
+def links(points: Points, faces: Faces) -> Links:
+    """Links of each cell, hanging nodes among them. Flips of faces that a cell has in mixed orientation are changed."""
+    whole = _links(faces)
     unturned = (whole.faults & polyhedra_links.NON_ORIENTABLE) != 0
     if unturned.any():
         polyhedra_links.turn(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unturned)
-        whole = _whole_links(faces)
+        whole = _links(faces)
         turned = unturned & ((whole.faults & polyhedra_links.NON_ORIENTABLE) == 0)
         whole.faults[turned] |= polyhedra_links.REORIENTED
-    suspects = np.bincount(whole.cells, _may_hang(whole), minlength=len(faces.counts)) > 0
-    if inner_faces is not None:
-        suspects[:] = True
-    return _reduced(points, whole, suspects, inner_faces) if suspects.any() else whole
+    return whole
 
 
-def _whole_links(faces: Faces) -> Links:
+def _links(faces: Faces) -> Links:
     n_cells, n = len(faces.counts), len(faces.points)
     faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
     node_ids, valences = np.empty(n, np.int64), np.empty(n, np.int64)
@@ -127,30 +135,58 @@ def _whole_links(faces: Faces) -> Links:
         sizes=faces.sizes[link_faces[darts]],
         twins=link_twins[darts],
         faces=link_faces[darts],
-        is_candidate=np.zeros(n_cells, np.bool_),
     )
 
 
-def _may_hang(of: Links) -> NDArray[np.bool_]:
-    """Nodes on an edge, and those among four quadrilaterals."""
-    may = np.asarray(of.valences == 2)
-    four = np.flatnonzero(of.valences == 4)
-    may[four] = (of.sizes[of.starts[four][:, None] + np.arange(4)] <= 6).all(axis=1)
-    return may
+def without_hanging(
+    points: Points, faces: Faces, whole: Links, inner_faces: NDArray[np.uint8] | None = None
+) -> tuple[Links, Doubt]:
+    """The links without hanging nodes, and what there is to ask.
+
+    ``inner_faces`` is 1 for each face beyond which there is a cell, None if that is not known. Without it only what a
+    cell's own faces tell is taken out.
+    """
+    if inner_faces is not None:
+        return _reduced(points, whole, np.ones(len(whole.node_counts), np.bool_), inner_faces, True)
+    may = np.asarray(whole.valences == 2)
+    four = np.flatnonzero(whole.valences == 4)
+    may[four] = (whole.sizes[whole.starts[four][:, None] + np.arange(4)] <= 6).all(axis=1)
+    suspects, unknown = _any(may, whole), np.zeros(len(faces.sizes), np.uint8)
+    if not suspects.any():
+        return whole, Doubt(suspects, unknown == 1)
+    return _reduced(points, whole, suspects, unknown, False)
 
 
-def _reduced(points: Points, of: Links, suspects: NDArray[np.bool_], inner_faces: NDArray[np.uint8] | None) -> Links:
-    """The links without hanging nodes, and which cells may have more of them; only suspects are looked at."""
-    n_nodes, n = len(of.node_ids), len(of.points)
+def doubt(points: Points, faces: Faces, whole: Links, scaled_jacobian: Values) -> Doubt:
+    """What there is to ask of cells in which by J_S of their nodes more might hang."""
+    suspects, unknown = _any(np.abs(scaled_jacobian) < FLATTEST, whole), np.zeros(len(faces.sizes), np.uint8)
+    return _reduced(points, whole, suspects, unknown, False, 0)[1] if suspects.any() else Doubt(suspects, unknown == 1)
+
+
+def _any(of_nodes: NDArray[np.bool_], of: Links) -> NDArray[np.bool_]:
+    """True for each cell that has a node for which it is True."""
+    return np.asarray(np.bincount(of.cells[of_nodes], minlength=len(of.node_counts)) > 0)
+
+
+def _reduced(
+    points: Points,
+    of: Links,
+    suspects: NDArray[np.bool_],
+    inner_faces: NDArray[np.uint8],
+    is_known: bool,
+    room: int | None = None,
+) -> tuple[Links, Doubt]:
+    """As `without_hanging`; only suspects are looked at. If there is room for no links, there are none."""
+    n_nodes, n = len(of.node_ids), len(of.points) if room is None else room
     said, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
     link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    is_known = inner_faces is not None
-    assert of.faces is not None
+    asked = np.zeros(len(inner_faces), np.uint8)
     darts = polyhedra_hanging.reduce(
         points,
         suspects,
-        np.zeros(int(of.faces.max(initial=-1)) + 1, np.uint8) if inner_faces is None else inner_faces,
+        inner_faces,
         is_known,
+        asked,
         of.node_counts,
         of.node_ids,
         of.valences,
@@ -165,9 +201,8 @@ def _reduced(points: Points, of: Links, suspects: NDArray[np.bool_], inner_faces
         link_sizes,
         link_twins,
     )
-    reduced = (said & polyhedra_hanging.REDUCED) != 0
-    return Links(
-        faults=of.faults | np.where(reduced, polyhedra_links.HANGING, 0),
+    found = Links(
+        faults=of.faults | np.where(said & polyhedra_hanging.REDUCED, polyhedra_links.HANGING, 0),
         node_counts=of.node_counts,
         node_ids=of.node_ids,
         valences=valences,
@@ -175,9 +210,9 @@ def _reduced(points: Points, of: Links, suspects: NDArray[np.bool_], inner_faces
         points=link_points[:darts],
         sizes=link_sizes[:darts],
         twins=link_twins[:darts],
-        faces=None,
-        is_candidate=(said & polyhedra_hanging.CANDIDATE) != 0,
+        faces=of.faces[:0],
     )
+    return found, Doubt((said & polyhedra_hanging.CANDIDATE) != 0, asked == 1)
 
 
 def invariants(of: Links) -> NDArray[np.uint64]:

@@ -5,9 +5,10 @@ A node between two faces only stands on an edge. In the middle of a split face t
 
 - an end of it is the middle of a quadrilateral split in four: four quadrilaterals around it and nothing else, all
   within 20° of one plane, which no corner of a simple polyhedron has; or
-- the faces beside it are within 20° of one plane, cells lie beyond both, and at each end what is left is straight: no
-  edge, two within 20° of a line, or the three and more of a corner. By its own faces the cell cannot be told from one
-  with real corners, such as a flat roof; that there are cells beyond is for the mesh to say.
+- the faces beside it are triangles or quadrilaterals, within 20° of one plane, cells lie beyond both, and at each end
+  what is left is straight: no edge, two within 20° of a line, or the three and more of a corner. By its own faces the
+  cell cannot be told from one with real corners, such as a flat roof; that there are cells beyond is for the mesh to
+  say.
 
 What splits is taken out, again and again, so that faces split more than once are whole again.
 """
@@ -56,8 +57,19 @@ def _drop_on_edges(n_nodes: Any, nxt: Any, prv: Any, twin: Any, face: Any, size:
 
 
 @inlined
-def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, normal: Any) -> None:
-    """Number the faces anew, with their sizes and unit normals."""
+def _is_straight(xyz: Any, a: Any, v: Any, b: Any) -> Any:
+    """True if a node is near the middle between two others: within 20° of their line, neither thrice as far."""
+    dot, one, two = 0.0, 0.0, 0.0
+    for axis in range(3):
+        dot += (xyz[a, axis] - xyz[v, axis]) * (xyz[b, axis] - xyz[v, axis])
+        one += (xyz[a, axis] - xyz[v, axis]) ** 2
+        two += (xyz[b, axis] - xyz[v, axis]) ** 2
+    return dot < -FLAT * sqrt(one * two) and max(one, two) < 9.0 * min(one, two)
+
+
+@inlined
+def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, sides: Any, normal: Any) -> Any:
+    """Number the faces anew, with sizes, sides, which may have nodes on them, and unit normals. Returns how many."""
     n_faces = np.int64(0)
     for h in range(n):
         face[h] = -1
@@ -65,6 +77,7 @@ def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, 
         if nxt[h] == -1 or face[h] != -1:
             continue
         size[n_faces] = 0
+        sides[n_faces] = 0
         for axis in range(3):
             normal[n_faces, axis] = 0.0
         o = tail[h]
@@ -75,6 +88,7 @@ def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, 
             a = tail[g]
             g = nxt[g]
             b = tail[g]
+            sides[n_faces] += not _is_straight(xyz, a, b, tail[nxt[g]])
             for i in range(3):
                 j, k = (i + 1) % 3, (i + 2) % 3
                 normal[n_faces, i] += (xyz[a, j] - xyz[o, j]) * (xyz[b, k] - xyz[o, k])
@@ -83,6 +97,7 @@ def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, 
         for axis in range(3):
             normal[n_faces, axis] /= length
         n_faces += 1
+    return n_faces
 
 
 @inlined
@@ -117,14 +132,15 @@ def _mark_middles(n_nodes: Any, nxt: Any, twin: Any, face: Any, size: Any, dart:
 
 
 @inlined
-def _mark_between(n: Any, n_nodes: Any, xyz: Any, tail: Any, nxt: Any, twin: Any, face: Any, dart: Any, valence: Any,
-                  normal: Any, inner: Any, is_known: Any, dead: Any) -> Any:  # fmt: skip
+def _mark_between(n: Any, n_nodes: Any, xyz: Any, tail: Any, nxt: Any, twin: Any, face: Any, sides: Any, dart: Any,
+                  valence: Any, normal: Any, label: Any, inner: Any, is_known: Any, dead: Any) -> Any:  # fmt: skip
     """Mark the edges between parts of one face beyond which cells lie. Returns how many are marked."""
     for h in range(n):
         if nxt[h] != -1 and twin[h] > h:
             t = twin[h]
-            beyond = not is_known or (inner[h] != 0 and inner[t] != 0)
-            splits = beyond and face[h] != face[t] and _is_flat(normal, face[h], face[t])
+            beyond = not is_known or (inner[label[h]] != 0 and inner[label[t]] != 0)
+            is_part = face[h] != face[t] and sides[face[h]] <= 4 and sides[face[t]] <= 4
+            splits = beyond and is_part and _is_flat(normal, face[h], face[t])
             dead[h] = splits
             dead[t] = splits
     changed = True
@@ -144,12 +160,7 @@ def _mark_between(n: Any, n_nodes: Any, xyz: Any, tail: Any, nxt: Any, twin: Any
             marked += valence[v] - left
             is_straight = left == 0 or left > 2
             if left == 2:
-                dot, one, two = 0.0, 0.0, 0.0
-                for axis in range(3):
-                    dot += (xyz[a, axis] - xyz[v, axis]) * (xyz[b, axis] - xyz[v, axis])
-                    one += (xyz[a, axis] - xyz[v, axis]) ** 2
-                    two += (xyz[b, axis] - xyz[v, axis]) ** 2
-                is_straight = dot < -FLAT * sqrt(one * two)
+                is_straight = _is_straight(xyz, a, v, b)
             if left < valence[v] and not is_straight:
                 for _ in range(valence[v]):
                     dead[h] = 0
@@ -215,8 +226,8 @@ def _euler(n: Any, n_nodes: Any, tail: Any, nxt: Any, face: Any, size: Any, twin
 
 @kernel
 def reduce(
-    points: Any, suspects: Any, inner_faces: Any, is_known: Any, node_counts: Any, node_ids: Any, valences: Any,
-    link_points: Any, link_faces: Any, link_sizes: Any, link_twins: Any, said: Any, is_hanging: Any,
+    points: Any, suspects: Any, inner_faces: Any, is_known: Any, asked: Any, node_counts: Any, node_ids: Any,
+    valences: Any, link_points: Any, link_faces: Any, link_sizes: Any, link_twins: Any, said: Any, is_hanging: Any,
     new_valences: Any, new_points: Any, new_sizes: Any, new_twins: Any,
 ) -> int:  # fmt: skip
     """Write the links of each cell without its hanging nodes; returns how many darts there are.
@@ -227,8 +238,9 @@ def reduce(
         ``(n_points, 3)`` float.
     suspects
         True for the cells to look at; the others are copied.
-    inner_faces, is_known
-        1 for a face beyond which there is a cell; True if that is known, else it is 0 for all.
+    inner_faces, is_known, asked
+        1 for a face beyond which there is a cell; True if that is known, else it is 0 for all; receives 1 for a face of
+        which it would be of use to know.
     node_counts, node_ids, valences, link_points, link_faces, link_sizes, link_twins
         The links of all nodes, see `polyhedra_links.links`.
     said
@@ -236,7 +248,8 @@ def reduce(
     is_hanging, new_valences
         Receive a value a node: 1 for a hanging one, which has the links that it had, with twins of -1; its darts.
     new_points, new_sizes, new_twins
-        Receive a value a dart, filled from the start; as long as ``link_points``.
+        Receive a value a dart, filled from the start; as long as ``link_points``, or empty:
+        then only ``said`` and ``asked`` are written.
     """
     most_nodes, most, v0, d0 = np.int64(1), np.int64(1), np.int64(0), np.int64(0)
     for c in range(len(node_counts)):
@@ -247,10 +260,10 @@ def reduce(
         most = max(most, n)
         most_nodes = max(most_nodes, node_counts[c])
     most = max(most, most_nodes)
-    work = np.empty((11, most), np.int64)
+    work = np.empty((13, most), np.int64)
     tail, nxt, prv, twin, face, size = work[0], work[1], work[2], work[3], work[4], work[5]
-    dart, valence, dead, place, inner = work[6], work[7], work[8], work[9], work[10]
-    first = np.empty(most, np.int64)
+    dart, valence, dead, place, label = work[6], work[7], work[8], work[9], work[10]
+    first, sides = work[11], work[12]
     xyz, normal = np.empty((most_nodes, 3)), np.empty((most, 3))
     v0, at = np.int64(0), 0  # at: of the darts that are written
     for c in range(len(node_counts)):
@@ -280,30 +293,33 @@ def reduce(
                 twin[h] = t
                 dead[h] = 0
                 nxt[h] = prv[t]
-                inner[h] = inner_faces[link_faces[d0 + t]]
+                label[h] = link_faces[d0 + t]
             for h in range(n):
                 prv[nxt[h]] = h
-            _measure_faces(n, xyz, tail, nxt, face, size, normal)
-            euler = _euler(n, n_nodes, tail, nxt, face, size, twin, dart, valence, place)
+            euler = n_nodes - n // 2 + _measure_faces(n, xyz, tail, nxt, face, size, sides, normal)
             while True:
                 if _drop_on_edges(n_nodes, nxt, prv, twin, face, size, dart, valence):
                     reduced = True
                 if _mark_middles(n_nodes, nxt, twin, face, size, dart, valence, normal, dead) == 0:
-                    if _mark_between(n, n_nodes, xyz, tail, nxt, twin, face, dart, valence, normal, inner, is_known,
-                                     dead) == 0:  # fmt: skip
+                    marked = _mark_between(n, n_nodes, xyz, tail, nxt, twin, face, sides, dart, valence, normal, label,
+                                           inner_faces, is_known, dead)  # fmt: skip
+                    if marked == 0:
                         break
                     if not is_known:
                         said[c] |= CANDIDATE
+                        for h in range(n):
+                            if nxt[h] != -1 and _is_flat(normal, face[h], face[twin[h]]):
+                                asked[label[h]] = face[h] != face[twin[h]] or asked[label[h]]
                         break
                 _merge(n, n_nodes, tail, nxt, prv, twin, dart, valence, dead)
-                _measure_faces(n, xyz, tail, nxt, face, size, normal)
+                _measure_faces(n, xyz, tail, nxt, face, size, sides, normal)
                 reduced = True
             if reduced and _euler(n, n_nodes, tail, nxt, face, size, twin, dart, valence, place) != euler:
                 reduced = False
             if reduced:
                 said[c] |= REDUCED
         new_first = at
-        for v in range(n_nodes):
+        for v in range(n_nodes if len(new_points) else 0):
             hangs = reduced and valence[v] == 0
             is_hanging[v0 + v] = hangs
             count = valence[v] if reduced and not hangs else valences[v0 + v]
