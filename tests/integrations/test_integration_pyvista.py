@@ -73,6 +73,20 @@ def test_every_kind_of_data_set(kind: str) -> None:
         np.testing.assert_array_equal(copy["jens_worst"], np.ones(data.n_points))
 
 
+def test_blocks_within_blocks(grid: object) -> None:
+    inner = pyvista.MultiBlock([grid, None])
+    blocks = pyvista.MultiBlock({"part": inner, "image": pyvista.ImageData(dimensions=(2, 3, 4))})
+    copy = blocks.gauge.quality()
+    assert copy.keys() == blocks.keys()
+    assert np.count_nonzero(copy["part"][0]["jens"] < 0) == 3
+    assert copy["part"][1] is None
+    np.testing.assert_array_equal(copy["image"]["jens"], 1.0)
+    assert "jens" not in blocks["image"].cell_data
+    assert "jens" not in grid.cell_data
+    assert blocks.gauge.measure().n_cells == grid.n_cells + 6
+    assert "3 of 6,198 cells are inverted" in repr(blocks.gauge.report())
+
+
 def test_the_report_is_that_of_the_command(grid: object) -> None:
     report = grid.gauge.report(worst=3)
     text = repr(report)

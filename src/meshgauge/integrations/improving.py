@@ -17,6 +17,7 @@ def improved(mesh: Mesh, boundary: str) -> Mesh:
         What `meshgauge.improve` raises.
     """
     improve = getattr(import_module("meshgauge"), "improve", None)
+    improve = getattr(improve, "improve", improve)  # the folder of that name, if that was imported first
     if not callable(improve):
         raise MeshgaugeError("this version of meshgauge measures only; it cannot improve a mesh")
     result: Mesh = improve(mesh, boundary=boundary).mesh

@@ -6,7 +6,7 @@ PyVista from 0.48 on finds this module by its entry point (group ``pyvista.acces
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,7 +39,7 @@ class Gauge:
     Parameters
     ----------
     dataset
-        Any `pyvista.DataSet`; solid cells are measured.
+        Any `pyvista.DataSet` or `pyvista.MultiBlock`; solid cells are measured.
     """
 
     def __init__(self, dataset: Any) -> None:
@@ -54,8 +54,9 @@ class Gauge:
             If there is no such metric.
         """
         found = measure(from_pyvista(self._dataset), metrics=metrics)
-        if found.n_cells != self._dataset.n_cells:
-            raise MeshgaugeError(f"{found.n_cells} of {self._dataset.n_cells} cells could be converted")
+        n_cells = sum(leaf.n_cells for leaf in _leaves(self._dataset))
+        if found.n_cells != n_cells:
+            raise MeshgaugeError(f"{found.n_cells} of {n_cells} cells could be converted")
         return found
 
     def quality(self, metrics: Iterable[str] = (JENS,)) -> Any:
@@ -77,8 +78,14 @@ class Gauge:
         MetricError
             If there is no such metric.
         """
-        measured = self.measure(metrics)
+        metrics = list(metrics)
         copy = self._dataset.copy()
+        if isinstance(copy, pyvista.MultiBlock):
+            for n, block in enumerate(self._dataset):
+                if block is not None:
+                    copy.replace(n, Gauge(block).quality(metrics))  # keeps the name, as assignment does not
+            return copy
+        measured = self.measure(metrics)
         for name, values in measured.cell_data().items():
             copy.cell_data[name] = np.array(values)
         if measured.mesh.n_points == copy.n_points:  # points of grids with implicit points are the same, too
@@ -144,11 +151,9 @@ class Gauge:
         Raises
         ------
         MeshgaugeError
-            If the data set has no points of its own (an image), or what `meshgauge.improve` raises.
+            If the data set has no points of its own (an image, blocks), or what `meshgauge.improve` raises.
         """
-        if not hasattr(type(self._dataset), "points") or isinstance(
-            self._dataset, pyvista.ImageData | pyvista.RectilinearGrid
-        ):
+        if isinstance(self._dataset, pyvista.ImageData | pyvista.RectilinearGrid | pyvista.MultiBlock):
             raise MeshgaugeError(f"the points of a {type(self._dataset).__name__} cannot be moved")
         better = improved(from_pyvista(self._dataset), boundary)
         copy = self._dataset.copy()
@@ -156,5 +161,16 @@ class Gauge:
         return copy
 
 
+def _leaves(dataset: Any) -> Iterator[Any]:
+    """The data sets of nested blocks; a data set itself."""
+    if not isinstance(dataset, pyvista.MultiBlock):
+        yield dataset
+        return
+    for block in dataset:
+        if block is not None:
+            yield from _leaves(block)
+
+
 if hasattr(pyvista, "register_dataset_accessor"):
-    pyvista.register_dataset_accessor("gauge", pyvista.DataSet)(Gauge)
+    for target in (pyvista.DataSet, pyvista.MultiBlock):
+        pyvista.register_dataset_accessor("gauge", target)(Gauge)
