@@ -216,3 +216,19 @@ def test_bins_count_every_value_once(values: list[float]) -> None:
 def test_colours_tell_the_bands_apart() -> None:
     values = np.array([-0.5, 0.0, 1e-9, 0.1999, 0.2, 1.0, np.nan])
     assert colours(values).tolist() == [list(c) for c in (INVALID, INVALID, POOR, POOR, GOOD[0], GOOD[-1], UNDEFINED)]
+
+
+def test_values_of_one_cell_are_those_of_the_whole_mesh(bracket: Model) -> None:
+    for cell in range(0, bracket.mesh.n_cells, 97):
+        start, stop = (int(at) for at in bracket.mesh.offsets[cell : cell + 2])
+        found = [row.quality for row in card(bracket, cell).nodes]
+        assert np.array_equal(found, bracket.quality.node_jens[start:stop])
+
+
+def test_values_of_the_nodes_of_a_polyhedron(shared: Path) -> None:
+    path = shared / "meshes/GEOS-DEV+GEOS/inputFiles/singlePhaseFlow/pebi3d_with_properties.vtu"
+    model = Model.of(meshgauge.read(path), "pebi")
+    for cell in range(0, model.mesh.n_cells, 211):
+        start, stop = (int(at) for at in model.mesh.offsets[cell : cell + 2])
+        found = [row.quality for row in card(model, cell).nodes]
+        assert np.array_equal(found, model.quality.node_jens[start:stop], equal_nan=True)

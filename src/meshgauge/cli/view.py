@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -135,9 +137,16 @@ def _serve(models: list[Model], link: str, port: int, browser: bool) -> None:
 
     def ready(address: str) -> None:
         print(f"{address}\nOpen it in a browser on this machine. Ctrl-C ends the program.", flush=True)
-        if browser:
+        if browser and _has_windows():
             import webbrowser
 
             webbrowser.open(address)
 
     App(models, link=link).run(port=port, ready=ready)
+
+
+def _has_windows() -> bool:
+    """Whether a browser would get a window; one in the terminal would hold the program up."""
+    return not sys.platform.startswith("linux") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    )

@@ -1,4 +1,5 @@
 """Looking at a mesh: which cells are shown, what is known of one, the scene of them, and a local web application.
 
-All but `app` and `page` know nothing of the web, and all but `scene` and these nothing of VTK.
+Only `app` and `page` know of the web, and only `opengl`, `drawn`, `scene` and `picture` of VTK and images; the rest is
+arrays and plain values.
 """

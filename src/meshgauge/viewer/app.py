@@ -23,7 +23,7 @@ CONTROLS = ("quality", "undefined", "types", "statuses", "regions", "axis", "fli
 """State that the browser may set; everything else there is only shown."""
 
 PAUSE = 0.01
-"""Seconds in which further moves of a slider are taken in before the scene is made anew."""
+"""Seconds in which further moves of a slider are taken in before the scene is made anew, and then drawn."""
 
 
 class App:
@@ -37,7 +37,7 @@ class App:
         self.path = guard.secret()
         self._start = link
         self._task: asyncio.Task[None] | None = None
-        self._busy = False
+        self._drawing: asyncio.TimerHandle | None = None
         self.server = get_server(f"meshgauge-{self.path}", client_type="vue3")
         self.interactor = self.scene.on_move(lambda: self.scene.moving(True), self._moved)
         state = self.server.state
@@ -45,17 +45,18 @@ class App:
         state.update(
             {
                 "theme": "light",
+                "names": [model.name for model in models],
+                "verdicts": [verdict(model.quality.summary()).text for model in models],
                 "link": "",
                 "note": "",
                 "card": None,
-                "worst": [controls.worst(model) for model in models],
+                "worst": [controls.worst(model, controls.WORST // len(models)) for model in models],
             }
         )
         self._tell()
         for action in (self.pick, self.fly, self.forget, self.whole, self.reset, self.open_link, self.picture):
             self.server.controller.trigger(action.__name__)(self._guarded(action))
-        verdicts = [verdict(model.quality.summary()).text for model in models]
-        self._push = page.build(self.server, models, self.choices, self.scene.window, verdicts)
+        self._push = page.build(self.server, models, self.choices, self.scene.window)
         state.change(*CONTROLS)(self._changed)
         state.change("theme")(self._themed)
 
@@ -80,13 +81,12 @@ class App:
 
     def _hide(self, server: Any) -> None:
         """Put all that is served below the secret path, but for a page that says so."""
-        from trame_client import module
+        from trame_client.module import vue3
 
         served = {key: value[0] if isinstance(value, (list, tuple)) else value for key, value in server.serve.items()}
         server.serve.clear()
         server.serve.update({f"{self.path}/{key}": value for key, value in served.items()})
-        server.enable_module(module)
-        server.serve[self.path] = server._www
+        server.serve[self.path] = vue3.www
         server.enable_module({"www": str(Path(__file__).with_name("www"))})
 
     def _guarded(self, action: Callable[..., Any]) -> Callable[..., Any]:
@@ -148,7 +148,17 @@ class App:
         self.scene.show(wanted)
         self.server.state.note = ""
         self._tell()
-        self._push()
+        self._draw_soon()
+
+    def _draw_soon(self) -> None:
+        """Send a new picture, once what the page says is on its way: drawing may take a second."""
+        try:
+            loop = asyncio.get_running_loop()
+        except RuntimeError:
+            return  # before the server runs there is no page
+        if self._drawing is not None:
+            self._drawing.cancel()
+        self._drawing = loop.call_later(PAUSE, self._push)
 
     def _tell(self) -> None:
         """Let the page say what the scene shows."""
@@ -187,8 +197,7 @@ class App:
 
     def _current(self) -> View:
         """The view as it is, with the camera where the mouse has moved it."""
-        camera = self.scene.camera
-        return replace(self.scene.view, camera=None if camera == self.scene.home else camera)
+        return replace(self.scene.view, camera=self.scene.camera) if self.scene.is_moved else self.scene.view
 
     def _moved(self) -> None:
         """The mouse has moved the camera."""
@@ -200,4 +209,4 @@ class App:
 
     def _themed(self, theme: str, **_: Any) -> None:
         self.scene.theme("dark" if theme == "dark" else "light")
-        self._push()
+        self._draw_soon()

@@ -50,10 +50,11 @@ class Camera:
         return np.asarray(forward / np.linalg.norm(forward))
 
     @classmethod
-    def home(cls, corners: NDArray[np.floating]) -> Camera:
-        """The camera that sees all of some points ``(n, 3)``, from the direction of `HOME`."""
+    def home(cls, corners: NDArray[np.floating], aspect: float) -> Camera:
+        """The camera that sees all of some points ``(n, 3)`` from `HOME`'s direction; aspect is width over height."""
         forward, right, up = cls().axes
-        across = np.maximum(np.abs(corners @ right), np.abs(corners @ up)) / (FILLED * HALF)
+        wide, high = max(aspect, 1.0), max(1.0 / aspect, 1.0)
+        across = np.maximum(np.abs(corners @ right) / wide, np.abs(corners @ up) / high) / (FILLED * HALF)
         distance = float((across - corners @ forward).max(initial=1.0))
         return cls(position=_vector(-distance * forward))
 

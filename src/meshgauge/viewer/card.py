@@ -6,7 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from .._quality import measure
+from ..cells import POLYHEDRON
+from ..mesh import Mesh
 from ..status import STATUSES, Status
 from .filters import ViewError
 from .model import Model
@@ -44,27 +48,44 @@ class Card:
 
 def card(model: Model, cell: int) -> Card:
     """What is known of a cell. Raises `ViewError` if there is no such cell."""
-    mesh, quality = model.mesh, model.quality
+    mesh = model.mesh
     if not 0 <= cell < mesh.n_cells:
         raise ViewError(f"no cell {cell}: the mesh has cells 0 to {mesh.n_cells - 1}")
-    start, stop = int(mesh.offsets[cell]), int(mesh.offsets[cell + 1])
-    values = quality.node_jens[start:stop]
+    values = _node_values(model, cell)
     lowest = -1 if np.isnan(values).all() else int(np.nanargmin(values))
     rows = []
-    for node, (point, value) in enumerate(zip(mesh.connectivity[start:stop], values, strict=True)):
+    for node, (point, value) in enumerate(zip(mesh.nodes(cell), values, strict=True)):
         x, y, z = (float(v) for v in mesh.points[point])
         rows.append(NodeRow(node, int(point), (x, y, z), float(value), node == lowest))
-    row = STATUSES[Status(int(quality.status[cell]))]
+    row = STATUSES[Status(int(model.quality.status[cell]))]
     return Card(
         cell=cell,
         type=model.type_names[int(mesh.types[cell])],
-        quality=float(quality.values[cell]),
+        quality=float(model.values[cell]),
         status=row.name,
         text=row.text,
         region=model.region_names[int(model.region_ids[cell])],
         layer=int(model.layers[cell]),
         nodes=tuple(rows),
     )
+
+
+def _node_values(model: Model, cell: int) -> NDArray[np.float64]:
+    """J_ENS of the nodes of one cell, without measuring those of all."""
+    mesh, polyhedra = model.mesh, model.quality.polyhedra
+    nodes = mesh.nodes(cell)
+    if polyhedra is not None and int(mesh.types[cell]) == POLYHEDRON.vtk_id:
+        at = int(np.searchsorted(polyhedra.cells, cell))
+        mine = slice(int(polyhedra.node_offsets[at]), int(polyhedra.node_offsets[at + 1]))
+        of_point = dict(zip(polyhedra.node_points[mine].tolist(), polyhedra.node_jens[mine].tolist(), strict=True))
+        return np.array([of_point.get(point, np.nan) for point in nodes.tolist()], np.float64)
+    alone = Mesh(
+        points=mesh.points[nodes],
+        types=mesh.types[cell : cell + 1],
+        offsets=np.array([0, len(nodes)]),
+        connectivity=np.arange(len(nodes)),
+    )
+    return measure(alone).node_jens
 
 
 def number(value: float) -> str:

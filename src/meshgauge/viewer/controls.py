@@ -20,7 +20,7 @@ OFF, OBLIQUE = "off", "view"
 """Choices of the slicing plane beside the axes: none, and along the line of sight."""
 
 WORST = 50
-"""Cells in the list of the worst."""
+"""Cells in the lists of the worst, together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,8 +110,8 @@ def bins(models: Sequence[Model], view: View) -> list[dict[str, Any]]:
     ]
 
 
-def worst(model: Model) -> list[dict[str, Any]]:
-    """Rows of the list of the worst cells."""
+def worst(model: Model, n: int) -> list[dict[str, Any]]:
+    """Rows of the list of the n worst cells."""
     return [
         {
             "cell": cell.cell,
@@ -120,7 +120,7 @@ def worst(model: Model) -> list[dict[str, Any]]:
             "status": "" if cell.status == "ok" else cell.status.replace("_", " "),
             "colour": css(colours(np.array([cell.quality]))[0]),
         }
-        for cell in model.quality.worst(WORST)
+        for cell in model.quality.worst(n)
     ]
 
 

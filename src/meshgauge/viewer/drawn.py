@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 
 from .colours import colours
 from .model import Model
-from .surface import Surface, exposed
+from .surface import Surface
 
 BUDGET = 25_000
 """Faces drawn while the scene moves: without a graphics card VTK draws some ten times as many a second."""
 
 MOST_OUTLINED = 500_000
 """Faces of a boundary whose sharp edges are sought: half a second's work."""
+
+LOOSE = 0.1
+"""Ends of lines for each sharp edge above which the edges are dashes that say nothing."""
 
 INK, HALO, FAINT = "#1d2126", "#ffffff", "#9aa3ab"
 
@@ -61,19 +64,39 @@ def coarse(surface: Surface, points: NDArray[np.float32]) -> tuple[Surface, NDAr
 
 
 def outline(model: Model) -> Any:
-    """An actor of the sharp edges of the whole mesh, which stay while its cells are filtered."""
-    from vtkmodules.vtkFiltersCore import vtkFeatureEdges
+    """An actor of the sharp edges of the whole mesh, which stay while its cells are filtered.
 
-    slots = exposed(model.topology, model.is_solid)
-    boundary = model.surface(model.is_solid & (len(slots) <= MOST_OUTLINED))
-    sharp = vtkFeatureEdges()
-    sharp.SetInputData(_polydata(model.points[boundary.points], boundary.offsets, boundary.connectivity))
-    sharp.SetFeatureAngle(40)
-    sharp.BoundaryEdgesOff()
-    sharp.NonManifoldEdgesOff()
-    sharp.ColoringOff()
-    sharp.Update()
-    return plain(sharp.GetOutput(), FAINT, line_width=1.2)
+    Of a mesh that is rough all over, or has very many faces, it is the box about the mesh.
+    """
+    from vtkmodules.vtkFiltersCore import vtkFeatureEdges
+    from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
+
+    boundary = model.surface(model.is_solid)
+    data = _polydata(model.points[boundary.points], boundary.offsets, boundary.connectivity)
+    if boundary.n_faces <= MOST_OUTLINED:
+        sharp = vtkFeatureEdges()
+        sharp.SetInputData(data)
+        sharp.SetFeatureAngle(40)
+        sharp.BoundaryEdgesOff()
+        sharp.NonManifoldEdgesOff()
+        sharp.ColoringOff()
+        sharp.Update()
+        if _hangs_together(sharp.GetOutput()):
+            return plain(sharp.GetOutput(), FAINT, line_width=1.2)
+    box = vtkOutlineFilter()
+    box.SetInputData(data)
+    box.Update()
+    return plain(box.GetOutput(), FAINT, line_width=1.2)
+
+
+def _hangs_together(lines: Any) -> bool:
+    """Whether edges make long lines, as those of a part do, and not dashes, as those of a rough surface."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    if not lines.GetNumberOfCells():
+        return True
+    degrees = np.bincount(vtk_to_numpy(lines.GetLines().GetConnectivityArray()))
+    return bool(np.count_nonzero(degrees == 1) <= LOOSE * lines.GetNumberOfCells())
 
 
 def picked(model: Model, cell: int, worst: int | None) -> list[Any]:

@@ -13,7 +13,7 @@ from .model import Model
 
 STYLE = """
 html, body { overflow: hidden !important; }
-.mg { display: grid; grid-template-columns: 336px 1fr 340px; height: 100vh; font-size: 13px;
+.mg { display: grid; grid-template-columns: 336px 1fr 352px; height: 100vh; font-size: 13px;
   font-family: system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; font-variant-numeric: tabular-nums; }
 .mg-side { overflow-y: auto; padding: 14px 16px; border-right: 1px solid rgba(128,128,128,.22); }
 .mg-side.right { border-right: 0; border-left: 1px solid rgba(128,128,128,.22); }
@@ -37,8 +37,8 @@ html, body { overflow: hidden !important; }
 .mg-worst button { all: unset; cursor: pointer; } .mg-worst button:focus-visible { outline: 2px solid #3f7fae; }
 .mg-dot { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 5px;
   box-shadow: 0 0 0 1px rgba(128,128,128,.5) inset; }
-.mg-node td { padding: 2px 3px; text-align: right; font-size: 12px; }
-.mg-node th { font-weight: 500; opacity: .68; text-align: right; font-size: 11px; padding: 2px 3px; }
+.mg-node td { padding: 2px; text-align: right; font-size: 11px; }
+.mg-node th { font-weight: 500; opacity: .68; text-align: right; font-size: 11px; padding: 2px; }
 .mg-node tr.worst td { font-weight: 700; background: rgba(209,48,15,.13); }
 .mg-tag { display: inline-block; padding: 1px 7px; border-radius: 9px; border: 1px solid rgba(128,128,128,.5); }
 .mg-busy { right: 14px; bottom: 12px; }
@@ -80,14 +80,17 @@ AXIS = ((0.0, "−1"), (50.0, "0"), (60.0, "0.2"), (100.0, "1"))
 """Where on the axis of the histogram, in percent, which number stands."""
 
 
-def build(server: Any, models: Sequence[Model], choices: Choices, window: Any, verdicts: Sequence[str]) -> Any:
-    """Make the page; returns the function that sends a new picture to it."""
+def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -> Any:
+    """Make the page; returns the function that sends a new picture to it.
+
+    Names of files and regions reach it as state, never as part of the template, which is a program.
+    """
     from trame.ui.vuetify3 import VAppLayout
     from trame.widgets import client, html
     from trame.widgets import vtk as vtk_widgets
     from trame.widgets import vuetify3 as v
 
-    with VAppLayout(server, theme=("theme", "light")) as layout:
+    with VAppLayout(server) as layout:
         layout.root.theme = ("theme",)
         client.Style(STYLE)
         # The link of the page is followed when it is opened, and kept up to date afterwards.
@@ -97,22 +100,20 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any, v
         )
         with html.Div(classes="mg"):
             with html.Div(classes="mg-side"):
-                for model, verdict in zip(models, verdicts, strict=True):
-                    html.H1(model.name)
-                    html.Div(verdict, classes="mg-verdict faint")
+                for n in range(len(models)):
+                    html.H1(f"{{{{ names[{n}] }}}}")
+                    html.Div(f"{{{{ verdicts[{n}] }}}}", classes="mg-verdict faint")
                 undefined = any(np.isnan(model.values[model.is_solid]).any() for model in models)
                 _histogram(v, html, len(models), undefined)
                 _filters(v, html, choices, max(model.n_layers for model in models))
-            with html.Div(
-                classes="mg-view",
-                raw_attrs=[CLICK],
-            ):
+            with html.Div(classes="mg-view", raw_attrs=[CLICK]):
                 remote = vtk_widgets.VtkRemoteView(
                     window, ref="scene", interactive_ratio=0.5, interactive_quality=75, still_quality=95
                 )
-                for n, model in enumerate(models):
+                for n in range(len(models)):
                     with html.Div(classes="mg-over", style=f"left: calc({100 * n / len(models)}% + 12px); top: 12px"):
-                        html.Span(f"{model.name}  " if len(models) > 1 else "")
+                        if len(models) > 1:
+                            html.Span(f"{{{{ names[{n}] }}}}", classes="mr-2")
                         html.Span(
                             f"{{{{ shown[{n}] }}}}", classes="font-weight-bold", **_raw(data_shown=f"{{counts[{n}]}}")
                         )
@@ -129,7 +130,7 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any, v
             with html.Div(classes="mg-side right"):
                 _buttons(v, html)
                 _card(v, html, len(models))
-                _worst(html, models)
+                _worst(html, len(models))
     return remote.update
 
 
@@ -318,9 +319,9 @@ def _card(v: Any, html: Any, n_models: int) -> None:
         )
 
 
-def _worst(html: Any, models: Sequence[Model]) -> None:
-    for n, model in enumerate(models):
-        html.H2("Worst cells" + (f" of {model.name}" if len(models) > 1 else ""))
+def _worst(html: Any, n_models: int) -> None:
+    for n in range(n_models):
+        html.H2("Worst cells" + (f" of {{{{ names[{n}] }}}}" if n_models > 1 else ""))
         with (
             html.Table(classes="mg-worst"),
             html.Tr(

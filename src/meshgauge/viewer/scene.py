@@ -65,7 +65,7 @@ class Scene:
         # The mesh fills a ball of radius 1; a second one may reach beyond it.
         self._reach = max(1.0, *(_reach(model) for model in models)) + 0.05
         self._panes[0].renderer.AddObserver("StartEvent", lambda *_: self._clip())
-        self.home = Camera.home(np.concatenate([_corners(model) for model in models]))
+        self._corners = np.concatenate([_corners(model) for model in models])
         self._moving = False
         self.view = View()
         self.theme(theme)
@@ -138,23 +138,41 @@ class Scene:
             for actor in pane.fine:
                 actor.GetProperty().SetEdgeVisibility(view.edges and pane.surface.n_faces <= MOST_EDGED)
         self._smooth()
-        camera = view.camera or self.home
+        self._place(view.camera or self.home)
+
+    def _place(self, camera: Camera) -> None:
         self._camera.SetPosition(*camera.position)
         self._camera.SetFocalPoint(*camera.focus)
         self._camera.SetViewUp(*camera.up)
+        self._placed = self.camera
 
     @property
     def camera(self) -> Camera:
         """Where VTK's camera is now."""
         return Camera(self._camera.GetPosition(), self._camera.GetFocalPoint(), self._camera.GetViewUp())
 
+    @property
+    def is_moved(self) -> bool:
+        """Whether the camera is not where `show` has put it."""
+        return self.camera != self._placed
+
+    @property
+    def home(self) -> Camera:
+        """The camera that sees all meshes, in the window as it is now."""
+        return Camera.home(self._corners, self._aspect)
+
+    @property
+    def _aspect(self) -> float:
+        """Width over height of the picture of one mesh."""
+        width, height = self.window.GetSize()
+        return float(width / len(self._panes) / max(height, 1))
+
     def pick(self, x: float, y: float) -> tuple[int, int] | None:
         """The mesh and the cell seen at a place of the picture, 0 to 1 from its left and lower edge; None if none."""
         panes, camera = len(self._panes), self.camera
         n = min(max(int(x * panes), 0), panes - 1)
         pane = self._panes[n]
-        width, height = self.window.GetSize()
-        ray = camera.ray(x * panes - n, y, width / panes / max(height, 1))
+        ray = camera.ray(x * panes - n, y, self._aspect)
         found = hit(pane.surface, pane.points, np.array(camera.position), ray)
         return None if found is None else (n, int(pane.surface.cells[found[0]]))
 
@@ -235,8 +253,9 @@ class Scene:
         self.window.SetMultiSamples(SAMPLES if self.n_faces <= SMOOTHED else 0)
 
     def _clip(self) -> None:
-        width, height = self.window.GetSize()
-        self._camera.SetUseHorizontalViewAngle(width / len(self._panes) < height)
+        if self.view.camera is None and not self.is_moved:
+            self._place(self.home)  # the window may have got another size
+        self._camera.SetUseHorizontalViewAngle(self._aspect < 1.0)
         distance = float(np.linalg.norm(self._camera.GetPosition()))
         near = max(distance - self._reach, 2e-3 * min(distance, 1.0), 1e-5)
         self._camera.SetClippingRange(near, distance + self._reach)
