@@ -261,6 +261,11 @@ def test_without_webgl_the_numbers_are_there(opened: Open, bracket: Path, browse
 
 def test_without_scripts_the_numbers_are_there(opened: Open, bracket: Path) -> None:
     page = opened(bracket, java_script_enabled=False).page
+    assert page.locator("figure:visible").count() == 5
+    drawn = page.locator(".card > svg")
+    assert drawn.count() == 10
+    assert drawn.first.locator(".own polygon").count() == 6, "the faces of the hexahedron"
+    assert drawn.first.locator(".own").get_attribute("fill") == "url(#stripes)"
     assert "3 of 6,192 cells are inverted" in page.inner_text(".verdict")
     assert "needs a browser with WebGL 2" in page.inner_text("[data-message]")
 

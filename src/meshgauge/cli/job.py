@@ -61,7 +61,9 @@ class Job:
                 self._write(quality, self.output)
         if page is not None:
             with activity(f"drawing {path}", shown=self.shows_progress):
-                page.add(quality, report)
+                drawn = attempt(path, lambda: page.add(quality, report))
+            if isinstance(drawn, FailedFile):
+                return drawn
         return report
 
     def _reported(self, path: str) -> tuple[Quality, FileReport]:

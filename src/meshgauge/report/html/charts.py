@@ -60,13 +60,18 @@ def histograms(summary: Summary, bins: int, *, start: float | None = None) -> li
     rows = {name: tally for name, tally in summary.types.items() if tally.n_measured}
     if not rows:
         return []
-    edges, counts = summary.all.histogram(bins)
-    filled = [float(edge) for edge, n in zip(edges, counts, strict=False) if n]
-    start = min(filled[0], 0.0) if start is None else start
+    if start is None:
+        start = lowest(summary, bins)
     groups = [("all", "all cells", summary.all)]
     if len(rows) > 1:
         groups += [(name, name, tally) for name, tally in rows.items()]
     return [_histogram(key, label, tally, bins, start) for key, label, tally in groups]
+
+
+def lowest(summary: Summary, bins: int) -> float:
+    """The lower edge of the lowest bar, 0 if that is above."""
+    edges, counts = summary.all.histogram(bins)
+    return min([0.0, *(float(edge) for edge, n in zip(edges, counts, strict=False) if n)])
 
 
 def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> Histogram:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ...cells import CELL_TYPES, type_name
 from ...status import STATUSES, Status
 from .cells import Ids, faces_of, nodes_of
+from .sketch import side
 
 if TYPE_CHECKING:
     from ..._quality import Quality
@@ -87,6 +88,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
     own = [place[p] for p in nodes.points.tolist()]
     row = CELL_TYPES[int(mesh.types[cell])]
     x, y, z = (float(v) for v in mesh.points[point])
+    fitted = _fitted(mesh.points[used], own)
     return Card(
         cell=cell,
         type=type_name(int(mesh.types[cell])),
@@ -98,7 +100,8 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
         coordinates=(x, y, z),
         region=region,
         model={
-            "points": _fitted(mesh.points[used], own).round(5).tolist(),
+            "points": fitted.round(5).tolist(),
+            "from": side(fitted, [[place[p] for p in face] for face in faces[cell]], place[point]).round(4).tolist(),
             "bad": place[point],
             "cells": [
                 {

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..verdict import verdict
 from .certificate import history, tree
-from .charts import curves, histograms
+from .charts import curves, histograms, lowest
 from .page import page
 from .section import BUDGET, Section, report_of, section
 
@@ -70,7 +70,7 @@ def improve_section(
     path = before.mesh.path or after.mesh.path or "mesh"
     made = section(after, report_of(after, path=path), bins=bins, budget=budget, before=before)
     was, now = before.summary(), made.summary
-    start = min(0.0, before_start(was, bins), before_start(now, bins))
+    start = min(lowest(was, bins), lowest(now, bins))
     return replace(
         made,
         kind="improve",
@@ -84,13 +84,6 @@ def improve_section(
             "certificate": tree({key: value for key, value in told.items() if key not in SHOWN_APART}),
         },
     )
-
-
-def before_start(summary: Any, bins: int) -> float:
-    """The lower edge of the lowest bar."""
-    edges, counts = summary.all.histogram(bins)
-    filled = np.flatnonzero(counts)
-    return float(edges[filled[0]]) if len(filled) else 0.0
 
 
 def change(before: Quality, after: Quality) -> Change:

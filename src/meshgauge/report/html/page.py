@@ -18,6 +18,7 @@ from .. import style
 from ..record import FailedFile, FileReport
 from . import charts, colours
 from .section import BUDGET, Section, section
+from .sketch import sketch
 
 if TYPE_CHECKING:
     import jinja2
@@ -155,6 +156,7 @@ def _environment() -> jinja2.Environment:
         "percent": style.percent,
         "plural": style.plural,
         "spark": charts.spark,
+        "sketch": sketch,
         "colour": colours.colour,
         "finite": _finite,
     }

@@ -76,7 +76,12 @@
   const gallery = (section, at) => {
     const models = json(`cards-${at}`);
     if (!models) return;
-    for (const canvas of section.querySelectorAll("[data-card]")) views.push(MG.card(canvas, models[Number(canvas.dataset.card)]));
+    section.querySelector("[data-turns]").hidden = false;
+    for (const canvas of section.querySelectorAll("[data-card]")) {
+      canvas.previousElementSibling.remove(); // the flat drawing
+      canvas.hidden = false;
+      views.push(MG.card(canvas, models[Number(canvas.dataset.card)]));
+    }
   };
 
   const start = async (section) => {
@@ -85,7 +90,6 @@
     charts(section, () => mesh);
     const message = section.querySelector("[data-message]");
     if (typeof THREE === "undefined" || !MG.stage.works) {
-      for (const canvas of section.querySelectorAll("canvas")) canvas.hidden = true;
       return;
     }
     const model = json(`model-${at}`);
@@ -96,11 +100,14 @@
     await new Promise((resolve) => setTimeout(resolve)); // the tables are painted first
     try {
       const arrays = await MG.unpack(document.getElementById(`geometry-${at}`).textContent, model.layout);
+      section.querySelector("[data-viewer]").classList.add("live");
       mesh = new MG.MeshView(section, model, arrays);
       views.push(mesh.view);
       section.meshView = mesh;
+      for (const hint of section.querySelectorAll("[data-linked]")) hint.hidden = false;
       section.dataset.ready = "true";
     } catch (error) {
+      section.querySelector("[data-viewer]").classList.remove("live");
       message.textContent = `The picture cannot be drawn: ${error.message}`;
       throw error;
     }
