@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from meshgauge import Mesh, MeshgaugeError, measure
-from meshgauge.plot import marks, section
+from meshgauge import Mesh, MeshgaugeError, measure, read
+from meshgauge.cells import SHAPES
+from meshgauge.plot import gallery, marks, section
 from meshgauge.plot.canvas import frame, over
 from meshgauge.plot.solids import drawable, surface
 
@@ -87,3 +90,22 @@ def test_cells_above_second_order_are_drawn_by_their_corners() -> None:
     assert grid.celltypes.tolist() == [14, 10]
     assert grid.cell_connectivity.tolist() == [0, 1, 2, 3, 4, 14, 15, 16, 17]
     assert surface(grid).n_cells == 5 + 4
+
+
+def test_the_edges_that_meet_at_the_worst_node() -> None:
+    root = Path(__file__).resolve().parents[2] / "examples"
+    for name in ("wrong_answers/polyhedron_corner_inverted.vtu", "wrong_answers/pyramid_inverted.vtk"):
+        quality = measure(read(root / name))
+        (worst,) = quality.worst(1)
+        ends = gallery._ends(quality, worst)
+        assert len(ends) in (3, 4)
+        assert not (ends == np.array(worst.coordinates)).all(axis=1).any()
+        assert {tuple(end) for end in ends} <= {tuple(p) for p in quality.mesh.points[quality.mesh.nodes(0)]}
+    hexahedron = measure(read(root / "wrong_answers" / "hexahedron_corner_inverted.vtk"))
+    (worst,) = hexahedron.worst(1)
+    nodes = hexahedron.mesh.nodes(0)
+    np.testing.assert_array_equal(
+        gallery._ends(hexahedron, worst),
+        [hexahedron.mesh.points[nodes[b if a == worst.node else a]] for a, b in SHAPES["hexahedron"].edges
+         if worst.node in (a, b)],
+    )  # fmt: skip

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._quality import Quality, WorstCell
 from ..cells import cell_type
 from ..errors import MeshgaugeError
+from ..polyhedra import Polyhedra
 from . import marks, sheet
 from .canvas import Canvas, frame, over
 from .colours import FAINT, INK
@@ -137,12 +138,24 @@ def _cells(grid: Any, cells: ArrayLike) -> Any:
 
 
 def _ends(quality: Quality, cell: WorstCell) -> Array:
-    """The other ends of the straight edges at the worst corner, ``(n, 3)``; none of a polyhedron."""
+    """The other ends of the edges at the worst corner, ``(n, 3)``; edges of curved cells are drawn straight."""
     mesh = quality.mesh
     row = cell_type(int(mesh.types[cell.cell]))
-    if row.shape is None or cell.node not in row.corners:
-        return np.empty((0, 3))
-    corner = row.corners.index(cell.node)
-    ends = [a + b - corner for a, b in row.shape.edges if corner in (a, b)]
-    ids = mesh.nodes(cell.cell)[[row.corners[end] for end in ends]]
-    return np.asarray(mesh.points[ids], np.float64)
+    if row.shape is not None:
+        corner = row.corners.index(cell.node)
+        ends = [a + b - corner for a, b in row.shape.edges if corner in (a, b)]
+        ids = mesh.nodes(cell.cell)[[row.corners[end] for end in ends]].tolist()
+    else:
+        ids = _neighbours(mesh.polyhedra, cell) if mesh.polyhedra is not None else []
+    return np.asarray(mesh.points[ids], np.float64).reshape(-1, 3)
+
+
+def _neighbours(polyhedra: Polyhedra, cell: WorstCell) -> list[int]:
+    """The points beside the worst one in the faces of a polyhedron."""
+    found: set[int] = set()
+    for face in polyhedra.cell_faces[polyhedra.cell_offsets[cell.cell] : polyhedra.cell_offsets[cell.cell + 1]]:
+        loop = polyhedra.face_points[polyhedra.face_offsets[face] : polyhedra.face_offsets[face + 1]].tolist()
+        if cell.point in loop:
+            at = loop.index(cell.point)
+            found |= {loop[at - 1], loop[(at + 1) % len(loop)]}
+    return sorted(found)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import WorstCell
+from ..metrics.jacobian import ACCEPTABLE
 from .colours import INK, WORDS
 from .sheet import number
 
@@ -54,9 +55,9 @@ def said(cell: WorstCell) -> tuple[str, str, str]:
 
 def colour_of(cell: WorstCell) -> str:
     """Of the text of a value."""
-    if cell.status not in ("ok",):
+    if cell.status != "ok":
         return WORDS["invalid"]
-    return WORDS["poor"] if cell.quality < 0.2 else WORDS["good"]
+    return WORDS["poor"] if cell.quality < ACCEPTABLE else WORDS["good"]
 
 
 def labels(axes: Axes, cells: list[WorstCell], at: Array, x: float, height: float) -> None:
