@@ -60,14 +60,13 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
         )
         made.add_point_labels(
             solids.place([cell.coordinates for cell in cells]),
-            [f"{' '.join(marks.said(cell)[:2])}" for cell in cells],
+            [f"    {': '.join(marks.said(cell)[:2])}" for cell in cells],
             point_color=INK,
             point_size=14,
             render_points_as_spheres=True,
             always_visible=True,
             text_color=INK,
-            shape_color="white",
-            shape_opacity=0.8,
+            shape=None,
             font_size=12,
         )
     return made
