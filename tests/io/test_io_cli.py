@@ -113,3 +113,11 @@ def test_an_input_is_not_overwritten(tmp_path: Path, capsys: Captured) -> None:
     assert main(["report", str(path), "-o", str(path)]) == 2
     assert "is an input; it is not overwritten" in capsys.readouterr().err
     assert path.read_bytes() == before
+    assert main(["report", str(path), "-q", "--in-place", "-o", str(tmp_path / "b.vtu")]) == 2
+    assert "--output and --in-place exclude each other" in capsys.readouterr().err
+    assert main(["report", str(path), __file__, "-q", "--in-place"]) == 2
+    assert "--in-place takes one mesh, 2 are given" in capsys.readouterr().err
+    assert path.read_bytes() == before
+    assert main(["report", str(path), "-q", "--in-place"]) == 0
+    np.testing.assert_allclose(io.read(path).cell_data["jens"], 1.0)
+    assert [p.name for p in tmp_path.iterdir()] == ["a.vtu"]

@@ -12,7 +12,8 @@ from io_meshes import assert_same_cells, assert_same_data
 import meshgauge
 from meshgauge import io
 from meshgauge.cells import SHAPES
-from meshgauge.io import _vtk
+from meshgauge.errors import ReadError
+from meshgauge.io import _isolate, _vtk
 from meshgauge.mesh import Mesh
 from meshgauge.regions import regions
 
@@ -41,6 +42,25 @@ def test_vtu(tmp_path: Path, loaded: Mesh, polyhedral: Mesh, mode: str, compress
         back = io.read(tmp_path / "a.vtu")
         assert_same_cells(mesh, back)
         assert_same_data(mesh, back)
+
+
+@pytest.mark.parametrize("compressor", ["None", "ZLib"])
+@pytest.mark.parametrize("order", ["Little", "Big"])
+def test_the_common_vtu_needs_no_other_process(
+    tmp_path: Path, loaded: Mesh, compressor: str, order: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_isolate, "read", None)
+    texts = {"names": np.array(["fluid", "", "solid é"]), "pairs": np.array([["a", "b"], ["c", "d"]])}
+    large = loaded.replace(field_data={"many": np.arange(100_000), **texts})  # several blocks
+    save_vtu(tmp_path / "a.vtu", large, "AppendedRaw", compressor, 32, order)
+    back = io.read(tmp_path / "a.vtu")
+    assert_same_cells(large, back)
+    assert_same_data(large, back)
+    data = (tmp_path / "a.vtu").read_bytes()
+    at = data.index(b"_", data.index(b"<AppendedData"))
+    (tmp_path / "a.vtu").write_bytes(data[: at + 200])
+    with pytest.raises(ReadError, match=r"is not whole|needs \d+ bytes|cannot be unpacked|states"):
+        io.read(tmp_path / "a.vtu")
 
 
 @pytest.mark.parametrize("mode", ["Binary", "AppendedRaw"])

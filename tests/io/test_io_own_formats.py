@@ -6,6 +6,7 @@ import gzip
 import sys
 from pathlib import Path
 
+import gmsh_files
 import numpy as np
 import pytest
 from io_meshes import LINEAR, mesh_of
@@ -15,6 +16,7 @@ from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.io import _faces, abaqus
 from meshgauge.mesh import Mesh
+from meshgauge.regions import regions
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "fuzz"))
 import fuzzing
@@ -266,3 +268,24 @@ def assert_equal(a: Mesh, b: Mesh) -> None:
     np.testing.assert_array_equal(a.points, b.points)
     np.testing.assert_array_equal(a.connectivity, b.connectivity)
     np.testing.assert_array_equal(a.types, b.types)
+
+
+@pytest.mark.parametrize("extension", [".unv", ".inp", ".msh"])
+@pytest.mark.parametrize(("order", "is_incomplete"), [(1, False), (2, True)])
+def test_what_gmsh_writes_in_other_formats_is_read_right(
+    tmp_path: Path, extension: str, order: int, is_incomplete: bool
+) -> None:
+    gmsh = pytest.importorskip("gmsh")
+    path = tmp_path / f"a{extension}"
+    gmsh_files.three_bodies(gmsh, path, order, is_incomplete=is_incomplete)
+    mesh = io.read(path)
+    assert mesh.notes == ()
+    assert gmsh_files.solids(mesh) == gmsh_files.CELLS
+    gmsh_files.assert_straight(mesh)
+    ids, names = regions(mesh)
+    for name, n in gmsh_files.BODIES.items():
+        if extension != ".msh":
+            key = name if name in mesh.cell_data else name.upper()
+            assert int(mesh.cell_data[key].sum()) == n
+        else:
+            assert int((ids == names.index(name)).sum()) == n

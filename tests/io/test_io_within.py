@@ -36,6 +36,8 @@ AWAY = {
     "a.case": "FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: ../away/a.geo\n",
     "b.case": "FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: a.geo\nVARIABLE\nscalar per node: s ../away/a.scl\n",
     "a.inp": "*NODE\n1, 0,0,0\n*INCLUDE, INPUT=../away/a.inp\n",
+    "a.bdf": "BEGIN BULK\nINCLUDE '../away/a.bdf'\n",
+    "b.bdf": "BEGIN BULK\nINCLUDE '/etc/passwd'\n",
     "b.inp": "*INCLUDE, INPUT=/etc/passwd\n*NODE\n",
 }
 
@@ -62,7 +64,7 @@ def test_files_of_the_folder_are_followed(tmp_path: Path) -> None:
     assert io.read(path).type_counts() == {"tetra": 1}
 
 
-@pytest.mark.parametrize("extension", [".vtkhdf", ".e"])
+@pytest.mark.parametrize("extension", [".vtkhdf", ".e", ".med", ".cgns", ".h5m"])
 @pytest.mark.parametrize("kind", ["link", "virtual", "external"])
 def test_hdf5_files_do_not_reach_into_others(tmp_path: Path, extension: str, kind: str) -> None:
     secret, path = tmp_path / "secret.h5", tmp_path / f"a{extension}"

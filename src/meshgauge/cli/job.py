@@ -35,6 +35,7 @@ class Job:
     wedge_order: str
     format: str | None
     output: Path | None
+    in_place: bool  #: whether the output is the input
     shows_progress: bool
     diagnoses: bool
     by_region: bool
@@ -119,7 +120,7 @@ class Job:
         measured = mesh.replace(
             cell_data={**mesh.cell_data, **quality.cell_data()}, point_data={**mesh.point_data, **quality.point_data()}
         )
-        for lost in write(output, measured):
+        for lost in write(output, measured, overwrite=self.in_place):
             warn("note", f"{output}: {lost}")
 
 

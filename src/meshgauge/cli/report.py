@@ -114,6 +114,9 @@ def report(
             rich_help_panel=WRITING,
         ),
     ] = None,
+    in_place: Annotated[
+        bool, typer.Option("--in-place", help="Write them into the input instead.", rich_help_panel=WRITING)
+    ] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", "-q", help="One line a file, no progress.", rich_help_panel=WRITING)
     ] = False,
@@ -215,7 +218,13 @@ def report(
     several = len(paths) > 1
     if several and output is not None:
         raise WriteError(f"{output}: --output takes one mesh, {len(paths)} are given")
+    if in_place and output is not None:
+        raise WriteError(f"{output}: --output and --in-place exclude each other")
+    if in_place and several:
+        raise WriteError(f"--in-place takes one mesh, {len(paths)} are given")
     inputs.check_targets(paths, (output, csv, html))
+    if in_place:
+        output = Path(paths[0])
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..io import Limits
@@ -233,6 +242,7 @@ def report(
         wedge_order.value,
         format,
         output,
+        in_place,
         not quiet,
         diagnosis,
         by is not None,
