@@ -32,6 +32,7 @@ def cut(page: Any, path: Path, first: str, last: str) -> None:
     """The part of the page from the top of one element to the bottom of another."""
     page.locator(first).first.scroll_into_view_if_needed()
     page.wait_for_timeout(600)
+    page.evaluate("document.querySelector('[data-controls]').scrollTop = 0")
     top, bottom = (page.locator(item).first.bounding_box() for item in (first, last))
     scroll = page.evaluate("window.scrollY")
     width = page.viewport_size["width"]
@@ -59,7 +60,6 @@ def main(folder: Path, mesh: str) -> None:
         page.locator("[data-position]").fill("0.42")
         box = page.locator("[data-canvas]").bounding_box()
         page.mouse.click(box["x"] + 0.42 * box["width"], box["y"] + 0.62 * box["height"])
-        page.evaluate("document.querySelector('[data-controls]').scrollTop = 0")
         cut(page, folder / "html-slice.png", ".viewer", ".viewer")
 
         page = opened(browser, path, 390, "light")

@@ -20,14 +20,14 @@ Open = Callable[..., Any]
 
 COLOURS = """canvas => {
     const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-    const n = {crimson: 0, orange: 0, blue: 0, opaque: 0};
+    const n = {red: 0, orange: 0, blue: 0, opaque: 0};
     for (let i = 0; i < data.length; i += 4) {
         const [r, g, b, a] = data.slice(i, i + 4);
         if (a < 200) continue;
         n.opaque++;
-        if (r > 100 && g < 45 && b > 45 && b < 110) n.crimson++;
-        if (r > 150 && r - b > 70 && g > 70) n.orange++;
-        if (b - r > 60) n.blue++;
+        if (r > 120 && g < 70 && b < 60) n.red++;
+        if (r > 140 && g > 0.6 * r && g < 0.8 * r && b < 70) n.orange++;
+        if (b - r > 40) n.blue++;
     }
     return n;
 }"""
@@ -66,7 +66,7 @@ def test_the_slider_shows_as_many_cells_as_there_are(opened: Open, bracket: Path
     bad = measured["all"]["n_invalid"] + measured["all"]["n_degenerate"] + measured["all"]["n_poor"]
     assert page.inner_text("[data-said]") == f"Shows {bad} of {measured['n_cells']:,} cells."
     before = pixels(page)
-    assert before["crimson"] > 20
+    assert before["red"] > 20
     assert before["orange"] > 200
     counts, edges = measured["all"]["histogram"]["counts"], measured["all"]["histogram"]["edges"]
     for at in (0.3, 0.5):
@@ -96,7 +96,7 @@ def test_a_click_on_a_bar_selects_its_cells(opened: Open, bracket: Path, measure
     ].tolist()
     assert bar.get_attribute("aria-pressed") == "true"
     assert page.evaluate("document.querySelector('[data-mesh]').meshView.shown") == n
-    assert pixels(page)["crimson"] <= 400, "only the marks of invalid cells are left"
+    assert pixels(page)["red"] <= 400, "only the marks of invalid cells are left"
     # With Ctrl a second one; then it is cleared.
     page.locator("[data-group=hexahedron] .bar[data-bin='19']").click(modifiers=["Control"])
     both = n + histogram["counts"][19]
@@ -160,7 +160,7 @@ def test_every_card_is_drawn_and_turns(opened: Open, bracket: Path, measured: di
         canvas.scroll_into_view_if_needed()
         page.wait_for_timeout(60)
         seen = canvas.evaluate(COLOURS)
-        assert seen["crimson" if cell["quality"] < 0 else "orange"] > 100, cell
+        assert seen["red" if cell["quality"] < 0 else "orange"] > 100, cell
         card = page.locator(".card").nth(at).inner_text()
         assert f"{cell['type']} {cell['cell']}" in card
         assert f"{cell['quality']:.3f}" in card

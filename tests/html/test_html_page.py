@@ -19,8 +19,10 @@ from html_pages import BRACKET, EVIL, ROOT, evil, grid, unpacked
 
 import meshgauge
 from meshgauge.errors import WriteError
+from meshgauge.plot.colours import colours as plotted
 from meshgauge.report import FailedFile, html
 from meshgauge.report.html import cells, surface
+from meshgauge.report.html.colours import colour
 from meshgauge.report.html.frame import Frame
 from meshgauge.report.html.gallery import neighbours
 from meshgauge.topology import topology
@@ -270,6 +272,13 @@ def test_no_script_can_end_its_element() -> None:
     for script in folder.rglob("*.js"):
         assert "</script" not in script.read_text(encoding="utf-8").lower(), script
         assert "<!--" not in script.read_text(encoding="utf-8"), script
+
+
+def test_colours_are_those_of_the_plots() -> None:
+    values = np.array([-1, -0.3, 0.01, 0.19, 0.2, 0.3, 0.55, 0.8, 1.0, np.nan])
+    theirs = [tuple(round(255 * x) for x in rgb) for rgb in plotted(values)]
+    ours = [tuple(int(colour(value)[i : i + 2], 16) for i in (1, 3, 5)) for value in values.tolist()]
+    np.testing.assert_allclose(ours, theirs, atol=1)
 
 
 def test_the_commands_of_the_documentation_run(tmp_path: Path) -> None:

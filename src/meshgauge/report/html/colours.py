@@ -1,19 +1,22 @@
-"""The colours of quality, in one place for charts, tables and the 3D pictures."""
+"""The colours of quality for charts, tables and 3D pictures: those of `meshgauge.plot`, as the browser needs them."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 
-STOPS: tuple[tuple[float, str], ...] = (
-    (0.0, "#d4450c"),
-    (0.2, "#f3ae60"),
-    (0.4, "#d9d6cb"),
-    (0.7, "#8ab2d4"),
-    (1.0, "#2a6fb3"),
-)
-"""From flat to ideal: orange over grey to blue, which every kind of colour blindness tells apart."""
+POOR = "#f0a202"
 
-INVALID, DEGENERATE, UNKNOWN = "#a3104c", "#26262b", "#8a6fb0"
+STOPS: tuple[tuple[float, str], ...] = (
+    (0.0, POOR),
+    (0.1999999, POOR),
+    (0.2, "#14456f"),
+    (0.2 + 0.8 / 3, "#3f7fae"),
+    (0.2 + 1.6 / 3, "#9cc3dc"),
+    (1.0, "#eef4f8"),
+)
+"""Amber below 0.2, then from dark to light blue: told apart by lightness as well as hue, by every kind of eye."""
+
+INVALID, DEGENERATE, UNKNOWN = "#d1300f", "#8d1f6d", "#77777f"
 """Below 0, exactly 0, and without a value: each drawn with stripes, so that no colour is needed to see it."""
 
 

@@ -131,6 +131,6 @@ MG.surfaceGeometry = (model, a) => {
   });
   const data = a.surfaceValue
     ? (f) => [a.surfaceValue[f], MG.classOf(a.surfaceValue[f], model.statuses[a.surfaceStatus[f]])]
-    : () => [0.4, 0];
+    : () => [0.9, 0];
   return triangles.geometry(data);
 };

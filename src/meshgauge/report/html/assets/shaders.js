@@ -2,14 +2,7 @@
 // Materials: one shader for cells, surfaces and cards, so that a colour means the same everywhere.
 const MG = {};
 
-MG.colours = null; // of the page, from the first model or the default below
-
-MG.DEFAULT_COLOURS = {
-  stops: [[0, "#d4450c"], [0.2, "#f3ae60"], [0.4, "#d9d6cb"], [0.7, "#8ab2d4"], [1, "#2a6fb3"]],
-  invalid: "#a3104c",
-  degenerate: "#26262b",
-  unknown: "#8a6fb0",
-};
+MG.colours = null; // of the page, from its first model
 
 MG.rgb = (hex) => new THREE.Vector3(...[1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255));
 
@@ -76,8 +69,8 @@ flat in float vClass;
 flat in float vPicked;
 flat in float vId;
 out vec4 colour;
-uniform vec3 uStops[5];
-uniform float uAt[5];
+uniform vec3 uStops[6];
+uniform float uAt[6];
 uniform vec3 uInvalid, uDegenerate, uUnknown, uGhost, uLine;
 uniform float uPixel, uOpacity, uEdge, uEdgeOpacity;
 uniform int uPick, uStyle; // style 0: by quality, 1: ghost
@@ -86,7 +79,7 @@ uniform vec4 uPlane;
 #endif
 vec3 scale(float v) {
   vec3 c = uStops[0];
-  for (int i = 1; i < 5; i++) c = mix(c, uStops[i], clamp((v - uAt[i - 1]) / (uAt[i] - uAt[i - 1]), 0.0, 1.0));
+  for (int i = 1; i < 6; i++) c = mix(c, uStops[i], clamp((v - uAt[i - 1]) / (uAt[i] - uAt[i - 1]), 0.0, 1.0));
   return c;
 }
 void main() {
@@ -165,7 +158,7 @@ void main() {
 MG.NO_PLANE = () => new THREE.Vector4(0, 0, 0, 1);
 
 MG.paint = () => {
-  const c = MG.colours || MG.DEFAULT_COLOURS;
+  const c = MG.colours;
   return {
     uStops: { value: c.stops.map((stop) => MG.rgb(stop[1])) },
     uAt: { value: c.stops.map((stop) => stop[0]) },
