@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ..errors import MeshgaugeError
 from . import inputs
-from .report import MEASURING, WRITING, FormatOption
+from .report import MEASURING, READING, WRITING, FormatOption, WedgeOrder
 
 HELP = """Draw the quality of meshes: a chart of one or several, or a scene of one.
 
@@ -122,6 +122,10 @@ def plot(
             rich_help_panel=MEASURING,
         ),
     ] = None,
+    wedge_order: Annotated[
+        WedgeOrder,
+        typer.Option("--wedge-order", help="Numbering of wedges in the files.", rich_help_panel=READING),
+    ] = WedgeOrder.auto,
     format: FormatOption = None,
 ) -> int:
     """Measure the meshes and draw them; returns the exit code."""
@@ -131,35 +135,42 @@ def plot(
 
     # From here on NumPy, the readers and matplotlib are needed, which `--help` does not wait for.
     from .. import plot as pictures
-    from .._quality import measure
+    from .._quality import Quality, measure
     from ..io import read
     from ..metrics import metric as metric_row
     from ..plot.files import format_of
+    from ..report import FailedFile
     from ..report.record import short_names
     from ..summary import Summary
+    from .attempt import attempt
     from .terminal import activity, warn
 
     format_of(output)
     metric_row(metric)
+
+    def measured(path: str) -> Quality:
+        with activity(f"reading {path}", shown=not quiet):
+            mesh = read(path, format=format, wedge_order=wedge_order.value)
+        with activity(f"measuring {path}", shown=not quiet):
+            return measure(mesh, metrics=(metric,), threads=threads)
+
     summaries: dict[str, Summary] = {}
     failed = False
     for path, name in zip(paths, short_names(paths), strict=True):
-        try:
-            with activity(f"reading {path}", shown=not quiet):
-                mesh = read(path, format=format)
-            with activity(f"measuring {path}", shown=not quiet):
-                quality = measure(mesh, metrics=(metric,), threads=threads)
-                summaries[name] = quality.summary(metric)
-        except (MeshgaugeError, OSError, MemoryError) as error:
+        quality = attempt(path, partial(measured, path))
+        if isinstance(quality, FailedFile):
             failed = True
-            warn("error", f"{path}: {str(error).removeprefix(f'{path}: ') or 'does not fit into memory'}")
+            warn("error", f"{path}: {quality.reason}")
+        else:
+            summaries[name] = quality.summary(metric)
+            last = quality
     if not summaries:
         return 2
     with activity(f"drawing {output}", shown=not quiet):
         if scene is Scene.worst:
-            figure = pictures.worst(quality, worst, title=name)
+            figure = pictures.worst(last, worst, title=name)
         elif scene is Scene.cut:
-            figure = pictures.cut(quality, normal=normal, at=at, title=name)
+            figure = pictures.cut(last, normal=normal, at=at, title=name)
         elif kind is Kind.types:
             figure = pictures.types(summaries, bins=bins)
         elif kind is Kind.cumulative:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .._quality import Quality
 from ..errors import MeshgaugeError
+from ..summary import Tally
 from . import marks, sheet
 from .canvas import Canvas, over
 from .colours import FAINT, INK, INVALID, colours
@@ -98,12 +99,13 @@ def cut(
         marks.ring(axes, place, 5)
     if worst:
         marks.labels(axes, worst[:NAMED], rings[:NAMED], LABELS_TO, HEIGHT)
-    below = sheet.sentence(quality.summary())
+    summary = quality.summary()
+    below = sheet.sentence(summary)
     if hidden:
         below += f"   ·   {hidden:,} invalid cells before the cut are not drawn"
     sheet.title(figure, title, below)
-    if quality.summary().all.n_measured:
-        _upright(figure.add_axes((0.805, 0.16, 0.165, 0.68)), quality)
+    if summary.all.n_measured:
+        _upright(figure.add_axes((0.805, 0.16, 0.165, 0.68)), summary.all)
     return figure
 
 
@@ -163,9 +165,8 @@ def _view(towards: Array) -> tuple[Array, Array]:
     return towards + 0.42 * side / np.linalg.norm(side) + 0.36 * up, up
 
 
-def _upright(axes: Axes, quality: Quality) -> None:
+def _upright(axes: Axes, every: Tally) -> None:
     """Number of cells by quality, upwards; its colours are the legend of the mesh's."""
-    every = quality.summary().all
     bounds = edges_of([every], 40)
     counts = counts_in(every, bounds)
     middle = (bounds[1:] + bounds[:-1]) / 2
