@@ -281,18 +281,22 @@ def test_two_meshes_side_by_side(browser: Any, meshes: Path, drawing: None) -> N
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such file names there")
-def test_names_from_files_are_no_program(browser: Any, tmp_path: Path, drawing: None) -> None:
+def test_names_from_files_are_no_program_and_undefined_cells_can_be_hidden(
+    browser: Any, tmp_path: Path, drawing: None
+) -> None:
     nasty = "{{ 7 * 7 }}<img src=x onerror=alert(1)>"
-    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
-    mesh = meshgauge.Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (1, 2, 3, 4)])])
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (np.nan, 0, 0)]
+    mesh = meshgauge.Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (1, 2, 3, 4), (0, 1, 2, 5)])])
     names = {"region:names": np.array([nasty, "steel"])}
-    mesh = mesh.replace(cell_data={"region": np.array([1, 2])}, field_data=names)
+    mesh = mesh.replace(cell_data={"region": np.array([1, 2, 2])}, field_data=names)
     meshgauge.write(tmp_path / f"{nasty}.vtu", mesh)
     running = Server(tmp_path / f"{nasty}.vtu")
     try:
         page = browser.new_page()
         page.on("dialog", lambda dialog: pytest.fail(dialog.message))
-        visit(page, running.address + "#cell=0", shown="2")
+        visit(page, running.address + "#cell=0", shown="3")
+        page.locator('[data-range="undefined"]').click()
+        shows(page, 2)
         assert page.locator("h1").first.inner_text() == f"{nasty}.vtu"
         assert nasty in page.locator("[data-card]").inner_text()
         page.close()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import re
+import shlex
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +16,7 @@ from view_meshes import cubes
 from meshgauge.cli.main import main
 from meshgauge.viewer import drawn
 from meshgauge.viewer.filters import Filters, Plane, ViewError
-from meshgauge.viewer.link import View, view
+from meshgauge.viewer.link import _READ, View, view
 from meshgauge.viewer.model import Model
 from meshgauge.viewer.picture import png
 from meshgauge.viewer.scene import Scene
@@ -141,15 +143,38 @@ def test_a_png_has_a_legend(scene: Scene) -> None:
     assert reds(with_legend[:-60]) == 0
 
 
-def test_a_screenshot_from_the_command_line(tmp_path: Path, pytestconfig: pytest.Config, capsys: object) -> None:
+def test_a_screenshot_from_the_command_line(
+    tmp_path: Path, pytestconfig: pytest.Config, capsys: pytest.CaptureFixture[str]
+) -> None:
     from PIL import Image
 
     mesh, target = str(pytestconfig.rootpath / "examples/meshes/bracket.vtu"), tmp_path / "bad.png"
     code = main(["view", mesh, "--link", "quality=-1,0.2&cell=521", "--screenshot", str(target), "--size", "500x400"])
     assert code == 0
-    assert capsys.readouterr().out == f"{target}: bracket.vtu, 39 of 6,192 cells\n"  # type: ignore[attr-defined]
+    assert capsys.readouterr().out == f"{target}: bracket.vtu, 39 of 6,192 cells\n"
     with Image.open(target) as image:
         assert image.size == (500, 400)
+
+
+def test_the_documentation_holds(
+    tmp_path: Path, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = (pytestconfig.rootpath / "docs/viewer.md").read_text(encoding="utf-8")
+    (tmp_path / "examples").symlink_to(pytestconfig.rootpath / "examples", target_is_directory=True)
+    monkeypatch.chdir(tmp_path)
+    commands = [line.split("  #")[0] for line in page.splitlines() if line.startswith("meshgauge view ")]
+    assert len(commands) == 3
+    for command in commands:
+        arguments = shlex.split(command)[1:]
+        if "--screenshot" not in arguments:
+            arguments += ["--screenshot", "out.png", "--size", "300x200"]
+        assert main(arguments) == 0, capsys.readouterr().err
+    rows = [line.split("|")[1] for line in page.splitlines() if line.startswith("| `")]
+    parts = [part for row in rows for part in re.findall(r"`([^`]+)`", row)]
+    assert {part.split("=")[0] for part in parts} == set(_READ)
+    for part in parts:
+        if part != "camera=...":
+            assert view(part) != View()
 
 
 @pytest.mark.parametrize(
@@ -162,11 +187,11 @@ def test_a_screenshot_from_the_command_line(tmp_path: Path, pytestconfig: pytest
     ],
 )
 def test_what_cannot_be_drawn_is_said_in_a_line(
-    arguments: list[str], message: str, tmp_path: Path, pytestconfig: pytest.Config, capsys: object
+    arguments: list[str], message: str, tmp_path: Path, pytestconfig: pytest.Config, capsys: pytest.CaptureFixture[str]
 ) -> None:
     mesh, target = str(pytestconfig.rootpath / "examples/meshes/bracket.vtu"), tmp_path / "out.png"
     assert main(["view", mesh, *arguments, "--screenshot", str(target)]) == 2
-    error = capsys.readouterr().err  # type: ignore[attr-defined]
+    error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
     assert not target.exists()

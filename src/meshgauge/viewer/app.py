@@ -19,7 +19,7 @@ from .model import Model
 from .picture import png
 from .scene import Scene
 
-CONTROLS = ("quality", "undefined", "types", "statuses", "regions", "axis", "flipped", "at", "peel", "edges")
+CONTROLS = ("quality", "with_undefined", "types", "statuses", "regions", "axis", "flipped", "at", "peel", "edges")
 """State that the browser may set; everything else there is only shown."""
 
 PAUSE = 0.01

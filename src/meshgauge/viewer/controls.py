@@ -54,7 +54,7 @@ def controls(view: View, choices: Choices) -> dict[str, Any]:
         flipped = axis in AXES and AXES[axis] == minus
     return {
         "quality": [filters.low, filters.high],
-        "undefined": filters.undefined,
+        "with_undefined": filters.undefined,  # "undefined" is a word of the page's language
         "types": _chosen(filters.types, choices.types),
         "statuses": _chosen(filters.statuses, choices.statuses),
         "regions": [] if filters.regions is None else sorted(filters.regions),
@@ -82,7 +82,7 @@ def filters(values: Mapping[str, Any], choices: Choices, *, sight: Vector) -> Fi
     return Filters(
         low=round(low, 4),
         high=round(high, 4),
-        undefined=bool(values["undefined"]),
+        undefined=bool(values["with_undefined"]),
         types=_names(values["types"], choices.types),
         statuses=_names(values["statuses"], choices.statuses),
         regions=regions or None,

@@ -185,6 +185,14 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool) -> None:
         if with_undefined:
             html.I(style=f"background: {css(UNDEFINED)}")
             html.Span("undefined")
+            v.VBtn(
+                "{{ with_undefined ? 'hide' : 'show' }}",
+                click="with_undefined = !with_undefined",
+                size="x-small",
+                variant="tonal",
+                classes="text-none",
+                **_raw(data_range="undefined"),
+            )
     html.Div(
         "Bar heights grow as the square root." + (" The line is the second mesh." if n_models > 1 else ""),
         classes="faint",
