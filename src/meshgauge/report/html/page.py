@@ -56,7 +56,7 @@ def page(sections: Sequence[Section], failures: Sequence[FailedFile] = (), *, ti
             style=_file("assets/page.css"),
             scripts=scripts if has_models else scripts[1:],
             hashes=[_hash(script) for script in scripts],
-            licence=_file("vendor/three.LICENSE.txt") if has_models else "",
+            licences=[_file(f"vendor/{name}.LICENSE.txt") for name in ("three", "fflate")] if has_models else [],
             stops=colours.STOPS,
             colours=colours,
         )
