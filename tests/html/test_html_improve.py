@@ -31,6 +31,8 @@ HISTORY = [
 CERTIFICATE = {
     "stopped": "",
     "strict": False,
+    "verdict": "Three cells were repaired.",
+    "claims": [{"name": "valid", "holds": True, "text": "no cell is invalid"}, {"name": "strict", "holds": False}],
     "history": HISTORY,
     "before": {"all": "not shown twice"},
     "displacement": {"max": 0.0012345, "cells": np.arange(100)},
@@ -69,6 +71,10 @@ def test_the_certificate_is_shown_whatever_it_holds(text: str) -> None:
     for part in ("all four points of a corner are fixed", "0.0012345", "… (100 in all)", "<dt>strict</dt><dd>no"):
         assert part in plain
     assert "not shown twice" not in plain
+    assert '<p class="lead">Three cells were repaired.</p>' in plain
+    checks = re.findall(r"<li><span class=\"level (\w+)\">.*?</span></span>(.*?)</li>", plain)
+    assert [(level, text.strip()) for level, text in checks] == [("good", "no cell is invalid"), ("bad", "strict")]
+    assert 'data-locate="390"' in text
     assert "<script>alert" not in text
     assert text.count("<polyline") == 2
 

@@ -71,10 +71,29 @@ def tree(item: Any, depth: int = 0) -> Node:
         more = f", … ({len(item):,} in all)" if len(item) > ROWS else ""
         if entries and all(isinstance(entry, Mapping) for entry in entries):
             head = tuple(dict.fromkeys(key for entry in entries for key in entry))
-            rows = tuple(tuple(_text(entry.get(key, "")) for key in head) for entry in entries)
+            rows = tuple(tuple(_id_or_text(key, entry.get(key, "")) for key in head) for entry in entries)
             return Node("table", more.removeprefix(", "), head=tuple(map(_name, head)), rows=rows)
-        return Node("text", ", ".join(map(_text, entries)) + more if entries else "none")
+        return Node("text", ", ".join(map(_entry, entries)) + more if entries else "none")
     return Node("text", _text(item))
+
+
+class Claim(NamedTuple):
+    """Something that was checked on the result."""
+
+    name: str
+    holds: bool
+    text: str
+
+
+def claims(told: Any) -> list[Claim]:
+    """The entries that say whether something holds."""
+    if not isinstance(told, Sequence) or isinstance(told, str):
+        return []
+    return [
+        Claim(_name(_of(entry, "name") or ""), bool(_of(entry, "holds")), str(_of(entry, "text") or ""))
+        for entry in told
+        if _of(entry, "holds") is not None
+    ]
 
 
 def _plain(item: Any) -> Any:
@@ -87,6 +106,16 @@ def _plain(item: Any) -> Any:
 
 def _name(key: Any) -> str:
     return str(key).replace("_", " ")
+
+
+def _id_or_text(key: Any, item: Any) -> str:
+    """Ids are written without marks between thousands, as everywhere else."""
+    return str(item) if key in ("cell", "node", "point") else _text(item)
+
+
+def _entry(item: Any) -> str:
+    """An entry of a list, which has commas of its own."""
+    return str(item) if isinstance(item, int) and not isinstance(item, bool) else _text(item)
 
 
 def _text(item: Any) -> str:
@@ -102,5 +131,5 @@ def _text(item: Any) -> str:
     if isinstance(item, Mapping):
         return ", ".join(f"{_name(key)} {_text(value)}" for key, value in item.items())
     if isinstance(item, list | tuple):
-        return ", ".join(map(_text, item[:ROWS])) + (", …" if len(item) > ROWS else "")
+        return ", ".join(map(_entry, item[:ROWS])) + (", …" if len(item) > ROWS else "")
     return str(item) or "–"

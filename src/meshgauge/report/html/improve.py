@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..verdict import verdict
-from .certificate import history, tree
+from .certificate import claims, history, tree
 from .charts import curves, histograms, lowest
 from .page import page
 from .section import BUDGET, Section, report_of, section
@@ -17,7 +17,7 @@ from .section import BUDGET, Section, report_of, section
 if TYPE_CHECKING:
     from ..._quality import Quality
 
-SHOWN_APART = ("history", "before", "after")
+SHOWN_APART = ("history", "before", "after", "verdict", "claims")
 """Keys of a certificate that have a place of their own on the page."""
 
 
@@ -43,7 +43,8 @@ def improve_page(certificate: Any, before: Quality, after: Quality, *, title: st
     ----------
     certificate
         What the improvement says of itself: a mapping, or an object with ``to_dict``. Its ``history`` is drawn if its
-        entries have ``seconds`` and ``worst`` (``mean`` and ``phase`` as well); every other key is shown as it is.
+        entries have ``seconds`` and ``worst`` (``mean`` and ``phase`` as well), its ``claims`` are listed if they have
+        ``holds``, ``name`` and ``text``, its ``verdict`` leads; every other key is shown as it is.
     before, after
         Of the same cells: only the points may differ.
     title
@@ -81,6 +82,8 @@ def improve_section(
             "was_histograms": histograms(was, bins, start=start),
             "change": change(before, after),
             "curves": curves(history(told.get("history"))),
+            "sentence": told["verdict"] if isinstance(told.get("verdict"), str) else "",
+            "claims": claims(told.get("claims")),
             "certificate": tree({key: value for key, value in told.items() if key not in SHOWN_APART}),
         },
     )
