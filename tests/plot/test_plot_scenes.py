@@ -9,9 +9,9 @@ import pytest
 
 from meshgauge import Mesh, MeshgaugeError, measure, read
 from meshgauge.cells import SHAPES
-from meshgauge.plot import gallery, marks, section
+from meshgauge.plot import gallery, marks, section, sheet
 from meshgauge.plot.canvas import frame, over
-from meshgauge.plot.solids import drawable, surface
+from meshgauge.plot.solids import drawable, ranked, surface
 
 BOX = np.array([(x, y, z) for x in (0.0, 4.0) for y in (0.0, 1.0) for z in (0.0, 2.0)])
 
@@ -109,3 +109,20 @@ def test_the_edges_that_meet_at_the_worst_node() -> None:
         [hexahedron.mesh.points[nodes[b if a == worst.node else a]] for a, b in SHAPES["hexahedron"].edges
          if worst.node in (a, b)],
     )  # fmt: skip
+
+
+def test_cells_inverted_inside_are_pointed_out_before_poor_ones() -> None:
+    crossed = read(Path(__file__).resolve().parents[2] / "examples" / "wrong_answers" / "hexahedron_crossed.vtk")
+    flat = TETRA * (1, 1, 0.02) + 5
+    mesh = Mesh.from_arrays(
+        np.r_[flat, flat[[0, 2, 1, 3]] + 1, crossed.points],
+        [("tetra", [(0, 1, 2, 3), (4, 5, 6, 7)]), ("hexahedron", 8 + crossed.connectivity.reshape(1, 8))],
+    )
+    quality = measure(mesh)
+    assert quality.worst(3)[-1].status == "inverted_inside"
+    found = ranked(quality, 3)
+    assert [cell.status for cell in found] == ["inverted", "inverted_inside", "ok"]
+    assert [cell.cell for cell in ranked(quality, 1)] == [1]
+    assert marks.said(found[1]) == ("hexahedron 2", "0.960", "inverted inside")
+    assert marks.colour_of(found[1]) == marks.colour_of(found[0]) != marks.colour_of(found[2])
+    assert "1 inverted inside" in sheet.sentence(quality.summary())

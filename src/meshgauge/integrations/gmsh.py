@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._quality import JENS, Quality
 from .._quality import measure as measure_mesh
 from ..cells import BY_NAME
-from ..errors import MeshgaugeError, MetricError
+from ..errors import MeshgaugeError
 from ..io._gmsh_cells import BY_ID
 from ..mesh import CellBlock, Mesh
 from .improving import improved
@@ -106,10 +106,8 @@ def view(quality: Quality, metric: str = JENS) -> int:
         If the quality is not of a model of Gmsh.
     """
     gmsh = _session()
-    if metric not in quality.metrics:
-        raise MetricError(f"metric {metric!r} was not measured; measured are {', '.join(quality.metrics)}")
+    values = quality.values_of(metric)
     tags = _tags(quality.mesh.cell_data, ELEMENT)
-    values = quality.metrics[metric]
     shown = np.isfinite(values)
     tag = int(gmsh.view.add(metric))
     gmsh.view.addHomogeneousModelData(

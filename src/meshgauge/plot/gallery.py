@@ -14,7 +14,7 @@ from ..polyhedra import Polyhedra
 from . import marks, sheet
 from .canvas import Canvas, frame, over
 from .colours import FAINT, INK
-from .solids import CELL, Solids, corners, drawable, shell, surface
+from .solids import CELL, Solids, corners, drawable, ranked, shell, surface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,7 +29,7 @@ MOST = 12
 
 
 def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
-    """The worst cells, numbered from the worst on: where they are, and each from near among its neighbours.
+    """The worst cells, invalid ones first: where they are, numbered, and each from near among its neighbours.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
     if not 1 <= n <= MOST:
         raise MeshgaugeError(f"{n} worst cells are asked for, expected 1 to {MOST}")
     solids = drawable(quality)
-    cells = quality.worst(n)
+    cells = ranked(quality, n)
     if not cells:
         raise MeshgaugeError("there is nothing to draw: no cell has a value")
     figure = sheet.figure(WIDTH / 100, HEIGHT / 100, dpi=100)

@@ -49,8 +49,10 @@ def badge(axes: Axes, at: Array, text: str) -> None:
 
 
 def said(cell: WorstCell) -> tuple[str, str, str]:
-    """What a cell is, its value, and where it is worst."""
-    return f"{cell.type} {cell.cell}", number(cell.quality), f"worst at point {cell.point}"
+    """What a cell is, its value, and where it is worst; why it is not valid if its value does not tell."""
+    told = cell.status in ("ok", "inverted")
+    where = f"worst at point {cell.point}" if told else cell.status.replace("_", " ")
+    return f"{cell.type} {cell.cell}", number(cell.quality), where
 
 
 def colour_of(cell: WorstCell) -> str:

@@ -10,7 +10,7 @@ from .._quality import Quality
 from . import marks
 from .canvas import check_drawing
 from .colours import FAINT, INK
-from .solids import CELL, drawable, edges, surface
+from .solids import CELL, drawable, edges, ranked, surface
 
 
 def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) -> Any:
@@ -48,7 +48,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
     sharp = edges(skin)
     if sharp.n_cells:
         made.add_mesh(sharp, color=FAINT, pickable=False)
-    cells = quality.worst(n)
+    cells = ranked(quality, n)
     if cells:
         drawn = np.isin(np.asarray(grid.cell_data[CELL]), [cell.cell for cell in cells])
         made.add_mesh(

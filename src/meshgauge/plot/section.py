@@ -14,7 +14,7 @@ from . import marks, sheet
 from .canvas import Canvas, over
 from .colours import FAINT, INK, INVALID, colours
 from .series import counts_in, edges_of
-from .solids import CELL, corners, drawable, invalid, shell, surface
+from .solids import CELL, corners, drawable, invalid, ranked, shell, surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +71,7 @@ def cut(
     skin = surface(grid)
     centres = np.asarray(grid.cell_centers().points, np.float64)
     is_bad = invalid(quality)[np.asarray(grid.cell_data[CELL])]
-    worst = quality.worst(max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
+    worst = ranked(quality, max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
     rings = solids.place([cell.coordinates for cell in worst])
     towards, depth = _plane(corners(skin), rings[0] if worst else None, centres, normal, at)
     # Centres in the plane, but for rounding, belong to what is shown.

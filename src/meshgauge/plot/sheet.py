@@ -125,6 +125,8 @@ def sentence(summary: Summary) -> str:
     parts = [plural(every.n_cells, "cell")]
     if every.n_measured:
         parts += [f"min {number(every.min)}", f"median {number(every.quantiles((0.5,))[0.5])}"]
+    if inside := every.statuses.get("inverted_inside"):
+        parts.append(f"{inside:,} inverted inside, between good corners")
     if every.n_cells > every.n_measured:
         parts.append(f"{every.n_cells - every.n_measured:,} not measured")
     return "   ·   ".join(parts)

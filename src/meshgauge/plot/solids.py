@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import connectivity
-from .._quality import Quality
+from .._quality import Quality, WorstCell
 from ..cells import BY_NAME, CELL_TYPES
 from ..errors import MeshgaugeError
 from ..io._vtk import grid as vtk_grid
@@ -96,6 +96,20 @@ def invalid(quality: Quality) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for measured cells that are not valid."""
     codes = [status for status, row in STATUSES.items() if row.is_measured and not row.is_valid]
     return np.isin(quality.status, codes)
+
+
+def ranked(quality: Quality, n: int) -> list[WorstCell]:
+    """The n cells to point out: those that are not valid, the lowest first, then the lowest of the others.
+
+    A cell that is inverted inside, between good corners, can have a higher J_ENS than valid ones.
+    """
+    bad = np.flatnonzero(invalid(quality))
+    bad = bad[np.argsort(quality.values[bad], kind="stable")][:n]
+    found = [quality.worst_node(int(cell)) for cell in bad]
+    if len(found) < n:
+        known = set(bad.tolist())
+        found += [cell for cell in quality.worst(n) if cell.cell not in known][: n - len(found)]
+    return found
 
 
 def surface(grid: Any) -> Any:
