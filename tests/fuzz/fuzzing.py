@@ -15,6 +15,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "io"))
 from cgns_files import mixed, polyhedral
+from fluent_files import cff
 from io_meshes import mesh_of
 from ovm_files import ovmb
 
@@ -200,6 +201,8 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
     yield "exodus", classic, [classic]
     binary = ovmb(folder / "classic" / "a.ovmb", mesh_of("tetra", "penta_prism", n=1))
     yield "ovm", binary, [binary]
+    fluent = cff(folder / "classic" / "a.cas.h5", mesh)
+    yield "fluent", fluent, [fluent]
     for path in (mixed(folder / "classic" / "a.cgns", mesh), polyhedral(folder / "classic" / "b.cgns", mesh)):
         yield "cgns", path, [path]
     for file in sorted((HERE / "seeds").glob("*")) if (HERE / "seeds").is_dir() else []:

@@ -78,8 +78,9 @@ def _told(mesh: Mesh, ids: NDArray[np.int64]) -> list[str]:
     found = []
     for name, values in mesh.cell_data.items():
         if values.ndim == 1 and values.dtype.kind in "iu" and len(values):
-            pairs = np.unique(np.stack([ids, values.astype(np.int64)]), axis=1)
-            if len(np.unique(pairs[0])) == pairs.shape[1] == len(np.unique(pairs[1])) > 1:
+            keys, place = np.unique(values, return_inverse=True)
+            n_pairs = len(np.unique(ids * len(keys) + place.reshape(-1)))
+            if n_pairs == len(keys) == len(np.unique(ids)) > 1:
                 found.append(name)
     return found
 

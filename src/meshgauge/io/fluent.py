@@ -1,4 +1,4 @@
-"""Fluent's meshes (.msh, .cas), ascii and binary: cells put together from their faces.
+"""Fluent's meshes (.msh, .cas: ascii and binary; .msh.h5, .cas.h5): cells put together from their faces.
 
 Own, because VTK's reader repeats the cells for every zone of faces, and hangs or aborts on some files.
 """
@@ -15,20 +15,23 @@ from numpy.typing import NDArray
 from ..errors import ReadError
 from ..mesh import Mesh
 from . import _faces
+from ._fluent_hdf import Arrays
 from ._format import Format
 from ._text import numbers
+from .vtkhdf import MAGIC
 
 _MARK = re.compile(rb"\A\s*\(\s*\d+\s")
 _SECTION = re.compile(rb"\s*\(\s*(\d+)")
 _HEAD = re.compile(rb"\s*\(([^()]*)\)\s*")
 _TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[()]', re.DOTALL)
 _END = b"End of Binary Section"
+_HDF = (".cas.h5", ".msh.h5")
 _INTERIOR = 2
 _PARENT_ZONE = 32
 
 
 def sniff(head: bytes, path: Path) -> bool:
-    return _MARK.match(head) is not None
+    return _MARK.match(head) is not None or (head.startswith(MAGIC) and path.name.lower().endswith(_HDF))
 
 
 @dataclass(slots=True)
@@ -120,7 +123,11 @@ def read(path: Path) -> Mesh:
 
     Of cells refined into others the smaller ones are read, with hanging nodes as further corners of polyhedra.
     """
-    cursor, found = _Cursor(path, path.read_bytes()), _Found()
+    data = path.read_bytes()
+    if data.startswith(MAGIC):
+        arrays = Arrays(path)
+        return _mesh(_Found(3, arrays.points, arrays.cells, arrays.faces, arrays.names), path)
+    cursor, found = _Cursor(path, data), _Found()
     while (number := cursor.section()) is not None:
         is_binary, kind, has_body = number >= 2000, number % 1000, True
         if kind == 2 and not is_binary:
