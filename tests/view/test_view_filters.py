@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from view_meshes import cubes
 
 import meshgauge
+from meshgauge.plot.colours import INVALID, POOR, RAMP, UNKNOWN
 from meshgauge.topology import topology
 from meshgauge.viewer import layers as layering
 from meshgauge.viewer.camera import Camera
 from meshgauge.viewer.card import card, number
-from meshgauge.viewer.colours import GOOD, INVALID, POOR, UNDEFINED, colours
+from meshgauge.viewer.colours import css
 from meshgauge.viewer.filters import AXES, Filters, Plane, ViewError, in_range, shown
 from meshgauge.viewer.histogram import EDGES, histogram
 from meshgauge.viewer.model import Frame, Model
@@ -215,7 +216,7 @@ def test_bins_count_every_value_once(values: list[float]) -> None:
 
 def test_colours_tell_the_bands_apart() -> None:
     values = np.array([-0.5, 0.0, 1e-9, 0.1999, 0.2, 1.0, np.nan])
-    assert colours(values).tolist() == [list(c) for c in (INVALID, INVALID, POOR, POOR, GOOD[0], GOOD[-1], UNDEFINED)]
+    assert css(values) == [INVALID, INVALID, POOR, POOR, RAMP[0], RAMP[-1], UNKNOWN]
 
 
 def test_values_of_one_cell_are_those_of_the_whole_mesh(bracket: Model) -> None:

@@ -196,4 +196,4 @@ def test_what_cannot_be_drawn_is_said_in_a_line(
     assert error.count("\n") == 1
     assert not target.exists()
     assert main(["view", mesh, "--screenshot", mesh]) == 2
-    assert main(["view", mesh, mesh, mesh]) == 2
+    assert main(["view", str(pytestconfig.rootpath / "examples/meshes/*")]) == 2  # three

@@ -71,6 +71,7 @@ def view(
     ] = WedgeOrder.auto,
 ) -> int:
     """Read, measure, and serve or draw; returns the exit code."""
+    meshes = inputs.expanded(meshes)
     if len(meshes) > 2:
         raise MeshgaugeError(f"{len(meshes)} meshes to view; expected one, or two to put side by side")
     width, height = _size(size)

@@ -46,6 +46,7 @@ class App:
             {
                 "theme": "light",
                 "names": [model.name for model in models],
+                "notes": [" ".join(model.mesh.notes) for model in models],
                 "verdicts": [verdict(model.quality.summary()).text for model in models],
                 "link": "",
                 "note": "",

@@ -10,7 +10,7 @@ import numpy as np
 
 from .camera import Camera, Vector
 from .card import Card, coordinate, number
-from .colours import colours, css
+from .colours import css
 from .filters import AXES, Filters, Plane, others
 from .histogram import EDGES, bars, histogram
 from .link import View
@@ -95,12 +95,12 @@ def bins(models: Sequence[Model], view: View) -> list[dict[str, Any]]:
     """The bars of the histogram: of each bin its edges, colour, and for each mesh a height and how many cells."""
     counts = [histogram(model.values[others(model, view.filters)]) for model in models]
     heights = [bars(n) for n in counts]
-    fill = colours((EDGES[:-1] + EDGES[1:]) / 2)
+    fill = css((EDGES[:-1] + EDGES[1:]) / 2)
     return [
         {
             "low": float(EDGES[i]),
             "high": float(EDGES[i + 1]),
-            "colour": css(fill[i]),
+            "colour": fill[i],
             "heights": [h[i] for h in heights],
             "text": f"{number(EDGES[i])} to {number(EDGES[i + 1])}: "
             + ", ".join(f"{int(n[i]):,}" for n in counts)
@@ -118,7 +118,7 @@ def worst(model: Model, n: int) -> list[dict[str, Any]]:
             "type": cell.type,
             "quality": number(cell.quality),
             "status": "" if cell.status == "ok" else cell.status.replace("_", " "),
-            "colour": css(colours(np.array([cell.quality]))[0]),
+            "colour": css(np.array([cell.quality]))[0],
         }
         for cell in model.quality.worst(n)
     ]
@@ -127,7 +127,7 @@ def worst(model: Model, n: int) -> list[dict[str, Any]]:
 def details(found: Card, mesh: int, name: str) -> dict[str, Any]:
     """A cell for the page."""
     values = np.array([found.quality, *(row.quality for row in found.nodes)])
-    fill = [css(colour) for colour in colours(values)]
+    fill = css(values)
     return {
         "cell": found.cell,
         "mesh": mesh,

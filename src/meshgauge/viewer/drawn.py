@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..plot.colours import rgb
 from .colours import colours
 from .model import Model
 from .surface import Surface
@@ -139,12 +140,6 @@ def plain(data: Any, colour: str, *, line_width: float = 1.0, point_size: float 
     look.SetPointSize(point_size)
     look.SetRenderPointsAsSpheres(point_size > 1.0)
     return actor
-
-
-def rgb(colour: str) -> tuple[float, float, float]:
-    """A colour written as CSS does, 0 to 1."""
-    r, g, b = (int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5))
-    return r, g, b
 
 
 def _actor(data: Any) -> Any:

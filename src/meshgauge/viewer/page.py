@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .colours import GOOD, INVALID, POOR, UNDEFINED, css
+from ..plot.colours import INVALID, POOR, RAMP, UNKNOWN
 from .controls import OBLIQUE, OFF, Choices
 from .model import Model
 
@@ -21,6 +21,7 @@ html, body { overflow: hidden !important; }
 .mg h2 { font-size: 12px; font-weight: 650; letter-spacing: .02em; margin: 18px 0 6px; }
 .mg .faint { opacity: .68; }
 .mg-verdict { margin: 2px 0 8px; line-height: 1.35; }
+.mg .small { font-size: 11px; }
 .mg-view { position: relative; min-width: 0; min-height: 0; overflow: hidden; }
 .mg-over { position: absolute; z-index: 2; pointer-events: none; padding: 3px 9px; border-radius: 6px;
   background: rgba(255,255,255,.82); color: #1d2126; }
@@ -103,6 +104,7 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
                 for n in range(len(models)):
                     html.H1(f"{{{{ names[{n}] }}}}")
                     html.Div(f"{{{{ verdicts[{n}] }}}}", classes="mg-verdict faint")
+                    html.Div(f"{{{{ notes[{n}] }}}}", v_if=f"notes[{n}]", classes="mg-verdict faint small")
                 undefined = any(np.isnan(model.values[model.is_solid]).any() for model in models)
                 _histogram(v, html, len(models), undefined)
                 _filters(v, html, choices, max(model.n_layers for model in models))
@@ -178,12 +180,12 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool) -> None:
             )
     with html.Div(classes="mg-legend"):
         for colour, text in ((INVALID, "invalid"), (POOR, "poor")):
-            html.I(style=f"background: {css(colour)}")
+            html.I(style=f"background: {colour}")
             html.Span(text)
-        html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(css(c) for c in GOOD)})")
+        html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(RAMP)})")
         html.Span("0.2 to 1")
         if with_undefined:
-            html.I(style=f"background: {css(UNDEFINED)}")
+            html.I(style=f"background: {UNKNOWN}")
             html.Span("undefined")
             v.VBtn(
                 "{{ with_undefined ? 'hide' : 'show' }}",
@@ -195,8 +197,7 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool) -> None:
             )
     html.Div(
         "Bar heights grow as the square root." + (" The line is the second mesh." if n_models > 1 else ""),
-        classes="faint",
-        style="font-size: 11px",
+        classes="faint small",
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .colours import INVALID, POOR, UNDEFINED, colours
+from .colours import colours
 from .drawn import INK
 from .scene import Scene
 
@@ -60,13 +60,13 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
     y, tall = height - margin - size * 2, round(size * 0.8)
     x = float(margin)
     entries: list[tuple[str, NDArray[Any]]] = [
-        ("invalid", np.array([INVALID])),
-        ("poor < 0.2", np.array([POOR])),
+        ("invalid", colours(np.array([-1.0]))),
+        ("poor < 0.2", colours(np.array([0.1]))),
         ("0.2", colours(np.linspace(0.2, 1.0, 64))),
         ("1 ideal", np.zeros((0, 3))),
     ]
     if has_undefined(scene):
-        entries.append(("undefined", np.array([UNDEFINED])))
+        entries.append(("undefined", colours(np.array([np.nan]))))
     for text, swatches in entries:
         box = size * (9.0 if len(swatches) > 1 else 1.6 if len(swatches) else 0.0)
         if text == "0.2":

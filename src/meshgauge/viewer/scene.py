@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..plot.colours import rgb
 from . import drawn, opengl
 from .camera import VIEW_ANGLE, Camera
 from .card import card
@@ -120,7 +121,7 @@ class Scene:
     def theme(self, name: str) -> None:
         """Set the background: ``"light"`` or ``"dark"``."""
         for pane in self._panes:
-            pane.renderer.SetBackground(*drawn.rgb(BACKGROUNDS[name]))
+            pane.renderer.SetBackground(*rgb(BACKGROUNDS[name]))
 
     def show(self, view: View) -> None:
         """Make the scene that of a view. Raises `ViewError`, and changes nothing, if its picked cell cannot be."""
