@@ -40,6 +40,12 @@ def fused_kernel(function: F) -> F:
     return compiled
 
 
+def summing_kernel(function: F) -> F:
+    """A `fused_kernel` whose sums may be taken in any order, so that dot products vectorise; NaN stay NaN."""
+    compiled: F = numba.njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract", "reassoc"})(function)
+    return compiled
+
+
 def fused_inlined(function: F) -> F:
     """An `inlined` helper of a `fused_kernel`."""
     compiled: F = numba.njit(**_HELPER, fastmath={"contract"})(function)

@@ -1,0 +1,272 @@
+"""L-BFGS on the points of a problem: the energy on threads, part by part, and every sum in an order of its own.
+
+The two loops of L-BFGS are done on coefficients (Chen, Wang, Zhou: Large-scale L-BFGS using MapReduce, NIPS 2014): all
+dot products of an iteration are taken in one pass over the history, and the direction is made in another.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._threads import thread_count
+from ..kernels import improve_steps as steps
+from .problem import Part, Points, Problem
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+MEMORY = 7
+"""Pairs of steps and changes of the gradient that are kept."""
+
+PATIENCE = 4
+"""Steps of too little use, one after another, that end a descent: one alone may have been cut short by a barrier."""
+
+RANGE = 1 << 16
+"""Points of a vector handed to a thread at a time."""
+
+ENOUGH, FLATTER = 1e-4, 0.9
+"""The conditions of Wolfe on a step: it lowers the energy enough, and the slope is flatter behind it."""
+
+Energy = Callable[[Points, Part, Points], tuple[float, float]]
+"""Of points and a part: its energy and the least value in it; the gradient is added to the third, from part.low on."""
+
+
+class Workers:
+    """Threads that live as long as an improvement."""
+
+    def __init__(self, threads: int | None) -> None:
+        self.n = thread_count(threads)
+        self._pool = ThreadPoolExecutor(self.n) if self.n > 1 else None
+
+    def map(self, work: Callable[[T], R], items: list[T]) -> list[R]:
+        """``[work(item) for item in items]``."""
+        if self._pool is None or len(items) < 2:
+            return [work(item) for item in items]
+        return list(self._pool.map(work, items))
+
+    def close(self) -> None:
+        if self._pool is not None:
+            self._pool.shutdown()
+
+
+@contextmanager
+def workers(threads: int | None) -> Iterator[Workers]:
+    """Threads for a ``with`` block."""
+    found = Workers(threads)
+    try:
+        yield found
+    finally:
+        found.close()
+
+
+@dataclass(frozen=True, eq=False)
+class Freedom:
+    """What the points of a problem may do.
+
+    Attributes
+    ----------
+    kind
+        ``(n_points,)`` uint8: 0 fixed, 1 along its axis, 2 across its axis, 3 free.
+    axes
+        ``(n_points, 3)`` unit vectors, of use where kind is 1 or 2.
+    scale
+        ``(n_points,)`` length of a natural step.
+    """
+
+    kind: NDArray[np.uint8]
+    axes: Points
+    scale: Points
+
+
+class Watch(Protocol):
+    """Asked after each step: True ends the descent."""
+
+    def __call__(self, points: Points, energy: float, least: float) -> bool: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Descended:
+    """Where a descent ended."""
+
+    points: Points
+    energy: float
+    least: float  #: the least value that the energy's kernel found
+    evaluations: int
+    converged: bool  #: no step went further down
+
+
+class Descent:
+    """Descends energies from where it stands; keeps its buffers between them."""
+
+    def __init__(self, problem: Problem, freedom: Freedom, team: Workers) -> None:
+        self.problem = problem
+        self.freedom = freedom
+        self.team = team
+        n = problem.n_points
+        self._parts = [np.empty((part.high - part.low, 3)) for part in problem.parts]
+        self._ranges = [(first, min(first + RANGE, n)) for first in range(0, max(n, 1), RANGE)]
+        self._history = np.zeros((2 * MEMORY, n, 3), np.float32)
+        self._direction = np.empty((n, 3))
+        self._spare = [np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))]
+
+    def run(
+        self,
+        energy: Energy,
+        points: Points,
+        *,
+        iterations: int,
+        first_step: float = 0.02,
+        tolerance: float = 1e-7,
+        watch: Watch | None = None,
+    ) -> Descended:
+        """Descend for at most so many iterations.
+
+        Parameters
+        ----------
+        energy
+            Finite at ``points``, else nothing is done.
+        points
+            ``(n_points, 3)``; not changed.
+        first_step
+            Of the point that is pulled the most, in units of its scale.
+        tolerance
+            Ends when the energy falls by less than this share of it in `PATIENCE` steps one after another.
+        watch
+            Asked after each step.
+        """
+        here, there = points.copy(), self._spare[2]
+        before, after = self._spare[0], self._spare[1]
+        value, least, pull = self._evaluated(energy, here, before)
+        n, converged = 1, not (np.isfinite(value) and pull > 0.0)
+        gram = np.zeros((2 * MEMORY + 1, 2 * MEMORY + 1))
+        kept, newest, slow = 0, MEMORY - 1, 0
+        for _ in range(iterations):
+            if converged:
+                break
+            self._products(gram, before, newest)
+            factors = _direction(gram, kept, newest)
+            if kept == 0:
+                factors[-1] = -first_step / pull
+            slope = self._combined(factors, before)
+            if not slope < 0.0:
+                if kept == 0:
+                    converged = True
+                kept = 0
+                continue
+            step, low, high = 1.0, 0.0, np.inf
+            reached, moved, turned, ahead, found = np.inf, 0, 0, least, False
+            newest_next = (newest + 1) % MEMORY
+            moved, turned = self._history[newest_next], self._history[MEMORY + newest_next]
+            for _ in range(30):
+                self._stepped(here, step, there)
+                reached, ahead, pull_ahead = self._evaluated(energy, there, after)
+                n += 1
+                if not reached <= value + ENOUGH * step * slope:
+                    high = step
+                else:
+                    slope_ahead = self._changes(before, after, step, moved, turned)
+                    if slope_ahead >= FLATTER * slope or low > 0.0 and high < np.inf and high - low < 0.1 * low:
+                        found = True
+                        break
+                    low = step
+                if high == np.inf:
+                    step *= 2.5
+                else:
+                    # Back from beyond a barrier in longer strides.
+                    step = low + (high - low) * (0.5 if np.isfinite(reached) else 0.3)
+            if not found:
+                if kept:
+                    kept = 0
+                    continue
+                break
+            kept, newest = min(kept + 1, MEMORY), newest_next
+            fall = value - reached
+            here, there = there, here
+            before, after = after, before
+            value, least, pull = reached, ahead, pull_ahead
+            slow = slow + 1 if fall <= tolerance * abs(value) else 0
+            converged = slow >= PATIENCE or not pull > 0.0
+            if watch is not None and watch(here, value, least):
+                break
+        return Descended(here.copy(), value, least, n, converged)
+
+    def _evaluated(self, energy: Energy, points: Points, gradient: Points) -> tuple[float, float, float]:
+        """Energy, the least value and the largest component of the gradient, which is set."""
+
+        def of_part(n: int) -> tuple[float, float]:
+            buffer = self._parts[n]
+            buffer[...] = 0.0
+            return energy(points, self.problem.parts[n], buffer)
+
+        found = self.team.map(of_part, list(range(len(self._parts))))
+        value = float(sum(one for one, _ in found))
+        least = min(one for _, one in found)
+        if not np.isfinite(value):
+            return np.inf, least, 0.0
+
+        def of_range(bounds: tuple[int, int]) -> float:
+            gradient[bounds[0] : bounds[1]] = 0.0
+            for part, buffer in zip(self.problem.parts, self._parts, strict=True):
+                steps.added(buffer, part.low, *bounds, gradient)
+            return steps.constrained(self.freedom.kind, self.freedom.axes, self.freedom.scale, *bounds, gradient)
+
+        return value, least, max(self.team.map(of_range, self._ranges))
+
+    def _products(self, gram: Points, gradient: Points, newest: int) -> None:
+        new = np.array([newest, MEMORY + newest])
+
+        def of_range(bounds: tuple[int, int]) -> Points:
+            out = np.empty((3, 2 * MEMORY + 1))
+            steps.products(self._history, gradient, new, *bounds, out)
+            return out
+
+        found = np.sum(self.team.map(of_range, self._ranges), axis=0)
+        for row, vector in zip(found, (2 * MEMORY, *new), strict=True):
+            gram[vector, :] = row
+            gram[:, vector] = row
+
+    def _combined(self, factors: Points, gradient: Points) -> float:
+        def of_range(bounds: tuple[int, int]) -> float:
+            return steps.combined(self._history, gradient, factors, *bounds, self._direction)
+
+        return float(sum(self.team.map(of_range, self._ranges)))
+
+    def _stepped(self, points: Points, step: float, out: Points) -> None:
+        def of_range(bounds: tuple[int, int]) -> None:
+            steps.stepped(points, self.freedom.scale, self._direction, step, *bounds, out)
+
+        self.team.map(of_range, self._ranges)
+
+    def _changes(
+        self, before: Points, after: Points, step: float, moved: NDArray[np.float32], turned: NDArray[np.float32]
+    ) -> float:
+        def of_range(bounds: tuple[int, int]) -> float:
+            return steps.changes(before, after, self._direction, step, *bounds, moved, turned)
+
+        return float(sum(self.team.map(of_range, self._ranges)))
+
+
+def _direction(gram: Points, kept: int, newest: int) -> Points:
+    """Factors of the history and the gradient that make the direction of L-BFGS, from all their dot products."""
+    factors = np.zeros(2 * MEMORY + 1)
+    factors[-1] = -1.0
+    pairs = [((newest - age) % MEMORY, MEMORY + (newest - age) % MEMORY) for age in range(kept)]
+    pairs = [(s, y) for s, y in pairs if gram[s, y] > 0.0]
+    alphas = []
+    for s, y in pairs:
+        alpha = float(factors @ gram[s]) / gram[s, y]
+        factors[y] -= alpha
+        alphas.append(alpha)
+    if pairs:
+        s, y = pairs[0]
+        factors *= gram[s, y] / gram[y, y]
+    for (s, y), alpha in zip(reversed(pairs), reversed(alphas), strict=True):
+        factors[s] += alpha - float(factors @ gram[y]) / gram[s, y]
+    return factors

@@ -1,0 +1,49 @@
+"""Faces of cells as arrays of points: those of the boundary, and those between regions."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..polyhedra import ragged
+from ..topology import Topology, face_table
+
+Ids = NDArray[np.int64]
+
+
+def face_points(topology: Topology, slots: Ids) -> tuple[Ids, Ids]:
+    """Points of some slots: ids one after another, and where each slot's begin, ``(n_slots + 1,)``.
+
+    Outward, as `Topology.face` gives them one at a time.
+    """
+    mesh, table = topology.mesh, face_table()
+    cells = np.asarray(topology.cells, np.int64)[slots]
+    local = slots - topology.starts[cells]
+    types = mesh.types[cells]
+    own = table[types, 0, 0] < 0
+    sizes = table[types, np.where(own, 0, local), 0].astype(np.int64)
+    first = np.zeros(len(slots), np.int64)
+    poly = mesh.polyhedra
+    if poly is not None and own.any():
+        faces = np.asarray(poly.cell_faces, np.int64)[np.asarray(poly.cell_offsets, np.int64)[cells[own]] + local[own]]
+        first[own] = np.asarray(poly.face_offsets, np.int64)[faces]
+        sizes[own] = np.asarray(poly.face_offsets, np.int64)[faces + 1] - first[own]
+    offsets = np.zeros(len(slots) + 1, np.int64)
+    np.cumsum(sizes, out=offsets[1:])
+    owner = np.repeat(np.arange(len(slots)), sizes)
+    place = np.arange(int(offsets[-1])) - offsets[owner]
+    points = np.empty(len(owner), np.int64)
+    standard = ~own[owner]
+    at = owner[standard]
+    node = table[types[at], local[at], place[standard] + 1].astype(np.int64)
+    points[standard] = mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells[at]] + node]
+    if poly is not None and own.any():
+        points[~standard] = np.asarray(poly.face_points)[ragged(first[own], sizes[own])]
+    return points, offsets
+
+
+def marked(n_points: int, points: Ids) -> NDArray[np.bool_]:
+    """``(n_points,)`` True for the points named."""
+    mark = np.zeros(n_points, bool)
+    mark[points] = True
+    return mark

@@ -1,0 +1,109 @@
+"""One improvement while it runs: the problem, the clock, and what is told of the progress."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .descent import Descent, Freedom, Workers
+from .problem import Points, Problem
+
+TELL = 0.2
+"""Seconds between two entries of the history."""
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far an improvement is."""
+
+    phase: str  #: "start", "untangle", "smooth", "worst", "mean", "slide" or "end"
+    seconds: float  #: since the start
+    worst: float  #: least J_ENS of the cells that take part
+    mean: float  #: mean J_ENS of theirs
+    n_inverted: int  #: cells with a corner that is not positive
+    evaluations: int  #: of the energy and its gradient, on all or some of the cells
+
+
+@dataclass(eq=False)
+class Run:
+    """What the phases share.
+
+    Attributes
+    ----------
+    whole
+        All corners of the cells that take part.
+    moving
+        Those that have a point that may move.
+    points_of_moving, cells_of_moving
+        Which of the points and cells of ``whole`` those of ``moving`` are.
+    freedom
+        Of the points of ``moving``.
+    target, floor
+        As the user asked.
+    deadline
+        On the monotonic clock, or infinity.
+    """
+
+    whole: Problem
+    moving: Problem
+    points_of_moving: np.ndarray
+    cells_of_moving: np.ndarray
+    freedom: Freedom
+    team: Workers
+    target: float
+    floor: float
+    start: float
+    deadline: float
+    base: Points
+    told: Callable[[Progress], object] | None = None
+    asked_to_stop: Callable[[], bool] | None = None
+    history: list[Progress] = field(default_factory=list)
+    evaluations: int = 0
+    stopped: str = ""
+    phase_end: float = np.inf
+    _last: float = 0.0
+
+    def problem_here(self, keep: np.ndarray | None = None) -> tuple[Problem, np.ndarray, np.ndarray]:
+        """The moving corners of some cells of ``moving``; all if None. Also which points and cells they are of it."""
+        if keep is None:
+            return self.moving, np.arange(self.moving.n_points), np.arange(self.moving.n_cells)
+        return self.moving.of_corners(np.repeat(keep, np.diff(self.moving.cells)))
+
+    def descent(self, part: Problem, points: np.ndarray, held: np.ndarray | None = None) -> Descent:
+        """A descent on a part of ``moving``; ``held`` are points of the part that do not move."""
+        kind = self.freedom.kind[points].copy()
+        if held is not None:
+            kind[held] = 0
+        return Descent(part, Freedom(kind, self.freedom.axes[points], self.freedom.scale[points]), self.team)
+
+    def is_over(self) -> bool:
+        """True if time is up or the user asks to stop."""
+        if not self.stopped:
+            if self.asked_to_stop is not None and self.asked_to_stop():
+                self.stopped = "interrupted"
+            elif time.monotonic() > self.deadline:
+                self.stopped = "time"
+        return bool(self.stopped) or time.monotonic() > self.phase_end
+
+    def tell(self, phase: str, points: Points, *, now: bool = False) -> None:
+        """Add to the history and tell the caller, unless that was done just before."""
+        clock = time.monotonic()
+        if not now and clock - self._last < TELL:
+            return
+        self._last = clock
+        self.base[self.points_of_moving] = points
+        _, jens = self.whole.qualities(self.base)
+        progress = Progress(
+            phase=phase,
+            seconds=clock - self.start,
+            worst=float(jens.min(initial=1.0)),
+            mean=float(jens.mean()) if len(jens) else 1.0,
+            n_inverted=int(np.count_nonzero(jens <= 0.0)),
+            evaluations=self.evaluations,
+        )
+        self.history.append(progress)
+        if self.told is not None:
+            self.told(progress)

@@ -1,0 +1,128 @@
+"""Which cells take part in an improvement, and which points must stay where they are, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._quality import Quality
+from ..cells import CELL_TYPES
+from ..doctor import points as coincidence
+from ..errors import MeshError
+from ..mesh import Mesh
+from ..regions import regions
+from ..status import Status
+from ..topology import MULTIPLE, Topology, topology
+from .faces import face_points, marked
+
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What an improvement may touch. Arrays are of the whole mesh.
+
+    Attributes
+    ----------
+    quality
+        Of the mesh as it is.
+    topology
+        Its faces.
+    cells
+        ``(n_cells,)`` cells that take part: solid, measured, with coordinates that are finite.
+    boundary
+        ``(n_points,)`` points of the boundary, and of faces that three cells or more have.
+    interface
+        ``(n_points,)`` points of faces between regions, or of surface and line cells inside.
+    pinned
+        ``(n_points,)`` points that never move: asked for by the user, coinciding ones, those of cells that take no
+        part.
+    notes
+        What is said of it, a sentence each.
+    """
+
+    quality: Quality
+    topology: Topology
+    cells: Mask
+    boundary: Mask
+    interface: Mask
+    pinned: Mask
+    region_ids: NDArray[np.int64]
+    notes: tuple[str, ...]
+
+    @property
+    def fixed(self) -> Mask:
+        """``(n_points,)`` points that do not move as long as the boundary is fixed."""
+        return self.boundary | self.interface | self.pinned
+
+
+def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
+    """Find out what may move.
+
+    Parameters
+    ----------
+    mesh, quality
+        The mesh and what was measured on it.
+    fixed
+        Further points that must not move: a mask ``(n_points,)``, or ids.
+
+    Raises
+    ------
+    MeshError
+        If the mask or the ids do not fit the mesh.
+    """
+    faces = topology(mesh)
+    notes: list[str] = []
+    n = mesh.n_points
+    is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
+    takes_part = is_solid & ~np.isin(quality.status, (Status.NON_FINITE, Status.UNSUPPORTED, Status.BROKEN))
+    is_poly = (mesh.types == 42) & takes_part
+    takes_part &= ~is_poly
+    left = int(np.count_nonzero(is_solid & ~takes_part))
+    pinned = _asked(fixed, n)
+    if left:
+        pinned |= marked(n, mesh.connectivity[np.repeat(~takes_part & is_solid, np.diff(mesh.offsets))])
+        notes.append(f"{left:,} solid cells take no part (polyhedra, and what could not be measured): their points stay.")
+
+    alone = np.flatnonzero(faces.mates < 0)
+    boundary = marked(n, face_points(faces, alone)[0])
+    n_multiple = int(np.count_nonzero(faces.mates == MULTIPLE))
+    if n_multiple:
+        notes.append(f"{faces.n_multiple:,} faces belong to three cells or more: their points stay like the boundary.")
+
+    region_ids, _ = regions(mesh)
+    pairs = faces.pairs()
+    between = region_ids[faces.cells[pairs[:, 0]]] != region_ids[faces.cells[pairs[:, 1]]]
+    interface = marked(n, face_points(faces, pairs[between, 0])[0]) & ~boundary
+    if between.any():
+        notes.append(f"{int(between.sum()):,} faces between regions are kept where they are.")
+    embedded = marked(n, mesh.connectivity[np.repeat(~is_solid, np.diff(mesh.offsets))]) & ~boundary
+    used = marked(n, mesh.connectivity[np.repeat(takes_part, np.diff(mesh.offsets))])
+    n_embedded = int(np.count_nonzero(embedded & used & ~interface))
+    if n_embedded:
+        notes.append(f"{n_embedded:,} points inside belong to surface, line or vertex cells and stay.")
+    interface |= embedded
+
+    representative = coincidence.representatives(mesh.points)
+    twice = coincidence.duplicates(representative, used)
+    if len(twice):
+        pinned |= marked(n, np.concatenate([twice, np.asarray(representative, np.int64)[twice]]))
+        notes.append(f"{len(twice):,} points coincide with another: parts that touch there stay together, unmoved.")
+    return Setting(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
+
+
+def _asked(fixed: ArrayLike | None, n: int) -> Mask:
+    if fixed is None:
+        return np.zeros(n, bool)
+    array = np.asarray(fixed)
+    if array.dtype.kind == "b":
+        if array.shape != (n,):
+            raise MeshError(f"the mask of fixed points has shape {array.shape}, expected ({n},)")
+        return array.copy()
+    if array.dtype.kind not in "iu" or array.ndim != 1:
+        raise MeshError(f"fixed points have shape {array.shape} and dtype {array.dtype}, expected a mask or ids")
+    if len(array) and (int(array.min()) < 0 or int(array.max()) >= n):
+        raise MeshError(f"a fixed point's id is outside 0..{n - 1}")
+    return marked(n, array.astype(np.int64))
