@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from .errors import ReadError as ReadError
     from .errors import RuleError as RuleError
     from .errors import WriteError as WriteError
+    from .improvement import Improvement as Improvement
+    from .improvement import improve as improve
     from .io import from_meshio as from_meshio
     from .io import from_pyvista as from_pyvista
     from .io import read as read
@@ -64,6 +66,8 @@ _HOME = {
     "ReadError": "errors",
     "RuleError": "errors",
     "WriteError": "errors",
+    "Improvement": "improvement",
+    "improve": "improvement",
     "from_meshio": "io",
     "from_pyvista": "io",
     "read": "io",

@@ -1,7 +1,8 @@
 """Vectors of a quasi-Newton method, a range of points at a time: no temporaries, no BLAS and its threads.
 
 Directions and gradients are scaled: ``points += step * scale * direction``, so that points of small cells take small
-steps. Sums may be taken in any order: for one range of points it is always the same. The history of steps and of changes of the gradient is float32: it shapes directions, it decides nothing.
+steps. Sums may be taken in any order: for one range of points it is always the same. The history of steps and of
+changes of the gradient is float32: it shapes directions, it decides nothing.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def products(history: Any, gradient: Any, newest: Any, first: int, last: int, ou
 
 @summing_kernel
 def combined(history: Any, gradient: Any, factors: Any, first: int, last: int, out: Any) -> float:
-    """Rows of ``out`` = Σ factors · history + the last factor · gradient; returns their dot product with the gradient."""
+    """Rows of ``out`` = Σ factors · history + last factor · gradient; returns their dot product with the gradient."""
     n = len(history)
     dot = 0.0
     for p in range(first, last):

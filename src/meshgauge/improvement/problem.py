@@ -84,9 +84,7 @@ class Problem:
     def qualities(self, points: Points) -> tuple[Points, Points]:
         """``(n_cells,)`` the least J_S/k of each cell's corners, and its J_ENS."""
         lowest, folded = np.empty(self.n_cells), np.empty(self.n_cells)
-        improve_quality.cell_quality(
-            points, self.corners, self.kinds, self.constants, self.cells, lowest, folded
-        )
+        improve_quality.cell_quality(points, self.corners, self.kinds, self.constants, self.cells, lowest, folded)
         return lowest, folded
 
     def edge_lengths(self, points: Points) -> Points:
@@ -98,7 +96,8 @@ class Problem:
         """``(n_points,)`` mean length of the edges at each point."""
         at = self.corners[:, 0]
         sums = np.bincount(at, lengths.sum(axis=1), minlength=self.n_points)
-        return sums / np.maximum(3.0 * np.bincount(at, minlength=self.n_points), 1.0)
+        sizes: Points = sums / np.maximum(3.0 * np.bincount(at, minlength=self.n_points), 1.0)
+        return sizes
 
     def reference_lengths(self, points: Points) -> NDArray[np.float32]:
         """`edge_lengths`, none below a thousandth of the mean around its corner."""
@@ -274,5 +273,3 @@ def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
     for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
         values = (values | (values << np.uint64(shift))) & np.uint64(mask)
     return values
-
-

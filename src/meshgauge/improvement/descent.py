@@ -88,7 +88,7 @@ class Freedom:
 class Watch(Protocol):
     """Asked after each step: True ends the descent."""
 
-    def __call__(self, points: Points, energy: float, least: float) -> bool: ...
+    def __call__(self, points: Points, energy: float, least: float, /) -> bool: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +172,7 @@ class Descent:
                     high = step
                 else:
                     slope_ahead = self._changes(before, after, step, moved, turned)
-                    if slope_ahead >= FLATTER * slope or low > 0.0 and high < np.inf and high - low < 0.1 * low:
+                    if slope_ahead >= FLATTER * slope or (low > 0.0 and high < np.inf and high - low < 0.1 * low):
                         found = True
                         break
                     low = step

@@ -15,6 +15,7 @@ from ..mesh import Mesh
 from ..regions import regions
 from ..status import Status
 from ..topology import MULTIPLE, Topology, topology
+from .curved import can_follow
 from .faces import face_points, marked
 
 Mask = NDArray[np.bool_]
@@ -78,13 +79,16 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
     n = mesh.n_points
     is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
     takes_part = is_solid & ~np.isin(quality.status, (Status.NON_FINITE, Status.UNSUPPORTED, Status.BROKEN))
-    is_poly = (mesh.types == 42) & takes_part
-    takes_part &= ~is_poly
+    takes_part &= np.array(
+        [(r := CELL_TYPES.get(t)) is not None and r.shape is not None and can_follow(r) for t in range(256)]
+    )[mesh.types]
     left = int(np.count_nonzero(is_solid & ~takes_part))
     pinned = _asked(fixed, n)
     if left:
         pinned |= marked(n, mesh.connectivity[np.repeat(~takes_part & is_solid, np.diff(mesh.offsets))])
-        notes.append(f"{left:,} solid cells take no part (polyhedra, and what could not be measured): their points stay.")
+        notes.append(
+            f"{left:,} solid cells take no part (polyhedra, cells of high order, and what could not be measured): their points stay."
+        )
 
     alone = np.flatnonzero(faces.mates < 0)
     boundary = marked(n, face_points(faces, alone)[0])

@@ -1,0 +1,64 @@
+"""Acceptance: what was reached stands only where no cell pays for it with its validity."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._quality import Quality, measure
+from ..status import Status
+
+ROUNDS = 40
+"""How often points are put back before all are."""
+
+SAME = 1e-12
+"""Differences of values below this are rounding."""
+
+
+def accepted(before: Quality, points: NDArray[np.float64], *, strict: bool, threads: int | None) -> tuple[Quality, int]:
+    """The quality of the mesh with new points, after putting back those that cost some cell what it may not lose.
+
+    No cell that was valid is invalid after it, inside too; none is below the worst that there was; with ``strict`` none
+    is below what it had. A point that is put back may cost its other cells theirs, so this is repeated.
+
+    Parameters
+    ----------
+    before
+        Of the mesh as it was.
+    points
+        ``(n_points, 3)`` where the points are to be.
+
+    Returns
+    -------
+    Quality, int
+        Of the mesh as it stands, and how many points were put back.
+    """
+    mesh = before.mesh
+    old = np.asarray(mesh.points, np.float64)
+    points = points.copy()
+    is_back = np.zeros(len(points), bool)
+    sizes = np.diff(mesh.offsets)
+    for _ in range(ROUNDS):
+        after = measure(mesh.replace(points=points), metrics=tuple(before.metrics), threads=threads)
+        cells = offending(before, after, strict=strict)
+        if not cells.any():
+            return after, int(np.count_nonzero(is_back))
+        nodes = mesh.connectivity[np.repeat(cells, sizes)]
+        is_back[nodes[(points[nodes] != old[nodes]).any(axis=1)]] = True
+        points[nodes] = old[nodes]
+    return before, len(points)
+
+
+def offending(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.bool_]:
+    """``(n_cells,)`` True for cells that have lost what they may not lose."""
+    ok, undecided = int(Status.OK), int(Status.UNDECIDED)
+    lost: NDArray[np.bool_] = (before.status == ok) & (after.status != ok)
+    lost |= (before.status == undecided) & ~np.isin(after.status, (ok, undecided))
+    measured = ~np.isnan(before.values)
+    lost |= measured & np.isnan(after.values)
+    worst = np.nanmin(before.values) if measured.any() else 0.0
+    with np.errstate(invalid="ignore"):
+        lost |= after.values < worst - SAME
+        if strict:
+            lost |= after.values < before.values - SAME
+    return lost

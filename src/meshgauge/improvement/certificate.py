@@ -1,0 +1,217 @@
+"""What an improvement proves and tells of itself: before and after, what was kept, what was paid, what is left and why."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._quality import Quality
+from ..cells import type_name
+from ..doctor.points import extent
+from ..summary import Summary
+from ..topology import Topology
+from .faces import face_points
+from .run import Progress
+
+NAMED = 20
+"""Cells that are named one by one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limited:
+    """A cell below the target, and what keeps it there."""
+
+    cell: int
+    type: str
+    quality: float  #: J_ENS as it is now
+    bound: float  #: the most that it can have with the fixed points where they are; 1 if they set no bound
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Worse:
+    """A cell that has lost quality."""
+
+    cell: int
+    type: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """Something that was checked on the result, after it was made."""
+
+    name: str
+    holds: bool
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """How far points have moved, in the unit of the mesh."""
+
+    n_points: int
+    n_boundary: int
+    largest: float
+    mean: float  #: of those that moved
+    largest_share: float  #: of the diagonal of the mesh
+    boundary_largest: float
+    boundary_share: float
+    deviation: float  #: of the new boundary from the old surface, at the middles of edges and faces
+    deviation_share: float
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What was reached, at what price, and what was checked.
+
+    Attributes
+    ----------
+    verdict
+        One sentence.
+    outcome
+        "improved", "unchanged" or "not untangled".
+    stopped
+        "" if every phase came to its end, "time" or "interrupted" else.
+    before, after
+        Summaries of J_ENS.
+    status_before, status_after
+        Cells by name of status.
+    claims
+        What was checked on the result.
+    ceiling
+        The most that the worst cell could have with the boundary where it was; 1 if the fixed points set no bound.
+    n_below, below
+        Cells below the target: how many, and the worst of them with the reason.
+    reasons
+        How many of the cells below the target have each reason.
+    n_worse, worse
+        Cells that have lost quality: how many, and those that lost the most.
+    largest_loss, mean_loss
+        Of the cells that lost.
+    moved
+        Displacement.
+    volume, surface
+        Before and after: the volume inside the boundary and its area.
+    history
+        Progress, from "start" to "end".
+    seconds, evaluations
+        What it took.
+    notes
+        What is to be known beside.
+    options
+        As they were given.
+    """
+
+    verdict: str
+    outcome: str
+    stopped: str
+    before: Summary
+    after: Summary
+    status_before: dict[str, int]
+    status_after: dict[str, int]
+    claims: tuple[Claim, ...]
+    ceiling: float
+    n_below: int
+    below: tuple[Limited, ...]
+    reasons: dict[str, int]
+    n_worse: int
+    worse: tuple[Worse, ...]
+    largest_loss: float
+    mean_loss: float
+    moved: Moved
+    volume: tuple[float, float]
+    surface: tuple[float, float]
+    history: tuple[Progress, ...]
+    seconds: float
+    evaluations: int
+    notes: tuple[str, ...]
+    options: dict[str, Any]
+
+    @property
+    def holds(self) -> bool:
+        """True if everything that was checked holds."""
+        return all(claim.holds for claim in self.claims)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers, texts, lists and dicts, for JSON; undefined numbers are NaN."""
+        plain = {
+            name: getattr(self, name)
+            for name in ("verdict", "outcome", "stopped", "ceiling", "n_below", "reasons", "n_worse", "largest_loss")
+        }
+        plain |= {
+            "mean_loss": self.mean_loss,
+            "before": {"status": self.status_before, **self.before.to_dict()},
+            "after": {"status": self.status_after, **self.after.to_dict()},
+            "claims": [asdict(one) for one in self.claims],
+            "below": [asdict(one) for one in self.below],
+            "worse": [asdict(one) for one in self.worse],
+            "moved": asdict(self.moved),
+            "volume": list(self.volume),
+            "surface": list(self.surface),
+            "history": [asdict(one) for one in self.history],
+            "seconds": self.seconds,
+            "evaluations": self.evaluations,
+            "notes": list(self.notes),
+            "options": self.options,
+        }
+        return plain
+
+
+def losses(before: Quality, after: Quality) -> tuple[int, tuple[Worse, ...], float, float]:
+    """How many cells lost quality, those that lost the most, the largest and the mean loss."""
+    with np.errstate(invalid="ignore"):
+        loss = before.values - after.values
+    cells = np.flatnonzero(loss > 1e-12)
+    order = cells[np.argsort(-loss[cells], kind="stable")][:NAMED]
+    worse = tuple(
+        Worse(int(c), type_name(int(before.mesh.types[c])), float(before.values[c]), float(after.values[c]))
+        for c in order
+    )
+    if not len(cells):
+        return 0, (), 0.0, 0.0
+    return len(cells), worse, float(loss[cells].max()), float(loss[cells].mean())
+
+
+def moved(
+    before: NDArray[np.floating], after: NDArray[np.floating], boundary: NDArray[np.bool_], deviation: float
+) -> Moved:
+    """Displacements of points; the share is that of the diagonal of the points before."""
+    with np.errstate(invalid="ignore"):
+        way = np.linalg.norm(np.asarray(after, np.float64) - np.asarray(before, np.float64), axis=1)
+    way = np.nan_to_num(way)
+    diagonal = extent(before)[1]
+    has_moved = way > 0.0
+    largest, at_boundary = float(way.max(initial=0.0)), float(way[boundary].max(initial=0.0))
+    return Moved(
+        n_points=int(np.count_nonzero(has_moved)),
+        n_boundary=int(np.count_nonzero(has_moved & boundary)),
+        largest=largest,
+        mean=float(way[has_moved].mean()) if has_moved.any() else 0.0,
+        largest_share=largest / diagonal,
+        boundary_largest=at_boundary,
+        boundary_share=at_boundary / diagonal,
+        deviation=deviation,
+        deviation_share=deviation / diagonal,
+    )
+
+
+def volume_and_surface(faces: Topology, points: NDArray[np.floating]) -> tuple[float, float]:
+    """Volume inside the boundary and its area, each face cut into triangles from the mean of its points."""
+    ids, offsets = face_points(faces, np.flatnonzero(faces.mates < 0))
+    sizes = np.diff(offsets)
+    if not len(ids):
+        return 0.0, 0.0
+    x = np.asarray(points, np.float64)
+    x = x - np.nanmean(x, axis=0)  # volumes of far meshes would cancel
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    centre = np.add.reduceat(x[ids], offsets[:-1]) / sizes[:, None]
+    following = np.arange(len(ids)) + 1
+    following[offsets[1:] - 1] = offsets[:-1]
+    a, b, c = centre[owner], x[ids], x[ids[following]]
+    normal = np.cross(b - a, c - a)
+    return float(np.einsum("ij,ij->", a, normal)) / 6.0, float(np.linalg.norm(normal, axis=1).sum()) / 2.0

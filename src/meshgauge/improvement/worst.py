@@ -1,0 +1,94 @@
+"""Raising the worst: the least J_S/k of all corners as high as it goes, then the next least, and so on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .energies import QualityEnergy
+from .problem import Points
+from .run import Run
+
+START, END = 0.4, 2e-4
+"""Distance of the threshold below the least corner, at first and at last."""
+
+ITERATIONS = 25
+"""Iterations for each threshold."""
+
+GAIN, SHRINK = 0.2, 0.55
+"""The threshold comes nearer by the second where the least corner rose by less than the first of the distance."""
+
+LEVELS = 6
+"""How often what cannot be raised is set aside."""
+
+WELL = 0.4
+"""The next least are raised up to this, or twice the target."""
+
+PERFECT = 0.9999
+
+
+def raise_worst(
+    run: Run,
+    points: Points,
+    lengths: NDArray[np.float32],
+    *,
+    offsets: Points | None = None,
+    goal: float = PERFECT,
+    phase: str = "worst",
+) -> Points:
+    """Points of ``run.moving`` with its least corner as high as it goes, or up to the goal.
+
+    A barrier stands at a threshold t below the least corner; t follows it and comes nearer. Cells that can be raised
+    no more keep a threshold of their own just below what they have, and the others go on, up to twice the target.
+
+    Parameters
+    ----------
+    run, points
+        Where from; corners may be negative.
+    lengths
+        Reference lengths, see `QualityEnergy`.
+    offsets
+        ``(n_cells,)`` taken from the values of the cells first: to raise what cells have lost, give what they had.
+    goal
+        Enough for the least.
+    phase
+        What is told of the progress.
+    """
+    part = run.moving
+    if part.n_cells == 0:
+        return points
+    zero = np.zeros(part.n_cells) if offsets is None else offsets
+    descent = run.descent(part, np.arange(part.n_points))
+    energy = QualityEnergy(part, lengths, np.empty(part.n_cells))
+    held = np.full(part.n_cells, np.inf)
+    values = part.qualities(points)[0] - zero
+
+    def watch(now: Points, value: float, least: float) -> bool:
+        run.tell(phase, now)
+        return run.is_over()
+
+    gap, levels, spent, most = START, 0, 0, 0
+    level = float(values.min())
+    while level < goal and not run.is_over():
+        energy.thresholds = np.where(np.isinf(held), zero + (level - gap), held)
+        reached = descent.run(energy, points, iterations=ITERATIONS, tolerance=1e-7, watch=watch)
+        run.evaluations += reached.evaluations
+        spent += reached.evaluations
+        points = reached.points
+        values = part.qualities(points)[0] - zero
+        free = np.isinf(held)
+        before, level = level, float(values[free].min(initial=goal))
+        if level - before < GAIN * gap:
+            gap *= SHRINK
+        if gap >= END and not (levels and spent > most):
+            continue
+        # What can be raised no more is set aside; for the others together as many evaluations again.
+        most = spent if levels == 0 else most
+        levels, spent = levels + 1, spent if levels else 0
+        if levels > LEVELS or spent > most or level >= max(2.0 * run.target, WELL) or level >= goal:
+            break
+        stuck = free & (values < level + 4.0 * gap)
+        held[stuck] = zero[stuck] + values[stuck] - END
+        level = float(values[free & ~stuck].min(initial=goal))
+        gap = START / 4
+    return points
