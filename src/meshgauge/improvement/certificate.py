@@ -1,4 +1,4 @@
-"""What an improvement proves and tells of itself: before and after, what was kept, what was paid, what is left and why."""
+"""What an improvement tells of itself: before and after, what was checked, what was paid, what is left and why."""
 
 from __future__ import annotations
 

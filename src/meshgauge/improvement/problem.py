@@ -1,9 +1,10 @@
-"""The mesh as improvement sees it: one flat list of corners for cells of every type, numbered along a curve in space."""
+"""The mesh as improvement sees it: one flat list of corners for cells of every type, along a curve in space."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -189,7 +190,7 @@ def _problem(
     n_parts = min(max(len(corners) // PART_CORNERS, 1), MOST_PARTS)
     bounds = np.searchsorted(cells, np.linspace(0, len(corners), n_parts + 1).astype(np.int64))
     parts = []
-    for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+    for first, last in pairwise(bounds):
         ids = corners[cells[first] : cells[last]]
         low, high = (int(ids.min()), int(ids.max()) + 1) if len(ids) else (0, 0)
         parts.append(Part(int(first), int(last), low, high))

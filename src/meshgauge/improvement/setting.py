@@ -87,7 +87,8 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
     if left:
         pinned |= marked(n, mesh.connectivity[np.repeat(~takes_part & is_solid, np.diff(mesh.offsets))])
         notes.append(
-            f"{left:,} solid cells take no part (polyhedra, cells of high order, and what could not be measured): their points stay."
+            f"{left:,} solid cells take no part (polyhedra, cells of high order, what could not be measured): "
+            "their points stay."
         )
 
     alone = np.flatnonzero(faces.mates < 0)
