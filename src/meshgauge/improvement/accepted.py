@@ -15,7 +15,14 @@ SAME = 1e-12
 """Differences of values below this are rounding."""
 
 
-def accepted(before: Quality, points: NDArray[np.float64], *, strict: bool, threads: int | None) -> tuple[Quality, int]:
+def accepted(
+    before: Quality,
+    points: NDArray[np.float64],
+    *,
+    strict: bool,
+    threads: int | None,
+    back: Quality | None = None,
+) -> tuple[Quality, int]:
     """The quality of the mesh with new points, after putting back those that cost some cell what it may not lose.
 
     No cell that was valid is invalid after it, inside too; none is below the worst that there was; with ``strict`` none
@@ -27,6 +34,8 @@ def accepted(before: Quality, points: NDArray[np.float64], *, strict: bool, thre
         Of the mesh as it was.
     points
         ``(n_points, 3)`` where the points are to be.
+    back
+        What was accepted before, whose points are put back; ``before`` if None.
 
     Returns
     -------
@@ -34,7 +43,8 @@ def accepted(before: Quality, points: NDArray[np.float64], *, strict: bool, thre
         Of the mesh as it stands, and how many points were put back.
     """
     mesh = before.mesh
-    old = np.asarray(mesh.points, np.float64)
+    back = before if back is None else back
+    old = np.asarray(back.mesh.points, np.float64)
     points = points.copy()
     is_back = np.zeros(len(points), bool)
     sizes = np.diff(mesh.offsets)
@@ -46,7 +56,7 @@ def accepted(before: Quality, points: NDArray[np.float64], *, strict: bool, thre
         nodes = mesh.connectivity[np.repeat(cells, sizes)]
         is_back[nodes[(points[nodes] != old[nodes]).any(axis=1)]] = True
         points[nodes] = old[nodes]
-    return before, len(points)
+    return back, len(points)
 
 
 def offending(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.bool_]:

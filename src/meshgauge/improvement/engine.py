@@ -141,20 +141,16 @@ def improve(
         points = run.base[run.points_of_moving].copy()
         limit = ceiling(whole, run.base, where.fixed[whole.point_ids])
         run.tell("start", points, now=True)
-        points = _phases(run, points, limit, where, strict=strict)
-        run.tell("end", points, now=True)
-    moved = np.asarray(mesh.points, np.float64).copy()
-    moved[whole.point_ids[run.points_of_moving]] = points
-    moved = followed(mesh, moved, where.cells)
-    after, n_back = accepted(before, moved, strict=strict, threads=threads)
-    after, notes = _never_worse(before, after, n_back)
-    slid = None
-    if boundary == "slide" and not run.stopped:
-        from .slide import slide
+        points = _phases(run, points, limit, strict=strict)
+        after, notes = _accepted(before, run, points, where, strict=strict, threads=threads)
+        deviation = 0.0
+        if boundary == "slide" and not run.stopped:
+            from .slide import slide
 
-        slid = slide(before, after, where, run, surface, feature_angle, strict=strict, threads=threads)
-        after, notes = slid.quality, (*notes, *slid.notes)
-    return _result(before, after, where, run, limit, options, notes, slid.deviation if slid is not None else 0.0)
+            slid = slide(before, after, where, run, surface, feature_angle, strict=strict, threads=threads)
+            after, deviation, notes = slid.quality, slid.deviation, (*notes, *slid.notes)
+        run.tell("end", np.asarray(after.mesh.points, np.float64)[whole.point_ids[run.points_of_moving]], now=True)
+    return _result(before, after, where, run, limit, options, notes, deviation)
 
 
 def _check(boundary: str, target: float, floor: float, time: float | None, surface: Any) -> None:
@@ -205,7 +201,7 @@ def _run(
     )
 
 
-def _phases(run: Run, points: Points, limit: Ceiling, where: Setting, *, strict: bool) -> Points:
+def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
     had, _ = run.moving.qualities(points)
 
     def until(phase: str) -> None:
@@ -229,18 +225,19 @@ def _phases(run: Run, points: Points, limit: Ceiling, where: Setting, *, strict:
     return points
 
 
-def _never_worse(before: Quality, after: Quality, n_back: int) -> tuple[Quality, tuple[str, ...]]:
-    """The better of the two, and what is to be said of it."""
-    notes = []
-    if n_back:
-        notes.append(f"{n_back:,} points were put back, since a cell of theirs would have paid.")
-    n_before, n_after = n_invalid(before), n_invalid(after)
-    worst_before, worst_after = np.nanmin(before.values), np.nanmin(after.values)
-    if after is before:
-        return before, tuple(notes)
-    if n_after > n_before or (n_after == n_before and worst_after < worst_before):
+def _accepted(
+    before: Quality, run: Run, points: Points, where: Setting, *, strict: bool, threads: int | None
+) -> tuple[Quality, tuple[str, ...]]:
+    """The mesh with the points that were reached as far as they are acceptable, and what is to be said of it."""
+    mesh = before.mesh
+    moved = np.asarray(mesh.points, np.float64).copy()
+    moved[run.whole.point_ids[run.points_of_moving]] = points
+    moved = followed(mesh, moved, where.cells)
+    after, n_back = accepted(before, moved, strict=strict, threads=threads)
+    notes = (f"{n_back:,} points were put back, since a cell of theirs would have paid.",) if n_back else ()
+    if n_invalid(after) > n_invalid(before):
         return before, (*notes, "No better mesh was found: the mesh is as it was.")
-    return after, tuple(notes)
+    return after, notes
 
 
 def n_invalid(quality: Quality) -> int:

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from .energies import QualityEnergy
 from .problem import Points
-from .run import Run
+from .run import Guiding, Run
+from .worst import ON_RAILS
 
 SHARPNESS = (10.0, 20.0, 40.0)
 """How near the smooth least of a cell's corners is to the true one, one after another."""
@@ -16,11 +17,18 @@ ITERATIONS = 60
 BARRIER = 1e-3
 
 
-def raise_mean(run: Run, points: Points, lengths: NDArray[np.float32]) -> Points:
+def raise_mean(
+    run: Run,
+    points: Points,
+    lengths: NDArray[np.float32],
+    *,
+    phase: str = "mean",
+    guide: Guiding | None = None,
+) -> Points:
     """Points of ``run.moving`` with the mean J_ENS of its cells as high as it goes.
 
     No cell falls below ``floor`` times the worst, or times what it has if that is less than the target; none that
-    reaches the target falls below it.
+    reaches the target falls below it. Parameters are those of `raise_worst`.
     """
     part = run.moving
     if part.n_cells == 0:
@@ -29,16 +37,18 @@ def raise_mean(run: Run, points: Points, lengths: NDArray[np.float32]) -> Points
     energy = QualityEnergy(part, lengths, floors(run, points), barrier=BARRIER, mean=1.0)
 
     def watch(now: Points, value: float, least: float) -> bool:
-        run.tell("mean", now)
+        run.tell(phase, now)
         return run.is_over()
 
+    at_a_time = ITERATIONS if guide is None else ON_RAILS
     for sharpness in SHARPNESS:
         energy.sharpness = sharpness
-        reached = descent.run(energy, points, iterations=ITERATIONS, tolerance=3e-6, watch=watch)
-        run.evaluations += reached.evaluations
-        points = reached.points
-        if run.is_over():
-            break
+        for _ in range(0, ITERATIONS, at_a_time):
+            reached = descent.run(energy, points, iterations=at_a_time, tolerance=3e-6, watch=watch)
+            run.evaluations += reached.evaluations
+            points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
+            if run.is_over():
+                return points
     return points
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
@@ -25,6 +26,12 @@ class Progress:
     mean: float  #: mean J_ENS of theirs
     n_inverted: int  #: cells with a corner that is not positive
     evaluations: int  #: of the energy and its gradient, on all or some of the cells
+
+
+class Guiding(Protocol):
+    """From points before and after some steps, those that stand: back on their surface, every cell above its floor."""
+
+    def __call__(self, before: Points, after: Points, floors: Points, /) -> Points: ...
 
 
 @dataclass(eq=False)

@@ -7,13 +7,16 @@ from numpy.typing import NDArray
 
 from .energies import QualityEnergy
 from .problem import Points
-from .run import Run
+from .run import Guiding, Run
 
 START, END = 0.4, 2e-4
 """Distance of the threshold below the least corner, at first and at last."""
 
 ITERATIONS = 25
 """Iterations for each threshold."""
+
+ON_RAILS = 12
+"""The same where points slide on a surface: the directions in which they may move change as they do."""
 
 GAIN, SHRINK = 0.2, 0.55
 """The threshold comes nearer by the second where the least corner rose by less than the first of the distance."""
@@ -35,6 +38,7 @@ def raise_worst(
     offsets: Points | None = None,
     goal: float = PERFECT,
     phase: str = "worst",
+    guide: Guiding | None = None,
 ) -> Points:
     """Points of ``run.moving`` with its least corner as high as it goes, or up to the goal.
 
@@ -53,6 +57,8 @@ def raise_worst(
         Enough for the least.
     phase
         What is told of the progress.
+    guide
+        Called after some steps, to put points back on the surface that they slide on.
     """
     part = run.moving
     if part.n_cells == 0:
@@ -71,10 +77,12 @@ def raise_worst(
     level = float(values.min())
     while level < goal and not run.is_over():
         energy.thresholds = np.where(np.isinf(held), zero + (level - gap), held)
-        reached = descent.run(energy, points, iterations=ITERATIONS, tolerance=1e-7, watch=watch)
+        reached = descent.run(
+            energy, points, iterations=ITERATIONS if guide is None else ON_RAILS, tolerance=1e-7, watch=watch
+        )
         run.evaluations += reached.evaluations
         spent += reached.evaluations
-        points = reached.points
+        points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
         values = part.qualities(points)[0] - zero
         free = np.isinf(held)
         before, level = level, float(values[free].min(initial=goal))
