@@ -40,7 +40,7 @@ def raise_mean(
         run.tell(phase, now)
         return run.is_over()
 
-    at_a_time = ITERATIONS if guide is None else ON_RAILS
+    at_a_time = ON_RAILS if guide is not None and guide.bends else ITERATIONS
     for sharpness in SHARPNESS:
         energy.sharpness = sharpness
         for _ in range(0, ITERATIONS, at_a_time):

@@ -29,7 +29,12 @@ class Progress:
 
 
 class Guiding(Protocol):
-    """From points before and after some steps, those that stand: back on their surface, every cell above its floor."""
+    """From points before and after some steps, those that stand: back on their surface, every cell above its floor.
+
+    ``bends`` is False if all that is slid on is flat or straight: points then stay on it by themselves.
+    """
+
+    bends: bool
 
     def __call__(self, before: Points, after: Points, floors: Points, /) -> Points: ...
 

@@ -45,7 +45,7 @@ class Guide:
         kind = freedom.kind
         self.on = np.flatnonzero((kind == EDGE) | (kind == FACE))
         self.ids = ids[self.on]
-        self.axes_of = self.surface.rails
+        self.bends = surface.rails.bend(surface.item[self.ids])
 
     def aim(self, points: Points) -> Points:
         """Points with those of the surface put on it; the axes of the freedom are those there."""

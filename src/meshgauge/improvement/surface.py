@@ -53,6 +53,14 @@ class Rails:
         axes = np.einsum("qm,qmx->qx", weights, self.axes[start])
         return place, _unit(axes)
 
+    def bend(self, items: Ids) -> bool:
+        """False if the groups of some items are all flat or straight."""
+        chosen = np.isin(self.groups, np.unique(self.groups[items]))
+        axes, groups = self.axes[chosen].reshape(-1, 3), np.repeat(self.groups[chosen], 3)
+        first = np.zeros((int(self.groups.max(initial=0)) + 1, 3))
+        first[groups] = axes
+        return bool((np.abs(np.einsum("ij,ij->i", first[groups], axes)) < 1.0 - 1e-10).any())
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:

@@ -16,7 +16,7 @@ ITERATIONS = 25
 """Iterations for each threshold."""
 
 ON_RAILS = 12
-"""The same where points slide on a surface: the directions in which they may move change as they do."""
+"""The same where points slide on a surface that bends: the directions in which they may move change as they do."""
 
 GAIN, SHRINK = 0.2, 0.55
 """The threshold comes nearer by the second where the least corner rose by less than the first of the distance."""
@@ -73,13 +73,12 @@ def raise_worst(
         run.tell(phase, now)
         return run.is_over()
 
+    at_a_time = ON_RAILS if guide is not None and guide.bends else ITERATIONS
     gap, levels, spent, most = START, 0, 0, 0
     level = float(values.min())
     while level < goal and not run.is_over():
         energy.thresholds = np.where(np.isinf(held), zero + (level - gap), held)
-        reached = descent.run(
-            energy, points, iterations=ITERATIONS if guide is None else ON_RAILS, tolerance=1e-7, watch=watch
-        )
+        reached = descent.run(energy, points, iterations=at_a_time, tolerance=1e-7, watch=watch)
         run.evaluations += reached.evaluations
         spent += reached.evaluations
         points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
