@@ -16,7 +16,7 @@ FLOORS = (
     ("metrics", "kernels", "reference"),
     ("mesh", "polyhedra", "connectivity", "cast", "topology", "regions"),
     ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),
-    ("improve", "gate", "compare"),
+    ("improvement", "gate", "compare"),
     ("parallel", "report", "plot"),
     ("cli", "integrations", "viewer", "__init__", "__main__"),
 )
