@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from view_meshes import cubes
 
 from meshgauge.cli.main import main
-from meshgauge.viewer import drawn
+from meshgauge.viewer import drawn, opengl
 from meshgauge.viewer.filters import Filters, Plane, ViewError
 from meshgauge.viewer.link import _READ, View, view
 from meshgauge.viewer.model import Model
@@ -57,6 +57,9 @@ def test_invalid_cells_are_red_and_gone_when_filtered(scene: Scene) -> None:
     scene.show(view("quality=0,1"))
     assert scene.n_shown == [6189]
     assert reds(scene.picture()) == 0
+    scene.show(view("types="))
+    assert (scene.n_shown, scene.n_faces, scene.pick(0.5, 0.5)) == ([0], 0, None)
+    assert 0 < inks(scene.picture()) < 10_000  # the outline stays
 
 
 def test_what_is_picked_is_the_cell_in_the_middle_of_a_picture_flown_to(scene: Scene, bracket: Model) -> None:
@@ -132,6 +135,29 @@ def test_while_it_moves_less_is_drawn_of_many_faces() -> None:
     assert len(points) >= few.n_faces <= drawn.BUDGET
     assert inks(whole) > 0.2 * whole[..., 0].size
     assert np.array_equal(scene.picture(), whole)
+
+
+def test_points_of_no_cell_do_not_move_the_camera() -> None:
+    model = cubes(3)
+    far = np.vstack([model.mesh.points, [(1e9, 0, 0)]])
+    with_one = Model.of(model.mesh.replace(points=far), "with a point far away")
+    assert Scene([with_one], size=SIZE).home == Scene([model], size=SIZE).home
+
+
+def test_without_opengl_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(opengl.CHOICE, raising=False)
+    monkeypatch.setattr(opengl, "LIBRARIES", (("vtkEGLRenderWindow", ("libno_such.so.1",)),))
+    monkeypatch.setattr("sys.platform", "linux")
+    with pytest.raises(ViewError, match="apt install libegl1"):
+        opengl.render_window()
+
+
+def test_without_the_extra_it_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, pytestconfig: pytest.Config, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert main(["view", str(pytestconfig.rootpath / "examples/meshes/bracket.vtu")]) == 2
+    assert "pip install 'meshgauge[view]'" in capsys.readouterr().err
 
 
 def test_a_png_has_a_legend(scene: Scene) -> None:

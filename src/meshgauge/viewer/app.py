@@ -39,7 +39,7 @@ class App:
         self._task: asyncio.Task[None] | None = None
         self._drawing: asyncio.TimerHandle | None = None
         self.server = get_server(f"meshgauge-{self.path}", client_type="vue3")
-        self.interactor = self.scene.on_move(lambda: self.scene.moving(True), self._moved)
+        self._interactor = self.scene.interactor(lambda: self.scene.moving(True), self._moved)
         state = self.server.state
         state.trame__title = " | ".join(["meshgauge", *(model.name for model in models)])
         state.update(

@@ -72,7 +72,7 @@ def outline(model: Model) -> Any:
     from vtkmodules.vtkFiltersCore import vtkFeatureEdges
     from vtkmodules.vtkFiltersModeling import vtkOutlineFilter
 
-    boundary = model.surface(model.is_solid)
+    boundary = model.boundary
     data = _polydata(model.points[boundary.points], boundary.offsets, boundary.connectivity)
     if boundary.n_faces <= MOST_OUTLINED:
         sharp = vtkFeatureEdges()

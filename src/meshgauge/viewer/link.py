@@ -90,7 +90,9 @@ def _names(text: str) -> frozenset[str]:
 
 
 def _flag(text: str) -> bool:
-    return {"0": False, "1": True}[text] if text in ("0", "1") else bool(_floats(text, 0))
+    if text not in ("0", "1"):
+        raise ValueError(text)
+    return text == "1"
 
 
 def _plane(text: str) -> Plane:

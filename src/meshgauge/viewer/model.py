@@ -163,6 +163,11 @@ class Model:
         """The faces that are seen of some cells."""
         return surface(self.topology, exposed(self.topology, shown), self.is_drawable)
 
+    @cached_property
+    def boundary(self) -> Surface:
+        """The faces that are seen of the whole mesh."""
+        return self.surface(self.is_solid)
+
     def place_of(self, cell: int) -> tuple[tuple[float, float, float], float]:
         """Centre and size of a cell in the scene. Raises `ViewError` if there is none, or none to see."""
         if not 0 <= cell < self.mesh.n_cells:

@@ -63,11 +63,11 @@ class Scene:
         self._camera = vtkCamera()
         self._camera.SetViewAngle(VIEW_ANGLE)
         self._panes = [self._pane(model, n / len(models), (n + 1) / len(models)) for n, model in enumerate(models)]
-        # The mesh fills a ball of radius 1; a second one may reach beyond it.
-        self._reach = max(1.0, *(_reach(model) for model in models)) + 0.05
-        self._panes[0].renderer.AddObserver("StartEvent", lambda *_: self._clip())
         self._corners = np.concatenate([_corners(model) for model in models])
+        # The mesh fills a ball of radius 1; a second one may reach beyond it.
+        self._reach = 1.05 * float(np.linalg.norm(self._corners, axis=1).max())
         self._moving = False
+        self._panes[0].renderer.AddObserver("StartEvent", lambda *_: self._clip())
         self.view = View()
         self.theme(theme)
         for pane in self._panes:
@@ -201,8 +201,8 @@ class Scene:
         pixels = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)
         return np.ascontiguousarray(pixels[::-1, :, :3], np.uint8)
 
-    def on_move(self, started: Callable[[], None], ended: Callable[[], None]) -> Any:
-        """Let the mouse move the camera, as what handles the events of the page expects; returns VTK's interactor."""
+    def interactor(self, started: Callable[[], None], ended: Callable[[], None]) -> Any:
+        """VTK's object that lets the mouse move the camera; the functions are called before and after a move."""
         from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
         from vtkmodules.vtkRenderingCore import vtkRenderWindowInteractor
 
@@ -273,13 +273,9 @@ def _bodies(pane: _Pane) -> list[Any]:
 
 
 def _corners(model: Model) -> NDArray[np.float32]:
-    """``(8, 3)`` corners of the box about a mesh."""
-    points = model.points[model.is_drawable]
+    """``(8, 3)`` corners of the box about the cells of a mesh; its points may include others, far away."""
+    points = model.points[model.boundary.points]
+    if not len(points):
+        return np.zeros((8, 3), np.float32)
     low, high = points.min(axis=0), points.max(axis=0)
     return np.array([[(low, high)[n >> axis & 1][axis] for axis in range(3)] for n in range(8)], np.float32)
-
-
-def _reach(model: Model) -> float:
-    """The farthest point of a mesh from the middle of the scene."""
-    finite = model.points[model.is_drawable]
-    return float(np.sqrt(np.einsum("ij,ij->i", finite, finite).max(initial=0.0)))
