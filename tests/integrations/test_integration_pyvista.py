@@ -112,12 +112,9 @@ print("hexahedron 521" in str(made.actors) or len(made.actors) >= 4)
 
 
 def test_points_move_and_nothing_else(grid: object) -> None:
-    if not callable(getattr(meshgauge, "improve", None)):
-        with pytest.raises(meshgauge.MeshgaugeError, match="cannot improve"):
-            grid.gauge.improve()
-        pytest.skip("this version measures only")
     better = grid.gauge.improve()
-    assert (better.gauge.quality()["jens"]).min() > (grid.gauge.quality()["jens"]).min()
+    assert grid.gauge.quality()["jens"].min() < 0
+    assert better.gauge.quality()["jens"].min() > 0.2
     np.testing.assert_array_equal(better.cells, grid.cells)
     assert set(better.cell_data) == set(grid.cell_data)
     with pytest.raises(meshgauge.MeshgaugeError, match="cannot be moved"):

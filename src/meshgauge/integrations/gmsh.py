@@ -14,7 +14,6 @@ from ..cells import BY_NAME
 from ..errors import MeshgaugeError
 from ..io._gmsh_cells import BY_ID
 from ..mesh import CellBlock, Mesh
-from .improving import improved
 
 ELEMENT, NODE = "gmsh:element", "gmsh:node"
 """Cell data and point data of the mesh: Gmsh's tags."""
@@ -116,21 +115,24 @@ def view(quality: Quality, metric: str = JENS) -> int:
     return tag
 
 
-def improve(*, boundary: str = "fixed") -> Quality:
+def improve(*, boundary: str = "fixed", time: float | None = None) -> Quality:
     """Improve the current model by moving its nodes, which are written back; returns the quality reached.
 
     Parameters
     ----------
     boundary
-        What may happen to nodes of the boundary, as `meshgauge.improve` takes it.
+        "fixed": nodes of the boundary stay; "slide": they move on it. See `meshgauge.improve`.
+    time
+        Seconds after which the best so far is the result; None: no limit.
 
     Raises
     ------
     MeshgaugeError
         As `mesh`, and what `meshgauge.improve` raises; the model is as it was then.
     """
-    before = mesh()
-    after = improved(before, boundary)
+    from ..improvement import improve as improve_mesh
+
+    after = improve_mesh(mesh(), boundary=boundary, time=time).mesh
     put(after)
     return measure_mesh(after)
 

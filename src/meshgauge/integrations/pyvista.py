@@ -16,7 +16,6 @@ import pyvista
 from .._quality import JENS, Quality, measure
 from ..errors import MeshgaugeError
 from ..io import from_pyvista
-from .improving import improved
 
 
 @dataclass(frozen=True, repr=False)
@@ -140,13 +139,15 @@ class Gauge:
             made.show()
         return made
 
-    def improve(self, *, boundary: str = "fixed") -> Any:
+    def improve(self, *, boundary: str = "fixed", time: float | None = None) -> Any:
         """A copy of the data set with its points moved so that its quality is better.
 
         Parameters
         ----------
         boundary
-            What may happen to points of the boundary, as `meshgauge.improve` takes it.
+            "fixed": points of the boundary stay; "slide": they move on it. See `meshgauge.improve`.
+        time
+            Seconds after which the best so far is the result; None: no limit.
 
         Raises
         ------
@@ -155,9 +156,11 @@ class Gauge:
         """
         if isinstance(self._dataset, pyvista.ImageData | pyvista.RectilinearGrid | pyvista.MultiBlock):
             raise MeshgaugeError(f"the points of a {type(self._dataset).__name__} cannot be moved")
-        better = improved(from_pyvista(self._dataset), boundary)
+        from ..improvement import improve
+
+        better = improve(from_pyvista(self._dataset), boundary=boundary, time=time)
         copy = self._dataset.copy()
-        copy.points = np.array(better.points)
+        copy.points = np.array(better.mesh.points)
         return copy
 
 
