@@ -90,7 +90,10 @@ def view(
         with activity(f"reading {path}", shown=True):
             mesh = read(path, format=format, wedge_order=wedge_order.value)
         with activity(f"measuring {path}", shown=True):
-            models.append(Model.of(mesh, Path(path).name, frame=models[0].frame if models else None))
+            try:
+                models.append(Model.of(mesh, Path(path).name, frame=models[0].frame if models else None))
+            except MeshgaugeError as error:
+                raise MeshgaugeError(f"{path}: {error}") from error
     if screenshot is not None:
         _draw(models, link, screenshot, width, height)
     else:

@@ -35,7 +35,7 @@ class Frame:
         """The frame of the finite ones of some points. Raises `ViewError` if there are none."""
         finite = points[np.isfinite(points).all(axis=1)]
         if not len(finite):
-            raise ViewError("the mesh has no solid cell with finite coordinates: there is nothing to show")
+            raise ViewError("no solid cell has finite coordinates: there is nothing to show")
         low, high = finite.min(axis=0).astype(np.float64), finite.max(axis=0).astype(np.float64)
         x, y, z = (float(v) for v in low / 2 + high / 2)
         half = high / 2 - low / 2
@@ -66,11 +66,10 @@ class Model:
         """
         quality = measure(mesh)
         faces = topology(mesh)
-        if frame is None:
-            of_solid = np.zeros(mesh.n_points, np.bool_)
-            of_solid[mesh.connectivity[np.repeat(np.diff(faces.starts) > 0, np.diff(mesh.offsets))]] = True
-            frame = Frame.of(mesh.points[of_solid])
-        return cls(name, quality, faces, frame)
+        of_solid = np.zeros(mesh.n_points, np.bool_)
+        of_solid[mesh.connectivity[np.repeat(np.diff(faces.starts) > 0, np.diff(mesh.offsets))]] = True
+        own = Frame.of(mesh.points[of_solid])
+        return cls(name, quality, faces, frame or own)
 
     @property
     def mesh(self) -> Mesh:
