@@ -6,9 +6,9 @@ Own, because VTK's reader takes every time step and drops faces of polyhedra on 
 from __future__ import annotations
 
 import gzip
-import os
 import re
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -33,13 +33,64 @@ def sniff(head: bytes, path: Path) -> bool:
     return path.suffix.lower() == ".foam" or b"FoamFile" in head
 
 
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A polyMesh: of a case, a region or a processor."""
+
+    name: str
+    points: NDArray[np.float64]
+    point_ids: NDArray[np.int64] | None  #: of a processor's piece, in the whole mesh; None if it does not say
+    face_offsets: NDArray[np.int64]
+    face_points: NDArray[np.int64]
+    owner: NDArray[np.int64]
+    neighbour: NDArray[np.int64]  #: -1 on the boundary
+    n_cells: int
+    patches: list[tuple[str, NDArray[np.int64]]]
+
+
 def read(path: Path) -> Mesh:
     """The cells, and the faces of each patch as surface cells: a block each.
 
-    ``path`` is a file in the folder of the case, or one in its polyMesh. Zones of cells are blocks of their own names
-    only where they follow one another; time steps are not read.
+    ``path`` is a file in the folder of the case, or one in its polyMesh. A decomposed case and one of several regions
+    are one mesh with a block for each. Zones of cells and time steps are not read.
     """
-    folder = _folder(path)
+    folders = _folders(path)
+    pieces = [_piece(name, folder) for name, folder in folders]
+    notes = _times(folders[0][1])
+    ids, points = _united(pieces)
+    if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
+        notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not united.")
+    face_starts = np.cumsum([0] + [len(p.owner) for p in pieces])
+    cell_starts = np.cumsum([0] + [p.n_cells for p in pieces]).tolist()
+    point_starts = np.cumsum([0] + [len(p.points) for p in pieces])
+    owner, neighbour, face_points, zones = [], [], [], []
+    patches: dict[str, list[NDArray[np.int64]]] = {}
+    for i, piece in enumerate(pieces):
+        owner.append(piece.owner + cell_starts[i])
+        neighbour.append(np.where(piece.neighbour < 0, -1, piece.neighbour + cell_starts[i]))
+        face_points.append(piece.face_points + point_starts[i] if ids is None else ids[i][piece.face_points])
+        zones.append((piece.name, cell_starts[i], cell_starts[i + 1]))
+        for name, faces in piece.patches:
+            patches.setdefault(name, []).append(faces + face_starts[i])
+    offsets, faces, is_neighbour = _faces.of_cells(cell_starts[-1], np.concatenate(owner), np.concatenate(neighbour))
+    sizes = np.concatenate([np.diff(piece.face_offsets) for piece in pieces])
+    whole = _faces.Faces(offsets, faces, _faces.offsets_of(sizes), np.concatenate(face_points), is_neighbour)
+    sides = [(name, np.concatenate(parts)) for name, parts in patches.items()]
+    return _faces.mesh(path, points, whole, zones, sides, notes)
+
+
+def _united(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
+    """The id of each point of each piece, None if the pieces stay apart, and all points."""
+    ids = [piece.point_ids for piece in pieces if piece.point_ids is not None]
+    if len(ids) < len(pieces):
+        return None, np.concatenate([piece.points for piece in pieces])
+    known, of_piece = np.unique(np.concatenate(ids), return_inverse=True)
+    points = np.full((len(known), 3), np.nan)
+    points[of_piece] = np.concatenate([piece.points for piece in pieces])
+    return np.split(of_piece, np.cumsum([len(own) for own in ids])[:-1]), points
+
+
+def _piece(name: str, folder: Path) -> _Piece:
     points = _File(folder, "points").points()
     face_offsets, face_points = _File(folder, "faces").faces()
     owner_file = _File(folder, "owner")
@@ -56,43 +107,78 @@ def read(path: Path) -> Mesh:
     owner_file.check({"Points": len(points), "Cells": n_cells, "Faces": n_faces})
     others = np.full(n_faces, -1, np.int64)
     others[: len(neighbour)] = neighbour
-    offsets, faces, is_neighbour = _faces.of_cells(n_cells, owner, others)
-    if n_cells and int(np.diff(offsets).min()) < 4:
-        cell = int(np.argmin(np.diff(offsets)))
-        raise ReadError(f"{folder}: cell {cell} has {int(np.diff(offsets)[cell])} faces, expected 4 or more")
-    whole = _faces.Faces(offsets, faces, face_offsets, face_points, is_neighbour)
-    return _faces.mesh(path, points, whole, [("cells", 0, n_cells)], _patches(folder, n_faces))
+    counts = np.bincount(np.concatenate([owner, others[others >= 0]]), minlength=n_cells)
+    if n_cells and int(counts.min()) < 4:
+        cell = int(np.argmin(counts))
+        raise ReadError(f"{folder}: cell {cell} has {int(counts[cell])} faces, expected 4 or more")
+    ids = _point_ids(folder, len(points)) if name.startswith("processor") else None
+    patches = _patches(folder, n_faces)
+    return _Piece(name, points, ids, face_offsets, face_points, owner, others, n_cells, patches)
+
+
+def _point_ids(folder: Path, n_points: int) -> NDArray[np.int64] | None:
+    """Where the points of a processor's piece are in the whole mesh, None if there is no such file."""
+    if not any((folder / f"pointProcAddressing{suffix}").is_file() for suffix in ("", ".gz")):
+        return None
+    ids = _File(folder, "pointProcAddressing").labels()
+    if len(ids) != n_points:
+        raise ReadError(f"{folder / 'pointProcAddressing'}: does not fit the {n_points} points of the piece")
+    return ids
 
 
 def inside(folder: Path) -> Path | None:
     """The path in a folder by which its case is read, None if it holds none."""
     if folder.resolve().name == "polyMesh":
         return folder.resolve() / "points"
-    is_case = any(os.path.isdir(folder / name) for name in ("constant", "polyMesh", "processor0"))
+    is_case = any((folder / name).is_dir() for name in ("constant", "polyMesh")) or any(folder.glob("processor*[0-9]"))
     return folder / "case.foam" if is_case else None
 
 
-def _folder(path: Path) -> Path:
-    """The folder polyMesh of a case."""
+def _folders(path: Path) -> list[tuple[str, Path]]:
+    """Name and folder of each polyMesh to read."""
     if path.parent.name == "polyMesh":
-        return path.parent
+        return [("cells", path.parent)]
     for folder in (path.parent / "constant" / "polyMesh", path.parent / "polyMesh"):
         if folder.is_dir():
-            return folder
-    if (path.parent / "processor0").is_dir():
-        raise ReadError(f"{path}: the case is decomposed; run reconstructParMesh, or name a file in processor0/")
-    regions = sorted(p.parent.name for p in (path.parent / "constant").glob("*/polyMesh"))
+            return [("cells", folder)]
+    processors = [p for p in path.parent.glob("processor[0-9]*") if (p / "constant" / "polyMesh").is_dir()]
+    if processors:
+        processors.sort(key=lambda folder: int(folder.name.removeprefix("processor")))
+        return [(folder.name, folder / "constant" / "polyMesh") for folder in processors]
+    if any(path.parent.glob("processors*")):
+        raise ReadError(f"{path.parent}: the case is decomposed in collated files; run reconstructParMesh -constant")
+    regions = sorted((path.parent / "constant").glob("*/polyMesh"))
     if regions:
-        where = f"constant/{regions[0]}/polyMesh/points"
-        raise ReadError(f"{path}: the case has the regions {', '.join(regions)}; name one by a file in it: {where}")
+        return [(folder.parent.name, folder) for folder in regions]
     raise ReadError(f"{path}: there is no constant/polyMesh beside it")
+
+
+_TIME = re.compile(r"\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
+
+
+def _times(folder: Path) -> list[str]:
+    """A note if the case has meshes in folders of time steps, beside the one that is read."""
+    if folder.parent.name != "constant":
+        return []
+    case = folder.parent.parent
+    times = sorted(
+        (
+            p.parent.name
+            for p in case.glob("*/polyMesh")
+            if _TIME.fullmatch(p.parent.name) and p.parent != folder.parent
+        ),
+        key=float,
+    )
+    if not times:
+        return []
+    return [f"Time steps have meshes of their own ({', '.join(times[-8:])}), not read: name the folder, {times[-1]}."]
 
 
 class _File:
     """One file of a polyMesh: its header, and its lists."""
 
     def __init__(self, folder: Path, name: str) -> None:
-        self.path = folder / name
+        self.path = _present(folder, name)
         data = _bytes(self.path)
         header = _HEADER.search(data)
         if header is None:
@@ -193,6 +279,14 @@ class _File:
 _BRACKETS = bytes.maketrans(b"(){}", b"    ")
 
 
+def _present(folder: Path, name: str) -> Path:
+    """Where a file of a polyMesh is: a time step in which only points move has the others in ``constant``."""
+    constant = folder.parent.parent / "constant" / "polyMesh"
+    if _TIME.fullmatch(folder.parent.name) and not any((folder / f"{name}{s}").is_file() for s in ("", ".gz")):
+        return constant / name
+    return folder / name
+
+
 def _bytes(path: Path) -> bytes:
     packed = path.with_name(path.name + ".gz")
     if path.is_file():
@@ -212,7 +306,7 @@ def _bytes(path: Path) -> bytes:
 
 def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
     """Name and faces of each patch."""
-    data = _COMMENT.sub(b" ", _bytes(folder / "boundary"))
+    data = _COMMENT.sub(b" ", _bytes(_present(folder, "boundary")))
     header = _HEADER.search(data)
     found = []
     for name, body in _PATCH.findall(data[header.end() if header else 0 :]):
@@ -223,6 +317,8 @@ def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
             raise ReadError(f"{folder / 'boundary'}: a patch has no nFaces or no startFace") from None
         if not 0 <= first <= first + n <= max(n_faces, first):
             raise ReadError(f"{folder / 'boundary'}: a patch has the faces {first} to {first + n} of {n_faces}")
+        if entries.get(b"type", b"").startswith(b"processor"):
+            continue  # no boundary: the next piece is beyond
         found.append((name.strip(b'"').decode("utf-8", "replace"), np.arange(first, first + n)))
     return found
 
