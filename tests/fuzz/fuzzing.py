@@ -145,7 +145,8 @@ TEXTS: dict[str, dict[str, str]] = {
 """Format → its files by name; the last of them is the one to read."""
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
-       "ansys", "ovm", "med", "nastran", "cgns", "ugrid", "medit")  # fmt: skip
+       "ansys", "ovm", "med", "nastran", "cgns", "ugrid", "medit",
+       "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 

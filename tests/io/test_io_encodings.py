@@ -74,10 +74,22 @@ def test_big_endian_vtu(tmp_path: Path, loaded: Mesh, mode: str) -> None:
 
 @pytest.mark.parametrize("binary", [False, True])
 @pytest.mark.parametrize("version", [42, 51])
-def test_legacy_vtk(tmp_path: Path, loaded: Mesh, polyhedral: Mesh, binary: bool, version: int) -> None:
+@pytest.mark.parametrize("is_alone", [False, True])
+def test_legacy_vtk(
+    tmp_path: Path,
+    loaded: Mesh,
+    polyhedral: Mesh,
+    binary: bool,
+    version: int,
+    is_alone: bool,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What others wrote; alone, without strings and polyhedra, it is read without another process."""
     from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
 
-    for mesh in (loaded, polyhedral):
+    if is_alone:
+        monkeypatch.setattr(_isolate, "read", None)
+    for mesh in (loaded.replace(field_data={"a name": np.arange(5.0)}),) if is_alone else (loaded, polyhedral):
         grid, _ = _vtk.grid(mesh)
         writer = vtkUnstructuredGridWriter()
         writer.SetFileName(str(tmp_path / "a.vtk"))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..errors import ReadError
 from ..mesh import Mesh
-from . import _vtk
+from . import _vtk, vtk_legacy_own
 from ._format import Format
 
 _STATED = re.compile(rb"^(POINTS|CELLS|CELL_TYPES|POINT_DATA|CELL_DATA)[ \t]+(-?\d+)(?:[ \t]+(-?\d+))?", re.MULTILINE)
@@ -75,4 +75,4 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return lost
 
 
-VTK_LEGACY = Format("vtk", "legacy VTK", (".vtk",), sniff, foreign=read, write=write)
+VTK_LEGACY = Format("vtk", "legacy VTK", (".vtk",), sniff, vtk_legacy_own.read, read, write)
