@@ -20,6 +20,7 @@ from ._build import Kind, gathered
 from ._format import Format
 from ._ids import Index
 from ._merge import Part, merged
+from ._text import numbers
 
 _MARK = re.compile(rb"^\*(heading|node|element|part|include|\*)", re.IGNORECASE | re.MULTILINE)
 _MOST_INCLUDES = 1000
@@ -146,6 +147,17 @@ class _Keyword:
             open_row = trailing
         return rows
 
+    def table(self, width: int, kind: type) -> NDArray[Any] | None:
+        """The data lines at once, if each has so many numbers and no more: ten times as fast as row by row."""
+        texts = [line.text for line in self.data]
+        if not texts or any(text.count(",") != width - 1 for text in texts):
+            return None
+        try:
+            flat = numbers("\n".join(texts).replace(",", " ").encode(), kind)
+        except ValueError:
+            return None
+        return flat.reshape(-1, width) if len(flat) == width * len(texts) else None
+
     def numbers(self, kind: type) -> list[list[Any]]:
         try:
             return [
@@ -263,10 +275,12 @@ def _nodes(keyword: _Keyword, part: _Part) -> None:
         raise keyword.line.fail(
             f"nodes in the system {keyword.options['SYSTEM']!r} cannot be read, only rectangular ones"
         )
-    rows = keyword.numbers(float)
-    if any(len(row) < 2 for row in rows):
-        raise keyword.line.fail("a node without coordinates")
-    table = np.array([(*row[:4], 0.0, 0.0, 0.0)[:4] for row in rows], np.float64).reshape(-1, 4)
+    table = keyword.table(4, np.float64)
+    if table is None:
+        rows = keyword.numbers(float)
+        if any(len(row) < 2 for row in rows):
+            raise keyword.line.fail("a node without coordinates")
+        table = np.array([(*row[:4], 0.0, 0.0, 0.0)[:4] for row in rows], np.float64).reshape(-1, 4)
     if not (np.abs(table[:, 0]) < 2**53).all():
         raise keyword.line.fail("a node's number is no integer")
     part.labels.append(table[:, 0].astype(np.int64))
@@ -279,8 +293,18 @@ def _elements(keyword: _Keyword, part: _Part) -> None:
     if kind is None:
         part.left_out[name] = part.left_out.get(name, 0) + len(keyword.rows())
         return
-    flat = keyword.numbers(int)
     width = kind.n_nodes + 1
+    table = keyword.table(width, np.int64)
+    if table is None:
+        table = _rows(keyword, name, kind, width)
+    part.sections.append(_Section(kind, keyword.options.get("ELSET", ""), table[:, 0], table[:, 1:]))
+    if keyword.options.get("ELSET"):
+        part.elsets.setdefault(keyword.options["ELSET"].upper(), []).append(table[:, 0])
+
+
+def _rows(keyword: _Keyword, name: str, kind: Kind, width: int) -> NDArray[np.int64]:
+    """Elements that are continued on further lines, or have something wrong."""
+    flat = keyword.numbers(int)
     rows: list[list[int]] = []
     for row in flat:  # an element may also be continued without a comma at the end of the line
         if rows and len(rows[-1]) < width:
@@ -291,12 +315,9 @@ def _elements(keyword: _Keyword, part: _Part) -> None:
     if wrong:
         raise keyword.line.fail(f"an element of type {name} with {len(wrong[0]) - 1} nodes, expected {kind.n_nodes}")
     try:
-        table = np.array(rows, np.int64).reshape(-1, width)
+        return np.array(rows, np.int64).reshape(-1, width)
     except OverflowError:
         raise keyword.line.fail("a number that fits no integer") from None
-    part.sections.append(_Section(kind, keyword.options.get("ELSET", ""), table[:, 0], table[:, 1:]))
-    if keyword.options.get("ELSET"):
-        part.elsets.setdefault(keyword.options["ELSET"].upper(), []).append(table[:, 0])
 
 
 def _elset(keyword: _Keyword, part: _Part, name: str) -> None:

@@ -1,7 +1,7 @@
 """CGNS (.cgns) in HDF5: structured and unstructured zones, mixed sections, polyhedra, families and boundaries.
 
-Own, because VTK's reader keeps no names of families, boundaries or sections and repeats nothing of the surfaces. Files
-of the old kind (ADF) are left to it.
+Own, because VTK's reader keeps no names of families, groups and boundaries, and no surfaces. Files of the old kind,
+ADF, are left to it.
 """
 
 from __future__ import annotations
