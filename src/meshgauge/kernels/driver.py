@@ -75,7 +75,7 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *
         values = np.empty((len(connectivity), shape.n_nodes))
         node_scaled_jacobian(points, connectivity, row, values, few=few)
         out[:] = folds.fold(folds.jens(values, shape.k))
-    elif fast(points.reshape(-1), connectivity.reshape(-1), out, shape.k):
+    elif fast(_flat(points), _flat(connectivity), out, shape.k):
         left = np.flatnonzero(np.isnan(out))
         values = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
         out[left] = folds.fold(folds.jens(values, shape.k))
@@ -95,7 +95,7 @@ def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out
     from . import nodes
 
     triples = np.array(shape.triples, np.int64)
-    nodes.scaled_jacobian(points.reshape(-1), connectivity.reshape(-1), triples, shape.n_nodes, out.reshape(-1))
+    nodes.scaled_jacobian(_flat(points), _flat(connectivity), triples, shape.n_nodes, out.reshape(-1))
     left = np.flatnonzero(np.isnan(out).any(axis=1))
     if len(left):
         out[left] = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
@@ -111,6 +111,13 @@ def _fast(name: str) -> Any:
 def _shape(row: CellType) -> Shape:
     assert row.shape is not None
     return row.shape
+
+
+def _flat(array: NDArray[Any]) -> NDArray[Any]:
+    """The array in one dimension, read-only: one that may be written to is another type, to be compiled for anew."""
+    flat = array.reshape(-1)
+    flat.flags.writeable = False
+    return flat
 
 
 def _coordinates(points: Points, connectivity: Cells) -> Values:

@@ -225,9 +225,9 @@ def match(
             mate[slot] = BOUNDARY
     # ends[p] is now the end of bucket p, hence the start of bucket p + 1.
     n_multiple = 0
-    low = 0
+    low = np.int64(0)
     for point in range(len(ends) - 1):
-        high = ends[point]
+        high = np.int64(ends[point])
         is_sorted = high - low > _PAIRWISE
         if is_sorted:
             _sort(slots, hashes, low, high)
@@ -243,8 +243,8 @@ def match(
                     continue
                 direction = _quickly_compared(slots[i], slots[j], cells, starts, types, offsets, nodes, table)
                 if direction == DIFFERENT:
-                    n = _load(slots[i], cells, starts, types, offsets, nodes, table, poly, ring)
-                    n_other = _load(slots[j], cells, starts, types, offsets, nodes, table, poly, other)
+                    n = _load(np.int64(slots[i]), cells, starts, types, offsets, nodes, table, poly, ring)
+                    n_other = _load(np.int64(slots[j]), cells, starts, types, offsets, nodes, table, poly, other)
                     direction = _compared(ring, n, other, n_other)
                 if direction == DIFFERENT:
                     continue

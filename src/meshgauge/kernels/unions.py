@@ -84,8 +84,8 @@ def by_faces(cells: Any, mates: Any, relations: Any, first: Any, parent: Any, si
             agrees = first[a] * first[b] == relations[slot]
             if agrees != (turn == 0):
                 continue
-            root_a, sign_a = _signed_root(parent, sign, a)
-            root_b, sign_b = _signed_root(parent, sign, b)
+            root_a, sign_a = _signed_root(parent, sign, np.int64(a))
+            root_b, sign_b = _signed_root(parent, sign, np.int64(b))
             relative = sign_a * sign_b * relations[slot]
             if root_a == root_b:
                 if relative < 0:
