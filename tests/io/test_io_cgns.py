@@ -90,6 +90,21 @@ def test_files_of_the_old_kind_are_left_to_vtk(tmp_path: Path) -> None:
         io.read(path)
 
 
+def test_sections_may_leave_gaps_in_their_numbers(tmp_path: Path) -> None:
+    mesh, path = mesh_of("tetra", "wedge", n=1), tmp_path / "a.cgns"
+    with h5py.File(path, "w") as file:
+        made = zone(base(file), "Zone", mesh.points, 2)
+        section(made, "Second", 14, 9, 1, mesh.nodes(1) + 1)
+        section(made, "First", 10, 3, 1, mesh.nodes(0) + 1)
+    back = io.read(path)
+    np.testing.assert_array_equal(back.connectivity, mesh.connectivity)
+    for first, message in ((3, "elements of the same numbers"), (10**9, "far beyond how many they are")):
+        with h5py.File(path, "a") as file:
+            file["Base/Zone/Second/ElementRange/ data"][...] = first
+        with pytest.raises(ReadError, match=message):
+            io.read(path)
+
+
 def broken_zone(file: Any, what: str) -> None:
     mesh = mesh_of("tetra", n=1)
     root = base(file)

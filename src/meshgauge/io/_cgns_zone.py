@@ -22,6 +22,8 @@ _CARTESIAN = ("CoordinateX", "CoordinateY", "CoordinateZ")
 _CYLINDRICAL = ("CoordinateR", "CoordinateTheta", "CoordinateZ")
 _IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
 _NONE = np.empty(0, np.int64)
+_SPARSEST = 64
+"""Numbers of elements for each element there is: sections may leave gaps."""
 
 
 @dataclass(slots=True)
@@ -229,10 +231,10 @@ def _unstructured(
 ) -> tuple[Part, Ints, list[str]]:
     """Cells of all sections in the order of their numbers, the place of the name of the region of each, the names."""
     last = max(section.first + section.n for section in sections)
-    if last > sum(section.n for section in sections) + 1 or any(
-        a.first + a.n > b.first for a, b in itertools.pairwise(sections)
-    ):
-        raise node.fail("its sections have elements of one number, or none of some")
+    if any(a.first + a.n > b.first for a, b in itertools.pairwise(sections)):
+        raise node.fail("its sections have elements of the same numbers")
+    if last > _SPARSEST * (sum(section.n for section in sections) + 1000):  # a number more is a byte of memory more
+        raise node.fail(f"its elements are numbered up to {last - 1}, far beyond how many they are")
     listed, names = _boundaries(node, last, families)
     faces = [section for section in sections if section.code == NGON]
     made: list[tuple[Cells, Polyhedra | None, Ints]] = []
