@@ -70,7 +70,7 @@ def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
     kept += [material] if materials is not None else []
     renamed = [name for name, label in zip(names, sets, strict=False) if label and label != name]
     said = (f"Abaqus's names hold no commas or quotes: {', '.join(renamed[:8])} changed.",) if renamed else ()
-    return (*said, *_write.lost(mesh, cell=kept, field=(f"{material}:names",) if materials is not None else ()))
+    return (*said, *_write.lost(mesh, cell=kept, field=(*names, *(f"{k}:names" for k in kept))))
 
 
 def _told(mesh: Mesh, ids: NDArray[np.int64]) -> list[str]:

@@ -256,7 +256,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     found = told_regions(mesh)
     ids, names = found if found is not None else (np.zeros(mesh.n_cells, np.int64), ())
     data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY)}
-    fields = {k: v for k, v in mesh.field_data.items() if k != f"{GROUP}:names"}
+    fields = {k: v for k, v in mesh.field_data.items() if k not in (f"{GROUP}:names", *names)}
     kept = mesh.replace(cell_data=data, field_data=fields)
     has_groups = found is not None
     families = {_FAMILY: (-1 - ids).astype(np.int64)} if has_groups else {}
