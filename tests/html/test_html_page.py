@@ -274,6 +274,12 @@ def test_no_script_can_end_its_element() -> None:
         assert "<!--" not in script.read_text(encoding="utf-8"), script
 
 
+def test_more_regions_than_sixteen_bits_hold(quality: meshgauge.Quality) -> None:
+    ids = np.full(quality.n_cells, 70_000)
+    frame = Frame.of(quality.mesh.points)
+    assert cells.arrays_of(quality, np.arange(3), ids, 20, frame)["region"].tolist() == [70_000] * 3
+
+
 def test_colours_are_those_of_the_plots() -> None:
     values = np.array([-1, -0.3, 0.01, 0.19, 0.2, 0.3, 0.55, 0.8, 1.0, np.nan])
     theirs = [tuple(round(255 * x) for x in rgb) for rgb in plotted(values)]

@@ -140,7 +140,7 @@ def arrays_of(quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Fram
         "kind": kind.astype(np.uint8),
         "status": quality.status[cells],
         "bin": bins_of(quality.values[cells], bins),
-        "region": regions[cells].astype(np.uint16),
+        "region": regions[cells].astype(np.min_scalar_type(int(regions.max(initial=0)))),
         "value": quality.values[cells],
         "nodes": local.reshape(-1).astype(np.uint32),
         "nodeValue": nodes.values.astype(np.float32),

@@ -101,7 +101,7 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
                 height=round(linear, 2),
                 height_log=round(logarithmic, 2),
                 fill=colour((low + high) / 2),
-                is_invalid=low < 0,
+                is_invalid=high <= 0,
                 is_last=n == bins - 1,
             )
         )
