@@ -122,7 +122,7 @@ def test_of_a_large_mesh_the_worst_cells_are_there(quality: meshgauge.Quality) -
 
 
 def test_invalid_cells_of_good_value_come_first() -> None:
-    mesh = grid(4)
+    mesh = grid(7)
     points = mesh.points.copy()
     points[np.all(mesh.points == 2, axis=1)] += (0.3, 0, 0)
     quality = meshgauge.measure(mesh.replace(points=points))
@@ -132,6 +132,24 @@ def test_invalid_cells_of_good_value_come_first() -> None:
     odd = meshgauge.Quality(quality.mesh, quality.values, status, quality.metrics)
     assert good in cells.chosen(odd, cells.drawable(odd), 3)
     assert good in {card.cell for card in html.section(odd).cards}
+    # One that is here for its status does not mean that all of lower value are.
+    tight = html.section(odd, budget=len(html.section(odd).geometry) * 2 // 3)
+    assert tight.model is not None
+    assert not tight.model["whole"]
+    there = unpacked(tight)["id"]
+    assert good in there
+    assert set(np.flatnonzero(odd.values < tight.model["reach"])) <= set(there.tolist())
+
+
+def test_cells_without_a_value_have_room_too() -> None:
+    quality = meshgauge.measure(grid(7))
+    none = np.full(quality.n_cells, np.nan)
+    status = np.full(quality.n_cells, meshgauge.Status.BROKEN, np.uint8)
+    unknown = meshgauge.Quality(quality.mesh, none, status, {"jens": none})
+    made = html.section(unknown, budget=len(html.section(unknown).geometry) * 2 // 3)
+    assert made.model is not None
+    assert made.model["reach"] == -1
+    assert "could not be measured" in html.page([made])
 
 
 def test_a_surface_is_made_coarser_and_keeps_its_extent() -> None:

@@ -73,20 +73,21 @@ def geometry(
     most, triangles = (WHOLE if n_drawn <= WHOLE else WORST), TRIANGLES
     while True:
         cells = chosen(quality, can_be_drawn, most)
+        reach = _reach(quality, cells)
         if before is not None:
-            cells = np.union1d(cells, chosen(before, can_be_drawn, most))
+            others = chosen(before, can_be_drawn, most)
+            reach = min(reach, _reach(before, others))
+            cells = np.union1d(cells, others)
         arrays = _arrays(quality, cells, ids, bins, frame, boundary, triangles)
         if before is not None:
             other = _arrays(before, cells, ids, bins, frame, boundary, triangles)
-            arrays |= {f"{name}Before": other[name] for name in CHANGING if name in other and "surfaceCell" in arrays}
-            arrays |= {f"{name}Before": other[name] for name in CHANGING[:5]}
+            arrays |= {f"{name}Before": other[name] for name in CHANGING if name in other and _is_fine(arrays, name)}
         result = packed(arrays)
         if len(result.text) <= budget or most < 50:
             break
         most, triangles = min(most, len(cells)) // 2, triangles // 2
-    values = quality.values[cells]
     whole, is_coarse = len(cells) == n_drawn, "surfaceCell" not in arrays
-    reach = 1.0 if whole else math.floor(float(np.nanmax(values)) * 200) / 200
+    reach = 1.0 if whole else reach
     model = {
         "kinds": kinds(mesh.types[cells]),
         "layout": result.layout,
@@ -98,13 +99,18 @@ def geometry(
         "whole": whole,
         "total": n_drawn,
         "reach": reach,
-        "start": min(_start(values if before is None else before.values[cells]), reach),
+        "start": min(_start((quality if before is None else before).values[cells]), reach),
         "frame": {"centre": list(frame.centre), "half": frame.half},
         "coarse": is_coarse,
         "before": before is not None,
         "colours": {"stops": STOPS, "invalid": INVALID, "degenerate": DEGENERATE, "unknown": UNKNOWN},
     }
     return Geometry(model, result.text, _told(summary, len(cells), n_drawn, reach, boundary, arrays))
+
+
+def _is_fine(arrays: dict[str, NDArray[Any]], name: str) -> bool:
+    """False for arrays of a surface that was made coarser: in another state it has other triangles."""
+    return "surfaceCell" in arrays or not name.startswith("surface")
 
 
 def _in_both(before: Quality, after: Quality) -> NDArray[np.bool_]:
@@ -142,6 +148,13 @@ def _arrays(
     quality: Quality, cells: Ids, ids: Ids, bins: int, frame: Frame, boundary: surface.Polygons, most: int
 ) -> dict[str, NDArray[Any]]:
     return {**arrays_of(quality, cells, ids, bins, frame), **_skin(quality, boundary, frame, most)}
+
+
+def _reach(quality: Quality, cells: Ids) -> float:
+    """A quality below which all valid cells of the mesh are among these, the worst ones; a multiple of 0.005."""
+    is_valid = np.array([STATUSES[s].is_valid for s in sorted(STATUSES)])[quality.status[cells]]
+    values = quality.values[cells[is_valid]]
+    return math.floor(float(values[~np.isnan(values)].max(initial=-1.0)) * 200) / 200
 
 
 def _start(values: NDArray[np.float64]) -> float:
