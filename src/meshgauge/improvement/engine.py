@@ -210,9 +210,10 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
 
     was_tangled = bool((had <= 0.0).any())
     until("untangle")
+    given = points
     points, is_untangled = untangle(run, points)
     if was_tangled and is_untangled:
-        points = smoothed(run, points)
+        points = smoothed(run, points, given)
     lengths = run.moving.reference_lengths(points)
     until("worst")
     # Once the cells that can move are better than one that cannot, the rest is for the mean.

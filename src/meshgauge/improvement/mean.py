@@ -15,6 +15,9 @@ SHARPNESS = (10.0, 20.0, 40.0)
 
 ITERATIONS = 60
 BARRIER = 1e-3
+STRETCH = 1e-4
+LEAST_GAIN = 1e-5
+"""Weights of the barrier and of the lengths, and the gain in the mean that pays for what the worst lose."""
 
 
 def raise_mean(
@@ -34,7 +37,10 @@ def raise_mean(
     if part.n_cells == 0:
         return points
     descent = run.descent(part, np.arange(part.n_points))
-    energy = QualityEnergy(part, lengths, floors(run, points), barrier=BARRIER, mean=1.0)
+    # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.
+    lengths = np.clip(part.reference_lengths(points), 0.5 * lengths, 2.0 * lengths)
+    energy = QualityEnergy(part, lengths, floors(run, points), barrier=BARRIER, mean=1.0, stretch=STRETCH)
+    given, before = points, _mean(run, points)
 
     def watch(now: Points, value: float, least: float) -> bool:
         run.tell(phase, now)
@@ -48,8 +54,12 @@ def raise_mean(
             run.evaluations += reached.evaluations
             points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
             if run.is_over():
-                return points
-    return points
+                break
+    return points if _mean(run, points) > before + LEAST_GAIN else given
+
+
+def _mean(run: Run, points: Points) -> float:
+    return float(run.moving.qualities(points)[1].mean())
 
 
 def floors(run: Run, points: Points) -> Points:

@@ -23,8 +23,8 @@ ROUNDS, ITERATIONS = 60, 20
 SMOOTH = 60
 """Iterations on the shape once all corners are positive."""
 
-ANISOTROPIC = 4.0
-"""Ratio of the longest to the shortest edge that half of the cells exceed in a mesh that is stretched on purpose."""
+ANISOTROPIC = 8.0
+"""Ratio of the longest to the shortest edge from which on a valid cell is stretched on purpose."""
 
 NARROW, WIDE = 0.2, 5.0
 """A reference length stays within these of the cell's mean length: lengths in tangled cells are accidents."""
@@ -103,17 +103,21 @@ def _positive(
     return here
 
 
-def smoothed(run: Run, points: Points) -> Points:
+def smoothed(run: Run, points: Points, given: Points) -> Points:
     """Points of ``run.moving``, all of them smoothed by the shapes of their cells; for meshes that were tangled.
 
     What is around a tangle was bent by it, and the phases that follow go further from even shapes. Cells are drawn
-    towards equal edges unless most of the mesh is flat or long on purpose.
+    towards equal edges, but those that were valid and long or flat in the mesh given are so on purpose.
     """
     part = run.moving
-    lengths = part.edge_lengths(points)
+    lengths = part.edge_lengths(given)
     starts = part.cells[:-1]
     ratio = np.maximum.reduceat(lengths.max(axis=1), starts) / np.minimum.reduceat(lengths.min(axis=1), starts)
-    energy = ShapeEnergy(part, _references(part, points, local=bool(np.median(ratio) > ANISOTROPIC)))
+    is_layer = (part.qualities(given)[0] > 0.0) & (ratio > ANISOTROPIC)
+    references = _references(part, points, local=False)
+    own = np.repeat(is_layer, np.diff(part.cells))
+    references[own] = lengths[own]
+    energy = ShapeEnergy(part, references)
 
     def watch(now: Points, value: float, least: float) -> bool:
         run.tell("smooth", now)
