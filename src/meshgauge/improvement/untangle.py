@@ -23,8 +23,8 @@ ROUNDS, ITERATIONS = 60, 20
 SMOOTH = 60
 """Iterations on the shape once all corners are positive."""
 
-ANISOTROPIC = 8.0
-"""Ratio of the longest to the shortest edge from which on a valid cell is stretched on purpose."""
+ANISOTROPIC, STRAIGHT = 8.0, 0.8
+"""Ratio of the longest to the shortest edge, and quality, from which on a cell is stretched on purpose."""
 
 NARROW, WIDE = 0.2, 5.0
 """A reference length stays within these of the cell's mean length: lengths in tangled cells are accidents."""
@@ -107,13 +107,13 @@ def smoothed(run: Run, points: Points, given: Points) -> Points:
     """Points of ``run.moving``, all of them smoothed by the shapes of their cells; for meshes that were tangled.
 
     What is around a tangle was bent by it, and the phases that follow go further from even shapes. Cells are drawn
-    towards equal edges, but those that were valid and long or flat in the mesh given are so on purpose.
+    towards equal edges, but those that were flat or long and yet straight in the mesh given are so on purpose.
     """
     part = run.moving
     lengths = part.edge_lengths(given)
     starts = part.cells[:-1]
     ratio = np.maximum.reduceat(lengths.max(axis=1), starts) / np.minimum.reduceat(lengths.min(axis=1), starts)
-    is_layer = (part.qualities(given)[0] > 0.0) & (ratio > ANISOTROPIC)
+    is_layer = (part.qualities(given)[0] > STRAIGHT) & (ratio > ANISOTROPIC)
     references = _references(part, points, local=False)
     own = np.repeat(is_layer, np.diff(part.cells))
     references[own] = lengths[own]
