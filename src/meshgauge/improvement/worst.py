@@ -89,8 +89,8 @@ def raise_worst(
             gap *= SHRINK
         if gap >= END and not (levels and spent > most):
             continue
-        # What can be raised no more is set aside; for the others together as many evaluations again.
-        most = spent if levels == 0 else most
+        # What can be raised no more is set aside; for the others together half as many evaluations again.
+        most = spent // 2 if levels == 0 else most
         levels, spent = levels + 1, spent if levels else 0
         if levels > LEVELS or spent > most or level >= max(2.0 * run.target, WELL) or level >= goal:
             break

@@ -56,9 +56,9 @@ def quality(
     """
     beta, alpha, sharpness, gamma = weights[0], weights[1], weights[2], weights[3]
     total, least = 0.0, np.inf
-    jacobian, slope = np.empty(most), np.empty(most)
-    value, fall = np.empty(most), np.empty(most)
-    unit, inverse = np.empty((most, 9)), np.empty((most, 3))
+    slope, value, fall = np.empty(most), np.empty(most), np.empty(most)
+    # Of each corner: the edges, what the lengths pull along them, J / l²; and the cofactors over the lengths.
+    edge, normal = np.empty((most, 15)), np.empty((most, 9))
     for e in range(first, last):
         start, n = cells[e], cells[e + 1] - cells[e]
         t = thresholds[e]
@@ -66,26 +66,25 @@ def quality(
         for m in range(n):
             c = start + m
             k = constants[kinds[c]]
-            o = corners[c, 0]
+            o, h, i, g = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
             x, y, z = points[o, 0], points[o, 1], points[o, 2]
-            for i in range(3):
-                p = corners[c, i + 1]
-                dx, dy, dz = points[p, 0] - x, points[p, 1] - y, points[p, 2] - z
-                r = 1.0 / sqrt(dx * dx + dy * dy + dz * dz)
-                unit[m, 3 * i], unit[m, 3 * i + 1], unit[m, 3 * i + 2] = dx * r, dy * r, dz * r
-                inverse[m, i] = r
-                ratio = (lengths[c, i] * r) * (lengths[c, i] * r)
-                total += gamma * (ratio + 1.0 / ratio - 2.0)
-            u = unit[m]
-            j = (
-                u[0] * (u[4] * u[8] - u[5] * u[7])
-                + u[1] * (u[5] * u[6] - u[3] * u[8])
-                + u[2] * (u[3] * u[7] - u[4] * u[6])
-            )
+            u0, u1, u2 = points[h, 0] - x, points[h, 1] - y, points[h, 2] - z
+            v0, v1, v2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
+            w0, w1, w2 = points[g, 0] - x, points[g, 1] - y, points[g, 2] - z
+            uu, vv, ww = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2, w0 * w0 + w1 * w1 + w2 * w2
+            ru, rv, rw = 1.0 / sqrt(uu), 1.0 / sqrt(vv), 1.0 / sqrt(ww)
+            f0, f1, f2 = v1 * w2 - v2 * w1, v2 * w0 - v0 * w2, v0 * w1 - v1 * w0
+            g0, g1, g2 = w1 * u2 - w2 * u1, w2 * u0 - w0 * u2, w0 * u1 - w1 * u0
+            h0, h1, h2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+            # dJ/dx = (cofactor / product of the lengths) - J d / l²
+            product = ru * rv * rw
+            j = (u0 * f0 + u1 * f1 + u2 * f2) * product
+            lu, lv, lw = lengths[c, 0] * ru, lengths[c, 1] * rv, lengths[c, 2] * rw
+            lu, lv, lw = lu * lu, lv * lv, lw * lw
+            total += gamma * (lu + lv + lw + (lu * lv + lv * lw + lw * lu) / (lu * lv * lw) - 6.0)
             q = j / k
             if not q > t:
                 return np.inf, min(least, q)
-            jacobian[m] = j
             least = min(least, q)
             if q < 1.0:
                 value[m], fall[m] = q, 1.0 / k
@@ -97,6 +96,16 @@ def quality(
                 slope[m] = 0.0
             total += beta * (1.0 - t) * r
             lowest = min(lowest, value[m])
+            ru, rv, rw = ru * ru, rv * rv, rw * rw
+            e_m, n_m = edge[m], normal[m]
+            e_m[0], e_m[1], e_m[2], e_m[3], e_m[4], e_m[5], e_m[6], e_m[7], e_m[8] = u0, u1, u2, v0, v1, v2, w0, w1, w2
+            e_m[9] = 2.0 * gamma * ru * (1.0 / lu - lu)
+            e_m[10] = 2.0 * gamma * rv * (1.0 / lv - lv)
+            e_m[11] = 2.0 * gamma * rw * (1.0 / lw - lw)
+            e_m[12], e_m[13], e_m[14] = j * ru, j * rv, j * rw
+            n_m[0], n_m[1], n_m[2] = f0 * product, f1 * product, f2 * product
+            n_m[3], n_m[4], n_m[5] = g0 * product, g1 * product, g2 * product
+            n_m[6], n_m[7], n_m[8] = h0 * product, h1 * product, h2 * product
         if alpha > 0.0:
             s = 0.0
             for m in range(n):
@@ -106,25 +115,27 @@ def quality(
             for m in range(n):
                 slope[m] -= alpha * value[m] / s * fall[m]
         for m in range(n):
-            c = start + m
-            o = corners[c, 0] - low
-            u, j, f = unit[m], jacobian[m], slope[m]
-            for i in range(3):
-                a, b, d = 3 * i, 3 * ((i + 1) % 3), 3 * ((i + 2) % 3)
-                r = inverse[m, i]
-                ratio = (lengths[c, i] * r) * (lengths[c, i] * r)
-                along = r * (2.0 * gamma * (1.0 / ratio - ratio) - f * j)
-                f_r = f * r
-                e0 = f_r * (u[b + 1] * u[d + 2] - u[b + 2] * u[d + 1]) + along * u[a]
-                e1 = f_r * (u[b + 2] * u[d] - u[b] * u[d + 2]) + along * u[a + 1]
-                e2 = f_r * (u[b] * u[d + 1] - u[b + 1] * u[d]) + along * u[a + 2]
-                p = corners[c, i + 1] - low
-                gradient[p, 0] += e0
-                gradient[p, 1] += e1
-                gradient[p, 2] += e2
-                gradient[o, 0] -= e0
-                gradient[o, 1] -= e1
-                gradient[o, 2] -= e2
+            c, f, e_m = start + m, slope[m], edge[m]
+            o, h, i, g = corners[c, 0] - low, corners[c, 1] - low, corners[c, 2] - low, corners[c, 3] - low
+            au, av, aw = e_m[9] - f * e_m[12], e_m[10] - f * e_m[13], e_m[11] - f * e_m[14]
+            x, y, z = 0.0, 0.0, 0.0
+            e0, e1, e2 = f * normal[m, 0] + au * e_m[0], f * normal[m, 1] + au * e_m[1], f * normal[m, 2] + au * e_m[2]
+            gradient[h, 0] += e0
+            gradient[h, 1] += e1
+            gradient[h, 2] += e2
+            x, y, z = x - e0, y - e1, z - e2
+            e0, e1, e2 = f * normal[m, 3] + av * e_m[3], f * normal[m, 4] + av * e_m[4], f * normal[m, 5] + av * e_m[5]
+            gradient[i, 0] += e0
+            gradient[i, 1] += e1
+            gradient[i, 2] += e2
+            x, y, z = x - e0, y - e1, z - e2
+            e0, e1, e2 = f * normal[m, 6] + aw * e_m[6], f * normal[m, 7] + aw * e_m[7], f * normal[m, 8] + aw * e_m[8]
+            gradient[g, 0] += e0
+            gradient[g, 1] += e1
+            gradient[g, 2] += e2
+            gradient[o, 0] += x - e0
+            gradient[o, 1] += y - e1
+            gradient[o, 2] += z - e2
     return total, least
 
 
