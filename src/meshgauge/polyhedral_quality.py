@@ -120,6 +120,12 @@ class PolyhedralQuality:
         """``(n,)`` True if every corner is convex and the surface is a sphere, which makes the whole cell convex."""
         return np.asarray((self.values > 0.0) & ((self.faults & Fault.HANDLE) == 0))
 
+    @property
+    def has_hanging(self) -> NDArray[np.bool_]:
+        """``(n,)`` True for cells with a hanging node."""
+        owner = np.repeat(np.arange(len(self.cells)), np.diff(self.node_offsets))
+        return np.asarray(np.bincount(owner[self.node_is_hanging], minlength=len(self.cells)) > 0)
+
     def fault_counts(self) -> dict[str, int]:
         """Number of cells by name of the fault, those that occur."""
         counts = {str(fault.name): int(np.count_nonzero(self.faults & fault)) for fault in Fault}
@@ -390,3 +396,44 @@ def _status(values: Values, faults: NDArray[np.int64], is_star_shaped: NDArray[n
     }
     codes = [np.uint8(status) for status in cases]
     return np.select(list(cases.values()), codes, np.uint8(Status.NON_FINITE))
+
+
+def corner_triples(
+    points: NDArray[np.floating], polyhedra: Polyhedra, measured: PolyhedralQuality
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Values]:
+    """The triples of which J_S of each node is the fold, of the cells that have a value and no hanging node.
+
+    Parameters
+    ----------
+    points, polyhedra
+        As they were measured.
+    measured
+        What `measure_polyhedra` gave for them.
+
+    Returns
+    -------
+    cells : ndarray of int64, shape (n,)
+        The cell of each triple, ascending.
+    corners : ndarray of int64, shape (n, 4)
+        The node and three neighbours, right-handed, that follow one another around it.
+    k : ndarray of float64, shape (n,)
+        The node's constant.
+    """
+    sizes = np.diff(measured.node_offsets)
+    wanted = ~measured.has_hanging & ~np.isnan(measured.values)
+    cells, corners, constants = [np.empty(0, np.int64)], [np.empty((0, 4), np.int64)], [np.empty(0)]
+    node_k = measured.node_k[np.repeat(wanted, sizes)]
+    ids, at = measured.cells[wanted], 0
+    for start in range(0, len(ids), CHUNK):
+        part = ids[start : start + CHUNK]
+        links = driver.links(points, _faces(polyhedra, part))
+        d, first = links.valences, links.starts
+        n = np.where(d > 3, d, (d == 3).astype(np.int64))
+        node = np.repeat(np.arange(len(d)), n)
+        turn = np.arange(len(node)) - np.repeat(np.cumsum(n) - n, n)
+        around = [links.points[first[node] + (turn + step) % d[node]] for step in range(3)]
+        cells.append(part[links.cells[node]])
+        corners.append(np.stack([links.node_ids[node], *around], axis=1))
+        constants.append(node_k[at : at + len(d)][node])
+        at += len(d)
+    return np.concatenate(cells), np.concatenate(corners), np.concatenate(constants)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from .._quality import Quality, measure
 from ..status import Status
+from .polyhedral import warped
 
 ROUNDS = 40
 """How often points are put back before all are."""
@@ -50,7 +51,7 @@ def accepted(
     sizes = np.diff(mesh.offsets)
     for _ in range(ROUNDS):
         after = measure(mesh.replace(points=points), metrics=tuple(before.metrics), threads=threads)
-        cells = offending(before, after, strict=strict)
+        cells = offending(before, after, strict=strict) | warped(before, points)
         if not cells.any():
             return after, int(np.count_nonzero(is_back))
         nodes = mesh.connectivity[np.repeat(cells, sizes)]

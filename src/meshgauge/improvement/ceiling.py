@@ -52,6 +52,7 @@ def ceiling(problem: Problem, points: Points, fixed: NDArray[np.bool_]) -> Ceili
     bounds, by_four = np.ones(problem.n_cells), np.zeros(problem.n_cells, bool)
     of_cell = problem.cell_of_corner()
     k = problem.constants[problem.kinds]
+    n_held[k == 0.0] = 0  # four points of a face bound nothing
 
     four = np.flatnonzero(n_held == 4)
     js = np.einsum("ij,ij->i", (e := _edges(problem, points, four))[:, 0], np.cross(e[:, 1], e[:, 2]))

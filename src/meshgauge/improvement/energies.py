@@ -55,8 +55,8 @@ class QualityEnergy:
         As for `ShapeEnergy`.
     thresholds
         ``(n_cells,)`` the value of J_S/k that no corner of the cell may fall to.
-    barrier, mean, sharpness, stretch
-        The weights β, α, the sharpness of the least corner, and γ of the lengths.
+    barrier, mean, sharpness, stretch, flat
+        The weights β, α, the sharpness of the least corner, γ of the lengths, and ω of faces of polyhedra.
     """
 
     problem: Problem
@@ -66,10 +66,11 @@ class QualityEnergy:
     mean: float = 0.0
     sharpness: float = 20.0
     stretch: float = 1e-3
+    flat: float = 1e4
 
     def __call__(self, points: Points, part: Part, gradient: Points) -> tuple[float, float]:
         p = self.problem
-        weights = np.array([self.barrier, self.mean, self.sharpness, self.stretch])
+        weights = np.array([self.barrier, self.mean, self.sharpness, self.stretch, self.flat])
         return improve_quality.quality(
             points,
             p.corners,

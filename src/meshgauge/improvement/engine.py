@@ -21,6 +21,7 @@ from .certificate import Certificate, Claim
 from .curved import followed
 from .descent import Freedom, Workers, workers
 from .mean import raise_mean
+from .polyhedral import corners
 from .problem import Points, Problem, problem
 from .run import Progress, Run
 from .setting import Setting, setting
@@ -92,8 +93,8 @@ def improve(
     Parameters
     ----------
     mesh
-        Any mesh. Tetrahedra, pyramids, wedges, hexahedra, prisms over polygons and quadratic cells take part; points of
-        other solid cells stay.
+        Any mesh. Cells of high order take no part, nor do polyhedra with hanging nodes: their points stay. Faces of
+        other polyhedra are kept as flat as they are, or within a hundredth of their radius.
     boundary
         "fixed": points of the boundary stay to the last bit. "slide": they move on the surface that the boundary is
         now, edges of it along themselves, corners not at all; if that is not better, the result for "fixed" stands.
@@ -132,7 +133,8 @@ def improve(
     start = clock.monotonic()
     before = measure(mesh, threads=threads)
     where = setting(mesh, before, fixed)
-    whole = problem(mesh, where.cells)
+    of_polyhedra = corners(before)
+    whole = problem(mesh, where.cells, (of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants))
     if whole.n_cells == 0:
         raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
     options = {"boundary": boundary, "target": target, "floor": floor, "strict": strict, "time": time}

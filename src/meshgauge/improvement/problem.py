@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import SHAPES
+from ..connectivity import chunks, picked
 from ..kernels import improve_quality
 from ..mesh import Mesh
 
@@ -18,6 +19,9 @@ Ids = NDArray[np.int64]
 
 PART_CORNERS = 24_000
 """Corners from which on another part, for another thread, is worth its while."""
+
+CHUNK = 1 << 20
+"""Corners for which temporaries are made at a time."""
 
 MOST_PARTS = 8
 """Sums are taken part by part, so their number must not depend on the number of threads."""
@@ -88,12 +92,16 @@ class Problem:
         improve_quality.cell_quality(points, self.corners, self.kinds, self.constants, self.cells, lowest, folded)
         return lowest, folded
 
-    def edge_lengths(self, points: Points) -> Points:
+    def edge_lengths(self, points: Points) -> NDArray[np.float32]:
         """``(n_corners, 3)`` lengths of the edges from each corner to its neighbours."""
-        here = points[self.corners[:, 0]]
-        return np.stack([np.linalg.norm(points[self.corners[:, m]] - here, axis=1) for m in (1, 2, 3)], axis=1)
+        out = np.empty((len(self.corners), 3), np.float32)
+        for start in range(0, len(out), CHUNK):
+            corners = self.corners[start : start + CHUNK]
+            edges = points[corners[:, 1:]] - points[corners[:, :1]]
+            out[start : start + CHUNK] = np.sqrt(np.einsum("cmx,cmx->cm", edges, edges))
+        return out
 
-    def point_sizes(self, lengths: Points) -> Points:
+    def point_sizes(self, lengths: NDArray[np.float32]) -> Points:
         """``(n_points,)`` mean length of the edges at each point."""
         at = self.corners[:, 0]
         sums = np.bincount(at, lengths.sum(axis=1), minlength=self.n_points)
@@ -103,8 +111,9 @@ class Problem:
     def reference_lengths(self, points: Points) -> NDArray[np.float32]:
         """`edge_lengths`, none below a thousandth of the mean around its corner."""
         lengths = self.edge_lengths(points)
-        sizes = self.point_sizes(lengths)[self.corners[:, 0]][:, None]
-        return np.maximum(lengths, 1e-3 * sizes).astype(np.float32)
+        sizes = (1e-3 * self.point_sizes(lengths)).astype(np.float32)
+        np.maximum(lengths, sizes[self.corners[:, 0]][:, None], out=lengths)
+        return lengths
 
     def cell_of_corner(self) -> Ids:
         """``(n_corners,)`` the cell that each belongs to."""
@@ -121,8 +130,7 @@ class Problem:
             np.asarray(sizes, np.int64)[chosen],
             corners,
             self.kinds[keep],
-            self.constants,
-            self.ideals,
+            (self.constants, self.ideals, self.counts),
         )
         return part, used, chosen
 
@@ -137,7 +145,7 @@ class Problem:
         return cells
 
 
-def problem(mesh: Mesh, cells: NDArray[np.bool_]) -> Problem:
+def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Points] | None = None) -> Problem:
     """The corners of the chosen cells of a mesh.
 
     Parameters
@@ -146,34 +154,45 @@ def problem(mesh: Mesh, cells: NDArray[np.bool_]) -> Problem:
         Any mesh.
     cells
         ``(n_cells,)`` which cells take part; of them those of types with corners in the tables do.
+    polyhedral
+        Corners of polyhedra: cell, points ``(n, 4)`` and k of each; k is 0 where four points are to be in a plane.
     """
-    kinds_of = _kinds()
-    constants, ideals = _kind_tables()
-    owner, corners, kinds = [], [], []
+    kinds_of, tables = _kinds(), (*_kind_tables(), _counts())
+    groups = []
     for row, _, of_type in mesh.groups():
-        if row is None or row.shape is None:
-            continue
-        ids = np.arange(mesh.n_cells)[of_type]
-        ids = ids[cells[ids]]
-        starts = np.asarray(mesh.offsets[ids], np.int64)[:, None]
-        nodes = mesh.connectivity[starts + np.array(row.corners)]
-        triples = np.array(row.shape.triples)
-        owner.append(np.repeat(ids, len(triples)))
-        corners.append(nodes[:, triples].reshape(-1, 4).astype(np.int64))
-        kinds.append(np.tile(kinds_of[row.shape.name], len(ids)))
-    if not owner:
-        none = np.empty(0, np.int64)
-        return _problem(none, none, none, np.empty((0, 4), np.int32), none.astype(np.int32), constants, ideals)
-    of_cell = np.concatenate(owner)
-    all_corners = np.concatenate(corners)
-    order = _along_a_curve(mesh, of_cell, all_corners)
-    of_cell, all_corners = of_cell[order], all_corners[order]
-    is_first = np.ones(len(of_cell), bool)
-    is_first[1:] = of_cell[1:] != of_cell[:-1]
-    starts = np.flatnonzero(is_first)
-    used, local = _renumbered(all_corners)
-    sizes = np.diff(np.append(starts, len(of_cell)))
-    return _problem(used, of_cell[starts], sizes, local, np.concatenate(kinds)[order], constants, ideals)
+        if row is not None and row.shape is not None:
+            ids = np.arange(mesh.n_cells)[of_type]
+            groups.append((row, row.shape.name, ids[cells[ids]], np.array(row.shape.triples)))
+    numbers = np.zeros(mesh.n_cells, np.int64)
+    for _, _, ids, triples in groups:
+        numbers[ids] = len(triples)
+    if polyhedral is not None and len(polyhedral[0]):
+        of_cell = polyhedral[0][cells[polyhedral[0]]]
+        numbers += np.bincount(of_cell, minlength=mesh.n_cells)
+    order = _along_a_curve(mesh, np.flatnonzero(numbers))
+    starts = np.zeros(mesh.n_cells, np.int64)
+    starts[order] = np.cumsum(numbers[order]) - numbers[order]
+    n_corners = int(numbers.sum())
+    corners, kinds = np.empty((n_corners, 4), np.int32), np.empty(n_corners, np.int32)
+    for row, name, ids, triples in groups:
+        for part in chunks(ids, CHUNK // len(triples)):
+            nodes = picked(mesh, row, part, row.corners)
+            for m, triple in enumerate(triples):
+                corners[starts[part] + m] = nodes[:, triple]
+                kinds[starts[part] + m] = kinds_of[name][m]
+    if polyhedral is not None and len(polyhedral[0]):
+        keep = cells[polyhedral[0]]
+        known, which = np.unique(polyhedral[2][keep], return_inverse=True)
+        turn = np.arange(len(of_cell)) - np.searchsorted(of_cell, of_cell)
+        corners[starts[of_cell] + turn] = polyhedral[1][keep]
+        kinds[starts[of_cell] + turn] = len(tables[0]) + which.reshape(-1)
+        tables = (
+            np.concatenate([tables[0], known]),
+            np.concatenate([tables[1], [_even_corner(float(k)) for k in known]]),
+            np.concatenate([tables[2], known > 0.0]),
+        )
+    used, local = _renumbered(corners)
+    return _problem(used, order, numbers[order], local, kinds, tables)
 
 
 def _problem(
@@ -182,8 +201,7 @@ def _problem(
     sizes: Ids,
     corners: NDArray[np.int32],
     kinds: NDArray[np.int32],
-    constants: Points,
-    ideals: Points,
+    tables: tuple[Points, Points, NDArray[np.bool_]],
 ) -> Problem:
     cells = np.zeros(len(cell_ids) + 1, np.int64)
     np.cumsum(sizes, out=cells[1:])
@@ -200,9 +218,9 @@ def _problem(
         cells=cells,
         corners=np.ascontiguousarray(corners),
         kinds=np.ascontiguousarray(kinds, np.int32),
-        constants=constants,
-        ideals=ideals,
-        counts=_counts(),
+        constants=tables[0],
+        ideals=tables[1],
+        counts=tables[2],
         parts=tuple(parts),
     )
 
@@ -231,6 +249,14 @@ def _kind_tables() -> tuple[Points, Points]:
     return np.array(constants), np.array(ideals)
 
 
+def _even_corner(k: float) -> Points:
+    """Inverse of three unit edges at equal angles whose determinant is k; of a right angle for k = 0, not used."""
+    cosines = np.roots([2.0, -3.0, 0.0, 1.0 - min(k * k, 1.0)])
+    c = float(min((x.real for x in cosines if abs(x.imag) < 1e-6 and -0.5 < x.real < 1.0), key=abs)) if k else 0.0
+    inverse: Points = np.linalg.inv(np.linalg.cholesky(np.full((3, 3), c) + (1.0 - c) * np.eye(3)).T)
+    return inverse
+
+
 @cache
 def _counts() -> NDArray[np.bool_]:
     counts = np.ones(sum(len(shape.triples) for shape in SHAPES.values()), np.bool_)
@@ -238,35 +264,32 @@ def _counts() -> NDArray[np.bool_]:
     return counts
 
 
-def _renumbered(corners: NDArray[np.integer]) -> tuple[Ids, NDArray[np.int32]]:
+def _renumbered(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
     """The points used, in the order of their first use, and the corners with points numbered so."""
-    flat = corners.ravel()
-    first = np.full(int(flat.max(initial=-1)) + 1, len(flat), np.int64)
-    np.minimum.at(first, flat, np.arange(len(flat)))
-    used = np.flatnonzero(first < len(flat))
+    flat = corners.reshape(-1)
+    first = np.full(int(flat.max(initial=-1)) + 1, -1, np.int64)
+    for stop in range(len(flat), 0, -CHUNK):  # backwards: of several uses the first is set last
+        start = max(stop - CHUNK, 0)
+        first[flat[start:stop][::-1]] = np.arange(stop - 1, start - 1, -1)
+    used = np.flatnonzero(first >= 0)
     used = used[np.argsort(first[used])]
     local = np.empty(len(first), np.int32)
     local[used] = np.arange(len(used), dtype=np.int32)
     return used, local[corners]
 
 
-def _along_a_curve(mesh: Mesh, of_cell: Ids, corners: Ids) -> Ids:
-    """Order of the corners by cell, cells along a Morton curve: neighbours in space are neighbours in memory."""
-    points = np.asarray(mesh.points, np.float64)
-    is_first = np.zeros(mesh.n_cells, bool)
-    is_first[of_cell] = True
-    cells = np.flatnonzero(is_first)
-    anchor = np.zeros(mesh.n_cells, np.int64)
-    anchor[of_cell] = corners[:, 0]
-    at = points[anchor[cells]]
+def _along_a_curve(mesh: Mesh, cells: Ids) -> Ids:
+    """The cells along a Morton curve: neighbours in space are neighbours in memory."""
+    nodes = mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells]]
+    at = np.asarray(mesh.points[nodes], np.float64)
+    if not len(at):
+        return cells
     low, high = at.min(axis=0), at.max(axis=0)
     spread = float((high - low).max()) or 1.0
     code = np.zeros(len(cells), np.uint64)
     for axis in range(3):
         code |= _spread_bits(((at[:, axis] - low[axis]) / spread * 1023.0).astype(np.uint64)) << np.uint64(axis)
-    place = np.empty(mesh.n_cells, np.int64)
-    place[cells[np.argsort(code, kind="stable")]] = np.arange(len(cells))
-    return np.argsort(place[of_cell], kind="stable")
+    return cells[np.argsort(code, kind="stable")]
 
 
 def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:

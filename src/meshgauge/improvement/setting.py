@@ -12,6 +12,7 @@ from ..cells import CELL_TYPES
 from ..doctor import points as coincidence
 from ..errors import MeshError
 from ..mesh import Mesh
+from ..polyhedral_quality import PolyhedralQuality
 from ..regions import regions
 from ..status import Status
 from ..topology import MULTIPLE, Topology, topology
@@ -79,16 +80,18 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
     n = mesh.n_points
     is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
     takes_part = is_solid & ~np.isin(quality.status, (Status.NON_FINITE, Status.UNSUPPORTED, Status.BROKEN))
-    takes_part &= np.array(
+    can = np.array(
         [(r := CELL_TYPES.get(t)) is not None and r.shape is not None and can_follow(r) for t in range(256)]
     )[mesh.types]
+    if quality.polyhedra is not None:
+        can[can_move(quality.polyhedra)] = True
+    takes_part &= can
     left = int(np.count_nonzero(is_solid & ~takes_part))
     pinned = _asked(fixed, n)
     if left:
         pinned |= marked(n, mesh.connectivity[np.repeat(~takes_part & is_solid, np.diff(mesh.offsets))])
         notes.append(
-            f"{left:,} solid cells take no part (polyhedra, cells of high order, what could not be measured): "
-            "their points stay."
+            f"{left:,} solid cells take no part (of high order, with hanging nodes, not measured): their points stay."
         )
 
     alone = np.flatnonzero(faces.mates < 0)
@@ -116,6 +119,11 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
         pinned |= marked(n, np.concatenate([twice, np.asarray(representative, np.int64)[twice]]))
         notes.append(f"{len(twice):,} points coincide with another: parts that touch there stay together, unmoved.")
     return Setting(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
+
+
+def can_move(measured: PolyhedralQuality) -> NDArray[np.int64]:
+    """Ids of the polyhedra that have a value and no hanging node."""
+    return measured.cells[~measured.has_hanging & ~np.isnan(measured.values)]
 
 
 def _asked(fixed: ArrayLike | None, n: int) -> Mask:

@@ -44,17 +44,17 @@ def quality(
     points, corners, kinds, lengths, gradient, low
         As for `improve_shape.shape`.
     constants
-        ``(n_kinds,)`` k.
+        ``(n_kinds,)`` k; 0 where the four points are to be in a plane: ω J² is added.
     cells
         ``(n_cells + 1,)`` corners of cell ``e`` are ``cells[e] <= c < cells[e + 1]``.
     thresholds
         ``(n_cells,)`` t.
     weights
-        ``(4,)``: β, α, the sharpness s, γ.
+        ``(5,)``: β, α, the sharpness s, γ, and ω of faces that are to be flat.
     most
         The most corners of a cell.
     """
-    beta, alpha, sharpness, gamma = weights[0], weights[1], weights[2], weights[3]
+    beta, alpha, sharpness, gamma, flat = weights[0], weights[1], weights[2], weights[3], weights[4]
     total, least = 0.0, np.inf
     slope, value, fall = np.empty(most), np.empty(most), np.empty(most)
     # Of each corner: the edges, what the lengths pull along them, J / l²; and the cofactors over the lengths.
@@ -82,6 +82,21 @@ def quality(
             lu, lv, lw = lengths[c, 0] * ru, lengths[c, 1] * rv, lengths[c, 2] * rw
             lu, lv, lw = lu * lu, lv * lv, lw * lw
             total += gamma * (lu + lv + lw + (lu * lv + lv * lw + lw * lu) / (lu * lv * lw) - 6.0)
+            ru, rv, rw = ru * ru, rv * rv, rw * rw
+            e_m, n_m = edge[m], normal[m]
+            e_m[0], e_m[1], e_m[2], e_m[3], e_m[4], e_m[5], e_m[6], e_m[7], e_m[8] = u0, u1, u2, v0, v1, v2, w0, w1, w2
+            e_m[9] = 2.0 * gamma * ru * (1.0 / lu - lu)
+            e_m[10] = 2.0 * gamma * rv * (1.0 / lv - lv)
+            e_m[11] = 2.0 * gamma * rw * (1.0 / lw - lw)
+            e_m[12], e_m[13], e_m[14] = j * ru, j * rv, j * rw
+            n_m[0], n_m[1], n_m[2] = f0 * product, f1 * product, f2 * product
+            n_m[3], n_m[4], n_m[5] = g0 * product, g1 * product, g2 * product
+            n_m[6], n_m[7], n_m[8] = h0 * product, h1 * product, h2 * product
+            if k == 0.0:
+                # Four points of a face, to be kept in a plane.
+                total += flat * j * j
+                value[m], fall[m], slope[m] = np.inf, 0.0, 2.0 * flat * j
+                continue
             q = j / k
             if not q > t:
                 return np.inf, min(least, q)
@@ -96,17 +111,7 @@ def quality(
                 slope[m] = 0.0
             total += beta * (1.0 - t) * r
             lowest = min(lowest, value[m])
-            ru, rv, rw = ru * ru, rv * rv, rw * rw
-            e_m, n_m = edge[m], normal[m]
-            e_m[0], e_m[1], e_m[2], e_m[3], e_m[4], e_m[5], e_m[6], e_m[7], e_m[8] = u0, u1, u2, v0, v1, v2, w0, w1, w2
-            e_m[9] = 2.0 * gamma * ru * (1.0 / lu - lu)
-            e_m[10] = 2.0 * gamma * rv * (1.0 / lv - lv)
-            e_m[11] = 2.0 * gamma * rw * (1.0 / lw - lw)
-            e_m[12], e_m[13], e_m[14] = j * ru, j * rv, j * rw
-            n_m[0], n_m[1], n_m[2] = f0 * product, f1 * product, f2 * product
-            n_m[3], n_m[4], n_m[5] = g0 * product, g1 * product, g2 * product
-            n_m[6], n_m[7], n_m[8] = h0 * product, h1 * product, h2 * product
-        if alpha > 0.0:
+        if alpha > 0.0 and lowest < np.inf:
             s = 0.0
             for m in range(n):
                 value[m] = exp(-sharpness * (value[m] - lowest))
@@ -149,6 +154,8 @@ def cell_quality(points: Any, corners: Any, kinds: Any, constants: Any, cells: A
         least, positive, negative, zero = np.inf, np.inf, -np.inf, False
         for c in range(cells[e], cells[e + 1]):
             k = constants[kinds[c]]
+            if k == 0.0:
+                continue
             o, i, j, h = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
             x, y, z = points[o, 0], points[o, 1], points[o, 2]
             u0, u1, u2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
@@ -169,5 +176,5 @@ def cell_quality(points: Any, corners: Any, kinds: Any, constants: Any, cells: A
                 negative = max(negative, jens)
             else:
                 zero = True
-        lowest[e] = least
-        folded[e] = negative if negative > -np.inf else (0.0 if zero else positive)
+        lowest[e] = min(least, 2.0)
+        folded[e] = negative if negative > -np.inf else (0.0 if zero else min(positive, 1.0))

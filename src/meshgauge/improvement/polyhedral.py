@@ -1,0 +1,89 @@
+"""Polyhedra among the corners: their triples with the constants of their nodes, and their faces kept from warping."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._quality import Quality
+from ..polyhedra import Polyhedra, ragged
+from ..polyhedral_quality import corner_triples
+from .problem import Ids, Points
+
+WARP = 0.01
+"""How far a point of a face may be from its mean plane, in mean radii of the face, if it was not further before."""
+
+
+@dataclass(frozen=True, eq=False)
+class Corners:
+    """Corners of polyhedra: the cell, the points, and k; k is 0 for four points of a face, to be kept in a plane."""
+
+    cells: Ids
+    points: Ids
+    constants: Points
+
+
+def corners(quality: Quality) -> Corners:
+    """Of the polyhedra that have a value and no hanging node."""
+    mesh, measured = quality.mesh, quality.polyhedra
+    if mesh.polyhedra is None or measured is None:
+        none = np.empty(0, np.int64)
+        return Corners(none, np.empty((0, 4), np.int64), np.empty(0))
+    cells, points, k = corner_triples(mesh.points, mesh.polyhedra, measured)
+    taken = np.unique(cells)
+    poly = mesh.polyhedra
+    starts = np.asarray(poly.cell_offsets, np.int64)
+    counts: Ids = starts[taken + 1] - starts[taken]
+    faces = np.asarray(poly.cell_faces, np.int64)[ragged(starts[taken], counts)]
+    offsets = np.asarray(poly.face_offsets, np.int64)
+    sizes: Ids = offsets[faces + 1] - offsets[faces]
+    n = np.where(sizes > 3, np.where(sizes == 4, 1, sizes), 0)
+    face = np.repeat(np.arange(len(faces)), n)
+    turn = np.arange(len(face)) - np.repeat(np.cumsum(n) - n, n)
+    ring = [np.asarray(poly.face_points)[offsets[faces[face]] + (turn + m) % sizes[face]] for m in range(4)]
+    owner = np.repeat(taken, counts)[face]
+    order = np.argsort(np.concatenate([cells, owner]), kind="stable")
+    return Corners(
+        np.concatenate([cells, owner])[order],
+        np.concatenate([points, np.stack(ring, axis=1).astype(np.int64)])[order],
+        np.concatenate([k, np.zeros(len(face))])[order],
+    )
+
+
+def warped(before: Quality, points: Points) -> NDArray[np.bool_]:
+    """``(n_cells,)`` True for polyhedra with a face that is further from flat than it was, and than `WARP`."""
+    mesh = before.mesh
+    out = np.zeros(mesh.n_cells, bool)
+    poly = mesh.polyhedra
+    if poly is None:
+        return out
+    now, was = _warps(poly, points), _warps(poly, np.asarray(mesh.points, np.float64))
+    bad = now > np.maximum(was, WARP)
+    ends = np.asarray(poly.cell_offsets, np.int64)
+    cells = np.repeat(np.arange(mesh.n_cells), ends[1:] - ends[:-1])
+    out[cells[bad[np.asarray(poly.cell_faces, np.int64)]]] = True
+    return out
+
+
+def _warps(poly: Polyhedra, points: Points) -> Points:
+    """For each face the largest distance of a point from the mean plane, in mean distances from its middle."""
+    ids = np.asarray(poly.face_points, np.int64)
+    offsets = np.asarray(poly.face_offsets, np.int64)
+    sizes: Ids = offsets[1:] - offsets[:-1]
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    following = np.arange(len(ids)) + 1
+    following[offsets[1:] - 1] = offsets[:-1]
+    mean = np.zeros((len(sizes), 3))
+    np.add.at(mean, owner, points[ids])
+    mean /= np.maximum(sizes, 1)[:, None]
+    arms = points[ids] - mean[owner]
+    normal = np.zeros((len(sizes), 3))
+    np.add.at(normal, owner, np.cross(arms, points[ids[following]] - mean[owner]))
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
+    far, radius = np.zeros(len(sizes)), np.bincount(owner, np.linalg.norm(arms, axis=1), minlength=len(sizes))
+    np.maximum.at(far, owner, np.abs(np.einsum("ij,ij->i", arms, normal[owner])))
+    share: Points = np.divide(far, radius / np.maximum(sizes, 1), out=np.zeros_like(far), where=radius > 0.0)
+    return share
