@@ -2,8 +2,8 @@
 
     python benchmarks/polyhedra.py [--cells 100000] [--rounds 5] [CASE ...]
 
-Corners are nodes of cells. CASE are meshes to measure beside, such as folders of OpenFOAM, all their cells as
-polyhedra. Needs SciPy. The first line is the first polyhedral mesh in an environment, whose kernels are to be compiled.
+Corners are nodes of cells. CASE are meshes whose polyhedra are measured beside, such as folders of OpenFOAM.
+Needs SciPy. The first line is the first polyhedral mesh in an environment, whose kernels are to be compiled.
 """
 
 from __future__ import annotations
