@@ -22,7 +22,7 @@ from .curved import followed
 from .descent import Freedom, Workers, workers
 from .mean import raise_mean
 from .polyhedral import corners
-from .problem import Points, Problem, problem
+from .problem import Points, Problem, gathered, problem
 from .run import Progress, Run
 from .setting import Setting, setting
 from .untangle import smoothed, untangle
@@ -181,7 +181,7 @@ def _run(
 ) -> Run:
     base = np.asarray(where.quality.mesh.points, np.float64)[whole.point_ids].copy()
     fixed = where.fixed[whole.point_ids]
-    moving, of_points, of_cells = whole.of_corners(np.asarray(~fixed[whole.corners].all(axis=1)))
+    moving, of_points, of_cells = whole.of_corners(np.asarray(~gathered(fixed, whole.corners).all(axis=1)))
     lengths = moving.edge_lengths(base[of_points])
     freedom = Freedom(
         np.where(fixed[of_points], 0, 3).astype(np.uint8), np.zeros((len(of_points), 3)), moving.point_sizes(lengths)

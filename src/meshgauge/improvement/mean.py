@@ -38,9 +38,11 @@ def raise_mean(
         return points
     descent = run.descent(part, np.arange(part.n_points))
     # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.
-    lengths = np.clip(part.reference_lengths(points), 0.5 * lengths, 2.0 * lengths)
+    given, lengths = lengths, part.reference_lengths(points)
+    np.maximum(lengths, 0.5 * given, out=lengths)
+    np.minimum(lengths, 2.0 * given, out=lengths)
     energy = QualityEnergy(part, lengths, floors(run, points), barrier=BARRIER, mean=1.0, stretch=STRETCH)
-    given, before = points, _mean(run, points)
+    start, before = points, _mean(run, points)
 
     def watch(now: Points, value: float, least: float) -> bool:
         run.tell(phase, now)
@@ -55,7 +57,7 @@ def raise_mean(
             points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
             if run.is_over():
                 break
-    return points if _mean(run, points) > before + LEAST_GAIN else given
+    return points if _mean(run, points) > before + LEAST_GAIN else start
 
 
 def _mean(run: Run, points: Points) -> float:

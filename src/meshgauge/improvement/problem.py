@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,7 +122,9 @@ class Problem:
 
     def of_corners(self, keep: NDArray[np.bool_]) -> tuple[Problem, Ids, Ids]:
         """The problem of some corners only; the points, and the cells, here that its points and cells are."""
-        sizes = np.add.reduceat(keep, self.cells[:-1]) if self.n_cells else np.empty(0, np.int64)
+        if keep.all():
+            return self, np.arange(self.n_points), np.arange(self.n_cells)
+        sizes = np.add.reduceat(keep, self.cells[:-1], dtype=np.int64) if self.n_cells else np.empty(0, np.int64)
         chosen = np.flatnonzero(sizes)
         used, corners = _renumbered(self.corners[keep])
         part = _problem(
@@ -141,7 +144,7 @@ class Problem:
         for _ in range(rings):
             touched[self.corners[cells[of_cell]]] = True
             cells = np.zeros(self.n_cells, bool)
-            cells[of_cell[touched[self.corners].any(axis=1)]] = True
+            cells[of_cell[gathered(touched, self.corners).any(axis=1)]] = True
         return cells
 
 
@@ -264,6 +267,14 @@ def _counts() -> NDArray[np.bool_]:
     return counts
 
 
+def gathered(values: NDArray[Any], ids: NDArray[np.integer]) -> NDArray[Any]:
+    """``values[ids]``, some rows at a time: NumPy makes a copy of all ids, as int64, first."""
+    out = np.empty(ids.shape, values.dtype)
+    for start in range(0, len(ids), CHUNK):
+        out[start : start + CHUNK] = values[ids[start : start + CHUNK]]
+    return out
+
+
 def _renumbered(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
     """The points used, in the order of their first use, and the corners with points numbered so."""
     flat = corners.reshape(-1)
@@ -275,7 +286,7 @@ def _renumbered(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
     used = used[np.argsort(first[used])]
     local = np.empty(len(first), np.int32)
     local[used] = np.arange(len(used), dtype=np.int32)
-    return used, local[corners]
+    return used, gathered(local, corners)
 
 
 def _along_a_curve(mesh: Mesh, cells: Ids) -> Ids:

@@ -12,7 +12,7 @@ from .._quality import Quality
 from .accepted import accepted
 from .descent import Freedom
 from .mean import raise_mean
-from .problem import Points, Problem
+from .problem import Points, Problem, gathered
 from .run import Run
 from .setting import Setting
 from .surface import EDGE, FACE, INSIDE, Surface, surface_of, target_surface
@@ -23,6 +23,10 @@ STRIDES = (1.0, 0.5, 0.25, 0.1)
 
 DEVIATION = 0.1
 """How far the middle of a new face or edge may be from the old surface, in mean edges around it."""
+
+
+ATTEMPTS = 4
+"""How often sliding starts anew, with points held whose faces went too far from the surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +118,7 @@ def slide(
     sizes = run.whole.point_sizes(run.whole.edge_lengths(old[run.whole.point_ids]))
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
-    for _ in range(2):
+    for _ in range(ATTEMPTS):
         points = _released(here, run, surface, kind, strict=strict, had=before)
         found, n_back = accepted(before, points, strict=strict, threads=threads, back=fixed)
         far = surface.deviations(np.asarray(found.mesh.points, np.float64))
@@ -138,7 +142,7 @@ def _released(
     """Points of the mesh after both phases with the surface released."""
     whole = run.whole
     mine = kind[whole.point_ids]
-    moving, of_points, of_cells = whole.of_corners(np.asarray((mine > 0)[whole.corners].any(axis=1)))
+    moving, of_points, of_cells = whole.of_corners(np.asarray(gathered(mine > 0, whole.corners).any(axis=1)))
     points = here[whole.point_ids[of_points]].copy()
     lengths = moving.edge_lengths(points)
     freedom = Freedom(mine[of_points].copy(), np.zeros((len(points), 3)), moving.point_sizes(lengths))

@@ -132,10 +132,10 @@ def smoothed(run: Run, points: Points, given: Points) -> Points:
 def _references(part: Problem, points: Points, *, local: bool) -> NDArray[np.float32]:
     """Reference lengths of the edges at each corner: the cell's mean; where few cells are tangled, its own lengths."""
     lengths = part.edge_lengths(points)
-    of_cell = part.cell_of_corner()
-    sizes = part.point_sizes(lengths)
-    mean = sizes[part.corners].mean(axis=1)
-    cell_mean = (np.bincount(of_cell, mean) / np.diff(part.cells))[of_cell][:, None]
+    sizes = part.point_sizes(lengths).astype(np.float32)[part.corners[:, 0]]
+    counts = np.diff(part.cells)
+    mean = np.repeat((np.add.reduceat(sizes, part.cells[:-1]) / counts).astype(np.float32), counts)[:, None]
     if local:
-        return np.clip(lengths, NARROW * cell_mean, WIDE * cell_mean).astype(np.float32)
-    return np.repeat(cell_mean, 3, axis=1).astype(np.float32)
+        return np.clip(lengths, NARROW * mean, WIDE * mean, out=lengths)
+    lengths[...] = mean
+    return lengths
