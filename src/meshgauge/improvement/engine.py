@@ -25,6 +25,7 @@ from .polyhedral import corners
 from .problem import Points, Problem, gathered, problem
 from .run import Progress, Run
 from .setting import Setting, setting
+from .strict import strictly
 from .untangle import smoothed, untangle
 from .verdict import reasons, verdict
 from .worst import raise_worst
@@ -225,6 +226,7 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
     points = raise_mean(run, points, lengths)
     if strict:
         points = raise_worst(run, points, lengths, offsets=np.minimum(had, 1.0), goal=1e-9, phase="strict")
+        points = strictly(run, given, points)
     return points
 
 
@@ -267,7 +269,7 @@ def _result(
     old, new = before.mesh.points, after.mesh.points
     slides = options["boundary"] == "slide"
     n_worse, worse, largest, mean = records.losses(before, after)
-    why = reasons(before, after, where, run, limit, slides=slides)
+    why = reasons(before, after, where, run, limit, slides=slides, strict=bool(options["strict"]))
     status = status_counts(before), status_counts(after)
     held = where.pinned if slides else where.fixed
     moved = records.moved(old, new, where.boundary, deviation)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..cells import SHAPES
 from ..connectivity import chunks, picked
-from ..kernels import improve_quality
+from ..kernels import improve_cells
 from ..mesh import Mesh
 
 Points = NDArray[np.float64]
@@ -90,7 +90,7 @@ class Problem:
     def qualities(self, points: Points) -> tuple[Points, Points]:
         """``(n_cells,)`` the least J_S/k of each cell's corners, and its J_ENS."""
         lowest, folded = np.empty(self.n_cells), np.empty(self.n_cells)
-        improve_quality.cell_quality(points, self.corners, self.kinds, self.constants, self.cells, lowest, folded)
+        improve_cells.cell_quality(points, self.corners, self.kinds, self.constants, self.cells, lowest, folded)
         return lowest, folded
 
     def edge_lengths(self, points: Points) -> NDArray[np.float32]:

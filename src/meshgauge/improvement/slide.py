@@ -119,7 +119,7 @@ def slide(
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
     for _ in range(ATTEMPTS):
-        points = _released(here, run, surface, kind, strict=strict, had=before)
+        points = _released(here, run, surface, kind)
         found, n_back = accepted(before, points, strict=strict, threads=threads, back=fixed)
         far = surface.deviations(np.asarray(found.mesh.points, np.float64))
         owner = np.repeat(np.arange(len(far)), np.diff(surface.face_offsets))
@@ -137,7 +137,10 @@ def slide(
 
 
 def _released(
-    here: Points, run: Run, surface: Surface, kind: NDArray[np.uint8], *, strict: bool, had: Quality
+    here: Points,
+    run: Run,
+    surface: Surface,
+    kind: NDArray[np.uint8],
 ) -> Points:
     """Points of the mesh after both phases with the surface released."""
     whole = run.whole
@@ -161,11 +164,6 @@ def _released(
     references = moving.reference_lengths(points)
     points = raise_worst(released, points, references, phase="slide", guide=guide)
     points = raise_mean(released, points, references, phase="slide", guide=guide)
-    if strict:
-        lowest = np.empty(whole.n_cells)
-        lowest[:], _ = whole.qualities(np.asarray(had.mesh.points, np.float64)[whole.point_ids])
-        offsets = np.minimum(lowest[of_cells], 1.0)
-        points = raise_worst(released, points, references, offsets=offsets, goal=1e-9, phase="slide", guide=guide)
     run.evaluations, run.stopped = released.evaluations, released.stopped
     out = here.copy()
     out[whole.point_ids[of_points]] = points

@@ -21,6 +21,7 @@ ALL = "all points of the cell are fixed"
 INVERTED = "its corners could not be untangled: what is fixed around it contradicts itself, or it is in a knot"
 INSIDE = "its corners are positive, but it is inverted inside"
 ONE = "only one point of it can move, and what is fixed around that point leaves no better place"
+STRICT = "it could only gain if a cell near it lost, which is not wanted here (strict)"
 NEAR = "some of its points are fixed; they and its neighbours leave no better place that was found"
 FREE = "none of its points is fixed; its neighbours leave no better place that was found"
 
@@ -33,7 +34,9 @@ class Reasons:
     cells: tuple[Limited, ...]
 
 
-def reasons(before: Quality, after: Quality, where: Setting, run: Run, limit: Ceiling, *, slides: bool) -> Reasons:
+def reasons(
+    before: Quality, after: Quality, where: Setting, run: Run, limit: Ceiling, *, slides: bool, strict: bool
+) -> Reasons:
     """For the solid cells that are invalid or below the target: how many for each reason, and the worst of them."""
     mesh = after.mesh
     with np.errstate(invalid="ignore"):
@@ -46,7 +49,7 @@ def reasons(before: Quality, after: Quality, where: Setting, run: Run, limit: Ce
     fixed = where.pinned if slides else where.fixed
     why = np.empty(len(cells), object)
     for n, cell in enumerate(cells):
-        why[n] = _why(after, int(cell), where, bounds, by_four, fixed, run.target, slides=slides)
+        why[n] = _why(after, int(cell), where, bounds, by_four, fixed, run.target, slides=slides, strict=strict)
     counts = {text: int(np.count_nonzero(why == text)) for text in dict.fromkeys(why)}
     order = np.argsort(np.nan_to_num(after.values[cells], nan=-2.0), kind="stable")[:NAMED]
     named = tuple(
@@ -69,6 +72,7 @@ def _why(
     target: float,
     *,
     slides: bool,
+    strict: bool,
 ) -> str:
     if not where.cells[cell]:
         return ASIDE
@@ -77,10 +81,12 @@ def _why(
         return ALL
     if not slides and bounds[cell] < target:
         return FOUR if by_four[cell] else THREE
-    if after.values[cell] <= 0.0:
+    if after.values[cell] <= 0.0 and not strict:
         return INVERTED
     if after.status[cell] == Status.INVERTED_INSIDE:
         return INSIDE
+    if strict:
+        return STRICT
     n_free = int(np.count_nonzero(~held))
     return ONE if n_free == 1 else (NEAR if held.any() else FREE)
 

@@ -142,39 +142,3 @@ def quality(
             gradient[o, 1] += y - e1
             gradient[o, 2] += z - e2
     return total, least
-
-
-@fused_kernel
-def cell_quality(points: Any, corners: Any, kinds: Any, constants: Any, cells: Any, lowest: Any, folded: Any) -> None:
-    """For each cell the least J_S/k of its corners, and its J_ENS as folded from all of its triples.
-
-    An edge of length zero gives 0. The signs are those of rounded arithmetic: what is reported is measured anew.
-    """
-    for e in range(len(cells) - 1):
-        least, positive, negative, zero = np.inf, np.inf, -np.inf, False
-        for c in range(cells[e], cells[e + 1]):
-            k = constants[kinds[c]]
-            if k == 0.0:
-                continue
-            o, i, j, h = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
-            x, y, z = points[o, 0], points[o, 1], points[o, 2]
-            u0, u1, u2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
-            v0, v1, v2 = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
-            w0, w1, w2 = points[h, 0] - x, points[h, 1] - y, points[h, 2] - z
-            det = u0 * (v1 * w2 - v2 * w1) + u1 * (v2 * w0 - v0 * w2) + u2 * (v0 * w1 - v1 * w0)
-            product = (
-                sqrt(u0 * u0 + u1 * u1 + u2 * u2)
-                * sqrt(v0 * v0 + v1 * v1 + v2 * v2)
-                * sqrt(w0 * w0 + w1 * w1 + w2 * w2)
-            )
-            js = det / product if product > 0.0 else 0.0
-            least = min(least, js / k)
-            jens = js / k if abs(js) <= k else (1.0 + k - js if js > 0.0 else -(1.0 + k) - js)
-            if jens > 0.0:
-                positive = min(positive, jens)
-            elif jens < 0.0:
-                negative = max(negative, jens)
-            else:
-                zero = True
-        lowest[e] = min(least, 2.0)
-        folded[e] = negative if negative > -np.inf else (0.0 if zero else min(positive, 1.0))
