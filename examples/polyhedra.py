@@ -2,7 +2,7 @@
 
 python examples/polyhedra.py [FOLDER]
 
-Needs SciPy; with a folder, draws the pictures of docs/polyhedra.md into it (needs matplotlib).
+Needs SciPy; with a folder, draws the pictures of docs/polyhedra.md into it (needs PyVista and matplotlib).
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import sys
 from collections.abc import Sequence
 from itertools import pairwise, product
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,37 +112,51 @@ def pictured(shown: dict[int, tuple[Points, list[Faces], PolyhedralQuality]]) ->
 PICTURED = ("octahedron", "dodecahedron", "truncated octahedron")
 
 
+def _sides(face: list[int]) -> list[tuple[int, int]]:
+    return [(face[i - 1], face[i]) for i in range(len(face))]
+
+
 def draw(folder: Path, shown: dict[int, tuple[Points, list[Faces], PolyhedralQuality]]) -> None:
     """The pictures of docs/polyhedra.md."""
+    import pyvista as pv
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    figure = Figure(figsize=(12, 8), layout="constrained")
-    FigureCanvasAgg(figure)
-    dots: Any = None
-    for place, (title, points, faces) in enumerate(pictured(shown), 1):
+    plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1200, 860), border=False)
+    for place, (title, points, faces) in enumerate(pictured(shown)):
         quality = measure_polyhedra(points, polyhedra([faces]), slice(0, 1))
-        axes: Any = figure.add_subplot(2, 3, place, projection="3d")
-        axes.add_collection3d(
-            Poly3DCollection([points[face] for face in faces], facecolor=(0.5, 0.6, 0.7, 0.13), edgecolor="#444444")
-        )
-        corners = ~quality.node_is_hanging
-        x, y, z = points[quality.node_points].T
-        dots = axes.scatter(
-            x[corners], y[corners], z[corners], c=quality.node_jens[corners], cmap="viridis", vmin=0, vmax=1, s=45,
-            depthshade=False,
+        plotter.subplot(*divmod(place, 3))
+        size = float(np.ptp(points, axis=0).max())
+        surface = pv.PolyData(points, np.concatenate([[len(face), *face] for face in faces]))
+        plotter.add_mesh(surface, color="#b9cbe0", opacity=0.75, ambient=0.35, diffuse=0.8)
+        edges = surface.extract_feature_edges(0.01, boundary_edges=False)
+        seams = pv.PolyData(points, lines=np.concatenate([[2, a, b] for face in faces for a, b in _sides(face)]))
+        for lines, width in ((edges, 0.007), (seams, 0.004)):
+            if lines.n_cells:
+                plotter.add_mesh(lines.tube(radius=width * size), color="#3b4754")
+        nodes, corners = points[quality.node_points], ~quality.node_is_hanging
+        dots = pv.PolyData(nodes[corners])
+        dots["J_ENS of the node"] = quality.node_jens[corners]
+        plotter.add_mesh(
+            dots.glyph(scale=False, orient=False, geom=pv.Sphere(radius=0.034 * size)),
+            scalars="J_ENS of the node", cmap="viridis", clim=(0.0, 1.0), ambient=0.2, show_scalar_bar=place == 5,
+            scalar_bar_args={"vertical": False, "position_x": 0.15, "width": 0.7, "position_y": 0.01, "height": 0.12,
+                             "title": "J_ENS of the node; red: hanging", "title_font_size": 15, "label_font_size": 14,
+                             "n_labels": 3, "fmt": "%.1f", "color": "#222222"},
         )  # fmt: skip
-        axes.scatter(x[~corners], y[~corners], z[~corners], facecolors="none", edgecolors="#d1300f", s=60)
-        middle, reach = (points.max(axis=0) + points.min(axis=0)) / 2, np.ptp(points, axis=0).max() / 2
-        for axis, centre in zip("xyz", middle, strict=True):
-            getattr(axes, f"set_{axis}lim")(centre - reach, centre + reach)
-        axes.set_box_aspect((1, 1, 1))
-        axes.set_axis_off()
-        axes.view_init(elev=22, azim=34)
-        axes.set_title(f"{title}: {quality.values[0]:.3f}")
-    figure.colorbar(dots, ax=figure.axes, shrink=0.6, label="J_ENS of the node; rings: hanging nodes")
-    figure.savefig(folder / "polyhedra.png", dpi=90)
+        if not corners.all():
+            hanging = pv.PolyData(nodes[~corners])
+            plotter.add_mesh(
+                hanging.glyph(scale=False, orient=False, geom=pv.Sphere(radius=0.026 * size)), color="#d1300f"
+            )
+        plotter.add_text(f"{title}: {quality.values[0]:.3f}", font_size=11, position="upper_edge", color="#222222")
+        plotter.view_vector((1.0, 0.62, 0.5))
+        plotter.camera.focal_point = (points.max(axis=0) + points.min(axis=0)) / 2
+        plotter.camera.parallel_projection = True
+        plotter.camera.parallel_scale = 0.57 * float(np.linalg.norm(np.ptp(points, axis=0)))
+    plotter.background_color = "white"
+    plotter.screenshot(str(folder / "polyhedra.png"))
+    plotter.close()
 
     figure = Figure(figsize=(9, 4.5), layout="constrained")
     FigureCanvasAgg(figure)

@@ -13,6 +13,7 @@ EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "polyhedra.py"
 def test_voronoi_cells_improve_under_relaxation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("scipy")
     pytest.importorskip("matplotlib")
+    pytest.importorskip("pyvista")
     runpy.run_path(str(EXAMPLE))["main"](tmp_path, n=40, steps=5)
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
     means = [float(line[3]) for line in lines[1:5]]
