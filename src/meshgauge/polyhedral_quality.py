@@ -217,6 +217,7 @@ def measure_polyhedra(
     """
     n_all = len(polyhedra.cell_offsets) - 1
     ids = np.arange(*cells.indices(n_all)) if isinstance(cells, slice) else np.asarray(cells, np.int64)
+    points = read_only(points)
     driver.prepare(points.dtype.str)
     table = _table()
 

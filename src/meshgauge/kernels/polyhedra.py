@@ -17,7 +17,7 @@ Ids = NDArray[np.int64]
 Points = NDArray[np.floating]
 
 
-FLATTEST = 0.4
+FLATTEST = 0.35
 """Above the greatest |J_S| of a node within 20° of what is flat, sin 20°."""
 
 
@@ -159,13 +159,14 @@ def without_hanging(
 
 def doubt(points: Points, faces: Faces, whole: Links, scaled_jacobian: Values) -> Doubt:
     """What there is to ask of cells in which by J_S of their nodes more might hang."""
-    suspects, unknown = _any(np.abs(scaled_jacobian) < FLATTEST, whole), np.zeros(len(faces.sizes), np.uint8)
+    suspects = _any(np.abs(scaled_jacobian) < FLATTEST, whole, 2)  # both ends of an edge
+    unknown = np.zeros(len(faces.sizes), np.uint8)
     return _reduced(points, whole, suspects, unknown, False, 0)[1] if suspects.any() else Doubt(suspects, unknown == 1)
 
 
-def _any(of_nodes: NDArray[np.bool_], of: Links) -> NDArray[np.bool_]:
-    """True for each cell that has a node for which it is True."""
-    return np.asarray(np.bincount(of.cells[of_nodes], minlength=len(of.node_counts)) > 0)
+def _any(of_nodes: NDArray[np.bool_], of: Links, at_least: int = 1) -> NDArray[np.bool_]:
+    """True for each cell that has so many nodes for which it is True."""
+    return np.asarray(np.bincount(of.cells[of_nodes], minlength=len(of.node_counts)) >= at_least)
 
 
 def _reduced(
@@ -369,6 +370,7 @@ def prepare(dtype: str) -> None:
     `polyhedra_nodes.winding`, `polyhedra_shape.star_shaped`.
     """
     points = np.array(TETRA.points, dtype)
+    points.flags.writeable = False  # as those of a mesh: others are another type, to be compiled for anew
     ids = np.array([i for face in TETRA.faces for i in face], np.int64)
     faces = Faces(ids, np.full(4, 3), np.zeros(4, np.uint8), np.array([4]))
     table = solids(points, faces, np.full(4, TETRA.k))
