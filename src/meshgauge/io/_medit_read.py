@@ -53,6 +53,7 @@ _BY_KEYWORD: dict[str | int, _Section] = {
     "hexaedra": _SECTIONS[5],  # as some write it
 }
 _VERTICES, _DIMENSION, _END = ("vertices", 4), ("dimension", 3), ("end", 54)
+_SINGLE = re.compile(rb"\s*MeshVersionFormatted\s+1\b")
 _NO_CELLS = re.compile(r"(corners|ridges|required|normal|tangent|angle|sol|isol|subdomain|boundingbox|meshversion)")
 _CODES_OF_NO_CELLS = frozenset((*range(11, 24), 26, 28, 29, 31, 32, *range(34, 49), *range(50, 54), *range(55, 75)))
 _WORD = re.compile(rb"(?<!\S)(?!(?:nan|inf|infinity)(?:\s|\Z))[A-Za-z]\w*", re.IGNORECASE)
@@ -145,9 +146,10 @@ def _mesh(
 
 
 def _ascii(path: Path, data: bytes) -> Iterator[_Rows]:
-    """Sections between words; the numbers of a row may be on any lines."""
+    """Sections between words; the numbers of a row may be on any lines. Version 1 means numbers of single precision."""
     if b"#" in data:
         data = re.sub(rb"#[^\n]*", b"", data)
+    real = np.float32 if _SINGLE.match(data) else np.float64
     marks = list(_WORD.finditer(data))
     for place, mark in enumerate(marks):
         keyword, end = (
@@ -172,7 +174,7 @@ def _ascii(path: Path, data: bytes) -> Iterator[_Rows]:
             if not ((np.abs(whole) < 2**53) & (whole == np.trunc(whole))).all():
                 raise ReadError(f"{path}: the section {what} has a number that is no integer")
             if is_real:
-                return np.ascontiguousarray(table[:, :width]), whole[:, 0].astype(np.int64)
+                return table[:, :width].astype(real), whole[:, 0].astype(np.int64)
             return table.astype(np.int64)
 
         yield _Rows(keyword, values)
