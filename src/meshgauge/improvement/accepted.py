@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import Quality, measure
-from ..status import Status
+from ..status import STATUSES, Status
 from .polyhedral import warped
 
 ROUNDS = 40
@@ -73,3 +73,24 @@ def offending(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.bo
         if strict:
             lost |= after.values < before.values - SAME
     return lost
+
+
+def is_better(after: Quality, before: Quality) -> bool:
+    """Fewer invalid cells; of as many a better worst; of an equal worst a better mean."""
+    counts = n_invalid(after), n_invalid(before)
+    worst = float(np.nanmin(after.values)), float(np.nanmin(before.values))
+    mean = float(np.nanmean(after.values)), float(np.nanmean(before.values))
+    if counts[0] != counts[1]:
+        return counts[0] < counts[1]
+    return worst[0] > worst[1] + 1e-9 or (worst[0] >= worst[1] - 1e-12 and mean[0] > mean[1])
+
+
+def n_invalid(quality: Quality) -> int:
+    """Solid cells that are not valid, or could not be measured."""
+    return sum(n for name, n in status_counts(quality).items() if name not in ("ok", "undecided"))
+
+
+def status_counts(quality: Quality) -> dict[str, int]:
+    """Number of solid cells by name of status."""
+    counts = np.bincount(quality.status, minlength=len(Status))
+    return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(counts) if n and s != Status.NOT_SOLID}

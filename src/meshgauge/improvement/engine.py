@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._quality import Quality, measure
+from ..doctor.diagnosis import LIMIT, diagnosis
 from ..errors import MeshError
 from ..mesh import Mesh
-from ..status import STATUSES, Status
+from ..status import Status
 from . import certificate as records
-from .accepted import accepted
+from .accepted import accepted, is_better, n_invalid, status_counts
 from .ceiling import Ceiling, ceiling
 from .certificate import Certificate, Claim
 from .curved import followed
@@ -128,11 +129,13 @@ def improve(
     Raises
     ------
     MeshError
-        If there is nothing to improve: no solid cell that can be measured, or a parameter out of its range.
+        If there is nothing to improve: no solid cell that can be measured; if cells are numbered in reverse, which
+        moving points would ruin; if a parameter is out of its range.
     """
     _check(boundary, target, floor, time, surface)
     start = clock.monotonic()
     before = measure(mesh, threads=threads)
+    found = _diagnosed(before)
     where = setting(mesh, before, fixed)
     of_polyhedra = corners(before)
     whole = problem(mesh, where.cells, (of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants))
@@ -153,7 +156,24 @@ def improve(
             slid = slide(before, after, where, run, surface, feature_angle, strict=strict, threads=threads)
             after, deviation, notes = slid.quality, slid.deviation, (*notes, *slid.notes)
         run.tell("end", np.asarray(after.mesh.points, np.float64)[whole.point_ids[run.points_of_moving]], now=True)
-    return _result(before, after, where, run, limit, options, notes, deviation)
+    return _result(before, after, where, run, limit, options, (*found, *notes), deviation)
+
+
+def _diagnosed(before: Quality) -> tuple[str, ...]:
+    """What is wrong with a mesh that has invalid cells beside their shapes: nothing that moving points can mend.
+
+    Raises `MeshError` if cells are numbered in reverse: they would be turned over for their numbers' sake.
+    """
+    if n_invalid(before) == 0:
+        return ()
+    found = diagnosis(before.mesh, before, limit=LIMIT)
+    n_reversed = len(found.orientation.reversed_cells) if found.orientation is not None else 0
+    if n_reversed:
+        raise MeshError(
+            f"{before.mesh.path or 'the mesh'}: {n_reversed:,} cells are numbered in reverse, not inverted: moving points "
+            "would ruin them. Renumber them first, with 'meshgauge orient' or meshgauge.doctor.oriented"
+        )
+    return tuple(one.text for one in found.findings if one.level == "defect" and one.name != "orientation")
 
 
 def _check(boundary: str, target: float, floor: float, time: float | None, surface: Any) -> None:
@@ -240,20 +260,9 @@ def _accepted(
     moved = followed(mesh, moved, where.cells)
     after, n_back = accepted(before, moved, strict=strict, threads=threads)
     notes = (f"{n_back:,} points were put back, since a cell of theirs would have paid.",) if n_back else ()
-    if n_invalid(after) > n_invalid(before):
-        return before, (*notes, "No better mesh was found: the mesh is as it was.")
-    return after, notes
-
-
-def n_invalid(quality: Quality) -> int:
-    """Solid cells that are not valid, or could not be measured."""
-    return sum(n for name, n in status_counts(quality).items() if name not in ("ok", "undecided"))
-
-
-def status_counts(quality: Quality) -> dict[str, int]:
-    """Number of solid cells by name of status."""
-    counts = np.bincount(quality.status, minlength=len(Status))
-    return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(counts) if n and s != Status.NOT_SOLID}
+    if is_better(after, before):
+        return after, notes
+    return before, (*notes, "No better mesh was found: the mesh is as it was.")
 
 
 def _result(

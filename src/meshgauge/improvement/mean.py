@@ -13,7 +13,7 @@ from .worst import ON_RAILS
 SHARPNESS = (10.0, 20.0, 40.0)
 """How near the smooth least of a cell's corners is to the true one, one after another."""
 
-ITERATIONS = 60
+ITERATIONS = 100
 BARRIER = 1e-3
 STRETCH = 1e-4
 LEAST_GAIN = 1e-5

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import Quality
-from .accepted import accepted
+from .accepted import accepted, is_better
 from .descent import Freedom
 from .mean import raise_mean
 from .problem import Points, Problem, gathered
@@ -24,6 +24,9 @@ STRIDES = (1.0, 0.5, 0.25, 0.1)
 DEVIATION = 0.1
 """How far the middle of a new face or edge may be from the old surface, in mean edges around it."""
 
+
+PASSES, GAIN = 3, 1e-3
+"""How often the worst is raised anew, as long as it gains so much: on a surface each pass ends a little early."""
 
 ATTEMPTS = 4
 """How often sliding starts anew, with points held whose faces went too far from the surface."""
@@ -131,7 +134,7 @@ def slide(
     notes = [said]
     if n_back:
         notes.append(f"{n_back:,} points were put back to where they were with the boundary fixed.")
-    if too_far.any() or not _is_better(found, fixed):
+    if too_far.any() or not is_better(found, fixed):
         return Slid(fixed, 0.0, (said, "Sliding is not better: the result with the boundary fixed stands."))
     return Slid(found, float(far.max(initial=0.0)), tuple(notes))
 
@@ -162,15 +165,13 @@ def _released(
     # Where each point is on the surface is told from where it was; walking there first keeps the walks short.
     points = guide(points, points, np.full(moving.n_cells, -np.inf))
     references = moving.reference_lengths(points)
-    points = raise_worst(released, points, references, phase="slide", guide=guide)
+    for _ in range(PASSES):
+        before = float(moving.qualities(points)[0].min(initial=1.0))
+        points = raise_worst(released, points, references, phase="slide", guide=guide)
+        if moving.qualities(points)[0].min(initial=1.0) < before + GAIN or released.is_over():
+            break
     points = raise_mean(released, points, references, phase="slide", guide=guide)
     run.evaluations, run.stopped = released.evaluations, released.stopped
     out = here.copy()
     out[whole.point_ids[of_points]] = points
     return out
-
-
-def _is_better(found: Quality, fixed: Quality) -> bool:
-    worst = float(np.nanmin(found.values)), float(np.nanmin(fixed.values))
-    mean = float(np.nanmean(found.values)), float(np.nanmean(fixed.values))
-    return worst[0] > worst[1] + 1e-9 or (worst[0] >= worst[1] and mean[0] > mean[1])

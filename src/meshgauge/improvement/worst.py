@@ -15,7 +15,7 @@ START, END = 0.4, 2e-4
 ITERATIONS = 25
 """Iterations for each threshold."""
 
-ON_RAILS = 12
+ON_RAILS = 16
 """The same where points slide on a surface that bends: the directions in which they may move change as they do."""
 
 GAIN, SHRINK = 0.2, 0.55
@@ -26,6 +26,9 @@ LEVELS = 6
 
 WELL = 0.4
 """The next least are raised up to this, or twice the target."""
+
+SLACK = 0.2
+"""Share of the least at the start that no corner falls below on the way."""
 
 PERFECT = 0.9999
 
@@ -76,8 +79,10 @@ def raise_worst(
     at_a_time = ON_RAILS if guide is not None and guide.bends else ITERATIONS
     gap, levels, spent, most = START, 0, 0, 0
     level = float(values.min())
+    # What is valid stays valid; only sliding, of which a worse result is dropped, may go through worse meshes.
+    least = SLACK * level if level > 0.0 and guide is None else -np.inf
     while level < goal and not run.is_over():
-        energy.thresholds = np.where(np.isinf(held), zero + (level - gap), held)
+        energy.thresholds = np.where(np.isinf(held), zero + max(level - gap, least), held)
         reached = descent.run(energy, points, iterations=at_a_time, tolerance=1e-7, watch=watch)
         run.evaluations += reached.evaluations
         spent += reached.evaluations
@@ -95,6 +100,7 @@ def raise_worst(
         if levels > LEVELS or spent > most or level >= max(2.0 * run.target, WELL) or level >= goal:
             break
         stuck = free & (values < level + 4.0 * gap)
+        least = max(least, level - END)
         held[stuck] = zero[stuck] + values[stuck] - END
         level = float(values[free & ~stuck].min(initial=goal))
         gap = START / 4
