@@ -170,8 +170,8 @@ def _diagnosed(before: Quality) -> tuple[str, ...]:
     n_reversed = len(found.orientation.reversed_cells) if found.orientation is not None else 0
     if n_reversed:
         raise MeshError(
-            f"{before.mesh.path or 'the mesh'}: {n_reversed:,} cells are numbered in reverse, not inverted: moving points "
-            "would ruin them. Renumber them first, with 'meshgauge orient' or meshgauge.doctor.oriented"
+            f"{before.mesh.path or 'the mesh'}: {n_reversed:,} cells are numbered in reverse, not inverted: moving "
+            "points would ruin them. Renumber them first, with 'meshgauge orient' or meshgauge.doctor.oriented"
         )
     return tuple(one.text for one in found.findings if one.level == "defect" and one.name != "orientation")
 
