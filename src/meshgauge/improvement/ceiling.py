@@ -18,7 +18,7 @@ SLACK = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Ceiling:
-    """Upper bounds on J_ENS that the fixed points set.
+    """Upper bounds on J_ENS that the fixed points set; 0 where they make a corner negative.
 
     Attributes
     ----------
@@ -68,7 +68,8 @@ def ceiling(problem: Problem, points: Points, fixed: NDArray[np.bool_]) -> Ceili
     most = np.minimum(np.linalg.norm(np.cross(v, w), axis=1) / k[three], 1.0)
     np.minimum.at(bounds, of_cell[three], most + SLACK)
     by_four &= bounds >= before
-    return Ceiling(np.minimum(bounds, 1.0), by_four)
+    # A cell with a negative corner is negative, however mild its other corners make it.
+    return Ceiling(np.clip(bounds, 0.0, 1.0), by_four)
 
 
 def _edges(problem: Problem, points: Points, corners: NDArray[np.int64]) -> Points:

@@ -34,6 +34,9 @@ from .worst import raise_worst
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
 
+REVERSED = 0.5
+"""Share of the invalid cells from which on those numbered in reverse are believed: in a tangle a few look so."""
+
 SHARES = {"untangle": 0.4, "worst": 0.75, "mean": 1.0}
 """When time is limited: by which share of it each phase ends."""
 
@@ -168,12 +171,15 @@ def _diagnosed(before: Quality) -> tuple[str, ...]:
         return ()
     found = diagnosis(before.mesh, before, limit=LIMIT)
     n_reversed = len(found.orientation.reversed_cells) if found.orientation is not None else 0
-    if n_reversed:
+    if n_reversed > REVERSED * n_invalid(before):
         raise MeshError(
             f"{before.mesh.path or 'the mesh'}: {n_reversed:,} cells are numbered in reverse, not inverted: moving "
             "points would ruin them. Renumber them first, with 'meshgauge orient' or meshgauge.doctor.oriented"
         )
-    return tuple(one.text for one in found.findings if one.level == "defect" and one.name != "orientation")
+    notes = [one.text for one in found.findings if one.level == "defect" and one.name != "orientation"]
+    if n_reversed:
+        notes.append(f"{n_reversed:,} of the invalid cells look numbered in reverse; they were taken for inverted.")
+    return tuple(notes)
 
 
 def _check(boundary: str, target: float, floor: float, time: float | None, surface: Any) -> None:

@@ -171,6 +171,7 @@ def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Po
         numbers[ids] = len(triples)
     if polyhedral is not None and len(polyhedral[0]):
         of_cell = polyhedral[0][cells[polyhedral[0]]]
+        behind = numbers[of_cell]
         numbers += np.bincount(of_cell, minlength=mesh.n_cells)
     order = _along_a_curve(mesh, np.flatnonzero(numbers))
     starts = np.zeros(mesh.n_cells, np.int64)
@@ -186,7 +187,7 @@ def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Po
     if polyhedral is not None and len(polyhedral[0]):
         keep = cells[polyhedral[0]]
         known, which = np.unique(polyhedral[2][keep], return_inverse=True)
-        turn = np.arange(len(of_cell)) - np.searchsorted(of_cell, of_cell)
+        turn = np.arange(len(of_cell)) - np.searchsorted(of_cell, of_cell) + behind
         corners[starts[of_cell] + turn] = polyhedral[1][keep]
         kinds[starts[of_cell] + turn] = len(tables[0]) + which.reshape(-1)
         tables = (

@@ -1,0 +1,55 @@
+"""Small meshes to improve, with points moved at random."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshgauge import Mesh
+
+TETRAHEDRA = ((0, 1, 3, 7), (1, 2, 3, 7), (0, 7, 4, 1), (4, 7, 5, 1), (1, 7, 5, 6), (1, 2, 7, 6))
+PYRAMIDS = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
+"""Faces of a hexahedron, seen from inside counter-clockwise."""
+
+
+def grid(n: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points of a grid of n³ unit cubes, and their hexahedra."""
+    line = np.arange(n + 1.0)
+    points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
+    i = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
+    a, b = slice(None, -1), slice(1, None)
+    corners = [i[a, a, a], i[b, a, a], i[b, b, a], i[a, b, a], i[a, a, b], i[b, a, b], i[b, b, b], i[a, b, b]]
+    return points, np.stack(corners, axis=-1).reshape(-1, 8)
+
+
+def cells(kind: str, n: int) -> tuple[NDArray[np.float64], list[tuple[str, NDArray[np.int64]]]]:
+    """A cube of n³ cubes, each cut into cells of a kind; "mixed" has two layers of hexahedra beside cut ones."""
+    points, hexahedra = grid(n)
+    if kind == "hexahedron":
+        return points, [("hexahedron", hexahedra)]
+    if kind == "wedge":
+        return points, [("wedge", np.concatenate([hexahedra[:, [0, 1, 3, 4, 5, 7]], hexahedra[:, [1, 2, 3, 5, 6, 7]]]))]
+    if kind == "tetra":
+        return points, [("tetra", np.concatenate([hexahedra[:, list(t)] for t in TETRAHEDRA]))]
+    centres = points[hexahedra].mean(axis=1)
+    middle = len(points) + np.arange(len(hexahedra))
+    pyramids = np.concatenate([np.column_stack([hexahedra[:, list(face)], middle]) for face in PYRAMIDS])
+    if kind == "pyramid":
+        return np.concatenate([points, centres]), [("pyramid", pyramids)]
+    cut = centres[:, 0] > n / 2
+    used = np.tile(cut, len(PYRAMIDS))
+    return np.concatenate([points, centres]), [("hexahedron", hexahedra[~cut]), ("pyramid", pyramids[used])]
+
+
+def shaken(kind: str, n: int, by: float, seed: int = 0) -> Mesh:
+    """A mesh whose inner points are moved at random by up to ``by`` along each axis."""
+    points, blocks = cells(kind, n)
+    inside = ((points > 1e-9) & (points < n - 1e-9)).all(axis=1)
+    points[inside] += np.random.default_rng(seed).uniform(-by, by, (int(inside.sum()), 3))
+    return Mesh.from_arrays(points, blocks)
+
+
+def on_boundary(mesh: Mesh, n: int) -> NDArray[np.bool_]:
+    """Points on the sides of the cube."""
+    points = np.asarray(mesh.points)
+    return np.asarray(((points == 0.0) | (points == n)).any(axis=1))
