@@ -32,6 +32,12 @@ def test_tangled_meshes_are_repaired(kind: str) -> None:
     assert result.certificate.volume[1] == pytest.approx(result.certificate.volume[0])
 
 
+def test_cells_inverted_inside_are_untwisted() -> None:
+    result = meshgauge.improve(shaken("mixed", 4, 0.6))
+    assert "untwist" in {moment.phase for moment in result.history}
+    assert (result.after.status == Status.OK).all()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_valid_meshes_stay_valid_and_their_worst_does_not_fall(kind: str) -> None:
     mesh = shaken(kind, 4, 0.15, seed=3)

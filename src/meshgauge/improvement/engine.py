@@ -20,14 +20,16 @@ from .accepted import accepted, is_better, n_invalid, status_counts
 from .ceiling import Ceiling, ceiling
 from .certificate import Certificate, Claim
 from .curved import followed
-from .descent import Freedom, Workers, workers
+from .descent import workers
 from .mean import raise_mean
 from .polyhedral import corners
-from .problem import Points, Problem, gathered, problem
+from .prepared import prepared
+from .problem import Points, problem
 from .run import Progress, Run
 from .setting import Setting, setting
 from .strict import strictly
 from .untangle import smoothed, untangle
+from .untwist import untwisted
 from .verdict import reasons, verdict
 from .worst import raise_worst
 
@@ -146,12 +148,14 @@ def improve(
         raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
     options = {"boundary": boundary, "target": target, "floor": floor, "strict": strict, "time": time}
     with workers(threads) as team:
-        run = _run(where, whole, team, target, floor, start, time, progress, should_stop)
+        run = prepared(where, whole, team, target, floor, start, time, progress, should_stop)
         points = run.base[run.points_of_moving].copy()
         limit = ceiling(whole, run.base, where.fixed[whole.point_ids])
         run.tell("start", points, now=True)
         points = _phases(run, points, limit, strict=strict)
         after, notes = _accepted(before, run, points, where, strict=strict, threads=threads)
+        if not run.stopped:
+            after = untwisted(before, after, where, run, strict=strict, threads=threads)
         deviation = 0.0
         if boundary == "slide" and not run.stopped:
             from .slide import slide
@@ -193,41 +197,6 @@ def _check(boundary: str, target: float, floor: float, time: float | None, surfa
         raise MeshError(f"time is {time}, expected seconds above 0")
     if surface is not None and boundary != "slide":
         raise MeshError("a surface to slide on needs boundary='slide'")
-
-
-def _run(
-    where: Setting,
-    whole: Problem,
-    team: Workers,
-    target: float,
-    floor: float,
-    start: float,
-    seconds: float | None,
-    told: Callable[[Progress], object] | None,
-    asked_to_stop: Callable[[], bool] | None,
-) -> Run:
-    base = np.asarray(where.quality.mesh.points, np.float64)[whole.point_ids].copy()
-    fixed = where.fixed[whole.point_ids]
-    moving, of_points, of_cells = whole.of_corners(np.asarray(~gathered(fixed, whole.corners).all(axis=1)))
-    lengths = moving.edge_lengths(base[of_points])
-    freedom = Freedom(
-        np.where(fixed[of_points], 0, 3).astype(np.uint8), np.zeros((len(of_points), 3)), moving.point_sizes(lengths)
-    )
-    return Run(
-        whole=whole,
-        moving=moving,
-        points_of_moving=of_points,
-        cells_of_moving=of_cells,
-        freedom=freedom,
-        team=team,
-        target=target,
-        floor=floor,
-        start=start,
-        deadline=np.inf if seconds is None else start + seconds,
-        base=base,
-        told=told,
-        asked_to_stop=asked_to_stop,
-    )
 
 
 def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
