@@ -14,6 +14,12 @@ SHARPNESS = (10.0, 20.0, 40.0)
 """How near the smooth least of a cell's corners is to the true one, one after another."""
 
 ITERATIONS = 100
+LOSS = 3e-4
+"""Share of a quality that may be lost even where all of it is to be kept: without any, nothing could move."""
+
+STIFF = 1e-3
+"""Points of cells that are nearer to what they may not fall to stay: they would hold up all others."""
+
 BARRIER = 1e-3
 STRETCH = 1e-4
 LEAST_GAIN = 1e-5
@@ -36,12 +42,15 @@ def raise_mean(
     part = run.moving
     if part.n_cells == 0:
         return points
-    descent = run.descent(part, np.arange(part.n_points))
+    lowest, thresholds = part.qualities(points)[0], floors(run, points)
+    is_stiff = np.repeat(lowest - thresholds < STIFF, np.diff(part.cells))
+    stiff = np.unique(part.corners[is_stiff])
+    descent = run.descent(part, np.arange(part.n_points), stiff)
     # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.
     given, lengths = lengths, part.reference_lengths(points)
     np.maximum(lengths, 0.5 * given, out=lengths)
     np.minimum(lengths, 2.0 * given, out=lengths)
-    energy = QualityEnergy(part, lengths, floors(run, points), barrier=BARRIER, mean=1.0, stretch=STRETCH)
+    energy = QualityEnergy(part, lengths, thresholds, barrier=BARRIER, mean=1.0, stretch=STRETCH)
     start, before = points, _mean(run, points)
 
     def watch(now: Points, value: float, least: float) -> bool:
@@ -69,7 +78,7 @@ def floors(run: Run, points: Points) -> Points:
     lowest, _ = run.moving.qualities(points)
     worst = float(lowest.min(initial=1.0))
     common = max(run.target, worst)
-    wanted = run.floor * np.minimum(lowest, common)
+    wanted = min(run.floor, 1.0 - LOSS) * np.minimum(lowest, common)
     wanted = np.where(lowest > 0.0, wanted, lowest)
     wanted = np.where(lowest >= run.target, np.maximum(wanted, run.target), wanted)
     return np.minimum(wanted, lowest - 1e-6)

@@ -9,7 +9,7 @@ from .energies import QualityEnergy
 from .problem import Points
 from .run import Guiding, Run
 
-START, END = 0.4, 2e-4
+START, END = 0.4, 5e-5
 """Distance of the threshold below the least corner, at first and at last."""
 
 ITERATIONS = 25
