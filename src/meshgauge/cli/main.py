@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from . import check, compare, doctor, metrics, orient, paraview, plot, report, view
+from . import check, compare, doctor, improve, metrics, orient, paraview, plot, report, view
 
 DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
 """Exit codes; the last is what a shell gives for Ctrl-C."""
@@ -32,6 +32,7 @@ report.register(app)
 check.register(app)
 compare.register(app)
 doctor.register(app)
+improve.register(app)
 orient.register(app)
 plot.register(app)
 paraview.register(app)

@@ -1,0 +1,228 @@
+"""``meshgauge improve`` as a process: what is written, said and left alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meshgauge
+from meshgauge import Mesh
+
+ROOT = Path(__file__).resolve().parents[2]
+BRACKET = ROOT / "examples" / "meshes" / "bracket.vtu"
+COMMAND = [sys.executable, "-m", "meshgauge", "improve"]
+
+
+def grid(n: int, noise: float) -> Mesh:
+    """Cubes, their inner points moved at random by up to a share of an edge; point data ``left`` mark x < 0.3."""
+    ticks = np.arange(n + 1)
+    points = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3) / n
+    ids = np.arange(len(points)).reshape(n + 1, n + 1, n + 1)
+    low, high = slice(None, -1), slice(1, None)
+    at = [(low, low, low), (high, low, low), (high, high, low), (low, high, low)]
+    at += [(a, b, high) for a, b, _ in at]
+    cells = np.stack([ids[where].ravel() for where in at], axis=1)
+    inside = ((points > 0) & (points < 1)).all(axis=1)
+    shift = np.random.default_rng(7).uniform(-1, 1, points.shape) * inside[:, None] * noise / n
+    mesh = Mesh.from_arrays(points + shift, {"hexahedron": cells})
+    return mesh.replace(point_data={"left": (points[:, 0] < 0.3).astype(np.int32)})
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, encoding="utf-8", timeout=100)
+
+
+@pytest.fixture(scope="module")
+def tangled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("tangled") / "grid.vtu"
+    meshgauge.write(path, grid(5, 0.8))
+    return path
+
+
+@pytest.fixture(scope="module")
+def repaired(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    folder = tmp_path_factory.mktemp("repaired")
+    done = run(BRACKET, "-o", folder / "out.vtu", "--undo", folder / "undo.npz", "--report", folder / "page.html")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return folder, done.stdout
+
+
+def test_the_bracket_is_repaired_and_told(repaired: tuple[Path, str]) -> None:
+    folder, text = repaired
+    assert "3 invalid cells were repaired" in text
+    for told in ("before", "after", "2,976 tetra", "points moved", "volume", "surface", "checked on the result"):
+        assert told in text
+    assert "does NOT hold" not in text
+    before, after = meshgauge.read(BRACKET), meshgauge.read(folder / "out.vtu")
+    assert meshgauge.measure(after).values.min() > 0.2
+    np.testing.assert_array_equal(after.connectivity, before.connectivity)
+    assert set(after.cell_data) == set(before.cell_data)
+
+
+def test_the_page_holds_the_certificate(repaired: tuple[Path, str]) -> None:
+    page = (repaired[0] / "page.html").read_text(encoding="utf-8")
+    assert "Certificate" in page
+    assert "to the last bit" in page
+
+
+def test_undone_to_the_last_bit(repaired: tuple[Path, str], tmp_path: Path) -> None:
+    folder, _ = repaired
+    done = run(folder / "out.vtu", "-o", tmp_path / "back.vtu", "--restore", folder / "undo.npz")
+    assert done.returncode == 0, done.stderr
+    before, back = meshgauge.read(BRACKET), meshgauge.read(tmp_path / "back.vtu")
+    assert before.points.dtype == back.points.dtype
+    assert before.points.tobytes() == back.points.tobytes()
+
+
+@pytest.mark.parametrize("suffix", ["msh", "mesh", "vtk", "inp"])
+def test_undone_through_formats_that_round(tmp_path: Path, suffix: str) -> None:
+    start = grid(3, 0.7)
+    start = start.replace(points=start.points.astype(np.float32))
+    meshgauge.write(tmp_path / "in.vtu", start)
+    better = tmp_path / f"out.{suffix}"
+    assert run(tmp_path / "in.vtu", "-o", better, "--undo", tmp_path / "undo.npz").returncode == 0
+    assert meshgauge.measure(meshgauge.read(better)).values.min() > 0.9
+    done = run(better, "-o", tmp_path / "back.vtu", "--restore", tmp_path / "undo.npz")
+    assert done.returncode == 0, done.stderr
+    before, back = meshgauge.read(tmp_path / "in.vtu"), meshgauge.read(tmp_path / "back.vtu")
+    assert before.points.dtype == back.points.dtype == np.float32
+    assert before.points.tobytes() == back.points.tobytes()
+
+
+def test_undo_data_of_another_mesh_are_refused(repaired: tuple[Path, str], tangled: Path, tmp_path: Path) -> None:
+    done = run(tangled, "-o", tmp_path / "back.vtu", "--restore", repaired[0] / "undo.npz")
+    assert done.returncode == 2
+    assert "other cells" in done.stderr
+    done = run(tangled, "-o", tmp_path / "back.vtu", "--restore", BRACKET)
+    assert done.returncode == 2
+    assert "undo data" in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_json_is_strict_and_versioned(tangled: Path, tmp_path: Path) -> None:
+    done = run(tangled, "-o", tmp_path / "out.vtu", "--json", "--strict")
+
+    def refuse(text: str) -> None:
+        raise AssertionError(f"{text} is not JSON")
+
+    told = json.loads(done.stdout, parse_constant=refuse)
+    assert (told["schema"], told["version"]) == ("meshgauge-improve", 1)
+    assert told["outcome"] == "improved"
+    assert told["after"]["status"] == {"ok": 125}
+    assert {claim["name"] for claim in told["claims"]} >= {"fixed", "valid", "worst", "topology", "strict"}
+    assert all(claim["holds"] for claim in told["claims"])
+
+
+def test_fixed_points_by_data_region_and_box(tangled: Path, tmp_path: Path) -> None:
+    before = meshgauge.read(tangled).points
+    out = tmp_path / "out.vtu"
+    run(tangled, "-o", out, "--fixed-points", "left")
+    left = meshgauge.read(tangled).point_data["left"] != 0
+    np.testing.assert_array_equal(meshgauge.read(out).points[left], before[left])
+    run(tangled, "-o", out, "--fixed-box", "0.4,0.9,,,,")
+    box = (before[:, 0] >= 0.4) & (before[:, 0] <= 0.9)
+    after = meshgauge.read(out).points
+    np.testing.assert_array_equal(after[box], before[box])
+    assert (after[~box] != before[~box]).any()
+    done = run(BRACKET, "-o", out, "--fixed-region", "* 0")
+    assert done.returncode == 1  # one of them is inverted, and stays so
+    mesh = meshgauge.read(BRACKET)
+    used = mesh.connectivity[np.repeat(mesh.types == 12, np.diff(mesh.offsets))]
+    np.testing.assert_array_equal(meshgauge.read(out).points[used], mesh.points[used])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--fixed-points", "right"], "no point data 'right'"),
+        (["--fixed-region", "hexahedra"], "no region"),
+        (["--fixed-box", "1,2,3"], "expected xmin"),
+        (["--fixed-box", "2,1,0,1,0,1"], "lower end"),
+        (["--target", "2"], "target"),
+        (["--floor", "-1"], "floor"),
+        (["--surface", "no.stl", "--boundary", "slide"], "no such file"),
+        (["--in-place"], "exclude"),
+        (["--report", "nowhere/page.html"], "no folder"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_line(tangled: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
+    done = run(tangled, "-o", tmp_path / "out.vtu", *arguments)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_input_is_not_overwritten_unless_asked(tangled: Path, tmp_path: Path) -> None:
+    path = tmp_path / "grid.vtu"
+    shutil.copy(tangled, path)
+    had = path.read_bytes()
+    assert run(path, "-o", path).returncode == 2
+    assert run(path).returncode == 2
+    assert path.read_bytes() == had
+    done = run(path, "--in-place", "-q")
+    assert done.returncode == 0
+    assert done.stdout.count("\n") == 1
+    assert meshgauge.measure(meshgauge.read(path)).values.min() > 0.99
+
+
+def interrupted(path: Path, out: Path, times: int) -> tuple[int, str]:
+    """Run on a mesh that takes long, send SIGINT once it is at work, wait for its end."""
+    program = (
+        "import sys, os, signal\n"
+        "from meshgauge import improvement\n"
+        "real = improvement.improve\n"
+        "def slow(mesh, *, progress, should_stop, **options):\n"
+        "    def told(now):\n"
+        "        if now.phase != 'end' and not getattr(told, 'sent', False):\n"
+        "            told.sent = True\n"
+        f"            for _ in range({times}): os.kill(os.getpid(), signal.SIGINT)\n"
+        "        progress(now)\n"
+        "    return real(mesh, progress=told, should_stop=should_stop, **options)\n"
+        "improvement.improve = slow\n"
+        "from meshgauge.cli.main import main\n"
+        f"sys.exit(main(['improve', {str(path)!r}, '-o', {str(out)!r}]))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8", timeout=60)
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no SIGINT between processes")
+def test_ctrl_c_once_writes_and_twice_writes_nothing(tangled: Path, tmp_path: Path) -> None:
+    code, text = interrupted(tangled, tmp_path / "out.vtu", 1)
+    assert code in (0, 1)
+    assert "interrupted" in text
+    assert "Traceback" not in text
+    before, after = (meshgauge.measure(meshgauge.read(p)) for p in (tangled, tmp_path / "out.vtu"))
+    assert after.values.min() >= before.values.min()
+    code, text = interrupted(tangled, tmp_path / "not.vtu", 2)
+    assert code == 130
+    assert "Traceback" not in text
+    assert not (tmp_path / "not.vtu").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no SIGINT between processes")
+def test_ctrl_c_from_outside(tmp_path: Path) -> None:
+    path, out = tmp_path / "large.vtu", tmp_path / "out.vtu"
+    meshgauge.write(path, grid(20, 0.8))
+    process = subprocess.Popen(
+        [*COMMAND, str(path), "-o", str(out)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    time.sleep(1.5)
+    process.send_signal(signal.SIGINT)
+    text, errors = process.communicate(timeout=60)
+    assert "Traceback" not in errors
+    if process.returncode != 130:  # it had not begun yet
+        assert process.returncode in (0, 1)
+        assert out.is_file()
+        assert "worst" in text
