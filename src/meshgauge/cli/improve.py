@@ -192,6 +192,7 @@ def improve(
         return _restore(restore, before, target_path, in_place=in_place, quiet=quiet)
 
     from .. import improvement
+    from ..improvement.accepted import n_invalid
     from ..report import improve as telling
     from . import live
     from .pinning import fixed_points as mask_of
@@ -226,7 +227,7 @@ def improve(
         emit(f"{mesh}: {found.certificate.verdict}")
     else:
         Output().show(telling.ImproveText(mesh, found.certificate, output=str(target_path)))
-    return 1 if improvement.engine.n_invalid(found.after) else 0
+    return 1 if n_invalid(found.after) else 0
 
 
 def _write(found: Improvement, target: Path, *, in_place: bool, quiet: bool) -> None:
