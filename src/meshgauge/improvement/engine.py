@@ -217,6 +217,7 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
     # Once the cells that can move are better than one that cannot, the rest is for the mean.
     constant = float(limit.bounds[limit.by_four].min(initial=1.0))
     points = raise_worst(run, points, lengths, goal=min(max(constant, 2.0 * run.target), 0.9999))
+    run.raised = points
     until("mean")
     points = raise_mean(run, points, lengths)
     if strict:

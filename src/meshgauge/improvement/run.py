@@ -73,6 +73,7 @@ class Run:
     told: Callable[[Progress], object] | None = None
     asked_to_stop: Callable[[], bool] | None = None
     history: list[Progress] = field(default_factory=list)
+    raised: Points | None = None  #: of ``moving``, with the worst raised and the mean not yet
     evaluations: int = 0
     stopped: str = ""
     phase_end: float = np.inf

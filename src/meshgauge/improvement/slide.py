@@ -21,11 +21,11 @@ from .worst import raise_worst
 STRIDES = (1.0, 0.5, 0.25, 0.1)
 """Shares of a step that are tried until the mesh is as good once its points are back on the surface."""
 
-DEVIATION = 0.1
+DEVIATION = 0.2
 """How far the middle of a new face or edge may be from the old surface, in mean edges around it."""
 
 
-PASSES, GAIN = 3, 1e-3
+PASSES, GAIN = 2, 1e-3
 """How often the worst is raised anew, as long as it gains so much: on a surface each pass ends a little early."""
 
 ATTEMPTS = 4
@@ -104,7 +104,10 @@ def slide(
         As for `improve`.
     """
     old = np.asarray(before.mesh.points, np.float64)
-    here = np.asarray(fixed.mesh.points, np.float64)
+    here = np.asarray(fixed.mesh.points, np.float64).copy()
+    if run.raised is not None and fixed is not before:
+        # Raising the mean goes away from where the worst can be raised further.
+        here[run.whole.point_ids[run.points_of_moving]] = run.raised
     surface = surface_of(where, old, feature_angle)
     if given is not None:
         surface = target_surface(surface, given, old)
