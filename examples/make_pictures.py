@@ -39,13 +39,19 @@ CUT = (0.02, 0.052, 0.0215, 0.055)
 """Depth up to which each of the four lengths of the bracket is shown, in metres."""
 
 
-def render(quality: meshgauge.Quality, at: NDArray[np.float64]) -> tuple[Image.Image, NDArray[np.float64]]:
-    """The mesh before the outline of what was cut away, and where some points of space are, in pixels from top left."""
+def render(
+    quality: meshgauge.Quality, at: NDArray[np.float64], *, aside: bool = True
+) -> tuple[Image.Image, NDArray[np.float64]]:
+    """The mesh before the outline of what was cut away, and where some points of space are, in pixels from top left.
+
+    Without ``aside`` no invalid cell of the part that is cut away is shown.
+    """
     grid = pyvista.read(MESH)
+    grid.points = quality.mesh.points  # the same cells, wherever its points are
     values = quality.values
     grid.cell_data["colour"] = (255 * colours(values)).round().astype(np.uint8)
     depth = grid.cell_centers().points[:, 2]
-    shown = (depth < np.array(CUT)[grid.cell_data["region"]]) | (values < 0)
+    shown = (depth < np.array(CUT)[grid.cell_data["region"]]) | (aside & (values < 0))
 
     plotter = pyvista.Plotter(
         off_screen=True, window_size=[SMOOTHING * MESH_WIDTH, SMOOTHING * HEIGHT], lighting="none"
