@@ -12,8 +12,9 @@ import numpy as np
 from .descent import Descent, Freedom, Workers
 from .problem import Points, Problem
 
-TELL = 0.2
-"""Seconds between two entries of the history."""
+TELL, DEAR, RARER = 0.02, 20.0, 0.01
+"""Seconds between two entries of the history; so many times what one takes to make; share of the time since the start, so
+that a long improvement has some hundreds of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +79,7 @@ class Run:
     stopped: str = ""
     phase_end: float = np.inf
     _last: float = 0.0
+    _cost: float = 0.0  # of the last entry, in seconds
 
     def problem_here(self, keep: np.ndarray | None = None) -> tuple[Problem, np.ndarray, np.ndarray]:
         """The moving corners of some cells of ``moving``; all if None. Also which points and cells they are of it."""
@@ -104,9 +106,8 @@ class Run:
     def tell(self, phase: str, points: Points, *, now: bool = False) -> None:
         """Add to the history and tell the caller, unless that was done just before."""
         clock = time.monotonic()
-        if not now and clock - self._last < TELL:
+        if not now and clock - self._last < max(TELL, DEAR * self._cost, RARER * (clock - self.start)):
             return
-        self._last = clock
         self.base[self.points_of_moving] = points
         _, jens = self.whole.qualities(self.base)
         progress = Progress(
@@ -118,5 +119,7 @@ class Run:
             evaluations=self.evaluations,
         )
         self.history.append(progress)
+        self._last = time.monotonic()
+        self._cost = self._last - clock
         if self.told is not None:
             self.told(progress)
