@@ -13,8 +13,8 @@ from .descent import Descent, Freedom, Workers
 from .problem import Points, Problem
 
 TELL, DEAR, RARER = 0.02, 20.0, 0.01
-"""Seconds between two entries of the history; so many times what one takes to make; share of the time since the start, so
-that a long improvement has some hundreds of them."""
+"""Seconds between two entries of the history, so many times what one takes to make, and the share of the time since the
+start: a long improvement has some hundreds of them."""
 
 
 @dataclass(frozen=True, slots=True)
