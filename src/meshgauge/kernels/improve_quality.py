@@ -79,7 +79,7 @@ def quality(
             # dJ/dx = (cofactor / product of the lengths) - J d / l²
             product = ru * rv * rw
             j = (u0 * f0 + u1 * f1 + u2 * f2) * product
-            lu, lv, lw = lengths[c, 0] * ru, lengths[c, 1] * rv, lengths[c, 2] * rw
+            lu, lv, lw = float(lengths[c, 0]) * ru, float(lengths[c, 1]) * rv, float(lengths[c, 2]) * rw
             lu, lv, lw = lu * lu, lv * lv, lw * lw
             total += gamma * (lu + lv + lw + (lu * lv + lv * lw + lw * lu) / (lu * lv * lw) - 6.0)
             ru, rv, rw = ru * ru, rv * rv, rw * rw

@@ -59,7 +59,7 @@ def shape(
         w = ideals[kind]
         o, i, j, k = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
         x, y, z = points[o, 0], points[o, 1], points[o, 2]
-        a, b, d = 1.0 / lengths[c, 0], 1.0 / lengths[c, 1], 1.0 / lengths[c, 2]
+        a, b, d = 1.0 / float(lengths[c, 0]), 1.0 / float(lengths[c, 1]), 1.0 / float(lengths[c, 2])
         u0, u1, u2 = (points[i, 0] - x) * a, (points[i, 1] - y) * a, (points[i, 2] - z) * a
         v0, v1, v2 = (points[j, 0] - x) * b, (points[j, 1] - y) * b, (points[j, 2] - z) * b
         w0, w1, w2 = (points[k, 0] - x) * d, (points[k, 1] - y) * d, (points[k, 2] - z) * d
