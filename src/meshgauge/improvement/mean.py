@@ -37,7 +37,8 @@ def raise_mean(
     """Points of ``run.moving`` with the mean J_ENS of its cells as high as it goes.
 
     No cell falls below ``floor`` times the worst, or times what it has if that is less than the target; none that
-    reaches the target falls below it. Parameters are those of `raise_worst`.
+    reaches the target falls below it. Parameters are those of `raise_worst`; reference lengths are brought nearer to
+    those of the edges as they are, in place.
     """
     part = run.moving
     if part.n_cells == 0:
@@ -47,9 +48,7 @@ def raise_mean(
     stiff = np.unique(part.corners[is_stiff])
     descent = run.descent(part, np.arange(part.n_points), stiff)
     # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.
-    given, lengths = lengths, part.reference_lengths(points)
-    np.maximum(lengths, 0.5 * given, out=lengths)
-    np.minimum(lengths, 2.0 * given, out=lengths)
+    part.draw_lengths(points, lengths)
     energy = QualityEnergy(part, lengths, thresholds, barrier=BARRIER, mean=1.0, stretch=STRETCH)
     start, before = points, _mean(run, points)
 

@@ -102,6 +102,16 @@ class Problem:
             out[start : start + CHUNK] = np.sqrt(np.einsum("cmx,cmx->cm", edges, edges))
         return out
 
+    def draw_lengths(self, points: Points, lengths: NDArray[np.float32]) -> None:
+        """Bring reference lengths to those of the edges as they are, by a factor of two at most, in place."""
+        for start in range(0, len(lengths), CHUNK):
+            part = lengths[start : start + CHUNK]
+            corners = self.corners[start : start + CHUNK]
+            edges = points[corners[:, 1:]] - points[corners[:, :1]]
+            now = np.sqrt(np.einsum("cmx,cmx->cm", edges, edges))
+            np.clip(now, 0.5 * part, 2.0 * part, out=now)
+            part[...] = now
+
     def point_sizes(self, lengths: NDArray[np.float32]) -> Points:
         """``(n_points,)`` mean length of the edges at each point."""
         at = self.corners[:, 0]
