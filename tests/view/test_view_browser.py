@@ -5,7 +5,6 @@ from __future__ import annotations
 import http.client
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -22,9 +21,6 @@ from meshgauge.viewer.guard import owner
 from meshgauge.viewer.link import view
 from meshgauge.viewer.model import Model
 from meshgauge.viewer.scene import Scene
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-ARGUMENTS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
 
 
 class Server:
@@ -57,17 +53,6 @@ def server(meshes: Path, drawing: None) -> Iterator[Server]:
     running = Server(meshes / "bracket.vtu")
     yield running
     assert running.end() == (0, "")  # whatever browsers came and went
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    if CHROMIUM is None:
-        pytest.skip("no chromium is installed")
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 @pytest.fixture
