@@ -13,7 +13,7 @@ from ..cells import type_name
 from ..doctor.points import extent
 from ..summary import Summary
 from ..topology import Topology
-from .faces import face_points
+from .faces import face_points, next_round
 from .run import Progress
 
 NAMED = 20
@@ -210,8 +210,7 @@ def volume_and_surface(faces: Topology, points: NDArray[np.floating]) -> tuple[f
     x = x - np.nanmean(x, axis=0)  # volumes of far meshes would cancel
     owner = np.repeat(np.arange(len(sizes)), sizes)
     centre = np.add.reduceat(x[ids], offsets[:-1]) / sizes[:, None]
-    following = np.arange(len(ids)) + 1
-    following[offsets[1:] - 1] = offsets[:-1]
+    following = next_round(offsets)
     a, b, c = centre[owner], x[ids], x[ids[following]]
     normal = np.cross(b - a, c - a)
     return float(np.einsum("ij,ij->", a, normal)) / 6.0, float(np.linalg.norm(normal, axis=1).sum()) / 2.0

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from .._quality import Quality
 from ..polyhedra import Polyhedra, ragged
 from ..polyhedral_quality import corner_triples
+from .faces import next_round
 from .problem import Ids, Points
 
 WARP = 0.01
@@ -73,8 +74,7 @@ def _warps(poly: Polyhedra, points: Points) -> Points:
     offsets = np.asarray(poly.face_offsets, np.int64)
     sizes: Ids = offsets[1:] - offsets[:-1]
     owner = np.repeat(np.arange(len(sizes)), sizes)
-    following = np.arange(len(ids)) + 1
-    following[offsets[1:] - 1] = offsets[:-1]
+    following = next_round(offsets)
     mean = np.zeros((len(sizes), 3))
     np.add.at(mean, owner, points[ids])
     mean /= np.maximum(sizes, 1)[:, None]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..kernels import improve_surface
-from .faces import face_points
+from .faces import face_points, next_round
 from .problem import Ids, Points
 from .setting import Setting
 
@@ -94,7 +94,7 @@ class Surface:
         ids, offsets = self.faces, self.face_offsets
         sizes = np.diff(offsets)
         owner = np.repeat(np.arange(len(sizes)), sizes)
-        following = _following(offsets, len(ids))
+        following = next_round(offsets)
         middles = 0.5 * (points[ids] + points[ids[following]])
         centres = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None] if len(ids) else np.empty((0, 3))
         # From the item of a point of the face, which is nearer by now than where the face was.
@@ -133,7 +133,7 @@ def surface_of(where: Setting, points: Points, feature_angle: float) -> Surface:
     ids, offsets = face_points(faces, np.concatenate([outer, inner]))
     sizes = np.diff(offsets)
     owner = np.repeat(np.arange(len(sizes)), sizes)
-    following = _following(offsets, len(ids))
+    following = next_round(offsets)
     centre = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None]
     normals = np.zeros((len(sizes), 3))
     np.add.at(normals, owner, np.cross(points[ids] - centre[owner], points[ids[following]] - centre[owner]))
@@ -266,13 +266,6 @@ def _rails(vertices: Points, items: Ids, groups: Ids, n_triangles: int) -> Rails
         np.ascontiguousarray(vertices), np.ascontiguousarray(items, np.int64), np.ascontiguousarray(groups, np.int64),
         axes, offsets, np.ascontiguousarray(used[:, 1]),
     )  # fmt: skip
-
-
-def _following(offsets: Ids, n: int) -> Ids:
-    """The next entry round each face."""
-    following = np.arange(n) + 1
-    following[offsets[1:] - 1] = offsets[:-1]
-    return following
 
 
 def _unit(vectors: Points) -> Points:
