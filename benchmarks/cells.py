@@ -25,7 +25,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersVerdict import vtkCellQuality
 
 from meshgauge.cells import BY_NAME
-from meshgauge.kernels import driver
+from meshgauge.kernels.cells import driver
 
 U = np.uint64
 CHUNK = 1 << 16

@@ -20,7 +20,7 @@ from versions import versions
 
 from meshgauge import Mesh, Status, measure
 from meshgauge.cells import SHAPES
-from meshgauge.kernels.certificate import certificate
+from meshgauge.kernels.certificate.certificate import certificate
 
 CHUNK = 1 << 16
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import meshgauge
 from meshgauge.cells import CELL_TYPES, SHAPES, CellType, Shape
 from meshgauge.errors import MetricError
-from meshgauge.kernels.certificate_tables import KINDS, edges
+from meshgauge.kernels.certificate.tables import KINDS, edges
 from meshgauge.metrics import METRICS, Metric, metric, tetra
 
 Floats = NDArray[np.float64]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import meshgauge
 from meshgauge import Mesh, Quality, Status
 from meshgauge.cells import BY_NAME, SHAPES
-from meshgauge.kernels import driver
+from meshgauge.kernels.cells import driver
 
 CUBE = np.array(SHAPES["hexahedron"].points, float)
 TETRA = np.array(SHAPES["tetra"].points, float)

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _html, arrays, connectivity, validity
-from ._threads import run
 from .cast import read_only
 from .cells import POLYHEDRON, CellType, Shape, cell_type, type_name
 from .errors import MeshgaugeError, MetricError
-from .kernels import driver, folds
+from .kernels.cells import aggregate, driver
+from .kernels.threads import run
 from .mesh import CellIds, Mesh
 from .metrics import METRICS, Metric, metric
 from .metrics import tetra as tetra_metrics
@@ -108,7 +108,7 @@ class Quality:
             if row is not None and row.shape is not None:
                 for part in connectivity.chunks(cells):
                     at = connectivity.positions(self.mesh, row, part)
-                    out[at] = folds.jens(values[at], row.shape.k)
+                    out[at] = aggregate.jens(values[at], row.shape.k)
         out = read_only(out)
         return out if self.polyhedra is None else self._with_polyhedra(out, self.polyhedra.node_jens)
 
@@ -240,7 +240,7 @@ class Quality:
         ids = connectivity.picked(self.mesh, row, slice(cell, cell + 1), driver.columns(row))
         values = np.empty((1, shape.n_nodes))
         driver.node_scaled_jacobian(self.mesh.points, ids, row, values, few=True)
-        return folds.jens(values[0], shape.k)
+        return aggregate.jens(values[0], shape.k)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.status, minlength=len(Status))
@@ -363,7 +363,7 @@ def _measure_other(mesh: Mesh, row: CellType, cells: CellIds, one: Metric, value
 
 
 def _scaled_jacobian(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
-    return folds.fold(_corner_js(mesh, row, part, few)) + 0.0
+    return aggregate.fold(_corner_js(mesh, row, part, few)) + 0.0
 
 
 def _corner_js(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:

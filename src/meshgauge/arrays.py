@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import cast
-from ._threads import run
 from .cells import CellType, cell_type
 from .errors import MetricError
-from .kernels import driver, folds
+from .kernels.cells import aggregate, driver
+from .kernels.threads import run
 from .metrics import tetra
 
 Values = NDArray[np.float64]
@@ -65,7 +65,7 @@ def jens(
     x, connectivity, row = _checked(points, cells, cell_type)
     if not nodes:
         return _cells(x, connectivity, row, threads)
-    return folds.jens(_nodes(x, connectivity, row, threads), _k(row))
+    return aggregate.jens(_nodes(x, connectivity, row, threads), _k(row))
 
 
 def scaled_jacobian(
@@ -83,7 +83,7 @@ def scaled_jacobian(
     """
     x, connectivity, row = _checked(points, cells, cell_type)
     values = _nodes(x, connectivity, row, threads)
-    return values if nodes else folds.fold(values) + 0.0
+    return values if nodes else aggregate.fold(values) + 0.0
 
 
 def aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._threads import run
 from .cast import read_only
-from .kernels import polyhedra as driver
-from .kernels import polyhedra_links as bits
-from .kernels import polyhedra_match, polyhedra_shape
-from .kernels.polyhedra import Faces, Links, Solids
+from .kernels.polyhedra import driver, match
+from .kernels.polyhedra import links as bits
+from .kernels.polyhedra import shape as polyhedra_shape
+from .kernels.polyhedra.driver import Faces, Links, Solids
+from .kernels.threads import run
 from .mesh import CellIds
 from .polyhedra import Polyhedra, ragged
 from .reference import corner_model, solids
@@ -314,7 +314,7 @@ def _measured(
     k = np.full(len(links.node_ids), np.nan)
     which = driver.match(links, table, k)
     is_broken = (links.faults & bits.BROKEN) != 0
-    _model_corners(links, np.repeat((which == polyhedra_match.NO_SOLID) & ~is_broken, links.node_counts), k)
+    _model_corners(links, np.repeat((which == match.NO_SOLID) & ~is_broken, links.node_counts), k)
     js = driver.node_scaled_jacobian(points, links)
     if asks:
         doubt |= driver.doubt(points, faces, whole, js)
@@ -322,7 +322,7 @@ def _measured(
     hanging = links.is_hanging == 1
     shape = driver.shapes(points, faces, links.faults)
     warped, zero = (shape & polyhedra_shape.WARPED) != 0, (shape & polyhedra_shape.ZERO_EDGE) != 0
-    known = np.where(which == polyhedra_match.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
+    known = np.where(which == match.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
     return _Part(
         values=values,
         faults=links.faults | np.where(warped, Fault.WARPED_FACE, 0) | np.where(zero, Fault.ZERO_EDGE, 0),

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from .cast import read_only
 from .cells import CELL_TYPES, POLYHEDRON
-from .kernels import plain
-from .kernels.plain import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
+from .kernels.topology import numpy_fallback
+from .kernels.topology.numpy_fallback import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .mesh import Mesh
 from .polyhedra import IndexArray, Polyhedra, ragged
 
@@ -120,14 +120,14 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
     poly, longest = _polyhedra(mesh, points)
     longest = max(longest, table.shape[2] - 1)
     common = (cells, starts, mesh.types, mesh.offsets, nodes, table, poly, longest)
-    if mesh.n_cells <= plain.FEW:
-        n_multiple = plain.match(*common, mates, relations)
+    if mesh.n_cells <= numpy_fallback.FEW:
+        n_multiple = numpy_fallback.match(*common, mates, relations)
     else:
-        from .kernels import faces  # loads Numba
+        from .kernels.topology import half_faces  # loads Numba
 
         ends, slots = np.zeros(mesh.n_points + 1, width), np.empty(n_slots, width)
         hashes = np.empty((2, n_slots), np.int32)
-        n_multiple = faces.match(*common, ends, slots, hashes[0], hashes[1], mates, relations)
+        n_multiple = half_faces.match(*common, ends, slots, hashes[0], hashes[1], mates, relations)
     return Topology(mesh, read_only(starts), read_only(cells), read_only(mates), read_only(relations), n_multiple)
 
 
@@ -135,9 +135,9 @@ def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:
     """For some entries of the ``cell_faces`` of a mesh's polyhedra: True if another cell has that face, too."""
     poly = mesh.polyhedra
     assert poly is not None
-    faces = poly.cell_faces[entries]
-    inner = np.asarray(np.bincount(poly.cell_faces, minlength=poly.n_faces)[faces] > 1)
-    left = faces[~inner]
+    half_faces = poly.cell_faces[entries]
+    inner = np.asarray(np.bincount(poly.cell_faces, minlength=poly.n_faces)[half_faces] > 1)
+    left = half_faces[~inner]
     if len(left):
         # Whoever has one of them has three of its points: match the faces of these cells only.
         is_near = np.zeros(mesh.n_points, np.bool_)
@@ -166,7 +166,7 @@ def _part(mesh: Mesh, cells: NDArray[np.int64]) -> Mesh:
         return np.concatenate([[0], np.cumsum(sizes)]), ragged(starts, sizes)
 
     offsets, nodes = rows(mesh.offsets)
-    cell_offsets, faces = rows(poly.cell_offsets)
+    cell_offsets, half_faces = rows(poly.cell_offsets)
     return Mesh(
         points=mesh.points,
         types=mesh.types[cells],
@@ -174,10 +174,10 @@ def _part(mesh: Mesh, cells: NDArray[np.int64]) -> Mesh:
         connectivity=mesh.connectivity[nodes],
         polyhedra=Polyhedra(
             cell_offsets,
-            poly.cell_faces[faces],
+            poly.cell_faces[half_faces],
             poly.face_offsets,
             poly.face_points,
-            None if poly.flipped is None else poly.flipped[faces],
+            None if poly.flipped is None else poly.flipped[half_faces],
         ),
     )
 

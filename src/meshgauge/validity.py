@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import connectivity
-from ._threads import run
 from .cast import read_only
 from .cells import CellType
-from .kernels import driver, few
-from .kernels.certificate import Validity, certificate
+from .kernels.cells import driver
+from .kernels.certificate import inside_numpy
+from .kernels.certificate.certificate import Validity, certificate
+from .kernels.threads import run
 from .mesh import CellIds, Mesh
 from .status import Status
 
@@ -102,7 +103,7 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, n_cells: int
     if len(ok) < len(ids):
         ids = ids[ok]
     if _is_few(row, n_cells):
-        found = few.validity(kind, np.asarray(mesh.points[ids], np.float64))
+        found = inside_numpy.validity(kind, np.asarray(mesh.points[ids], np.float64))
     else:
         found = certificate(kind, mesh.points, ids).status
     status[ok[found == Validity.INVALID]] = Status.INVERTED_INSIDE

@@ -8,10 +8,10 @@ from math import factorial, prod
 import numpy as np
 from numpy.typing import NDArray
 
-from meshgauge._jit import JIT_DISABLED
 from meshgauge.cells import BY_NAME
-from meshgauge.kernels.certificate_bernstein import bernstein, gather
-from meshgauge.kernels.certificate_tables import KINDS, LANES, edges, table
+from meshgauge.kernels.certificate.bernstein import bernstein, gather
+from meshgauge.kernels.certificate.tables import KINDS, LANES, edges, table
+from meshgauge.kernels.jit import JIT_DISABLED
 
 Array = NDArray[np.float64]
 

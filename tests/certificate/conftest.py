@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from meshgauge._jit import JIT_DISABLED
+from meshgauge.kernels.jit import JIT_DISABLED
 
 
 @pytest.fixture(autouse=True)

@@ -7,10 +7,10 @@ import pytest
 from certificate_cells import CURVED, cloud, family, ideal, many, separate
 
 from meshgauge.cells import BY_NAME
-from meshgauge.kernels.certificate import certificate
-from meshgauge.kernels.certificate_corners import corner_tangents_js
-from meshgauge.kernels.certificate_tables import KINDS, edges, table
-from meshgauge.kernels.folds import fold
+from meshgauge.kernels.cells.aggregate import fold
+from meshgauge.kernels.certificate.certificate import certificate
+from meshgauge.kernels.certificate.corners import corner_tangents_js
+from meshgauge.kernels.certificate.tables import KINDS, edges, table
 
 REFERENCE = {
     "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],

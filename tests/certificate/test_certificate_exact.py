@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from certificate_cells import CURVED, LINEAR, ideal, many, mean_edge_cubed, separate
 
-from meshgauge.kernels.certificate import Certificate, Validity, certificate
-from meshgauge.kernels.certificate_tables import KINDS, edges
+from meshgauge.kernels.certificate.certificate import Certificate, Validity, certificate
+from meshgauge.kernels.certificate.tables import KINDS, edges
 
 
 def one(name: str, nodes: object) -> Certificate:

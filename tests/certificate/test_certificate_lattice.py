@@ -11,7 +11,7 @@ from certificate_cells import separate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from meshgauge.kernels.certificate import Validity, certificate
+from meshgauge.kernels.certificate.certificate import Validity, certificate
 
 STEPS = [Fraction(n, 4) for n in range(5)]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from certificate_cells import LINEAR, cloud, family, ideal, many, separate
 
-from meshgauge.kernels.certificate import Certificate, Validity, certificate
-from meshgauge.kernels.certificate_tables import KINDS, table
+from meshgauge.kernels.certificate.certificate import Certificate, Validity, certificate
+from meshgauge.kernels.certificate.tables import KINDS, table
 
 AMPLITUDE = {name: 0.7 if name in LINEAR else 0.15 for name in KINDS}
 

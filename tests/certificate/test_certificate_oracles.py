@@ -22,9 +22,9 @@ from certificate_cells import (
     separate,
 )
 
-from meshgauge.kernels.certificate import Validity, certificate
-from meshgauge.kernels.certificate_exact import combination, det, exact, root_ratio, whole_points, whole_table
-from meshgauge.kernels.certificate_tables import KINDS, table
+from meshgauge.kernels.certificate.certificate import Validity, certificate
+from meshgauge.kernels.certificate.exact import combination, det, exact, root_ratio, whole_points, whole_table
+from meshgauge.kernels.certificate.tables import KINDS, table
 
 # Gmsh's element type, and the volume of the reference cell of its determinant over ours.
 GMSH_TYPES = {

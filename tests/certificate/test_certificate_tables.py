@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from certificate_cells import basis, cloud, coefficients, control_places, many, mean_edge_cubed, places
 
-from meshgauge.kernels.certificate_tables import KINDS, table
+from meshgauge.kernels.certificate.tables import KINDS, table
 
 VTK_CLASSES = {
     "tetra": "vtkTetra",

@@ -15,7 +15,7 @@ import meshgauge
 from meshgauge import Mesh
 from meshgauge.doctor import LIMIT, cells, diagnosis
 from meshgauge.doctor.points import duplicates, representatives
-from meshgauge.kernels import plain
+from meshgauge.kernels.topology import numpy_fallback
 from meshgauge.report.doctor import DiagnosisText
 
 
@@ -33,7 +33,7 @@ def only(mesh: Mesh, name: str) -> meshgauge.doctor.Finding:
 @pytest.fixture(params=["plain", "kernels"])
 def _both(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if request.param == "kernels":
-        monkeypatch.setattr(plain, "FEW", -1)
+        monkeypatch.setattr(numpy_fallback, "FEW", -1)
 
 
 pytestmark = pytest.mark.usefixtures("_both")
@@ -197,7 +197,7 @@ def test_points_that_coincide_are_those_that_comparing_all_finds(
         expected[i] = min([i, *(j for j in range(i) if expected[j] == j and distance[i, j] <= 1.0)])
     for few in (10_000, -1):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(plain, "FEW", few)
+            patch.setattr(numpy_fallback, "FEW", few)
             assert representatives(points, tolerance=tolerance).tolist() == expected
 
 

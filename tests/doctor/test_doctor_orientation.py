@@ -15,7 +15,7 @@ from meshgauge import Mesh, measure
 from meshgauge.cells import CELL_TYPES
 from meshgauge.doctor import Numbering, diagnosis, orientation, oriented, reversal
 from meshgauge.doctor.oriented import DEGREES
-from meshgauge.kernels import plain
+from meshgauge.kernels.topology import numpy_fallback
 from meshgauge.polyhedra import Polyhedra
 
 CURVED = [(row.vtk_id, row.n_nodes) for row in CELL_TYPES.values() if row.is_curved and row.n_nodes is not None]
@@ -72,7 +72,7 @@ def test_tangled_cells_are_not_a_matter_of_numbering(name: str) -> None:
 @pytest.mark.parametrize("few", [True, False])
 @pytest.mark.parametrize("name", ["tetra", "hexahedron"])
 def test_both_at_once_are_told_apart(name: str, few: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(plain, "FEW", plain.FEW if few else -1)
+    monkeypatch.setattr(numpy_fallback, "FEW", numpy_fallback.FEW if few else -1)
     mesh = tangled(name)
     inverted = set(np.flatnonzero(measure(mesh).values < 0).tolist())
     # A cell that is wholly turned inside out looks valid when it is numbered in reverse besides.

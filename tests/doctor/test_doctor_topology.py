@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from meshgauge import Mesh
 from meshgauge.cells import BY_NAME, cell_type
-from meshgauge.kernels import plain
+from meshgauge.kernels.topology import numpy_fallback
 from meshgauge.polyhedra import Polyhedra
 from meshgauge.topology import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME, topology
 
@@ -22,7 +22,7 @@ TETRA_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 def _both(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     """Run a test without Numba and with it."""
     if request.param == "kernels":
-        monkeypatch.setattr(plain, "FEW", -1)
+        monkeypatch.setattr(numpy_fallback, "FEW", -1)
 
 
 both = pytest.mark.usefixtures("_both")
@@ -164,7 +164,7 @@ def test_the_kernel_and_numpy_agree_on_any_cells(cells: list[tuple[str, list[int
     mesh = Mesh.from_arrays(np.zeros((9, 3)), [(name, [nodes]) for name, nodes in cells])
     one = topology(mesh)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plain, "FEW", -1)
+        patch.setattr(numpy_fallback, "FEW", -1)
         other = topology(mesh)
     assert one.mates.tolist() == other.mates.tolist()
     assert one.relations.tolist() == other.relations.tolist()

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .._quality import Quality, measure
 from ..cast import read_only
-from ..kernels import plain
+from ..kernels.topology import numpy_fallback
 from ..mesh import Mesh
 from ..polyhedra import IndexArray
 from ..topology import Topology, topology
@@ -142,7 +142,7 @@ def diagnosis(
     seen: IndexArray = np.zeros(mesh.n_points, width)
     repeated = np.empty(mesh.n_cells, bool)
     hashes = np.empty(mesh.n_cells, np.int64)
-    scan = plain.scan if mesh.n_cells <= plain.FEW else _compiled_scan()
+    scan = numpy_fallback.scan if mesh.n_cells <= numpy_fallback.FEW else _compiled_scan()
     scan(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, seen, repeated, hashes)
     is_used = seen > 0
     if mesh.polyhedra is not None:
@@ -177,7 +177,7 @@ def diagnosis(
 
 
 def _compiled_scan() -> Callable[..., None]:
-    from ..kernels import scan  # loads Numba
+    from ..kernels.topology import scan  # loads Numba
 
     return scan.cells
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import plain
+from ..kernels.topology import numpy_fallback
 from ..polyhedra import IndexArray
 
 TOLERANCE = 1e-9
@@ -73,14 +73,14 @@ def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANC
         points = points / factor
     origin, diagonal = _box(points)
     out: IndexArray = np.empty(len(points), width)
-    if len(points) <= plain.FEW:
-        plain.coincident(points, origin, tolerance * diagonal, out)
+    if len(points) <= numpy_fallback.FEW:
+        numpy_fallback.coincident(points, origin, tolerance * diagonal, out)
         return out
-    from ..kernels import near  # loads Numba
+    from ..kernels.topology import coincident  # loads Numba
 
     bits = (len(points) - 1).bit_length()
     head, after = np.full(1 << bits, -1, width), np.empty(len(points), width)
-    near.coincident(points, origin, tolerance * diagonal, bits, head, after, out)
+    coincident.coincident(points, origin, tolerance * diagonal, bits, head, after, out)
     return out
 
 

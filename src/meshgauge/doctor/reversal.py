@@ -12,7 +12,7 @@ from itertools import count
 from typing import Any
 
 from ..cells import CELL_TYPES, CellType
-from ..kernels.certificate_types import ROWS
+from ..kernels.certificate.types import ROWS
 
 Permutation = tuple[int, ...]
 

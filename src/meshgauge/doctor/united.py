@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import plain
+from ..kernels.topology import numpy_fallback
 from ..mesh import Mesh
 from ..polyhedra import IndexArray
 
 
 def united_by_points(mesh: Mesh, which: NDArray[np.bool_], parent: IndexArray) -> None:
     """Unite the points of each of the cells, see `kernels.unions.by_points`."""
-    if mesh.n_cells <= plain.FEW:
-        plain.by_points(which, mesh.offsets, mesh.connectivity, parent)
+    if mesh.n_cells <= numpy_fallback.FEW:
+        numpy_fallback.by_points(which, mesh.offsets, mesh.connectivity, parent)
         return
-    from ..kernels import unions  # loads Numba
+    from ..kernels.topology import union_find  # loads Numba
 
-    unions.by_points(which, mesh.offsets, mesh.connectivity, parent)
+    union_find.by_points(which, mesh.offsets, mesh.connectivity, parent)
 
 
 def united_by_faces(
@@ -31,9 +31,9 @@ def united_by_faces(
     sign: NDArray[np.int8],
 ) -> int:
     """Unite the cells on the two sides of each face, see `kernels.unions.by_faces`."""
-    if len(parent) <= plain.FEW:
-        return plain.by_faces(cells, mates, relations, first, parent, sign)
-    from ..kernels import unions  # loads Numba
+    if len(parent) <= numpy_fallback.FEW:
+        return numpy_fallback.by_faces(cells, mates, relations, first, parent, sign)
+    from ..kernels.topology import union_find  # loads Numba
 
-    n_contradictions: Any = unions.by_faces(cells, mates, relations, first, parent, sign)
+    n_contradictions: Any = union_find.by_faces(cells, mates, relations, first, parent, sign)
     return int(n_contradictions)

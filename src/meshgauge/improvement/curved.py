@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, CellType
-from ..kernels.certificate_types import ROWS
+from ..kernels.certificate.types import ROWS
 from ..mesh import Mesh
 
 NEAR = 1e-9

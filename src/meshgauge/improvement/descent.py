@@ -15,8 +15,8 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .._threads import thread_count
-from ..kernels import improve_steps as steps
+from ..kernels.repair import steps
+from ..kernels.threads import thread_count
 from .problem import Part, Points, Problem
 
 T = TypeVar("T")

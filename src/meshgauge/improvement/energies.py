@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import improve_quality, improve_shape
+from ..kernels.repair import quality, shape
 from .problem import Part, Points, Problem
 
 
@@ -30,7 +30,7 @@ class ShapeEnergy:
     def __call__(self, points: Points, part: Part, gradient: Points) -> tuple[float, float]:
         p = self.problem
         first, last = int(p.cells[part.first]), int(p.cells[part.last])
-        return improve_shape.shape(
+        return shape.shape(
             points,
             p.corners,
             p.kinds,
@@ -71,7 +71,7 @@ class QualityEnergy:
     def __call__(self, points: Points, part: Part, gradient: Points) -> tuple[float, float]:
         p = self.problem
         weights = np.array([self.barrier, self.mean, self.sharpness, self.stretch, self.flat])
-        return improve_quality.quality(
+        return quality.quality(
             points,
             p.corners,
             p.kinds,

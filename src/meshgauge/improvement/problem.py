@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..cells import SHAPES
 from ..connectivity import chunks, picked
-from ..kernels import improve_cells
+from ..kernels.repair import cells as improve_cells
 from ..mesh import Mesh
 
 Points = NDArray[np.float64]

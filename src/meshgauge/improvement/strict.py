@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernels import improve_cells
+from ..kernels.repair import cells
 from .problem import Points
 from .run import Run
 
@@ -46,7 +46,7 @@ def strictly(run: Run, given: Points, found: Points) -> Points:
     around = pairs % whole.n_cells
     free = run.points_of_moving[run.freedom.kind == 3]
     for _ in range(SWEEPS):
-        n = improve_cells.swept(
+        n = cells.swept(
             everywhere, guide, whole.corners, whole.kinds, whole.constants, whole.cells, offsets, around, free, floors
         )
         run.evaluations += 1

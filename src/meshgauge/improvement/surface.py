@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..kernels import improve_surface
+from ..kernels.repair import surface
 from .faces import face_points, next_round
 from .problem import Ids, Points
 from .setting import Setting
@@ -46,7 +46,7 @@ class Rails:
     def nearest(self, queries: Points, start: Ids) -> tuple[Points, Points]:
         """Nearest places, and the axes there; ``start`` is set to the items found."""
         place, weights = np.empty_like(queries), np.empty_like(queries)
-        improve_surface.walked(
+        surface.walked(
             np.ascontiguousarray(queries), start, self.points, self.items, self.groups, self.offsets, self.around,
             place, weights,
         )  # fmt: skip

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _html, _threads
+from .. import _html
 from ..cells import CELL_TYPES, type_name
-from ..kernels.driver import certified_as
+from ..kernels.threads import run
+from ..kernels.cells.driver import certified_as
 from .builder import tallies
 from .scale import Scale, Values
 from .tally import Tally
@@ -154,7 +155,7 @@ def summarise(
         part = slice(start, start + chunk)
         return tallies(values[part], status[part], types[part], metric)
 
-    return Summary(Scale.of(metric), _merged(_threads.run(partial, range(0, len(values), chunk), threads)))
+    return Summary(Scale.of(metric), _merged(run(partial, range(0, len(values), chunk), threads)))
 
 
 def _merged(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ... import connectivity
 from ...cells import CELL_TYPES, POLYHEDRON
-from ...kernels import driver, folds
+from ...kernels.cells import aggregate, driver
 from ...polyhedra import ragged
 from ...status import STATUSES
 from ...summary.scale import HALF, Scale
@@ -86,7 +86,7 @@ def nodes_of(quality: Quality, cells: Ids) -> Nodes:
         driver.node_scaled_jacobian(mesh.points, ids, row, scaled, few=len(ids) <= driver.FEW)
         corners = connectivity.picked(mesh, row, cells[at], row.corners)
         sizes[at] = row.shape.n_nodes
-        parts.append((at, corners.reshape(-1), folds.jens(scaled, row.shape.k).reshape(-1)))
+        parts.append((at, corners.reshape(-1), aggregate.jens(scaled, row.shape.k).reshape(-1)))
     starts = np.cumsum(sizes) - sizes
     points, values = np.empty(int(sizes.sum()), np.int64), np.empty(int(sizes.sum()))
     for at, of_part, values_of_part in parts:

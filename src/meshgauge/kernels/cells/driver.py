@@ -1,0 +1,124 @@
+"""Values of the cells and nodes of one type: the fast kernels, and the robust path for what they leave.
+
+A few cells are not worth a kernel: compiling one takes the first run most of a second, and loading Numba takes every
+run a quarter of one. They take the robust path from the start, which needs NumPy only. The two differ in the last bits.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import CellType, Shape
+from ..certificate.tables import KINDS
+from . import aggregate, robust
+
+Values = NDArray[np.float64]
+Points = NDArray[np.floating]
+Cells = NDArray[np.int64]
+
+FEW = 20_000
+"""Up to so many cells of a type take the robust path: it takes them some hundredths of a second."""
+
+
+def uses_all_nodes(row: CellType) -> bool:
+    """True for a curved cell whose corners are measured with the true tangents of its edges."""
+    return row.is_curved and row.name in KINDS
+
+
+def certified_as(row: CellType) -> str | None:
+    """The name that `certificate` has for cells of a type; None if nothing tells what they are inside."""
+    assert row.shape is not None
+    name = row.name if row.is_curved else row.shape.name
+    return name if name in KINDS else None
+
+
+def columns(row: CellType) -> tuple[int, ...]:
+    """The nodes of a cell that the functions here want, in their order: all, or the corners of its shape."""
+    return tuple(range(row.n_nodes or 0)) if uses_all_nodes(row) else row.corners
+
+
+def prepare(row: CellType, points: Points, n_cells: int, *, with_nodes: bool = False) -> None:
+    """Compile what so many cells of a type need, or load it from the cache, on the calling thread.
+
+    Threads that were to compile would wait for one another, and for ever if the caller is itself being imported.
+    """
+    if n_cells <= FEW and not uses_all_nodes(row):
+        return
+    none = np.empty((0, len(columns(row))), np.int64)
+    cell_jens(points, none, row, np.empty(0), few=False)
+    if with_nodes:
+        node_scaled_jacobian(points, none, row, np.empty((0, _shape(row).n_nodes)), few=False)
+
+
+def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *, few: bool) -> None:
+    """J_ENS of each cell: the fold of its node values.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)`` float32 or float64, C-contiguous.
+    connectivity
+        ``(n_cells, n)`` int64, C-contiguous, ids in range: the nodes that `columns` names.
+    row
+        Type of the cells.
+    out
+        ``(n_cells,)`` contiguous; receives values in [-1, 1], or NaN where a coordinate is NaN or infinite.
+    few
+        The mesh has at most `FEW` cells of this type: do without kernels.
+    """
+    shape = _shape(row)
+    fast = None if few or uses_all_nodes(row) else _fast(shape.name)
+    if fast is None:
+        values = np.empty((len(connectivity), shape.n_nodes))
+        node_scaled_jacobian(points, connectivity, row, values, few=few)
+        out[:] = aggregate.fold(aggregate.jens(values, shape.k))
+    elif fast(_flat(points), _flat(connectivity), out, shape.k):
+        left = np.flatnonzero(np.isnan(out))
+        values = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
+        out[left] = aggregate.fold(aggregate.jens(values, shape.k))
+
+
+def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out: Values, *, few: bool) -> None:
+    """J_S of each corner of each cell; parameters as `cell_jens`, ``out`` is ``(n_cells, n_corners)``, C-contiguous."""
+    shape = _shape(row)
+    if uses_all_nodes(row):
+        from ..certificate.corners import corner_tangents_js
+
+        out[:] = corner_tangents_js(row.name, points, connectivity)
+        return
+    if few:
+        out[:] = robust.node_scaled_jacobian(_coordinates(points, connectivity), shape)
+        return
+    from . import nodes
+
+    triples = np.array(shape.triples, np.int64)
+    nodes.scaled_jacobian(_flat(points), _flat(connectivity), triples, shape.n_nodes, out.reshape(-1))
+    left = np.flatnonzero(np.isnan(out).any(axis=1))
+    if len(left):
+        out[left] = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
+
+
+def _fast(name: str) -> Any:
+    """The kernel of a shape's cell values; None for a shape that folds its node values."""
+    from . import fast as cells
+
+    return cells.BY_SHAPE.get(name)
+
+
+def _shape(row: CellType) -> Shape:
+    assert row.shape is not None
+    return row.shape
+
+
+def _flat(array: NDArray[Any]) -> NDArray[Any]:
+    """The array in one dimension, read-only: one that may be written to is another type, to be compiled for anew."""
+    flat = array.reshape(-1)
+    flat.flags.writeable = False
+    return flat
+
+
+def _coordinates(points: Points, connectivity: Cells) -> Values:
+    return np.asarray(points[connectivity], np.float64)

@@ -1,0 +1,1 @@
+"""Bounds on the Jacobian determinant inside a cell, from its Bernstein coefficients."""

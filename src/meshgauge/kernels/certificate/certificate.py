@@ -1,0 +1,173 @@
+"""Is the Jacobian determinant of a cell positive everywhere, and how small does it get?
+
+Corners do not tell: a hexahedron or wedge whose corners are all fine can be turned inside out in the middle, and a
+curved cell all the more. Here the determinant is bounded over the whole closed cell, and its sign proved.
+
+Steps, each for the cells that the one before left open:
+
+1. one set of Bernstein coefficients in floating numbers with a bound on their rounding (`certificate_bernstein`, for
+   the hexahedron `certificate_hexahedron`), which settles nearly all cells;
+2. corners that are zero because coordinates are equal: flat cells, repeated nodes, of which a mesh may be full;
+3. subdivision (`certificate_subdivision`);
+4. whole numbers (`certificate_exact`), for determinants that are zero or almost.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .tables import INVALID, KINDS, LANES, UNDECIDED, UNDEFINED, VALID, Table, table
+
+__all__ = ["KINDS", "Certificate", "Validity", "certificate"]
+
+NODE_BYTES = 1 << 20
+"""Size of the gathered nodes worked on at a time: they stay in the second-level cache."""
+
+LARGEST = 1 << 26
+"""The same where only the nodes of open cells are gathered: a bound on the memory."""
+
+
+class Validity(IntEnum):
+    """What is proved of a cell, as stored in `Certificate.status`."""
+
+    VALID = VALID  #: the determinant is positive on the whole closed cell
+    INVALID = INVALID  #: it is zero or negative at some point of it
+    UNDECIDED = UNDECIDED  #: neither could be proved within the allowed subdivision
+    UNDEFINED = UNDEFINED  #: a coordinate is NaN or infinite
+
+
+class Certificate(NamedTuple):
+    """Verdicts and certified bounds, one a cell.
+
+    The bounds enclose the minimum of the Jacobian determinant over the cell, divided by the determinant of the ideal
+    cell (all faces regular) with the same root-mean-square edge length. So 1 is the ideal cell, the value does not
+    change with the unit of length, and for a linear tetrahedron it is the report's ARG_S. Their signs are certain:
+    ``lower > 0`` exactly where VALID, ``upper <= 0`` exactly where INVALID (``upper < 0``: some point is negative;
+    ``upper == 0``: some point is exactly zero). Both are NaN where UNDEFINED.
+    """
+
+    status: NDArray[np.uint8]  #: (m,) `Validity`
+    lower: NDArray[np.float64]  #: (m,)
+    upper: NDArray[np.float64]  #: (m,)
+
+
+def certificate(
+    name: str,
+    points: NDArray[np.floating],
+    connectivity: NDArray[np.integer],
+    *,
+    max_splits: int = 1000,
+) -> Certificate:
+    """Certify cells of one type.
+
+    Parameters
+    ----------
+    name
+        Cell type: one of `KINDS`. Nodes in VTK's order, wedges with the normal of (0, 1, 2) pointing to (3, 4, 5).
+    points
+        ``(n, 3)`` float64 or float32.
+    connectivity
+        ``(m, n_nodes)`` C-contiguous int64 or int32, all within ``points`` (not checked).
+    max_splits
+        Parts that subdivision may cut of a cell, before it is left undecided; a tenth of it in whole numbers.
+
+    Returns
+    -------
+    Certificate
+        For tetra, pyramid and wedge exact: never undecided, and the bounds differ by rounding only. For the others
+        ``lower`` is the least Bernstein coefficient where these are positive, else what subdivision has reached when
+        the sign is known, and ``upper`` is the least value seen.
+
+    Raises
+    ------
+    KeyError
+        If the type has no certificate.
+    """
+    row = table(name)
+    n_cells = len(connectivity)
+    points, connectivity = _read_only(points), _read_only(connectivity)
+    result = _empty(n_cells)
+    # The hexahedron's kernel gathers by itself.
+    node_bytes = LARGEST if row.name == "hexahedron" else NODE_BYTES
+    step = LANES * max(node_bytes // (24 * row.n_nodes * LANES), 1)
+    for first in range(0, n_cells, step):
+        chunk = slice(first, first + step)
+        part = Certificate(result.status[chunk], result.lower[chunk], result.upper[chunk])
+        _certify(row, points, connectivity[chunk], part, max_splits)
+    return result
+
+
+def _read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """A view that cannot be written: one type for Numba, so that nothing is compiled twice."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _empty(n_cells: int) -> Certificate:
+    return Certificate(np.empty(n_cells, np.uint8), np.empty(n_cells), np.empty(n_cells))
+
+
+def _certify(
+    row: Table,
+    points: NDArray[np.floating],
+    connectivity: NDArray[np.integer],
+    result: Certificate,
+    max_splits: int,
+) -> None:
+    """Fill the result for a few thousand cells."""
+    # Numba loads here, on use.
+    from .bernstein import bernstein, gather
+    from .corners import has_zero_corner
+    from .hexahedron import hexahedra
+    from .subdivision import subdivide
+
+    def gathered(cells: NDArray[np.integer]) -> NDArray[np.float64]:
+        nodes = np.empty((-(-len(cells) // LANES), 3 * row.n_nodes, LANES))
+        gather(points, _read_only(cells), nodes)
+        return nodes
+
+    if row.name == "hexahedron":
+        hexahedra(points, connectivity, *result)
+    else:
+        bernstein(gathered(connectivity), row.terms, *result, np.empty((0, 0)), np.empty(0))
+    open_cells = np.flatnonzero(result.status == UNDECIDED)
+    if len(open_cells):
+        nodes = points[connectivity[open_cells]]
+        is_finite = np.isfinite(result.lower[open_cells])
+        flat = open_cells[is_finite & (nodes == nodes[:, :1]).all(axis=1).any(axis=1)]
+        zero = open_cells[is_finite & has_zero_corner(row.name, nodes)]
+        result.status[flat], result.lower[flat] = INVALID, 0.0
+        result.status[zero], result.upper[zero] = INVALID, 0.0
+        result.lower[zero] = np.minimum(result.lower[zero], 0.0)
+        open_cells = open_cells[result.status[open_cells] == UNDECIDED]
+    if len(open_cells) and not row.is_closed_form:
+        part = _empty(len(open_cells))
+        coefficients = np.empty((len(open_cells), row.terms.n_coefficients))
+        errors = np.empty(len(open_cells))
+        bernstein(gathered(connectivity[open_cells]), row.terms, *part, coefficients, errors)
+        subdivide(coefficients, errors, row.splits, max_splits, *part)
+        result.status[open_cells], result.lower[open_cells], result.upper[open_cells] = part
+        open_cells = open_cells[part.status == UNDECIDED]
+    for cell in open_cells.tolist():
+        _certify_exactly(row.name, points[connectivity[cell]], result, cell, max_splits // 10)
+
+
+def _certify_exactly(name: str, nodes: NDArray[np.floating], result: Certificate, cell: int, max_splits: int) -> None:
+    from .exact import exact
+
+    if not np.isfinite(nodes).all():
+        result.status[cell], result.lower[cell], result.upper[cell] = UNDEFINED, np.nan, np.nan
+        return
+    bounds = exact(name, nodes.tolist(), max_splits)
+    if bounds.status == UNDECIDED:
+        # What subdivision has reached before may be tighter; it is NaN where the numbers left their range.
+        bounds = bounds._replace(
+            lower=float(np.fmax(bounds.lower, result.lower[cell])),
+            upper=float(np.fmin(bounds.upper, result.upper[cell])),
+        )
+    result.status[cell], result.lower[cell], result.upper[cell] = bounds

@@ -1,0 +1,458 @@
+"""Tables of the certificate: how the Jacobian determinant of each cell type is a sum of 3 × 3 determinants.
+
+A cell is a map ``x`` from a reference cell to space, a polynomial with the nodes as coefficients. Each of its three
+derivatives is written in Bernstein form, with vectors ``e`` as coefficients, and every ``e`` is a combination of
+differences between nodes that lie on one line of the reference cell. The determinant is the product of the three
+forms, hence again a Bernstein form, whose coefficients are averages of ``det(e_a, e_b, e_c)`` with positive weights:
+nothing cancels but what cancels in the cell itself. All entries are worked out in rational numbers.
+
+Domains are products of simplices, one *group* of homogeneous coordinates each: tetra ``(4,)``, wedge ``(3, 2)``,
+hexahedron ``(2, 2, 2)``. A pyramid is the cube with its top face collapsed to the apex, ``x(r, s, t)`` with
+``ξ = (1 - t) r``, ``η = (1 - t) s``; the derivatives by r and s are divisible by ``1 - t``, and the quotients give the
+determinant with respect to (ξ, η, t), a polynomial in (r, s, t).
+
+Sources: Johnen, Remacle, Geuzaine, Geometrical validity of curvilinear finite elements, J. Comput. Phys. 233 (2013);
+Johnen, Weill, Remacle, Robust and efficient validation of the linear hexahedral element (2017), arXiv 1706.01613;
+Bedrosian, Shape functions and integration formulas for three-dimensional finite element analysis (1992).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from itertools import combinations, pairwise, product
+from math import factorial, prod
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .types import HALF, ROWS, Row, Weights
+
+Exponents = tuple[int, ...]
+Net = list[tuple[Exponents, Weights]]  #: the Bernstein form of a derivative: control vectors as sums of nodes
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+VALID, INVALID, UNDECIDED, UNDEFINED = 0, 1, 2, 3
+"""Codes of `certificate.Validity`, as the kernels write them."""
+
+LANES = 64
+"""Cells in a block."""
+
+U = 2.0**-53
+"""Relative rounding of one operation on float64."""
+
+TINY = 1e-290
+"""Added to bounds on rounding, where 1 is the cell's size: what underflow may have taken."""
+
+
+class Terms(NamedTuple):
+    """What the kernel of the determinants reads; rows of ``pair_*`` are cross products that several terms share."""
+
+    from_node: Ints  #: (n_differences,) a difference is ``x[to_node] - x[from_node]``
+    to_node: Ints
+    edge_weight: Floats  #: (n_differences,) weight of its squared length in the mean squared edge length
+    vector_start: Ints  #: (n_vectors + 1,) the vectors e, as sums of differences
+    vector_difference: Ints
+    vector_weight: Floats
+    direction_start: Ints  #: (4,) the vectors of each of the three derivatives
+    pair_b: Ints  #: (n_pairs,) cross products e_b × e_c
+    pair_c: Ints
+    pair_start: Ints  #: (n_pairs + 1,) the terms of a pair
+    term_a: Ints  #: (n_terms,) a term adds ``weight · e_a · (e_b × e_c)`` to a coefficient
+    term_coefficient: Ints
+    term_weight: Floats
+    corners: Ints  #: (n_corners,) coefficients that are values of the determinant
+    quadratics: Ints  #: (n, 3) coefficients of quadratics on whose minimum the cell's minimum lies; exact if any
+    error: float  #: bound on the rounding of a coefficient, in units of u·M_0·M_1·M_2
+    ideal: float  #: determinant of the ideal cell with edges of length 1
+    n_coefficients: int
+
+
+class Splits(NamedTuple):
+    """How to subdivide: options, each cutting the domain into children, whose coefficients are ``matrix @ parent``."""
+
+    child_start: Ints  #: (n_options + 1,)
+    row_start: Ints  #: (n_children · n + 1,)
+    column: Ints
+    weight: Floats  #: non-negative, each row sums to 1, dyadic
+    bend_start: Ints  #: (n_options + 1,) triples of coefficients whose second difference measures an option
+    bend: Ints  #: (n_bends, 3)
+    corners: Ints
+    row_length: int  #: the longest row
+
+
+@dataclass(frozen=True)
+class Table:
+    """Everything about one cell type: for the kernels, and in rational numbers for the exact decisions."""
+
+    name: str
+    n_nodes: int
+    terms: Terms
+    splits: Splits
+    vectors: tuple[Weights, ...]  #: the vectors e as sums of nodes, exact
+    exact_terms: tuple[tuple[int, int, int, int, Fraction], ...]  #: (coefficient, a, b, c, weight)
+    edges: tuple[tuple[int, int, Fraction], ...]  #: (node, node, weight) of the mean squared edge length
+
+    @property
+    def is_closed_form(self) -> bool:
+        """True if the minimum is at a corner or on one of the quadratics, so that nothing is subdivided."""
+        return len(self.terms.quadratics) > 0 or len(self.terms.corners) == self.terms.n_coefficients
+
+
+KINDS: tuple[str, ...] = tuple(ROWS)
+"""The cell types that have a table, by meshio's names."""
+
+
+@cache
+def table(name: str) -> Table:
+    """The table of a cell type, worked out on first use (0.01 s to 0.3 s) and kept.
+
+    Raises
+    ------
+    KeyError
+        If the type has no table.
+    """
+    row = ROWS.get(name)
+    if row is None:
+        raise KeyError(f"no certificate for cells of type {name!r}; there is one for {', '.join(KINDS)}")
+    nets = [_derivative(row, axis) for axis in range(3)]
+    start = np.cumsum([0, *(len(net) for net in nets)])
+    vectors = [weights for net in nets for _, weights in net]
+    terms: list[tuple[Exponents, int, int, int, Fraction]] = []
+    for (n_b, (beta, _)), (n_c, (gamma, _)), (n_a, (alpha, _)) in product(
+        enumerate(nets[1]), enumerate(nets[2]), enumerate(nets[0])
+    ):
+        total = tuple(x + y + z for x, y, z in zip(alpha, beta, gamma, strict=True))
+        weight = Fraction(
+            prod(_multinomial(row.groups, exponents) for exponents in (alpha, beta, gamma)),
+            _multinomial(row.groups, total),
+        )
+        terms.append((total, n_a, int(start[1]) + n_b, int(start[2]) + n_c, weight))
+    if name == "pyramid":
+        # The determinant is bilinear over the base: of its form of degree (2, 2) the corners alone are enough.
+        terms = [(tuple(x // 2 for x in t[0]), *t[1:]) for t in terms if all(x in (0, 2) for x in t[0])]
+    index = {exponents: n for n, exponents in enumerate(sorted({t[0] for t in terms}, reverse=True))}
+    numbered = [(index[t[0]], *t[1:]) for t in terms]
+    corners = np.array([n for exponents, n in index.items() if _is_corner(row.groups, exponents)], np.int64)
+    half_edges = _half_edges(row)
+    return Table(
+        name=name,
+        n_nodes=row.n_nodes,
+        terms=_kernel_terms(row, nets, numbered, corners, index, half_edges),
+        splits=_splits(row.groups, index, corners),
+        vectors=tuple(vectors),
+        exact_terms=tuple(numbered),
+        edges=tuple(half_edges),
+    )
+
+
+def edges(name: str) -> tuple[tuple[int, ...], ...]:
+    """The edges of a cell type: two corners, and the node between them if there is one."""
+    return ROWS[name].edges
+
+
+# ---- Bernstein forms -------------------------------------------------------------------------------------------
+
+
+def _blocks(groups: tuple[int, ...]) -> list[slice]:
+    """Where each group's entries are among the exponents."""
+    ends = np.cumsum([0, *groups])
+    return [slice(int(a), int(b)) for a, b in pairwise(ends)]
+
+
+def _multinomial(groups: tuple[int, ...], exponents: Exponents) -> int:
+    result = 1
+    for block in _blocks(groups):
+        part = exponents[block]
+        result *= factorial(sum(part)) // prod(factorial(x) for x in part)
+    return result
+
+
+def _is_corner(groups: tuple[int, ...], exponents: Exponents) -> bool:
+    return all(sum(x > 0 for x in exponents[block]) <= 1 for block in _blocks(groups))
+
+
+def _exponents(groups: tuple[int, ...], order: int, node: tuple[int, ...]) -> Exponents:
+    """Homogeneous coordinates of a lattice point."""
+    result: list[int] = []
+    axis = 0
+    for size in groups:
+        part = node[axis : axis + size - 1]
+        result += [order - sum(part), *part]
+        axis += size - 1
+    return tuple(result)
+
+
+def _sum(parts: Iterable[tuple[Fraction | int, Weights]]) -> Weights:
+    """A weighted sum of weights, without the zeros."""
+    result: dict[int, Fraction] = {}
+    for factor, weights in parts:
+        for node, weight in weights.items():
+            result[node] = result.get(node, Fraction(0)) + factor * weight
+    return {node: weight for node, weight in sorted(result.items()) if weight != 0}
+
+
+@cache
+def _control(name: str) -> dict[Exponents, Weights]:
+    """The map's control points, as sums of the file's nodes."""
+    row = ROWS[name]
+    values: dict[Exponents, Weights] = {
+        _exponents(row.groups, row.order, node): row.rest.get(n, {n: Fraction(1)}) for n, node in enumerate(row.nodes)
+    }
+    if row.collapsed:
+        for i, j in product(range(row.order + 1), repeat=2):
+            values[_exponents(row.groups, row.order, (i, j, row.order))] = {4: Fraction(1)}
+    if row.order == 1:
+        return values
+    for block in _blocks(row.groups):
+        # On a line with values a, m, b the middle control point is 2 m - (a + b)/2.
+        new: dict[Exponents, Weights] = {}
+        for exponents, weights in values.items():
+            ends = [n for n in range(block.start, block.stop) if exponents[n] == 1]
+            if not ends:
+                new[exponents] = weights
+                continue
+            i, j = ends
+            a, b = list(exponents), list(exponents)
+            a[i], a[j], b[i], b[j] = 2, 0, 0, 2
+            new[exponents] = _sum([(2, weights), (-HALF, values[tuple(a)]), (-HALF, values[tuple(b)])])
+        values = new
+    return values
+
+
+def _derivative(row: Row, axis: int) -> Net:
+    """The derivative by a reference coordinate; of a pyramid by r and s, divided by ``1 - t``."""
+    control = _control(row.name)
+    blocks = _blocks(row.groups)
+    position = {
+        n: (block.start, block.start + 1 + m)
+        for n, (block, m) in enumerate((block, m) for block in blocks for m in range(block.stop - block.start - 1))
+    }
+    first, last = position[axis]
+    net: Net = []
+    for exponents in sorted(control, reverse=True):
+        if exponents[first] == 0:
+            continue
+        step = list(exponents)
+        step[first] -= 1
+        step[last] += 1
+        weights = _sum([(row.order, control[tuple(step)]), (-row.order, control[exponents])])
+        lower = list(exponents)
+        lower[first] -= 1
+        if row.collapsed and axis < 2:
+            below, above = lower[4], lower[5]
+            if below == 0:
+                continue
+            lower[4] -= 1
+            weights = _sum([(Fraction(below + above, below), weights)])
+        net.append((tuple(lower), weights))
+    return net
+
+
+# ---- differences -----------------------------------------------------------------------------------------------
+
+
+def _differences(row: Row, axis: int, weights: Weights) -> list[tuple[int, int, Fraction]]:
+    """The sum of nodes as a sum of differences ``(from, to, weight)`` along lines of the reference cell.
+
+    Why not of differences to one node: in a thin layer the derivative across it would be a small difference of large
+    numbers.
+    """
+    lines: dict[tuple[int, ...], list[int]] = {}
+    apex = 4 if row.collapsed else -1
+    for node in range(row.n_nodes):
+        if node != apex:
+            place = row.nodes[node]
+            lines.setdefault(place[:axis] + place[axis + 1 :], []).append(node)
+    result = []
+    for line in lines.values():
+        line.sort(key=lambda node: row.nodes[node][axis])
+        if apex >= 0 and axis == 2:
+            line.append(apex)
+        total = Fraction(0)
+        for a, b in pairwise(line):
+            total += weights.get(a, Fraction(0))
+            if total:
+                result.append((a, b, -total))
+    return result
+
+
+def _half_edges(row: Row) -> list[tuple[int, int, Fraction]]:
+    """Pairs of nodes and weights that add up to the mean squared edge length.
+
+    An edge with a node ``m`` between ``a`` and ``b`` counts as ``2 (|m - a|² + |b - m|²)``, which is ``|b - a|²`` when
+    m is in the middle, and zero only if all three coincide.
+    """
+    n = len(row.edges)
+    result = []
+    for edge in row.edges:
+        if len(edge) == 2:
+            result.append((edge[0], edge[1], Fraction(1, n)))
+        else:
+            a, b, m = edge
+            result += [(a, m, Fraction(2, n)), (m, b, Fraction(2, n))]
+    return result
+
+
+def _kernel_terms(
+    row: Row,
+    nets: Sequence[Net],
+    terms: Sequence[tuple[int, int, int, int, Fraction]],
+    corners: Ints,
+    index: Mapping[Exponents, int],
+    half_edges: Sequence[tuple[int, int, Fraction]],
+) -> Terms:
+    pairs: dict[tuple[int, int], int] = {}
+    edge_weight: list[float] = []
+
+    def difference(a: int, b: int) -> tuple[int, int]:
+        """Number of the difference between two nodes, either way round, and its sign."""
+        if (b, a) in pairs:
+            return pairs[b, a], -1
+        if (a, b) not in pairs:
+            pairs[a, b] = len(pairs)
+            edge_weight.append(0.0)
+        return pairs[a, b], 1
+
+    for a, b, weight in half_edges:
+        edge_weight[difference(a, b)[0]] = float(weight)
+    vectors: list[list[tuple[int, float]]] = []
+    for axis, net in enumerate(nets):
+        for _, weights in net:
+            parts = [(*difference(a, b), weight) for a, b, weight in _differences(row, axis, weights)]
+            vectors.append([(n, sign * float(weight)) for n, sign, weight in parts])
+    by_pair: dict[tuple[int, int], list[tuple[int, int, float]]] = {}
+    for coefficient, a, b, c, weight in terms:
+        by_pair.setdefault((b, c), []).append((a, coefficient, float(weight)))
+    flat = [term for group in by_pair.values() for term in group]
+    n_terms = np.bincount([t[1] for t in flat])
+    # Roundings on the way to a coefficient: three vectors (a difference each, their sum, the scaling), the cross
+    # product, the dot product, the weight, the sum of the terms; a few to spare for the bound itself.
+    roundings = 3 * (max(len(v) for v in vectors) + 3) + 8 + int(n_terms.max()) + 8
+    if row.name == "wedge":
+        quadratics = [[index[*v, 2, 0], index[*v, 1, 1], index[*v, 0, 2]] for v in np.eye(3, dtype=int).tolist()]
+    else:
+        quadratics = []
+    return Terms(
+        from_node=_ints([a for a, _ in pairs]),
+        to_node=_ints([b for _, b in pairs]),
+        edge_weight=_floats(edge_weight),
+        vector_start=_starts(vectors),
+        vector_difference=_ints([n for v in vectors for n, _ in v]),
+        vector_weight=_floats([w for v in vectors for _, w in v]),
+        direction_start=_starts(nets),
+        pair_b=_ints([b for b, _ in by_pair]),
+        pair_c=_ints([c for _, c in by_pair]),
+        pair_start=_starts(list(by_pair.values())),
+        term_a=_ints([t[0] for t in flat]),
+        term_coefficient=_ints([t[1] for t in flat]),
+        term_weight=_floats([t[2] for t in flat]),
+        corners=corners,
+        quadratics=np.array(quadratics, np.int64).reshape(-1, 3),
+        error=1.01 * roundings * U,
+        ideal=row.ideal,
+        n_coefficients=len(index),
+    )
+
+
+# ---- subdivision -----------------------------------------------------------------------------------------------
+
+
+def _splits(groups: tuple[int, ...], index: Mapping[Exponents, int], corners: Ints) -> Splits:
+    blocks = _blocks(groups)
+    degrees = [sum(next(iter(index))[block]) for block in blocks]
+    child_start, bend_start = [0], [0]
+    rows: list[list[tuple[int, float]]] = []
+    bends: list[tuple[int, int, int]] = []
+    for block, degree in zip(blocks, degrees, strict=True):
+        if degree == 0:
+            continue
+        children = _children(block.stop - block.start)
+        for child in children:
+            cut = _child_rows(child, degree)
+            for exponents in index:
+                parts = cut[exponents[block]]
+                rows.append(
+                    [
+                        (index[exponents[: block.start] + parent + exponents[block.stop :]], float(weight))
+                        for parent, weight in parts.items()
+                    ]
+                )
+        child_start.append(child_start[-1] + len(children))
+        for exponents, n in index.items():
+            for i, j in combinations(range(block.start, block.stop), 2):
+                if exponents[i] >= 2:
+                    one, two = list(exponents), list(exponents)
+                    one[i], one[j] = one[i] - 1, one[j] + 1
+                    two[i], two[j] = two[i] - 2, two[j] + 2
+                    bends.append((n, index[tuple(one)], index[tuple(two)]))
+        bend_start.append(len(bends))
+    return Splits(
+        child_start=_ints(child_start),
+        row_start=_starts(rows),
+        column=_ints([c for r in rows for c, _ in r]),
+        weight=_floats([w for r in rows for _, w in r]),
+        bend_start=_ints(bend_start),
+        bend=np.array(bends, np.int64).reshape(-1, 3),
+        corners=corners,
+        row_length=max((len(r) for r in rows), default=0),
+    )
+
+
+def _children(size: int) -> list[list[Exponents]]:
+    """The parts of a simplex cut at the middles of its edges: vertices in barycentric coordinates times two."""
+
+    def point(*ends: int) -> Exponents:
+        return tuple(ends.count(n) for n in range(size))
+
+    parts = [[point(n, m) for m in range(size)] for n in range(size)]
+    if size == 3:
+        parts.append([point(0, 1), point(1, 2), point(0, 2)])
+    elif size == 4:
+        # The octahedron left in the middle, cut in four around one of its diagonals.
+        ring = [point(0, 1), point(0, 2), point(2, 3), point(1, 3)]
+        parts += [[point(0, 3), point(1, 2), ring[n], ring[(n + 1) % 4]] for n in range(4)]
+    return parts
+
+
+def _child_rows(child: Sequence[Exponents], degree: int) -> dict[Exponents, dict[Exponents, Fraction]]:
+    """For each coefficient of the child, its weights on the parent's: the blossom at the child's vertices."""
+    size = len(child)
+
+    def times(polynomial: dict[Exponents, Fraction], vertex: Exponents) -> dict[Exponents, Fraction]:
+        result: dict[Exponents, Fraction] = {}
+        for exponents, weight in polynomial.items():
+            for n, x in enumerate(vertex):
+                if x:
+                    raised = (*exponents[:n], exponents[n] + 1, *exponents[n + 1 :])
+                    result[raised] = result.get(raised, Fraction(0)) + weight * x / 2
+        return result
+
+    rows = {}
+    for exponents in product(range(degree + 1), repeat=size):
+        if sum(exponents) == degree:
+            polynomial = {(0,) * size: Fraction(1)}
+            for vertex, power in zip(child, exponents, strict=True):
+                for _ in range(power):
+                    polynomial = times(polynomial, vertex)
+            rows[exponents] = polynomial
+    return rows
+
+
+# ---- arrays ----------------------------------------------------------------------------------------------------
+
+
+def _ints(values: Sequence[int]) -> Ints:
+    return np.array(values, np.int64)
+
+
+def _floats(values: Sequence[float]) -> Floats:
+    return np.array(values, np.float64)
+
+
+def _starts(parts: Sequence[Sequence[object]]) -> Ints:
+    return _ints([0, *np.cumsum([len(p) for p in parts]).tolist()])

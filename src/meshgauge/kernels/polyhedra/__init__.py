@@ -1,0 +1,1 @@
+"""Node values of polyhedra: vertex links, shapes, hanging nodes, matching with known solids."""

@@ -1,0 +1,383 @@
+"""Polyhedral cells from faces to values: drives the kernels of `polyhedra_links`, `polyhedra_nodes`, `polyhedra_match`
+and `polyhedra_shape` over a chunk of cells, and settles what they leave with `robust`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import TETRA
+from ..cells import robust
+from . import hanging, shape
+from . import links as polyhedra_links
+from . import match as polyhedra_match
+from . import nodes as polyhedra_nodes
+
+Values = NDArray[np.float64]
+Ids = NDArray[np.int64]
+Points = NDArray[np.floating]
+
+
+FLATTEST = 0.35
+"""Above the greatest |J_S| of a node within 20° of what is flat, sin 20°."""
+
+
+@dataclass(frozen=True, slots=True)
+class Faces:
+    """Cells as kernels take them: int64, contiguous."""
+
+    points: Ids  #: point ids of all faces
+    sizes: Ids  #: a face
+    flips: NDArray[np.uint8]  #: a face; 1 if seen from inside
+    counts: Ids  #: faces of each cell
+
+    @property
+    def room(self) -> int:
+        """The most points that the faces of a cell have together; faces, if some cell has more of these."""
+        ends = np.concatenate([[0], np.cumsum(self.sizes)])[np.concatenate([[0], np.cumsum(self.counts)])]
+        return int(max(np.diff(ends).max(initial=1), self.counts.max(initial=1)))
+
+    def of(self, cells: NDArray[np.bool_]) -> Faces:
+        """Those of some cells."""
+        faces = np.repeat(cells, self.counts)
+        return Faces(
+            self.points[np.repeat(faces, self.sizes)], self.sizes[faces], self.flips[faces], self.counts[cells]
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Vertex links of cells, see `polyhedra_links.links` and `polyhedra_hanging.reduce`."""
+
+    faults: Ids
+    node_counts: Ids
+    node_ids: Ids
+    valences: Ids
+    is_hanging: NDArray[np.uint8]
+    points: Ids
+    sizes: Ids
+    twins: Ids
+    faces: Ids  #: a dart; empty once hanging nodes were taken out
+
+    @property
+    def starts(self) -> Ids:
+        """First dart of each node."""
+        return np.cumsum(self.valences) - self.valences
+
+    @property
+    def cells(self) -> Ids:
+        """The cell of each node."""
+        return np.repeat(np.arange(len(self.node_counts)), self.node_counts)
+
+
+@dataclass(frozen=True, slots=True)
+class Doubt:
+    """What a mesh is to be asked about."""
+
+    cells: NDArray[np.bool_]  #: a cell; more nodes hang in it if cells lie beyond its faces
+    faces: NDArray[np.bool_]  #: a face; that is one of them
+
+    def __or__(self, other: Doubt) -> Doubt:
+        return Doubt(self.cells | other.cells, self.faces | other.faces)
+
+
+@dataclass(frozen=True, slots=True)
+class Solids:
+    """Regular-faced solids as `polyhedra_match.match` takes them."""
+
+    keys: NDArray[np.uint64]
+    order: Ids
+    darts: Ids
+    nodes: Ids
+    k: Values
+    links: Links
+    node: Ids
+
+
+def links(points: Points, faces: Faces) -> Links:
+    """Links of each cell, hanging nodes among them. Flips of faces that a cell has in mixed orientation are changed."""
+    whole = _links(faces)
+    unturned = (whole.faults & polyhedra_links.NON_ORIENTABLE) != 0
+    if unturned.any():
+        polyhedra_links.turn(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unturned)
+        whole = _links(faces)
+        turned = unturned & ((whole.faults & polyhedra_links.NON_ORIENTABLE) == 0)
+        whole.faults[turned] |= polyhedra_links.REORIENTED
+    return whole
+
+
+def _links(faces: Faces) -> Links:
+    n_cells, n = len(faces.counts), len(faces.points)
+    faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
+    node_ids, valences = np.empty(n, np.int64), np.empty(n, np.int64)
+    link_points, link_faces, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    n_nodes, n_darts = polyhedra_links.links(
+        faces.points,
+        faces.sizes,
+        faces.flips,
+        faces.counts,
+        faces.room,
+        faults,
+        node_counts,
+        node_ids,
+        valences,
+        link_points,
+        link_faces,
+        link_twins,
+    )
+    nodes, darts = slice(0, int(n_nodes)), slice(0, int(n_darts))
+    return Links(
+        faults=faults,
+        node_counts=node_counts,
+        node_ids=node_ids[nodes],
+        valences=valences[nodes],
+        is_hanging=np.zeros(int(n_nodes), np.uint8),
+        points=link_points[darts],
+        sizes=faces.sizes[link_faces[darts]],
+        twins=link_twins[darts],
+        faces=link_faces[darts],
+    )
+
+
+def without_hanging(
+    points: Points, faces: Faces, whole: Links, inner_faces: NDArray[np.uint8] | None = None
+) -> tuple[Links, Doubt]:
+    """The links without hanging nodes, and what there is to ask.
+
+    ``inner_faces`` is 1 for each face beyond which there is a cell, None if that is not known. Without it only what a
+    cell's own faces tell is taken out.
+    """
+    if inner_faces is not None:
+        return _reduced(points, whole, np.ones(len(whole.node_counts), np.bool_), inner_faces, True)
+    may = np.asarray(whole.valences == 2)
+    four = np.flatnonzero(whole.valences == 4)
+    may[four] = (whole.sizes[whole.starts[four][:, None] + np.arange(4)] <= 6).all(axis=1)
+    suspects, unknown = _any(may, whole), np.zeros(len(faces.sizes), np.uint8)
+    if not suspects.any():
+        return whole, Doubt(suspects, unknown == 1)
+    return _reduced(points, whole, suspects, unknown, False)
+
+
+def doubt(points: Points, faces: Faces, whole: Links, scaled_jacobian: Values) -> Doubt:
+    """What there is to ask of cells in which by J_S of their nodes more might hang."""
+    suspects = _any(np.abs(scaled_jacobian) < FLATTEST, whole, 2)  # both ends of an edge
+    unknown = np.zeros(len(faces.sizes), np.uint8)
+    return _reduced(points, whole, suspects, unknown, False, 0)[1] if suspects.any() else Doubt(suspects, unknown == 1)
+
+
+def _any(of_nodes: NDArray[np.bool_], of: Links, at_least: int = 1) -> NDArray[np.bool_]:
+    """True for each cell that has so many nodes for which it is True."""
+    return np.asarray(np.bincount(of.cells[of_nodes], minlength=len(of.node_counts)) >= at_least)
+
+
+def _reduced(
+    points: Points,
+    of: Links,
+    suspects: NDArray[np.bool_],
+    inner_faces: NDArray[np.uint8],
+    is_known: bool,
+    room: int | None = None,
+) -> tuple[Links, Doubt]:
+    """As `without_hanging`; only suspects are looked at. If there is room for no links, there are none."""
+    n_nodes, n = len(of.node_ids), len(of.points) if room is None else room
+    said, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
+    link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    asked = np.zeros(len(inner_faces), np.uint8)
+    darts = hanging.reduce(
+        points,
+        suspects,
+        inner_faces,
+        is_known,
+        asked,
+        of.node_counts,
+        of.node_ids,
+        of.valences,
+        of.points,
+        of.faces,
+        of.sizes,
+        of.twins,
+        said,
+        is_hanging,
+        valences,
+        link_points,
+        link_sizes,
+        link_twins,
+    )
+    found = Links(
+        faults=of.faults | np.where(said & hanging.REDUCED, polyhedra_links.HANGING, 0),
+        node_counts=of.node_counts,
+        node_ids=of.node_ids,
+        valences=valences,
+        is_hanging=is_hanging,
+        points=link_points[:darts],
+        sizes=link_sizes[:darts],
+        twins=link_twins[:darts],
+        faces=of.faces[:0],
+    )
+    return found, Doubt((said & hanging.CANDIDATE) != 0, asked == 1)
+
+
+def invariants(of: Links) -> NDArray[np.uint64]:
+    """One number a cell, the same for cells of one form."""
+    keys = np.empty(len(of.node_counts), np.uint64)
+    polyhedra_match.invariants(of.node_counts, of.valences, of.is_hanging, of.sizes, keys)
+    return keys
+
+
+def solids(points: Points, faces: Faces, k: Values) -> Solids:
+    """Solids to match, from their faces and their J_S at each point; every point is a node of one solid."""
+    of = links(points, faces)
+    keys = invariants(of)
+    order = np.argsort(keys, kind="stable")
+    nodes = np.concatenate([[0], np.cumsum(of.node_counts)])
+    return Solids(
+        keys=keys[order],
+        order=order,
+        darts=np.concatenate([of.starts, [len(of.points)]])[nodes],
+        nodes=nodes,
+        k=k[of.node_ids],
+        links=of,
+        node=np.repeat(np.arange(len(of.valences)), of.valences),
+    )
+
+
+def match(of: Links, table: Solids, k: Values) -> Ids:
+    """Which solid each cell has the form of (see `polyhedra_match`); its constants are written to ``k``."""
+    which, keys = np.empty(len(of.node_counts), np.int64), invariants(of)
+    polyhedra_match.match(
+        of.node_counts,
+        of.valences,
+        of.is_hanging,
+        of.sizes,
+        of.twins,
+        keys,
+        np.searchsorted(table.keys, keys),
+        table.keys,
+        table.order,
+        table.darts,
+        table.nodes,
+        table.links.starts,
+        table.links.valences,
+        table.links.sizes,
+        table.links.twins,
+        table.node,
+        table.k,
+        which,
+        k,
+    )
+    return which
+
+
+def node_scaled_jacobian(points: Points, of: Links) -> Values:
+    """J_S at each node, sign exact; NaN at a node of a broken cell and where a coordinate is NaN or infinite.
+
+    At a hanging node it is that of its links before it was taken out; at one of two neighbours, see `polyhedra_nodes`.
+    """
+    out = np.empty(len(of.node_ids))
+    left = polyhedra_nodes.scaled_jacobian(points, of.node_ids, of.valences, of.is_hanging, of.points, out)
+    if left:
+        _settle(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences >= 3)))
+        _settle_on_edges(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences == 2)))
+    out[(of.valences == 2) & (of.is_hanging == 0) & ~np.isnan(out)] = 0.0
+    _unwind(points, of, out)
+    return out
+
+
+def _settle(points: Points, of: Links, out: Values, nodes: Ids) -> None:
+    """The nodes that the kernel left, by the path that is right whatever the coordinates."""
+    if len(nodes) == 0:
+        return
+    n_triples = np.where(of.valences[nodes] == 3, 1, of.valences[nodes])
+    owner = np.repeat(np.arange(len(nodes)), n_triples)
+    first = np.arange(len(owner)) - np.repeat(np.cumsum(n_triples) - n_triples, n_triples)
+    valence, start = of.valences[nodes][owner], of.starts[nodes][owner]
+    corners = np.empty((len(owner), 4), np.int64)
+    corners[:, 0] = of.node_ids[nodes][owner]
+    for turn in range(3):
+        corners[:, 1 + turn] = of.points[start + (first + turn) % valence]
+    values = robust.node_scaled_jacobian(np.asarray(points[corners], np.float64), TETRA)[:, 0]
+    ends = np.cumsum(n_triples) - n_triples
+    least = np.minimum.reduceat(values, ends)  # NaN if any is
+    nearest = np.maximum.reduceat(np.where(values < 0.0, values, -np.inf), ends)
+    out[nodes] = np.where(least < 0.0, nearest, least) + 0.0
+
+
+def _settle_on_edges(points: Points, of: Links, out: Values, nodes: Ids) -> None:
+    """Nodes of two neighbours that the kernel left: the same with the edges scaled first."""
+    if len(nodes) == 0:
+        return
+    here = np.asarray(points[of.node_ids[nodes]], np.float64)
+    ends = np.stack([np.asarray(points[of.points[of.starts[nodes] + i]], np.float64) for i in (0, 1)], axis=1)
+    with np.errstate(all="ignore"):
+        edges = ends * 0.25 - here[:, None] * 0.25  # so that no difference overflows
+        edges = np.ldexp(edges, -np.frexp(np.abs(edges).max(axis=2, keepdims=True))[1])
+        edges /= np.linalg.norm(edges, axis=2, keepdims=True)
+        sine = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+        bend = np.where((edges[:, 0] * edges[:, 1]).sum(axis=1) < 0.0, np.minimum(sine, 1.0), 1.0)
+    finite = np.isfinite(ends).all(axis=(1, 2)) & np.isfinite(here).all(axis=1)
+    out[nodes] = np.where(finite, bend, np.nan)
+
+
+def _unwind(points: Points, of: Links, out: Values) -> None:
+    """Turn the sign of nodes of five neighbours or more whose link goes around more than once."""
+    nodes = np.flatnonzero((of.valences >= 5) & (out > 0.0))
+    if len(nodes):
+        once = np.empty(len(nodes), np.uint8)
+        polyhedra_nodes.winding(points, of.node_ids[nodes], of.starts[nodes], of.valences[nodes], once, of.points)
+        out[nodes] = np.where(once == 1, out[nodes], -out[nodes])
+
+
+def shapes(points: Points, faces: Faces, faults: Ids) -> Ids:
+    """Bits of `polyhedra_shape` for each cell."""
+    out = np.empty(len(faces.counts), np.int64)
+    shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, out)
+    is_broken = (faults & polyhedra_links.BROKEN) != 0
+    unseen = ((out & shape.UNSEEN) != 0) & ~is_broken
+    if unseen.any():
+        some = faces.of(unseen)
+        is_star_shaped = np.empty(len(some.counts), np.bool_)
+        shape.star_shaped(points, some.points, some.sizes, some.flips, some.counts, some.room, is_star_shaped)
+        out[unseen] |= np.where(is_star_shaped, shape.STAR_SHAPED, 0)
+    return np.where(is_broken, out & ~shape.STAR_SHAPED, out)
+
+
+def cell_jens(scaled_jacobian: Values, k: Values, of: Links) -> tuple[Values, Values]:
+    """J_ENS of each cell, NaN where it has no corner or one is NaN, and of each node, NaN at hanging ones."""
+    nodes = np.where(of.is_hanging == 1, np.nan, _jens(scaled_jacobian, k))
+    n_cells = len(of.node_counts)
+    cells = np.full(n_cells, np.nan)
+    filled = np.flatnonzero(of.node_counts > 0)
+    starts = (np.cumsum(of.node_counts) - of.node_counts)[filled]
+    if len(filled):
+        # A hanging node has no say, unless it is nowhere.
+        corners = np.where((of.is_hanging == 1) & ~np.isnan(scaled_jacobian), np.inf, nodes)
+        least = np.minimum.reduceat(corners, starts)
+        nearest = np.maximum.reduceat(np.where(corners < 0.0, corners, -np.inf), starts)
+        cells[filled] = np.where(least < 0.0, nearest, least)
+    return cells, nodes
+
+
+def _jens(scaled_jacobian: Values, k: Values) -> Values:
+    size = np.abs(scaled_jacobian)
+    values: Values = np.copysign(np.minimum(size * (1.0 / k), 1.0 + k - size), scaled_jacobian)
+    return values + 0.0
+
+
+@cache
+def prepare(dtype: str) -> None:
+    """Compile the kernels that every mesh needs, or load them from the cache, for points of a dtype.
+
+    The others are compiled when the first cell needs them: `polyhedra_links.turn`, `polyhedra_hanging.reduce`,
+    `polyhedra_nodes.winding`, `polyhedra_shape.star_shaped`.
+    """
+    points = np.array(TETRA.points, dtype)
+    points.flags.writeable = False  # as those of a mesh: others are another type, to be compiled for anew
+    ids = np.array([i for face in TETRA.faces for i in face], np.int64)
+    faces = Faces(ids, np.full(4, 3), np.zeros(4, np.uint8), np.array([4]))
+    table = solids(points, faces, np.full(4, TETRA.k))
+    match(table.links, table, np.empty(4))
+    node_scaled_jacobian(points, table.links)
+    shapes(points, faces, table.links.faults)

@@ -1,0 +1,346 @@
+"""Hanging nodes of polyhedral cells: what stands on an edge, or inside of a face that is split, is no corner.
+
+A node between two faces only stands on an edge. In the middle of a split face the edges run within one surface: they
+*split* it. An edge splits if
+
+- an end of it is the middle of a quadrilateral split in four: four quadrilaterals around it and nothing else, all
+  within 20° of one plane, which no corner of a simple polyhedron has; or
+- the faces beside it are triangles or quadrilaterals, within 20° of one plane, cells lie beyond both, and at each end
+  what is left is straight: no edge, two within 20° of a line, or the three and more of a corner. By its own faces the
+  cell cannot be told from one with real corners, such as a flat roof; that there are cells beyond is for the mesh to
+  say.
+
+What splits is taken out, again and again, so that faces split more than once are whole again.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from ..jit import inlined, kernel
+
+FLAT = 0.9396926207859084  # cos 20°
+
+REDUCED, CANDIDATE = 1, 2
+"""Bits of what `reduce` says of a cell: something was taken out; more would be if cells lay beyond all faces."""
+
+
+@inlined
+def _drop_on_edges(n_nodes: Any, nxt: Any, prv: Any, twin: Any, face: Any, size: Any, dart: Any, valence: Any) -> Any:
+    """Take out the nodes between two faces only. Returns how many."""
+    dropped = np.int64(0)
+    for v in range(n_nodes):
+        if valence[v] != 2:
+            continue
+        h = dart[v]
+        g = nxt[twin[h]]
+        if size[face[h]] < 4 or size[face[g]] < 4:
+            continue
+        p = prv[h]
+        q = prv[g]
+        nxt[p] = nxt[h]
+        nxt[q] = nxt[g]
+        prv[nxt[h]] = p
+        prv[nxt[g]] = q
+        twin[p] = q
+        twin[q] = p
+        size[face[h]] -= 1
+        size[face[g]] -= 1
+        nxt[h] = -1
+        nxt[g] = -1
+        valence[v] = 0
+        dropped += 1
+    return dropped
+
+
+@inlined
+def _is_straight(xyz: Any, a: Any, v: Any, b: Any) -> Any:
+    """True if a node is near the middle between two others: within 20° of their line, neither thrice as far."""
+    dot, one, two = 0.0, 0.0, 0.0
+    for axis in range(3):
+        dot += (xyz[a, axis] - xyz[v, axis]) * (xyz[b, axis] - xyz[v, axis])
+        one += (xyz[a, axis] - xyz[v, axis]) ** 2
+        two += (xyz[b, axis] - xyz[v, axis]) ** 2
+    return dot < -FLAT * sqrt(one * two) and max(one, two) < 9.0 * min(one, two)
+
+
+@inlined
+def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, sides: Any, normal: Any) -> Any:
+    """Number the faces anew, with sizes, sides, which may have nodes on them, and unit normals. Returns how many."""
+    n_faces = np.int64(0)
+    for h in range(n):
+        face[h] = -1
+    for h in range(n):
+        if nxt[h] == -1 or face[h] != -1:
+            continue
+        size[n_faces] = 0
+        sides[n_faces] = 0
+        for axis in range(3):
+            normal[n_faces, axis] = 0.0
+        o = tail[h]
+        g = h
+        while face[g] == -1:
+            face[g] = n_faces
+            size[n_faces] += 1
+            a = tail[g]
+            g = nxt[g]
+            b = tail[g]
+            sides[n_faces] += not _is_straight(xyz, a, b, tail[nxt[g]])
+            for i in range(3):
+                j, k = (i + 1) % 3, (i + 2) % 3
+                normal[n_faces, i] += (xyz[a, j] - xyz[o, j]) * (xyz[b, k] - xyz[o, k])
+                normal[n_faces, i] -= (xyz[a, k] - xyz[o, k]) * (xyz[b, j] - xyz[o, j])
+        length = sqrt(normal[n_faces, 0] ** 2 + normal[n_faces, 1] ** 2 + normal[n_faces, 2] ** 2)
+        for axis in range(3):
+            normal[n_faces, axis] /= length
+        n_faces += 1
+    return n_faces
+
+
+@inlined
+def _is_flat(normal: Any, f: Any, g: Any) -> Any:
+    return normal[f, 0] * normal[g, 0] + normal[f, 1] * normal[g, 1] + normal[f, 2] * normal[g, 2] > FLAT
+
+
+@inlined
+def _mark_middles(n_nodes: Any, nxt: Any, twin: Any, face: Any, size: Any, dart: Any, valence: Any, normal: Any,
+                  dead: Any) -> Any:  # fmt: skip
+    """Mark the edges that meet in the middle of a quadrilateral split in four. Returns how many such there are."""
+    found = np.int64(0)
+    for v in range(n_nodes):
+        if valence[v] != 4:
+            continue
+        is_middle = True
+        h = dart[v]
+        for _ in range(4):
+            is_middle = is_middle and size[face[h]] == 4
+            g = h
+            for _ in range(3):
+                g = nxt[twin[g]]
+                is_middle = is_middle and _is_flat(normal, face[h], face[g])
+            h = nxt[twin[h]]
+        if is_middle:
+            for _ in range(4):
+                dead[h] = 1
+                dead[twin[h]] = 1
+                h = nxt[twin[h]]
+            found += 1
+    return found
+
+
+@inlined
+def _mark_between(n: Any, n_nodes: Any, xyz: Any, tail: Any, nxt: Any, twin: Any, face: Any, sides: Any, dart: Any,
+                  valence: Any, normal: Any, label: Any, inner: Any, is_known: Any, dead: Any) -> Any:  # fmt: skip
+    """Mark the edges between parts of one face beyond which cells lie. Returns how many are marked."""
+    for h in range(n):
+        if nxt[h] != -1 and twin[h] > h:
+            t = twin[h]
+            beyond = not is_known or (inner[label[h]] != 0 and inner[label[t]] != 0)
+            is_part = face[h] != face[t] and sides[face[h]] <= 4 and sides[face[t]] <= 4
+            splits = beyond and is_part and _is_flat(normal, face[h], face[t])
+            dead[h] = splits
+            dead[t] = splits
+    changed = True
+    marked = 0
+    while changed:
+        changed = False
+        marked = 0
+        for v in range(n_nodes):
+            h = dart[v]
+            a, b, left = v, v, 0
+            for _ in range(valence[v]):
+                if dead[h] == 0:
+                    b = a
+                    a = tail[twin[h]]
+                    left += 1
+                h = nxt[twin[h]]
+            marked += valence[v] - left
+            is_straight = left == 0 or left > 2
+            if left == 2:
+                is_straight = _is_straight(xyz, a, v, b)
+            if left < valence[v] and not is_straight:
+                for _ in range(valence[v]):
+                    dead[h] = 0
+                    dead[twin[h]] = 0
+                    h = nxt[twin[h]]
+                changed = True
+    return marked
+
+
+@inlined
+def _merge(n: Any, n_nodes: Any, tail: Any, nxt: Any, prv: Any, twin: Any, dart: Any, valence: Any, dead: Any) -> None:
+    """Take out the edges that are marked."""
+    for h in range(n):  # the next edge of the merged face: around the node past those that go
+        if nxt[h] != -1 and dead[h] == 0:
+            g = nxt[h]
+            while dead[g]:
+                g = nxt[twin[g]]
+            prv[h] = g  # for now
+    for v in range(n_nodes):
+        valence[v] = 0
+    for h in range(n):
+        if nxt[h] != -1:
+            nxt[h] = -1 if dead[h] else prv[h]
+    for h in range(n):
+        if nxt[h] != -1:
+            prv[nxt[h]] = h
+            valence[tail[h]] += 1
+            dart[tail[h]] = h
+
+
+@inlined
+def _euler(n: Any, n_nodes: Any, tail: Any, nxt: Any, face: Any, size: Any, twin: Any, dart: Any, valence: Any,
+           stamp: Any) -> Any:  # fmt: skip
+    """Euler's number of what is left if it is still a polyhedron: no face below three nodes or through one twice, no
+    two edges between the same nodes; else a number that none has."""
+    half_edges, nodes, faces = np.int64(0), np.int64(0), np.int64(0)
+    for i in range(n):
+        stamp[i] = -1
+    for h in range(n):
+        if nxt[h] != -1:
+            half_edges += 1
+            if size[face[h]] < 3:
+                return np.int64(99)
+            faces += stamp[face[h]] == -1
+            stamp[face[h]] = 0
+    for i in range(n):
+        stamp[i] = -1
+    for v in range(n_nodes):
+        if valence[v] == 0:
+            continue
+        nodes += 1
+        h = dart[v]
+        for _ in range(valence[v]):
+            other = tail[nxt[h]]
+            if stamp[other] == v:
+                return np.int64(99)
+            stamp[other] = v
+            h = nxt[twin[h]]
+        if h != dart[v]:
+            return np.int64(99)
+    return nodes - half_edges // 2 + faces
+
+
+@kernel
+def reduce(
+    points: Any, suspects: Any, inner_faces: Any, is_known: Any, asked: Any, node_counts: Any, node_ids: Any,
+    valences: Any, link_points: Any, link_faces: Any, link_sizes: Any, link_twins: Any, said: Any, is_hanging: Any,
+    new_valences: Any, new_points: Any, new_sizes: Any, new_twins: Any,
+) -> int:  # fmt: skip
+    """Write the links of each cell without its hanging nodes; returns how many darts there are.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)`` float.
+    suspects
+        True for the cells to look at; the others are copied.
+    inner_faces, is_known, asked
+        1 for a face beyond which there is a cell; True if that is known, else it is 0 for all; receives 1 for a face of
+        which it would be of use to know.
+    node_counts, node_ids, valences, link_points, link_faces, link_sizes, link_twins
+        The links of all nodes, see `polyhedra_links.links`.
+    said
+        Receives `REDUCED` and `CANDIDATE` for each cell.
+    is_hanging, new_valences
+        Receive a value a node: 1 for a hanging one, which has the links that it had, with twins of -1; its darts.
+    new_points, new_sizes, new_twins
+        Receive a value a dart, filled from the start; as long as ``link_points``, or empty:
+        then only ``said`` and ``asked`` are written.
+    """
+    most_nodes, most, v0, d0 = np.int64(1), np.int64(1), np.int64(0), np.int64(0)
+    for c in range(len(node_counts)):
+        n = np.int64(0)
+        for v in range(v0, v0 + node_counts[c]):
+            n += valences[v]
+        v0 += node_counts[c]
+        most = max(most, n)
+        most_nodes = max(most_nodes, node_counts[c])
+    most = max(most, most_nodes)
+    work = np.empty((13, most), np.int64)
+    tail, nxt, prv, twin, face, size = work[0], work[1], work[2], work[3], work[4], work[5]
+    dart, valence, dead, place, label = work[6], work[7], work[8], work[9], work[10]
+    first, sides = work[11], work[12]
+    xyz, normal = np.empty((most_nodes, 3)), np.empty((most, 3))
+    v0, at = np.int64(0), 0  # at: of the darts that are written
+    for c in range(len(node_counts)):
+        n_nodes = node_counts[c]
+        n = np.int64(0)
+        for v in range(n_nodes):
+            first[v] = n
+            n += valences[v0 + v]
+        said[c] = 0
+        reduced = False
+        if suspects[c] and n > 0:
+            scale = 0.0
+            for v in range(n_nodes):
+                for axis in range(3):
+                    xyz[v, axis] = points[node_ids[v0 + v], axis] - np.float64(points[node_ids[v0], axis])
+                    scale = max(scale, abs(xyz[v, axis]))
+                valence[v] = valences[v0 + v]
+                dart[v] = first[v]
+                for i in range(valence[v]):
+                    tail[first[v] + i] = v
+                    prv[first[v] + i] = first[v] + (i + 1 if i + 1 < valence[v] else 0)  # the next around, for now
+            for v in range(n_nodes):
+                for axis in range(3):
+                    xyz[v, axis] /= scale
+            for h in range(n):
+                t = link_twins[d0 + h] - d0
+                twin[h] = t
+                dead[h] = 0
+                nxt[h] = prv[t]
+                label[h] = link_faces[d0 + t]
+            for h in range(n):
+                prv[nxt[h]] = h
+            euler = n_nodes - n // 2 + _measure_faces(n, xyz, tail, nxt, face, size, sides, normal)
+            while True:
+                if _drop_on_edges(n_nodes, nxt, prv, twin, face, size, dart, valence):
+                    reduced = True
+                if _mark_middles(n_nodes, nxt, twin, face, size, dart, valence, normal, dead) == 0:
+                    marked = _mark_between(n, n_nodes, xyz, tail, nxt, twin, face, sides, dart, valence, normal, label,
+                                           inner_faces, is_known, dead)  # fmt: skip
+                    if marked == 0:
+                        break
+                    if not is_known:
+                        said[c] |= CANDIDATE
+                        for h in range(n):
+                            if nxt[h] != -1 and _is_flat(normal, face[h], face[twin[h]]):
+                                asked[label[h]] = face[h] != face[twin[h]] or asked[label[h]]
+                        break
+                _merge(n, n_nodes, tail, nxt, prv, twin, dart, valence, dead)
+                _measure_faces(n, xyz, tail, nxt, face, size, sides, normal)
+                reduced = True
+            if reduced and _euler(n, n_nodes, tail, nxt, face, size, twin, dart, valence, place) != euler:
+                reduced = False
+            if reduced:
+                said[c] |= REDUCED
+        new_first = at
+        for v in range(n_nodes if len(new_points) else 0):
+            hangs = reduced and valence[v] == 0
+            is_hanging[v0 + v] = hangs
+            count = valence[v] if reduced and not hangs else valences[v0 + v]
+            new_valences[v0 + v] = count
+            h = dart[v] if reduced else first[v]
+            for i in range(count):
+                if reduced and not hangs:
+                    new_points[at] = node_ids[v0 + tail[twin[h]]]
+                    new_sizes[at] = size[face[twin[h]]]
+                    new_twins[at] = twin[h]
+                    place[h] = at
+                    h = nxt[twin[h]]
+                else:
+                    new_points[at] = link_points[d0 + first[v] + i]
+                    new_sizes[at] = link_sizes[d0 + first[v] + i]
+                    new_twins[at] = -1 if reduced else link_twins[d0 + first[v] + i] - d0 + new_first
+                at += 1
+        if reduced:
+            for d in range(new_first, at):
+                if new_twins[d] != -1:
+                    new_twins[d] = place[new_twins[d]]
+        v0 += n_nodes
+        d0 += n
+    return at

@@ -1,0 +1,299 @@
+"""The surface of each polyhedral cell: checked, oriented, and written as vertex links.
+
+A cell comes as faces, point ids in order. It leaves as *links*: for each node its neighbours in order around it, so
+that three neighbours that follow one another are right-handed where the cell is convex. A neighbour seen from a node is
+a *dart*; each dart knows the face between it and the next one around the node, and its twin, the same edge seen from
+the other end. This is the whole combinatorial map of the cell (the face graph with its orientation).
+
+Everything is linear in the number of darts, whatever the valence: points and edges are paired by hashing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..jit import inlined, kernel
+
+# What may be wrong with a cell, one bit each; `Fault` gives them names.
+NO_FACES = 1
+SMALL_FACE = 2
+REPEATED_POINT = 4
+OPEN = 8
+NON_MANIFOLD = 16
+NON_ORIENTABLE = 32
+SEVERAL_SHELLS = 64
+PINCHED = 128
+BROKEN = 255  # any of the above: the cell is no solid
+REORIENTED = 256
+HANDLE = 512
+HANGING = 1024
+
+LOW, HASH = 0x7FFFFFFF, 0x4F1BBCDD  # 31 bits; 2^31/φ (Knuth, TAOCP 3, 6.4): the product fits 63 bits
+
+
+@inlined
+def _table_size(n: Any) -> Any:
+    """A power of two, at least 2n."""
+    size = 4
+    while size < 2 * n:
+        size *= 2
+    return size
+
+
+@inlined
+def _slot(keys: Any, mask: Any, key: Any) -> Any:
+    """Where a key is in an open table, or the free place where it belongs."""
+    at = ((((key ^ (key >> 31)) & LOW) * HASH) >> 16) & mask
+    while keys[at] != -1 and keys[at] != key:
+        at = (at + 1) & mask
+    return at
+
+
+@inlined
+def _number(
+    at_point: Any, at_face: Any, n_faces: Any, face_points: Any, face_sizes: Any, face_flips: Any, mask: Any,
+    keys: Any, values: Any, ids: Any, stamp: Any, tail: Any, nxt: Any, face: Any,
+) -> Any:  # fmt: skip
+    """Number the nodes of a cell as they first appear, and write its half-edges. Returns the nodes and the faults."""
+    for i in range(mask + 1):
+        keys[i] = -1
+    h, n_nodes, faults = np.int64(0), np.int64(0), np.int64(0)
+    for f in range(n_faces):
+        m = face_sizes[at_face + f]
+        flip = face_flips[at_face + f] != 0
+        if m < 3:
+            faults |= SMALL_FACE
+        for i in range(m):
+            point = face_points[at_point + h + (m - 1 - i if flip else i)]
+            at = _slot(keys, mask, point)
+            if keys[at] == -1:
+                keys[at] = point
+                values[at] = n_nodes
+                ids[n_nodes] = point
+                stamp[n_nodes] = -1
+                n_nodes += 1
+            v = values[at]
+            if stamp[v] == f:
+                faults |= REPEATED_POINT
+            stamp[v] = f
+            tail[h + i] = v
+            face[h + i] = f
+            nxt[h + i] = h + i + 1
+        if m:
+            nxt[h + m - 1] = h
+        h += m
+    if h == 0:
+        faults |= NO_FACES
+    return n_nodes, faults
+
+
+@inlined
+def _pair(n: Any, n_nodes: Any, tail: Any, nxt: Any, mask: Any, keys: Any, first: Any, twin: Any) -> Any:
+    """Find the twin of each half-edge, the other one between the same nodes in whatever direction. Returns faults;
+    `NON_ORIENTABLE` if two twins have one direction: then some face is to be turned, or there is no way to turn them.
+    """
+    faults, left = np.int64(0), n
+    for i in range(mask + 1):
+        keys[i] = -1
+    for h in range(n):
+        a = tail[h]
+        b = tail[nxt[h]]
+        key = min(a, b) * n_nodes + max(a, b)
+        at = _slot(keys, mask, key)
+        twin[h] = -1
+        if keys[at] == -1:
+            keys[at] = key
+            first[at] = h
+            continue
+        other = first[at]
+        if twin[other] != -1:
+            faults |= NON_MANIFOLD
+        else:
+            twin[h] = other
+            twin[other] = h
+            left -= 2
+            if tail[other] == a:
+                faults |= NON_ORIENTABLE
+    if faults & NON_MANIFOLD:
+        return np.int64(NON_MANIFOLD)
+    return np.int64(OPEN) if left else faults
+
+
+@kernel
+def links(
+    face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, faults: Any, node_counts: Any,
+    node_ids: Any, valences: Any, link_points: Any, link_faces: Any, link_twins: Any,
+) -> Any:  # fmt: skip
+    """Write the links of each cell; returns how many nodes and darts there are.
+
+    Parameters
+    ----------
+    face_points, face_sizes, face_flips, face_counts
+        int64 point ids of all faces; points of each face; 1 for a face seen from inside; faces of each cell.
+    room
+        The most points that the faces of a cell have together; faces, if some cell has more of these.
+    faults, node_counts
+        Receive a value a cell. A cell with a fault of `BROKEN` has its nodes, with valence 0. One that is
+        `NON_ORIENTABLE` may be so for want of `turn`.
+    node_ids, valences
+        Receive a value a node, cells one after another, nodes as they first appear in the faces: point id, number of
+        darts. As long as ``face_points``, filled from the start.
+    link_points, link_faces, link_twins
+        Receive a value a dart, nodes one after another: the neighbour's point id, the face between it and the next
+        dart, the twin's position. As long as ``face_points``, filled from the start.
+    """
+    width = _table_size(room)
+    table, work = np.empty((2, width), np.int64), np.empty((10, room), np.int64)
+    keys, values = table[0], table[1]
+    ids, stamp, tail, nxt, twin, face = work[0], work[1], work[2], work[3], work[4], work[5]
+    valence, dart, place, stack = work[6], work[7], work[8], work[9]
+    at_face, at_point, at_node, at_dart = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
+    for c in range(len(face_counts)):
+        n_faces = face_counts[c]
+        n = np.int64(0)
+        for f in range(at_face, at_face + n_faces):
+            n += face_sizes[f]
+        mask = _table_size(n) - 1
+        n_nodes, fault = _number(
+            at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, keys, values, ids, stamp, tail,
+            nxt, face,
+        )  # fmt: skip
+        if fault == 0:
+            fault = _pair(n, n_nodes, tail, nxt, mask, keys, values, twin)
+        if fault == 0:
+            for v in range(n_nodes):
+                valence[v] = 0
+            for h in range(n):
+                valence[tail[h]] += 1
+                dart[tail[h]] = h
+            for v in range(n_nodes):
+                h = nxt[twin[dart[v]]]
+                around = 1
+                while h != dart[v]:
+                    h = nxt[twin[h]]
+                    around += 1
+                if around != valence[v]:
+                    fault |= PINCHED
+                stamp[v] = 0
+            stack[0] = 0
+            stamp[0] = 1
+            waiting, seen = 1, 1
+            while waiting and fault == 0:
+                waiting -= 1
+                v = stack[waiting]
+                h = dart[v]
+                for _ in range(valence[v]):
+                    other = tail[nxt[h]]
+                    if stamp[other] == 0:
+                        stamp[other] = 1
+                        stack[waiting] = other
+                        waiting += 1
+                        seen += 1
+                    h = nxt[twin[h]]
+            if fault == 0 and seen < n_nodes:
+                fault |= SEVERAL_SHELLS
+            if n_nodes - n // 2 + n_faces != 2:
+                fault |= HANDLE
+        is_sound = (fault & BROKEN) == 0
+        for v in range(n_nodes):
+            node_ids[at_node] = ids[v]
+            valences[at_node] = valence[v] if is_sound else 0
+            at_node += 1
+            if is_sound:
+                h = dart[v]
+                for _ in range(valence[v]):
+                    t = twin[h]
+                    place[h] = at_dart
+                    link_points[at_dart] = ids[tail[t]]
+                    link_faces[at_dart] = at_face + face[t]
+                    link_twins[at_dart] = t  # of the half-edge; for now
+                    h = nxt[t]
+                    at_dart += 1
+        if is_sound:
+            for d in range(at_dart - n, at_dart):
+                link_twins[d] = place[link_twins[d]]
+        at_face += n_faces
+        at_point += n
+        faults[c] = fault
+        node_counts[c] = n_nodes
+    return at_node, at_dart
+
+
+@inlined
+def _volume(points: Any, ids: Any, n: Any, tail: Any, nxt: Any, face: Any, flip: Any) -> Any:
+    """The sign of it counts: tetrahedra over the first node, in units of the cell's size."""
+    scale, total, first = 0.0, 0.0, 0
+    o = ids[0]
+    for h in range(n):
+        for axis in range(3):
+            scale = max(scale, abs(points[ids[tail[h]], axis] - np.float64(points[o, axis])))
+    x = np.empty((3, 3))
+    for h in range(n):
+        if h == 0 or face[h] != face[h - 1]:
+            first = h
+        for axis in range(3):
+            origin = np.float64(points[o, axis])
+            x[0, axis] = (points[ids[tail[first]], axis] - origin) / scale
+            x[1, axis] = (points[ids[tail[h]], axis] - origin) / scale
+            x[2, axis] = (points[ids[tail[nxt[h]]], axis] - origin) / scale
+        det = 0.0
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            det += x[0, i] * (x[1, j] * x[2, k] - x[1, k] * x[2, j])
+        total += -det if flip[face[h]] else det
+    return total
+
+
+@kernel
+def turn(
+    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, wanted: Any
+) -> None:
+    """Change the flips of cells whose faces are of mixed orientation, so that all are outward; where they can be.
+
+    ``points`` ``(n_points, 3)`` tell which way is outward; ``wanted`` is True for the cells to look at, whose edges
+    must all have two faces; the others are as for `links`.
+    """
+    width = _table_size(room)
+    table, work = np.empty((2, width), np.int64), np.empty((9, room), np.int64)
+    keys, values = table[0], table[1]
+    ids, stamp, tail, nxt, twin, face = work[0], work[1], work[2], work[3], work[4], work[5]
+    start, flip, stack = work[6], work[7], work[8]
+    at_face, at_point = np.int64(0), np.int64(0)
+    for c in range(len(face_counts)):
+        n_faces = face_counts[c]
+        n = np.int64(0)
+        for f in range(n_faces):
+            start[f] = n
+            flip[f] = -1
+            n += face_sizes[at_face + f]
+        if wanted[c]:
+            mask = _table_size(n) - 1
+            n_nodes, _ = _number(
+                at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, keys, values, ids, stamp, tail,
+                nxt, face,
+            )  # fmt: skip
+            _pair(n, n_nodes, tail, nxt, mask, keys, values, twin)
+            for shell in range(n_faces):
+                if flip[shell] != -1:
+                    continue
+                flip[shell] = 0
+                stack[0] = shell
+                waiting = 1
+                while waiting:
+                    waiting -= 1
+                    f = stack[waiting]
+                    for h in range(start[f], start[f] + face_sizes[at_face + f]):
+                        other = face[twin[h]]
+                        if flip[other] == -1:
+                            flip[other] = flip[f] ^ (1 if tail[h] == tail[twin[h]] else 0)
+                            stack[waiting] = other
+                            waiting += 1
+            if _volume(points, ids, n, tail, nxt, face, flip) < 0.0:
+                for f in range(n_faces):
+                    flip[f] = 1 - flip[f]
+            for f in range(n_faces):
+                face_flips[at_face + f] ^= flip[f]
+        at_face += n_faces
+        at_point += n

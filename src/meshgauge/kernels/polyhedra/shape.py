@@ -1,0 +1,216 @@
+"""What is asked of the surface of a polyhedral cell as a whole: is it star-shaped, are its faces flat."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from ..jit import inlined, kernel
+
+STAR_SHAPED, WARPED, ZERO_EDGE, UNSEEN = 1, 2, 4, 8
+
+WARP = 0.8
+"""A face is warped if its projected area is less than this of its area (OpenFOAM's checkMesh, faceFlatness)."""
+
+MARGIN = 1e-10
+"""Of the size of the cell: the point that sees every face must be so far inside each of them."""
+
+TINY = 1e-14
+"""Of the square of the size of the cell: a triangle below has no direction that can be trusted."""
+
+PIVOTS = 1000
+
+
+@inlined
+def _solve(rows: Any, basis: Any, matrix: Any, transposed: Any, right: Any) -> Any:
+    """Solve with the 4×4 matrix whose columns are the basis rows' (normal, 1), or its transpose; right is replaced."""
+    for i in range(4):
+        for j in range(4):
+            value = rows[basis[j], i] if i < 3 else 1.0
+            matrix[j if transposed[0] else i, i if transposed[0] else j] = value
+    for i in range(4):
+        pivot = i
+        for r in range(i + 1, 4):
+            if abs(matrix[r, i]) > abs(matrix[pivot, i]):
+                pivot = r
+        if abs(matrix[pivot, i]) < 1e-14:
+            return False
+        if pivot != i:
+            for j in range(4):
+                matrix[i, j], matrix[pivot, j] = matrix[pivot, j], matrix[i, j]
+            right[i], right[pivot] = right[pivot], right[i]
+        for r in range(4):
+            if r != i:
+                factor = matrix[r, i] / matrix[i, i]
+                for j in range(i, 4):
+                    matrix[r, j] -= factor * matrix[i, j]
+                right[r] -= factor * right[i]
+    for i in range(4):
+        right[i] /= matrix[i, i]
+    return True
+
+
+@inlined
+def _depth(rows: Any, n: Any, basis: Any, matrix: Any, work: Any, transposed: Any) -> Any:
+    """How far inside all half-spaces a point can be: the greatest t such that normal·x + t <= bound for all rows.
+
+    Rows are ``(normal, bound)``; the first six bound a cube. The simplex method on the dual problem, whose bases have
+    four rows: the point where four half-spaces meet at depth t moves until no row is violated. Bland's rule.
+    """
+    x, y, column = work[0], work[1], work[2]
+    for i in range(4):
+        basis[i] = i if i < 3 else 4
+    for _ in range(PIVOTS):
+        for i in range(4):
+            x[i] = rows[basis[i], 3]
+            y[i] = 0.0
+        y[3] = 1.0
+        transposed[0] = True
+        is_solved = _solve(rows, basis, matrix, transposed, x)
+        transposed[0] = False
+        if not (is_solved and _solve(rows, basis, matrix, transposed, y)):
+            return -1.0
+        enters = -1
+        for r in range(n):
+            if rows[r, 3] - rows[r, 0] * x[0] - rows[r, 1] * x[1] - rows[r, 2] * x[2] - x[3] < -1e-13:
+                enters = r
+                break
+        if enters == -1:
+            return x[3]
+        for i in range(3):
+            column[i] = rows[enters, i]
+        column[3] = 1.0
+        if not _solve(rows, basis, matrix, transposed, column):
+            return -1.0
+        leaves, least = -1, np.inf
+        for i in range(4):
+            if column[i] > 1e-14:
+                ratio = max(y[i], 0.0) / column[i]
+                if ratio < least - 1e-15 or (ratio < least + 1e-15 and leaves >= 0 and basis[i] < basis[leaves]):
+                    least, leaves = min(ratio, least), i
+        if leaves == -1:
+            return -1.0
+        basis[leaves] = enters
+    return -1.0
+
+
+@inlined
+def _half_spaces(
+    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, at_point: Any, at_face: Any, n_faces: Any,
+    rows: Any, middle: Any, ends: Any, warped: Any,
+) -> Any:  # fmt: skip
+    """Cut the faces of a cell into triangles from the mean of their points, and write ``(normal, bound)`` of each.
+
+    In a frame with the mean of the cell's points at its origin and its size as unit. Returns how many there are, -1 if
+    the cell has no size, and the bits `WARPED` and `ZERO_EDGE`.
+    """
+    n, bits, n_rows = np.int64(0), np.int64(0), np.int64(0)
+    for f in range(n_faces):
+        n += face_sizes[at_face + f]
+    scale = 0.0
+    for axis in range(3):
+        low, high, total = np.inf, -np.inf, 0.0
+        for i in range(n):
+            value = np.float64(points[face_points[at_point + i], axis])
+            low = min(low, value)
+            high = max(high, value)
+            total += value / n
+        middle[axis] = total
+        scale = max(scale, high - low)
+    if not (n > 0 and scale > 0.0 and scale < np.inf):
+        return np.int64(-1), np.int64(ZERO_EDGE if n > 0 and scale == 0.0 else 0)
+    position = at_point
+    for f in range(n_faces):
+        m = face_sizes[at_face + f]
+        sign = -1.0 if face_flips[at_face + f] else 1.0
+        for axis in range(3):
+            total = 0.0
+            for i in range(m):
+                total += (points[face_points[position + i], axis] - middle[axis]) / scale
+            ends[2, axis] = total / m
+            warped[axis] = 0.0
+        whole = 0.0
+        for i in range(m):
+            p = face_points[position + i]
+            q = face_points[position + (i + 1 if i + 1 < m else 0)]
+            same = True
+            for axis in range(3):
+                same = same and points[p, axis] == points[q, axis]
+                ends[0, axis] = (points[p, axis] - middle[axis]) / scale - ends[2, axis]
+                ends[1, axis] = (points[q, axis] - middle[axis]) / scale - ends[2, axis]
+            if same:
+                bits |= ZERO_EDGE
+            square = 0.0
+            for axis in range(3):
+                j, k = (axis + 1) % 3, (axis + 2) % 3
+                value = ends[0, j] * ends[1, k] - ends[0, k] * ends[1, j]
+                rows[n_rows, axis] = value
+                warped[axis] += value
+                square += value * value
+            length = sqrt(square)
+            whole += length
+            if length > TINY:
+                bound = 0.0
+                for axis in range(3):
+                    rows[n_rows, axis] *= sign / length
+                    bound += rows[n_rows, axis] * ends[2, axis]
+                rows[n_rows, 3] = bound
+                n_rows += 1
+        if m > 3 and sqrt(warped[0] ** 2 + warped[1] ** 2 + warped[2] ** 2) < WARP * whole:
+            bits |= WARPED
+        position += m
+    return n_rows, bits
+
+
+@kernel
+def shapes(
+    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, out: Any
+) -> None:
+    """Bits `STAR_SHAPED`, `UNSEEN`, `WARPED`, `ZERO_EDGE` for each cell.
+
+    Each face is cut into triangles from the mean of its points to its edges, as finite-volume codes do; a cell is
+    star-shaped if some point is inside of all of them by `MARGIN`. The mean of the points is tried here; for the cells
+    that are `UNSEEN` from it, see `star_shaped`. Other arrays as for `polyhedra_links.links`.
+    """
+    rows, work = np.empty((room, 4)), np.empty((5, 3))
+    at_face, at_point = np.int64(0), np.int64(0)
+    for c in range(len(face_counts)):
+        n, bits = _half_spaces(
+            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], rows, work[0], work[1:4],
+            work[4],
+        )  # fmt: skip
+        least = 1.0
+        for row in range(n):
+            least = min(least, rows[row, 3])
+        if n > 0:
+            bits |= STAR_SHAPED if least > MARGIN else UNSEEN
+        out[c] = bits
+        for f in range(at_face, at_face + face_counts[c]):
+            at_point += face_sizes[f]
+        at_face += face_counts[c]
+
+
+@kernel
+def star_shaped(
+    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, out: Any
+) -> None:
+    """True for each cell, all of which have a size, that is star-shaped, whatever the point that sees its faces."""
+    rows, work = np.empty((room + 6, 4)), np.empty((5, 3))
+    basis, matrix, transposed = np.empty(4, np.int64), np.empty((7, 4)), np.empty(1, np.bool_)
+    for side in range(6):
+        for axis in range(3):
+            rows[side, axis] = 0.0
+        rows[side, side // 2] = 1.0 - 2.0 * (side % 2)
+        rows[side, 3] = 1.0
+    at_face, at_point = np.int64(0), np.int64(0)
+    for c in range(len(face_counts)):
+        n, _ = _half_spaces(
+            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], rows[6:], work[0],
+            work[1:4], work[4],
+        )  # fmt: skip
+        out[c] = _depth(rows, n + 6, basis, matrix, matrix[4:], transposed) > MARGIN
+        for f in range(at_face, at_face + face_counts[c]):
+            at_point += face_sizes[f]
+        at_face += face_counts[c]

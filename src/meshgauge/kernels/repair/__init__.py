@@ -1,0 +1,1 @@
+"""Energies, steps and surfaces for moving points."""

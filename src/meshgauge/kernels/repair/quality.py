@@ -1,0 +1,144 @@
+"""Energy of quality for valid cells: a barrier under every corner, and the quality of every cell.
+
+With q = J_S/k at a corner, and for each cell a threshold t below all of its q:
+
+- barrier: β Σ (1 - t)/(min(q, 1) - t) over corners, infinite where a corner falls to its threshold;
+- mean: -α Σ softmin ψ over cells, ψ the value of the corner (J_S/k, beyond k falling again, as J_ENS), the softmin
+  -log(mean exp(-s ψ))/s of sharpness s;
+- lengths: γ Σ (l²/L² + L²/l² - 2) over edges, L their reference lengths: J_S does not see lengths, so that without it
+  edges may shrink to nothing.
+
+Gradient of J_S: ∂J/∂x_i = [(u_j × u_k) - J u_i]/|d_i|, cyclic (SCIENCE: unit vectors u along the edges d).
+"""
+
+from __future__ import annotations
+
+from math import exp, log, sqrt
+from typing import Any
+
+import numpy as np
+
+from ..jit import fused_kernel
+
+
+@fused_kernel
+def quality(
+    points: Any,
+    corners: Any,
+    kinds: Any,
+    lengths: Any,
+    constants: Any,
+    cells: Any,
+    thresholds: Any,
+    weights: Any,
+    most: int,
+    first: int,
+    last: int,
+    gradient: Any,
+    low: int,
+) -> tuple[float, float]:
+    """Sum over cells ``first <= e < last``, and the least q of their corners; infinite if one is at its threshold.
+
+    Parameters
+    ----------
+    points, corners, kinds, lengths, gradient, low
+        As for `improve_shape.shape`.
+    constants
+        ``(n_kinds,)`` k; 0 where the four points are to be in a plane: ω J² is added.
+    cells
+        ``(n_cells + 1,)`` corners of cell ``e`` are ``cells[e] <= c < cells[e + 1]``.
+    thresholds
+        ``(n_cells,)`` t.
+    weights
+        ``(5,)``: β, α, the sharpness s, γ, and ω of faces that are to be flat.
+    most
+        The most corners of a cell.
+    """
+    beta, alpha, sharpness, gamma, flat = weights[0], weights[1], weights[2], weights[3], weights[4]
+    total, least = 0.0, np.inf
+    slope, value, fall = np.empty(most), np.empty(most), np.empty(most)
+    # Of each corner: the edges, what the lengths pull along them, J / l²; and the cofactors over the lengths.
+    edge, normal = np.empty((most, 15)), np.empty((most, 9))
+    for e in range(first, last):
+        start, n = cells[e], cells[e + 1] - cells[e]
+        t = thresholds[e]
+        lowest = np.inf
+        for m in range(n):
+            c = start + m
+            k = constants[kinds[c]]
+            o, h, i, g = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
+            x, y, z = points[o, 0], points[o, 1], points[o, 2]
+            u0, u1, u2 = points[h, 0] - x, points[h, 1] - y, points[h, 2] - z
+            v0, v1, v2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
+            w0, w1, w2 = points[g, 0] - x, points[g, 1] - y, points[g, 2] - z
+            uu, vv, ww = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2, w0 * w0 + w1 * w1 + w2 * w2
+            ru, rv, rw = 1.0 / sqrt(uu), 1.0 / sqrt(vv), 1.0 / sqrt(ww)
+            f0, f1, f2 = v1 * w2 - v2 * w1, v2 * w0 - v0 * w2, v0 * w1 - v1 * w0
+            g0, g1, g2 = w1 * u2 - w2 * u1, w2 * u0 - w0 * u2, w0 * u1 - w1 * u0
+            h0, h1, h2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+            # dJ/dx = (cofactor / product of the lengths) - J d / l²
+            product = ru * rv * rw
+            j = (u0 * f0 + u1 * f1 + u2 * f2) * product
+            lu, lv, lw = float(lengths[c, 0]) * ru, float(lengths[c, 1]) * rv, float(lengths[c, 2]) * rw
+            lu, lv, lw = lu * lu, lv * lv, lw * lw
+            total += gamma * (lu + lv + lw + (lu * lv + lv * lw + lw * lu) / (lu * lv * lw) - 6.0)
+            ru, rv, rw = ru * ru, rv * rv, rw * rw
+            e_m, n_m = edge[m], normal[m]
+            e_m[0], e_m[1], e_m[2], e_m[3], e_m[4], e_m[5], e_m[6], e_m[7], e_m[8] = u0, u1, u2, v0, v1, v2, w0, w1, w2
+            e_m[9] = 2.0 * gamma * ru * (1.0 / lu - lu)
+            e_m[10] = 2.0 * gamma * rv * (1.0 / lv - lv)
+            e_m[11] = 2.0 * gamma * rw * (1.0 / lw - lw)
+            e_m[12], e_m[13], e_m[14] = j * ru, j * rv, j * rw
+            n_m[0], n_m[1], n_m[2] = f0 * product, f1 * product, f2 * product
+            n_m[3], n_m[4], n_m[5] = g0 * product, g1 * product, g2 * product
+            n_m[6], n_m[7], n_m[8] = h0 * product, h1 * product, h2 * product
+            if k == 0.0:
+                # Four points of a face, to be kept in a plane.
+                total += flat * j * j
+                value[m], fall[m], slope[m] = np.inf, 0.0, 2.0 * flat * j
+                continue
+            q = j / k
+            if not q > t:
+                return np.inf, min(least, q)
+            least = min(least, q)
+            if q < 1.0:
+                value[m], fall[m] = q, 1.0 / k
+                r = 1.0 / (q - t)
+                slope[m] = -beta * (1.0 - t) * r * r / k
+            else:
+                value[m], fall[m] = 1.0 + k - j, -1.0
+                r = 1.0 / (1.0 - t)
+                slope[m] = 0.0
+            total += beta * (1.0 - t) * r
+            lowest = min(lowest, value[m])
+        if alpha > 0.0 and lowest < np.inf:
+            s = 0.0
+            for m in range(n):
+                value[m] = exp(-sharpness * (value[m] - lowest))
+                s += value[m]
+            total -= alpha * (lowest - log(s / n) / sharpness)
+            for m in range(n):
+                slope[m] -= alpha * value[m] / s * fall[m]
+        for m in range(n):
+            c, f, e_m = start + m, slope[m], edge[m]
+            o, h, i, g = corners[c, 0] - low, corners[c, 1] - low, corners[c, 2] - low, corners[c, 3] - low
+            au, av, aw = e_m[9] - f * e_m[12], e_m[10] - f * e_m[13], e_m[11] - f * e_m[14]
+            x, y, z = 0.0, 0.0, 0.0
+            e0, e1, e2 = f * normal[m, 0] + au * e_m[0], f * normal[m, 1] + au * e_m[1], f * normal[m, 2] + au * e_m[2]
+            gradient[h, 0] += e0
+            gradient[h, 1] += e1
+            gradient[h, 2] += e2
+            x, y, z = x - e0, y - e1, z - e2
+            e0, e1, e2 = f * normal[m, 3] + av * e_m[3], f * normal[m, 4] + av * e_m[4], f * normal[m, 5] + av * e_m[5]
+            gradient[i, 0] += e0
+            gradient[i, 1] += e1
+            gradient[i, 2] += e2
+            x, y, z = x - e0, y - e1, z - e2
+            e0, e1, e2 = f * normal[m, 6] + aw * e_m[6], f * normal[m, 7] + aw * e_m[7], f * normal[m, 8] + aw * e_m[8]
+            gradient[g, 0] += e0
+            gradient[g, 1] += e1
+            gradient[g, 2] += e2
+            gradient[o, 0] += x - e0
+            gradient[o, 1] += y - e1
+            gradient[o, 2] += z - e2
+    return total, least

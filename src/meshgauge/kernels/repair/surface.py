@@ -1,0 +1,105 @@
+"""The nearest place on a surface of triangles or a curve of segments, by walking from where a point was last."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..jit import inlined, kernel
+
+STEPS = 200
+"""Items that a walk may cross."""
+
+
+@inlined
+def _nearest(x: float, y: float, z: float, points: Any, i: int, j: int, k: int, weights: Any) -> Any:
+    """Squared distance to the triangle (i, j, k), or the segment (i, j) if k = j; ``weights`` of the nearest place."""
+    ax, ay, az = points[i, 0], points[i, 1], points[i, 2]
+    ux, uy, uz = points[j, 0] - ax, points[j, 1] - ay, points[j, 2] - az
+    vx, vy, vz = points[k, 0] - ax, points[k, 1] - ay, points[k, 2] - az
+    dx, dy, dz = x - ax, y - ay, z - az
+    uu, uv, vv = ux * ux + uy * uy + uz * uz, ux * vx + uy * vy + uz * vz, vx * vx + vy * vy + vz * vz
+    du, dv = dx * ux + dy * uy + dz * uz, dx * vx + dy * vy + dz * vz
+    det = uu * vv - uv * uv
+    best = np.inf
+    if det > 1e-14 * uu * vv:
+        s, t = (vv * du - uv * dv) / det, (uu * dv - uv * du) / det
+        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
+            weights[0], weights[1], weights[2] = 1.0 - s - t, s, t
+            ex, ey, ez = dx - s * ux - t * vx, dy - s * uy - t * vy, dz - s * uz - t * vz
+            return ex * ex + ey * ey + ez * ez
+    # Else on one of the edges: from a along u, from a along v, from b to c.
+    for edge in range(3):
+        if edge == 0:
+            s, t = (min(max(du / uu, 0.0), 1.0) if uu > 0.0 else 0.0), 0.0
+        elif edge == 1:
+            s, t = 0.0, (min(max(dv / vv, 0.0), 1.0) if vv > 0.0 else 0.0)
+        else:
+            ww = uu - 2.0 * uv + vv
+            t = min(max((uu - uv + dv - du) / ww, 0.0), 1.0) if ww > 0.0 else 0.0
+            s = 1.0 - t
+        ex, ey, ez = dx - s * ux - t * vx, dy - s * uy - t * vy, dz - s * uz - t * vz
+        d = ex * ex + ey * ey + ez * ez
+        if d < best:
+            best = d
+            weights[0], weights[1], weights[2] = 1.0 - s - t, s, t
+    return best
+
+
+@kernel
+def walked(
+    queries: Any,
+    start: Any,
+    points: Any,
+    items: Any,
+    groups: Any,
+    offsets: Any,
+    around: Any,
+    place: Any,
+    weights: Any,
+) -> None:
+    """For each query the nearest place on its item's group, found by walking to ever nearer items.
+
+    Parameters
+    ----------
+    queries
+        ``(n, 3)``.
+    start
+        ``(n,)`` the item to start from; set to the item found.
+    points, items
+        Vertices, and ``(n_items, 3)`` their ids; a segment has its second twice.
+    groups
+        ``(n_items,)``: only items of the group of the first are walked on.
+    offsets, around
+        Items at each vertex: ``around[offsets[v]:offsets[v + 1]]``.
+    place, weights
+        ``(n, 3)`` are set: the place, and the weights of the item's vertices that make it.
+    """
+    trial, best_weights = np.empty(3), np.empty(3)
+    for q in range(len(queries)):
+        x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
+        item = start[q]
+        best = _nearest(x, y, z, points, items[item, 0], items[item, 1], items[item, 2], best_weights)
+        for _ in range(STEPS):
+            better = -1
+            for m in range(3):
+                v = items[item, m]
+                for n in range(offsets[v], offsets[v + 1]):
+                    other = around[n]
+                    if other == item or groups[other] != groups[item]:
+                        continue
+                    d = _nearest(x, y, z, points, items[other, 0], items[other, 1], items[other, 2], trial)
+                    if d < best:
+                        best, better = d, other
+                        best_weights[0], best_weights[1], best_weights[2] = trial[0], trial[1], trial[2]
+            if better < 0:
+                break
+            item = better
+        start[q] = item
+        for axis in range(3):
+            s = 0.0
+            for m in range(3):
+                s += best_weights[m] * points[items[item, m], axis]
+            place[q, axis] = s
+        weights[q, 0], weights[q, 1], weights[q, 2] = best_weights[0], best_weights[1], best_weights[2]

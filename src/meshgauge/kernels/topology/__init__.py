@@ -1,0 +1,1 @@
+"""Half-faces and their mates, connected components, coincident points."""

@@ -1,0 +1,92 @@
+"""Points that coincide within a tolerance, through a hash table of the boxes of a grid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..jit import inlined, kernel
+from .numpy_fallback import BOX
+
+_FAR = 9e15
+"""Boxes farther than this are one."""
+
+
+@inlined
+def _hash(i: Any, j: Any, k: Any, bits: Any) -> Any:
+    """The place of a box in a table of ``2**bits``."""
+    h = ((i & 0x7FFFFFFF) * 73856093) ^ ((j & 0x7FFFFFFF) * 19349663) ^ ((k & 0x7FFFFFFF) * 83492791)
+    h = (h ^ (h >> 31)) & 0x7FFFFFFF
+    h ^= h >> 15
+    h = (h * 2146121005) & 0x7FFFFFFFFFFF
+    return (h >> 9) & ((1 << bits) - 1)
+
+
+@kernel
+def coincident(
+    points: Any, origin: Any, tolerance: float, bits: int, head: Any, after: Any, representative: Any
+) -> None:
+    """For each point the first within the tolerance of those that coincide with no earlier one.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)``.
+    origin
+        ``(3,)`` from which boxes are counted.
+    tolerance
+        Largest distance, above 0, of points that coincide.
+    bits
+        ``head`` has ``2**bits`` entries, all -1.
+    after
+        ``(n_points,)`` working space.
+    representative
+        ``(n_points,)`` receives the lowest point that coincides with it: itself, where none does. A point with a NaN
+        or infinite coordinate coincides with none.
+    """
+    box = np.empty(3, np.int64)
+    to = np.empty((3, 2), np.int64)
+    number = np.empty(3, np.int64)
+    scale = 1.0 / (BOX * tolerance)
+    margin = 1.001 / BOX
+    for point in range(len(points)):
+        representative[point] = point
+        finite = True
+        for axis in range(3):
+            finite = finite and np.isfinite(points[point, axis])
+        if not finite:
+            continue
+        for axis in range(3):
+            # A third of a box off, so that the planes of a regular grid are not on the sides of boxes.
+            place = (points[point, axis] - origin[axis]) * scale + 0.3372
+            place = min(max(place, -_FAR), _FAR)
+            box[axis] = np.int64(np.floor(place))
+            inside = place - box[axis]
+            number[axis] = 1
+            to[axis, 0] = box[axis]
+            if inside < margin:
+                to[axis, 1] = box[axis] - 1
+                number[axis] = 2
+            elif inside > 1.0 - margin:
+                to[axis, 1] = box[axis] + 1
+                number[axis] = 2
+        best = point
+        for a in range(number[0]):
+            for b in range(number[1]):
+                for c in range(number[2]):
+                    other = head[_hash(to[0, a], to[1, b], to[2, c], bits)]
+                    while other >= 0:
+                        distance = 0.0
+                        for axis in range(3):
+                            d = (np.float64(points[other, axis]) - np.float64(points[point, axis])) / tolerance
+                            distance += d * d
+                        if distance <= 1.0 and other < best:
+                            best = other
+                        other = after[other]
+        representative[point] = best
+        if best < point:
+            continue
+        at = _hash(box[0], box[1], box[2], bits)
+        after[point] = head[at]
+        head[at] = point

@@ -1,0 +1,104 @@
+"""The compiled kernels on few cells, where the public functions would do without: with the JIT on, and off in CI."""
+
+from __future__ import annotations
+
+import numpy as np
+import oracle
+import pytest
+
+from meshgauge.cells import BY_NAME, SHAPES
+from meshgauge.kernels.cells import driver
+from meshgauge.kernels.certificate.certificate import Validity, certificate
+from meshgauge.kernels.certificate.inside_numpy import DIRECTIONS, validity
+
+N = 130  # two blocks and a bit
+
+
+def random_nodes(name: str, seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    ideal = np.array(SHAPES[name].points, float)
+    return ideal + rng.normal(0, 0.25, (N, *ideal.shape))
+
+
+def special(name: str) -> np.ndarray:
+    """Cells that the fast path must leave to the robust one, between ones that it need not."""
+    nodes = random_nodes(name, 1)
+    nodes[3] *= 1e-200
+    nodes[7] *= 1e300
+    nodes[11, :, 1] = 0.5  # flat
+    nodes[17, 1] = nodes[17, 0]  # an edge of no length
+    nodes[23, 2, 0] = np.nan
+    nodes[29, 0, 1] = np.inf
+    nodes[31] = np.round(nodes[31] * 4) / 4  # corners may be exactly flat
+    nodes[64] = 1.0  # all in one point
+    for cell, (short, long) in zip((70, 71, 72), ((1e-160, 1e80), (1e-170, 1e150), (1e-150, 1e75)), strict=True):
+        nodes[cell] *= long
+        nodes[cell, 0] = 0.0
+        nodes[cell, 1] = (short, short / 3, -short / 7)  # its square has lost bits
+    # Two such edges opposite each other, so that the products of three squares are of ordinary size.
+    nodes[73] = 0.0
+    nodes[73, 1] = (1e-159, 0, 0)
+    nodes[73, 2:] = (0, 0, 1e80)
+    nodes[73, 3] += (0, 1e-159 / 3, 0)
+    return nodes
+
+
+def cell_values(name: str, nodes: np.ndarray, dtype: type = np.float64) -> np.ndarray:
+    points = np.ascontiguousarray(nodes.reshape(-1, 3), dtype)
+    cells = np.arange(len(points)).reshape(nodes.shape[:2])
+    out = np.full(len(nodes), 9.0)
+    with np.errstate(all="ignore"):  # with the JIT off NumPy's scalars warn where compiled code goes on
+        driver.cell_jens(points, cells, BY_NAME[name], out, few=False)
+    return out
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_cell_kernels_against_the_oracle(name: str) -> None:
+    nodes = random_nodes(name)
+    np.testing.assert_allclose(cell_values(name, nodes), oracle.cell_jens(name, nodes), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_cell_kernels_leave_no_special_value_wrong(name: str) -> None:
+    nodes = special(name)
+    expected = np.array([oracle.exact_cell_jens(name, cell) for cell in nodes])
+    got = cell_values(name, nodes)
+    np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-14)
+    np.testing.assert_array_equal(np.sign(got), np.sign(expected))
+    assert not np.signbit(got[got == 0]).any()
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_cell_kernels_take_float32(name: str) -> None:
+    nodes = random_nodes(name, 2).astype(np.float32)
+    wide = nodes.astype(np.float64)
+    np.testing.assert_allclose(cell_values(name, nodes, np.float32), cell_values(name, wide), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_node_kernel_against_the_oracle(name: str) -> None:
+    nodes = special(name)
+    cells = np.arange(nodes.shape[0] * nodes.shape[1]).reshape(len(nodes), -1)
+    out = np.full(cells.shape, 9.0)
+    with np.errstate(all="ignore"):
+        driver.node_scaled_jacobian(nodes.reshape(-1, 3), cells, BY_NAME[name], out, few=False)
+    expected = np.array([oracle.exact_node_scaled_jacobian(name, cell) for cell in nodes])
+    np.testing.assert_allclose(out, expected, rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize("n", [0, 1, 3, 63, 64, 65, 129])
+def test_any_number_of_cells(n: int) -> None:
+    nodes = random_nodes("tetra")[:n]
+    expected = oracle.cell_jens("tetra", nodes) if n else np.empty(0)
+    np.testing.assert_allclose(cell_values("tetra", nodes), expected, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", DIRECTIONS)
+def test_few_cells_get_the_verdict_of_the_certificate(name: str) -> None:
+    nodes = special(name)
+    cells = np.arange(nodes.shape[0] * nodes.shape[1]).reshape(len(nodes), -1)
+    with np.errstate(all="ignore"):
+        proved = certificate(name, nodes.reshape(-1, 3), cells).status
+    found = validity(name, nodes)
+    np.testing.assert_array_equal(found, proved)
+    assert {Validity.VALID, Validity.INVALID, Validity.UNDEFINED} <= set(found.tolist())
