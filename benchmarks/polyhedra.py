@@ -23,7 +23,7 @@ from versions import versions
 
 import meshgauge
 from meshgauge.cells import cell_type
-from meshgauge.polyhedra import Polyhedra
+from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.polyhedral_quality import measure_polyhedra
 
 Points = NDArray[np.float64]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Voronoi
 
-from meshgauge.polyhedra import Polyhedra
+from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.polyhedral_quality import PolyhedralQuality, measure_polyhedra
 from meshgauge.reference import solid
 

@@ -12,7 +12,7 @@ import pytest
 
 import meshgauge
 from meshgauge.cells import CELL_TYPES
-from meshgauge.connectivity import picked
+from meshgauge.mesh.connectivity import picked
 
 SHARED = Path(os.environ.get("MESHGAUGE_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 MANIFEST = SHARED / "meshes" / "MANIFEST.tsv"

@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _html, arrays, connectivity, validity
-from .cast import read_only
+from . import _html, arrays, validity
 from .cells import POLYHEDRON, CellType, Shape, cell_type, type_name
 from .errors import MeshgaugeError, MetricError
 from .kernels.cells import aggregate, driver
 from .kernels.threads import run
+from .mesh import connectivity
+from .mesh.cast import read_only
 from .mesh import CellIds, Mesh
+from .mesh.topology import inner_faces
 from .metrics import METRICS, Metric, metric
 from .metrics import tetra as tetra_metrics
 from .metrics.jacobian import ACCEPTABLE
@@ -25,7 +27,6 @@ from .metrics.verdict import verdict_quality
 from .polyhedral_quality import PolyhedralQuality, measure_polyhedra
 from .status import STATUSES, Status
 from .summary import Summary, summarise
-from .topology import inner_faces
 from .validity import Certificate, certify
 
 Values = NDArray[np.float64]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import cast
 from .cells import CellType, cell_type
 from .errors import MetricError
 from .kernels.cells import aggregate, driver
 from .kernels.threads import run
+from .mesh import cast
 from .metrics import tetra
 
 Values = NDArray[np.float64]

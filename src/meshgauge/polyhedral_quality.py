@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .cast import read_only
 from .kernels.polyhedra import driver, match
 from .kernels.polyhedra import links as bits
 from .kernels.polyhedra import shape as polyhedra_shape
 from .kernels.polyhedra.driver import Faces, Links, Solids
 from .kernels.threads import run
+from .mesh.cast import read_only
 from .mesh import CellIds
-from .polyhedra import Polyhedra, ragged
+from .mesh.polyhedra import Polyhedra, ragged
 from .reference import corner_model, solids
 from .status import Status
 
@@ -205,14 +205,14 @@ def measure_polyhedra(
     points
         ``(n_points, 3)`` float32 or float64, C-contiguous; any unit.
     polyhedra
-        Faces of the cells, ids in range (see `meshgauge.cast.check_polyhedra`).
+        Faces of the cells, ids in range (see `meshgauge.mesh.cast.check_polyhedra`).
     cells
         Which cells of ``polyhedra`` to measure, ascending.
     threads
         At most this many; None: one for each processor. It has no influence on the values.
     inner_faces
         Tells, for entries of ``polyhedra.cell_faces``, whether a cell lies beyond that face, as
-        `meshgauge.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes hang by
+        `meshgauge.mesh.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes hang by
         what their own cell tells.
     """
     n_all = len(polyhedra.cell_offsets) - 1

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import connectivity
-from .cast import read_only
 from .cells import CellType
 from .kernels.cells import driver
 from .kernels.certificate import inside_numpy
 from .kernels.certificate.certificate import Validity, certificate
 from .kernels.threads import run
+from .mesh import connectivity
+from .mesh.cast import read_only
 from .mesh import CellIds, Mesh
 from .status import Status
 

@@ -16,7 +16,7 @@ from meshgauge.cells import CELL_TYPES
 from meshgauge.doctor import Numbering, diagnosis, orientation, oriented, reversal
 from meshgauge.doctor.oriented import DEGREES
 from meshgauge.kernels.topology import numpy_fallback
-from meshgauge.polyhedra import Polyhedra
+from meshgauge.mesh.polyhedra import Polyhedra
 
 CURVED = [(row.vtk_id, row.n_nodes) for row in CELL_TYPES.values() if row.is_curved and row.n_nodes is not None]
 LAGRANGE = {"tetra": (4, 10, 15, 20, 35), "hexahedron": (8, 27, 64), "wedge": (6, 18, 21, 40), "pyramid": (5,)}

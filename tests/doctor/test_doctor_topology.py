@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from meshgauge import Mesh
 from meshgauge.cells import BY_NAME, cell_type
 from meshgauge.kernels.topology import numpy_fallback
-from meshgauge.polyhedra import Polyhedra
-from meshgauge.topology import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME, topology
+from meshgauge.mesh.polyhedra import Polyhedra
+from meshgauge.mesh.topology import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME, topology
 
 UP = np.array([0.0, 0.0, 1.0])
 TETRA_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))

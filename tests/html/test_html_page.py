@@ -19,13 +19,13 @@ from html_pages import BRACKET, EVIL, ROOT, evil, grid, unpacked
 
 import meshgauge
 from meshgauge.errors import WriteError
+from meshgauge.mesh.topology import topology
 from meshgauge.plot.colours import colours as plotted
 from meshgauge.report import FailedFile, html
 from meshgauge.report.html import cells, surface
 from meshgauge.report.html.colours import colour
 from meshgauge.report.html.frame import Frame
 from meshgauge.report.html.gallery import neighbours
-from meshgauge.topology import topology
 
 
 def run(*arguments: str | Path, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
@@ -183,7 +183,7 @@ def test_polyhedra_have_their_own_faces() -> None:
         stream += [4, *mesh.nodes(0)[list(face)].tolist()]
     types = mesh.types.copy()
     types[0] = 42
-    poly = meshgauge.polyhedra.Polyhedra.from_face_stream([0, *[-1] * 7], stream)
+    poly = meshgauge.mesh.polyhedra.Polyhedra.from_face_stream([0, *[-1] * 7], stream)
     quality = meshgauge.measure(mesh.replace(types=types, polyhedra=poly))
     made = html.section(quality)
     arrays = unpacked(made)

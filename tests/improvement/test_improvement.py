@@ -192,7 +192,7 @@ def test_cells_that_are_not_finite_are_left_alone() -> None:
 
 def test_polyhedra_keep_their_faces_flat() -> None:
     from meshgauge.improvement.polyhedral import WARP, _warps
-    from meshgauge.polyhedra import Polyhedra
+    from meshgauge.mesh.polyhedra import Polyhedra
 
     mesh = shaken("hexahedron", 3, 0.08)
     faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))

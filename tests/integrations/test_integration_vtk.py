@@ -120,7 +120,7 @@ def test_polyhedra_of_an_older_vtk(tmp_path: Path) -> None:
     poly = whole.polyhedra
     assert poly is not None
     # A cell without faces before, and one of other faces behind.
-    three = meshgauge.polyhedra.Polyhedra(
+    three = meshgauge.mesh.polyhedra.Polyhedra(
         np.r_[0, 0, poly.cell_offsets[1], len(poly.cell_faces) + 4],
         np.r_[poly.cell_faces, [3, 2, 1, 0]],
         poly.face_offsets,

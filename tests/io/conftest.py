@@ -8,7 +8,7 @@ from io_meshes import LINEAR, mesh_of
 
 from meshgauge.cells import SHAPES
 from meshgauge.mesh import Mesh
-from meshgauge.polyhedra import Polyhedra
+from meshgauge.mesh.polyhedra import Polyhedra
 
 
 @pytest.fixture

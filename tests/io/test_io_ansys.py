@@ -11,7 +11,7 @@ from meshgauge import io
 from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.io._ansys_cells import BRICKS, CODES, KINDS, quadratic
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
 EDGES = SHAPES["hexahedron"].edges

@@ -14,7 +14,7 @@ from io_meshes import LINEAR, mesh_of
 import meshgauge
 from meshgauge import io
 from meshgauge.errors import ReadError
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 h5py = pytest.importorskip("h5py")
 

@@ -12,7 +12,7 @@ from io_meshes import LINEAR, mesh_of
 
 from meshgauge import io
 from meshgauge.cli.main import main
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "fuzz"))
 import fuzzing

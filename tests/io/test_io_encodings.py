@@ -15,7 +15,7 @@ from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.io import _isolate, _vtk
 from meshgauge.mesh import Mesh
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 
 def save_vtu(path: Path, mesh: Mesh, mode: str, compressor: str, header: int, order: str = "Little") -> None:

@@ -14,7 +14,7 @@ import meshgauge
 from meshgauge import io
 from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 h5py = pytest.importorskip("h5py")
 

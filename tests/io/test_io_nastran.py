@@ -11,7 +11,7 @@ import pytest
 import meshgauge
 from meshgauge import io
 from meshgauge.errors import ReadError
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 TETRA = "CTETRA,1,7,1,2,3,4\n"
 GRID = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n"

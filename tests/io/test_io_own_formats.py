@@ -16,7 +16,7 @@ from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.io import _faces, abaqus
 from meshgauge.mesh import Mesh
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "fuzz"))
 import fuzzing

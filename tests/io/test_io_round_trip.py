@@ -12,7 +12,7 @@ import meshgauge
 from meshgauge import io
 from meshgauge.errors import ReadError, WriteError
 from meshgauge.mesh import CellBlock, Mesh
-from meshgauge.regions import regions
+from meshgauge.mesh.regions import regions
 
 EXACT = (".vtu", ".vtk", ".vtkhdf")
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meshgauge.cells import cell_type
 from meshgauge.mesh import Mesh
-from meshgauge.polyhedra import Polyhedra
+from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.polyhedral_quality import PolyhedralQuality, measure_polyhedra
 
 Face = Sequence[int]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import meshgauge
-from meshgauge.polyhedra import Polyhedra
-from meshgauge.topology import topology
+from meshgauge.mesh.polyhedra import Polyhedra
+from meshgauge.mesh.topology import topology
 
 # Two cubes beside each other along x, as OpenFOAM has them: 11 faces, the one between them first.
 POINTS = np.array([(x, y, z) for x in range(3) for y in range(2) for z in range(2)], float)

@@ -15,7 +15,7 @@ import meshgauge
 from meshgauge import polyhedral_quality
 from meshgauge.cells import SHAPES
 from meshgauge.mesh import Mesh
-from meshgauge.polyhedra import Polyhedra
+from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.polyhedral_quality import BROKEN, Fault, PolyhedralQuality, ReferenceKind, measure_polyhedra
 from meshgauge.reference import antiprism, prism, solid
 from meshgauge.status import Status

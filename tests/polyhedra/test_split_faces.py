@@ -178,7 +178,7 @@ def test_neighbours_may_be_of_cell_types() -> None:
         types=np.array([42, 12, 12], np.uint8),
         offsets=np.cumsum([0, len(nodes), 8, 8]),
         connectivity=np.array([*nodes, *hexahedra[0], *hexahedra[1]]),
-        polyhedra=meshgauge.polyhedra.Polyhedra(
+        polyhedra=meshgauge.mesh.polyhedra.Polyhedra(
             offsets, one.polyhedra.cell_faces, one.polyhedra.face_offsets, one.polyhedra.face_points
         ),
     )

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from view_meshes import cubes
 
 import meshgauge
+from meshgauge.mesh.topology import topology
 from meshgauge.plot.colours import INVALID, POOR, RAMP, UNKNOWN
-from meshgauge.topology import topology
 from meshgauge.viewer import layers as layering
 from meshgauge.viewer.camera import Camera
 from meshgauge.viewer.card import card, number
@@ -42,7 +42,7 @@ def test_without_filters_every_solid_cell_is_shown(bracket: Model) -> None:
 )
 def test_masks_are_those_of_a_plain_loop(bracket: Model, wanted: Filters) -> None:
     quality, mesh = bracket.quality, bracket.mesh
-    ids, names = meshgauge.regions.regions(mesh)  # type: ignore[attr-defined]
+    ids, names = meshgauge.mesh.regions.regions(mesh)  # type: ignore[attr-defined]
     centres = np.array([mesh.points[mesh.nodes(c)].mean(axis=0) for c in range(mesh.n_cells)])
     along = None if wanted.plane is None else centres @ np.array(wanted.plane.normal)
     found = shown(bracket, wanted)

@@ -57,7 +57,7 @@ def _of_array(mesh: Mesh, name: str) -> Mask:
 
 
 def _of_regions(mesh: Mesh, patterns: Sequence[str]) -> Mask:
-    from ..regions import regions
+    from ..mesh.regions import regions
 
     ids, names = regions(mesh)
     chosen = np.zeros(len(names), np.bool_)

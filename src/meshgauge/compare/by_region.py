@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import Quality
-from ..regions import regions
+from ..mesh.regions import regions
 from ..summary import Summary, summarise
 
 JENS = "jens"

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import Quality, measure
-from ..cast import read_only
 from ..kernels.topology import numpy_fallback
+from ..mesh.cast import read_only
 from ..mesh import Mesh
-from ..polyhedra import IndexArray
-from ..topology import Topology, topology
+from ..mesh.polyhedra import IndexArray
+from ..mesh.topology import Topology, topology
 from . import cells, faces, points
 from .orientation import EXAMPLES, IS_SOLID, Orientation, orientation
 from .united import united_by_faces, united_by_points

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES
-from ..topology import BOUNDARY, MULTIPLE, Topology
+from ..mesh.topology import BOUNDARY, MULTIPLE, Topology
 
 Ids = NDArray[np.int64]
 

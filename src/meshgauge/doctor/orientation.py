@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from .. import arrays
 from .._quality import Quality
-from ..cast import read_only
 from ..cells import BY_NAME, CELL_TYPES, TETRA, WEDGE, type_name
+from ..mesh.cast import read_only
 from ..mesh import Mesh
-from ..polyhedra import IndexArray
-from ..topology import BOUNDARY, SAME, Topology, topology
+from ..mesh.polyhedra import IndexArray
+from ..mesh.topology import BOUNDARY, SAME, Topology, topology
 from .points import extent
 from .reversal import reversal
 from .united import united_by_faces

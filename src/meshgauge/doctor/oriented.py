@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import Quality, measure
-from ..cast import read_only
 from ..cells import type_name
+from ..mesh.cast import read_only
 from ..mesh import Mesh
 from .orientation import Orientation, orientation
 from .points import duplicates, representatives

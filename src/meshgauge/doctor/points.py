@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernels.topology import numpy_fallback
-from ..polyhedra import IndexArray
+from ..mesh.polyhedra import IndexArray
 
 TOLERANCE = 1e-9
 """Distance within which points coincide, relative to the `size` of the mesh."""

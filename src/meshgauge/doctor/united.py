@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..kernels.topology import numpy_fallback
 from ..mesh import Mesh
-from ..polyhedra import IndexArray
+from ..mesh.polyhedra import IndexArray
 
 
 def united_by_points(mesh: Mesh, which: NDArray[np.bool_], parent: IndexArray) -> None:

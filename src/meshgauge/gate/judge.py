@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from .._quality import Quality
 from ..cells import BY_NAME, CELL_TYPES, type_name
 from ..errors import BaselineError
+from ..mesh.regions import regions
 from ..metrics import metric
-from ..regions import regions
 from ..status import STATUSES, Status
 from ..summary import CRITERIA
 from .baseline import KEYS, Baseline, worse

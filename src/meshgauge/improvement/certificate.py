@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from .._quality import Quality
 from ..cells import type_name
 from ..doctor.points import extent
+from ..mesh.topology import Topology
 from ..summary import Summary
-from ..topology import Topology
 from .faces import face_points, next_round
 from .run import Progress
 

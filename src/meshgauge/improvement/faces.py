@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..polyhedra import ragged
-from ..topology import Topology, face_table
+from ..mesh.polyhedra import ragged
+from ..mesh.topology import Topology, face_table
 
 Ids = NDArray[np.int64]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import Quality
-from ..polyhedra import Polyhedra, ragged
+from ..mesh.polyhedra import Polyhedra, ragged
 from ..polyhedral_quality import corner_triples
 from .faces import next_round
 from .problem import Ids, Points

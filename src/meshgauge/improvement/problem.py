@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import SHAPES
-from ..connectivity import chunks, picked
 from ..kernels.repair import cells as improve_cells
+from ..mesh.connectivity import chunks, picked
 from ..mesh import Mesh
 
 Points = NDArray[np.float64]

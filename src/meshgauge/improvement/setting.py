@@ -12,10 +12,10 @@ from ..cells import CELL_TYPES
 from ..doctor import points as coincidence
 from ..errors import MeshError
 from ..mesh import Mesh
+from ..mesh.regions import regions
+from ..mesh.topology import MULTIPLE, Topology, topology
 from ..polyhedral_quality import PolyhedralQuality
-from ..regions import regions
 from ..status import Status
-from ..topology import MULTIPLE, Topology, topology
 from .curved import can_follow
 from .faces import face_points, marked
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import MeshError, ReadError, WriteError
 from ..mesh import Mesh
-from ..regions import named_blocks
+from ..mesh.regions import named_blocks
 from . import _files, _registry
 from ._format import Format
 from ._isolate import Limits

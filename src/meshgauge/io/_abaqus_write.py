@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES
 from ..mesh import Mesh
-from ..regions import told_regions
+from ..mesh.regions import told_regions
 from . import _write
 
 _TYPES = {

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES
-from ..polyhedra import Polyhedra
+from ..mesh.polyhedra import Polyhedra
 from . import _faces
 from ._build import Cells, Ints, Kind, gathered
 from ._cgns_cells import KINDS, MIXED, NFACE, NGON

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..cells import BY_NAME, SHAPES
 from ..mesh import CellBlock, Mesh
-from ..polyhedra import Polyhedra
+from ..mesh.polyhedra import Polyhedra
 
 Ints = NDArray[np.int64]
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..errors import ReadError
 from ..mesh import CellBlock, Mesh
-from ..polyhedra import Polyhedra
+from ..mesh.polyhedra import Polyhedra
 
 _ALIGN = 64
 _POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points")

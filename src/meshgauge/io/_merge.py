@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import CellBlock, Mesh
-from ..polyhedra import IndexArray, Polyhedra
+from ..mesh.polyhedra import IndexArray, Polyhedra
 
 
 @dataclass(slots=True)

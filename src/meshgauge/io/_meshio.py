@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..cells import BY_NAME, CELL_TYPES, CellType, type_name
 from ..errors import MeshError, ReadError, WriteError
 from ..mesh import CellBlock, Mesh
-from ..polyhedra import Polyhedra
+from ..mesh.polyhedra import Polyhedra
 
 _LOCK = threading.RLock()
 """Standard output, standard error and the warnings filter belong to the whole process."""

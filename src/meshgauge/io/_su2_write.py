@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..cells import CELL_TYPES
 from ..errors import WriteError
 from ..mesh import Mesh
-from ..regions import told_regions
+from ..mesh.regions import told_regions
 from . import _write
 
 _KNOWN = ("triangle", "quad", "tetra", "hexahedron", "wedge", "pyramid")

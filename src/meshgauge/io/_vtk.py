@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..errors import ReadError, WriteError
 from ..mesh import Mesh
-from ..polyhedra import Polyhedra
+from ..mesh.polyhedra import Polyhedra
 from ._merge import Part, merged
 
 _LOCK = threading.RLock()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..cells import CELL_TYPES
 from ..errors import MeshgaugeError, ReadError
 from ..mesh import Mesh
-from ..regions import told_regions
+from ..mesh.regions import told_regions
 from . import _faces, _meshio, _within
 from ._build import Ints, Kind, gathered
 from ._format import Format

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh import Mesh
-from ..regions import KEYS
+from ..mesh.regions import KEYS
 from . import _medit_read, _meshio
 from ._format import Format
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import ReadError
 from ..mesh import Mesh
-from ..regions import KEYS
+from ..mesh.regions import KEYS
 from . import _meshio, _vtk, _within, _write
 from ._format import Format, Reader, Sniffer, Writer, anything
 

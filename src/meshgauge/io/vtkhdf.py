@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError, ReadError
 from ..mesh import Mesh
-from ..polyhedra import Polyhedra
+from ..mesh.polyhedra import Polyhedra
 from . import _vtk, _within
 from ._format import Format
 from ._merge import Part, merged

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._quality import Quality, WorstCell
 from ..cells import cell_type
 from ..errors import MeshgaugeError
-from ..polyhedra import Polyhedra
+from ..mesh.polyhedra import Polyhedra
 from . import marks, sheet
 from .canvas import Canvas, frame, over
 from .colours import FAINT, INK

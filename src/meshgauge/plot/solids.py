@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import connectivity
 from .._quality import Quality, WorstCell
 from ..cells import BY_NAME, CELL_TYPES
 from ..errors import MeshgaugeError
 from ..io._vtk import grid as vtk_grid
+from ..mesh import connectivity
 from ..mesh import Mesh
 from ..status import STATUSES, Status
 from .canvas import Canvas, Image, over

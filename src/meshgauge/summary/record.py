@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from .. import _html
 from ..cells import CELL_TYPES, type_name
-from ..kernels.threads import run
 from ..kernels.cells.driver import certified_as
+from ..kernels.threads import run
 from .builder import tallies
 from .scale import Scale, Values
 from .tally import Tally

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..polyhedra import ragged
-from ..topology import BOUNDARY, Topology
+from ..mesh.polyhedra import ragged
+from ..mesh.topology import BOUNDARY, Topology
 
 NONE = -1
 """The layer of a cell that is not solid."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from .._quality import Quality, measure
 from ..cells import CELL_TYPES, type_name
 from ..mesh import Mesh
-from ..regions import regions
+from ..mesh.regions import regions
+from ..mesh.topology import Topology, topology
 from ..status import STATUSES, Status
-from ..topology import Topology, topology
 from .filters import ViewError
 from .layers import layers
 from .surface import Surface, exposed, surface

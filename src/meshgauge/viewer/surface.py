@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import POLYHEDRON
-from ..polyhedra import ragged
-from ..topology import COLLAPSED, Topology, face_table
+from ..mesh.polyhedra import ragged
+from ..mesh.topology import COLLAPSED, Topology, face_table
 
 Ids = NDArray[np.int64]
 

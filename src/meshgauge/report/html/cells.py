@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import connectivity
 from ...cells import CELL_TYPES, POLYHEDRON
 from ...kernels.cells import aggregate, driver
-from ...polyhedra import ragged
+from ...mesh import connectivity
+from ...mesh.polyhedra import ragged
 from ...status import STATUSES
 from ...summary.scale import HALF, Scale
 from .frame import Frame

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...mesh.topology import topology
 from ...status import STATUSES
 from ...summary import Summary
-from ...topology import topology
 from .. import style
 from . import surface
 from .cells import WHOLE, WORST, Ids, arrays_of, chosen, drawable, kinds, nodes_of

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...polyhedra import ragged
-from ...topology import BOUNDARY, Topology, face_table
+from ...mesh.polyhedra import ragged
+from ...mesh.topology import BOUNDARY, Topology, face_table
 
 Ids = NDArray[np.int64]
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .cells import CELL_TYPES, CellType, type_name
-from .errors import MeshError
-from .kernels.threads import run
+from ..cells import CELL_TYPES, CellType, type_name
+from ..errors import MeshError
+from ..kernels.threads import run
 from .polyhedra import IndexArray, Polyhedra
 
 CHUNK = 1 << 18

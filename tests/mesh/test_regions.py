@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from meshgauge.mesh import CellBlock, Mesh
-from meshgauge.regions import KEYS, regions
+from meshgauge.mesh.regions import KEYS, regions
 
 POINTS = np.random.default_rng(0).random((8, 3))
 TETRAS = [(0, 1, 2, 3), (1, 2, 3, 4), (2, 3, 4, 5), (3, 4, 5, 6)]

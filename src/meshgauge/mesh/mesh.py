@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _html, cast
-from .cells import CELL_TYPES, CellType, cell_type, type_name
-from .errors import MeshError
+from .. import _html
+from ..cells import CELL_TYPES, CellType, cell_type, type_name
+from ..errors import MeshError
+from . import cast
 from .polyhedra import IndexArray, Polyhedra
 
 CellIds = slice | NDArray[np.int64]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from .cells import CellType
+from ..cells import CellType
 from .mesh import CellIds, Mesh
 
 CHUNK = 1 << 16

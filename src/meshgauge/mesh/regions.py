@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .cells import BY_NAME, CELL_TYPES
+from ..cells import BY_NAME, CELL_TYPES
 from .mesh import Mesh
 
 KEYS: tuple[str, ...] = (

@@ -8,10 +8,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cells import CELL_TYPES, POLYHEDRON
+from ..kernels.topology import numpy_fallback
+from ..kernels.topology.numpy_fallback import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .cast import read_only
-from .cells import CELL_TYPES, POLYHEDRON
-from .kernels.topology import numpy_fallback
-from .kernels.topology.numpy_fallback import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .mesh import Mesh
 from .polyhedra import IndexArray, Polyhedra, ragged
 
@@ -123,7 +123,7 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
     if mesh.n_cells <= numpy_fallback.FEW:
         n_multiple = numpy_fallback.match(*common, mates, relations)
     else:
-        from .kernels.topology import half_faces  # loads Numba
+        from ..kernels.topology import half_faces  # loads Numba
 
         ends, slots = np.zeros(mesh.n_points + 1, width), np.empty(n_slots, width)
         hashes = np.empty((2, n_slots), np.int32)
