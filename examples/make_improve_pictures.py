@@ -21,7 +21,7 @@ from PIL import Image
 
 import meshgauge
 from meshgauge.cells import cell_type
-from meshgauge.plot.colours import FAINT, GRID, INK, SERIES, WORDS, colours
+from meshgauge.look.colours import FAINT, GRID, INK, SERIES, WORDS, colours
 
 GOOD_MESH = ROOT / "examples" / "meshes" / "bracket_good.vtu"
 

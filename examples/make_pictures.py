@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import meshgauge
-from meshgauge.plot.colours import FAINT, INK, INVALID, WORDS, colours
+from meshgauge.look.colours import FAINT, INK, INVALID, WORDS, colours
 
 ROOT = Path(__file__).resolve().parent.parent
 MESH = ROOT / "examples" / "meshes" / "bracket.vtu"

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _html, arrays, validity
+from . import arrays, validity
 from .cells import POLYHEDRON, CellType, Shape, cell_type, type_name
 from .errors import MeshgaugeError, MetricError
 from .kernels.cells import aggregate, driver
 from .kernels.threads import run
-from .mesh import connectivity
+from .look import notebook
+from .mesh import CellIds, Mesh, connectivity
 from .mesh.cast import read_only
-from .mesh import CellIds, Mesh
 from .mesh.topology import inner_faces
 from .metrics import METRICS, Metric, metric
 from .metrics import tetra as tetra_metrics
@@ -251,14 +251,14 @@ class Quality:
     def _repr_html_(self) -> str:
         """The quality in a notebook: its summary and the worst cells."""
         head = ("worst cells", "type", "quality", "worst at node", "point", "x", "y", "z")
-        rows: list[list[_html.Cell]] = []
+        rows: list[list[notebook.Cell]] = []
         for cell in self.worst(5):
-            told = _html.quality(cell.quality)
-            bad = _html.INVALID if cell.status != "ok" else _html.POOR if cell.quality < ACCEPTABLE else ""
+            told = notebook.quality(cell.quality)
+            bad = notebook.INVALID if cell.status != "ok" else notebook.POOR if cell.quality < ACCEPTABLE else ""
             place = [f"{x:.6g}" for x in cell.coordinates]
             rows.append([str(cell.cell), cell.type, (told, bad), str(cell.node), str(cell.point), *place])
-        table = _html.table(head, rows, left=2) if rows else ""
-        return _html.block(repr(self).strip("<>"), _html.Raw(self.summary()._repr_html_()), table)
+        table = notebook.table(head, rows, left=2) if rows else ""
+        return notebook.block(repr(self).strip("<>"), notebook.Raw(self.summary()._repr_html_()), table)
 
 
 def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None = None) -> Quality:

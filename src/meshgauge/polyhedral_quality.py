@@ -20,8 +20,8 @@ from .kernels.polyhedra import links as bits
 from .kernels.polyhedra import shape as polyhedra_shape
 from .kernels.polyhedra.driver import Faces, Links, Solids
 from .kernels.threads import run
-from .mesh.cast import read_only
 from .mesh import CellIds
+from .mesh.cast import read_only
 from .mesh.polyhedra import Polyhedra, ragged
 from .reference import corner_model, solids
 from .status import Status

@@ -12,9 +12,8 @@ from .kernels.cells import driver
 from .kernels.certificate import inside_numpy
 from .kernels.certificate.certificate import Validity, certificate
 from .kernels.threads import run
-from .mesh import connectivity
+from .mesh import CellIds, Mesh, connectivity
 from .mesh.cast import read_only
-from .mesh import CellIds, Mesh
 from .status import Status
 
 Values = NDArray[np.float64]

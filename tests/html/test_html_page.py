@@ -19,8 +19,8 @@ from html_pages import BRACKET, EVIL, ROOT, evil, grid, unpacked
 
 import meshgauge
 from meshgauge.errors import WriteError
+from meshgauge.look.colours import colours as plotted
 from meshgauge.mesh.topology import topology
-from meshgauge.plot.colours import colours as plotted
 from meshgauge.report import FailedFile, html
 from meshgauge.report.html import cells, surface
 from meshgauge.report.html.colours import colour

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 import meshgauge
 from meshgauge import MeshgaugeError, plot
+from meshgauge.look.colours import INVALID, POOR, RAMP, SERIES, WORDS, colours, rgb
 from meshgauge.plot import sheet
-from meshgauge.plot.colours import INVALID, POOR, RAMP, SERIES, WORDS, colours, rgb
 from meshgauge.plot.series import counts_in, edges_of, steps_of
 from meshgauge.summary import Summary, summarise
 

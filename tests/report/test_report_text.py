@@ -10,7 +10,8 @@ import pytest
 from made_up import report_of
 from rich.console import Console
 
-from meshgauge.report import FailedFile, FileReport, style
+from meshgauge.look import style
+from meshgauge.report import FailedFile, FileReport
 from meshgauge.report.several import SeveralText
 from meshgauge.report.text import FileText
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from view_meshes import cubes
 
 import meshgauge
+from meshgauge.look.colours import INVALID, POOR, RAMP, UNKNOWN
 from meshgauge.mesh.topology import topology
-from meshgauge.plot.colours import INVALID, POOR, RAMP, UNKNOWN
 from meshgauge.viewer import layers as layering
 from meshgauge.viewer.camera import Camera
 from meshgauge.viewer.card import card, number

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from ..report import style
+from ..look import style
 
 if TYPE_CHECKING:
     from ..improvement import Progress

@@ -8,10 +8,10 @@ from typing import Protocol
 from rich.console import Group
 from rich.text import Text
 
+from ..look.style import LEVELS
 from ..report import FailedFile, FileReport
 from ..report.json import dumps
 from ..report.several import SeveralText
-from ..report.style import LEVELS
 from ..report.text import FileText
 from ..report.verdict import verdict
 from .terminal import Output, emit

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from .._quality import Quality, measure
 from ..kernels.topology import numpy_fallback
-from ..mesh.cast import read_only
 from ..mesh import Mesh
+from ..mesh.cast import read_only
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import Topology, topology
 from . import cells, faces, points

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from .. import arrays
 from .._quality import Quality
 from ..cells import BY_NAME, CELL_TYPES, TETRA, WEDGE, type_name
-from ..mesh.cast import read_only
 from ..mesh import Mesh
+from ..mesh.cast import read_only
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import BOUNDARY, SAME, Topology, topology
 from .points import extent

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from .._quality import Quality, measure
 from ..cells import type_name
-from ..mesh.cast import read_only
 from ..mesh import Mesh
+from ..mesh.cast import read_only
 from .orientation import Orientation, orientation
 from .points import duplicates, representatives
 from .reversal import reversal

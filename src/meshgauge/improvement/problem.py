@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..cells import SHAPES
 from ..kernels.repair import cells as improve_cells
-from ..mesh.connectivity import chunks, picked
 from ..mesh import Mesh
+from ..mesh.connectivity import chunks, picked
 
 Points = NDArray[np.float64]
 Ids = NDArray[np.int64]

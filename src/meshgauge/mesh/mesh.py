@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _html
 from ..cells import CELL_TYPES, CellType, cell_type, type_name
 from ..errors import MeshError
+from ..look import notebook
 from . import cast
 from .polyhedra import IndexArray, Polyhedra
 
@@ -186,7 +186,7 @@ class Mesh:
             f"{what}: {', '.join(f'{k} ({v.dtype})' for k, v in arrays.items())}" for what, arrays in held if arrays
         ]
         where = f" from {self.path}" if self.path else ""
-        return _html.block(f"Mesh{where}", _html.table((), rows), *data, *self.notes)
+        return notebook.block(f"Mesh{where}", notebook.table((), rows), *data, *self.notes)
 
 
 def _frozen_data(data: Mapping[str, Any], name: str, n: int | None) -> Mapping[str, NDArray[Any]]:

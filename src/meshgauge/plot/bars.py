@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._quality import JENS
+from ..look.colours import INK, INVALID, WORDS, colours
 from ..summary import Tally
 from . import sheet
-from .colours import INK, INVALID, WORDS, colours
 from .series import Counts, Drawable, Series, Values, counts_in, edges_of, series
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError
-from .colours import INK
+from ..look.colours import INK
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._quality import JENS
+from ..look.colours import GRID, INK
 from ..summary import Tally
 from . import sheet
-from .colours import GRID, INK
 from .series import Drawable, edges_of, series, steps_of
 
 if TYPE_CHECKING:

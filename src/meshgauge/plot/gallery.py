@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from .._quality import Quality, WorstCell
 from ..cells import cell_type
 from ..errors import MeshgaugeError
+from ..look.colours import FAINT, INK
 from ..mesh.polyhedra import Polyhedra
 from . import marks, sheet
 from .canvas import Canvas, frame, over
-from .colours import FAINT, INK
 from .solids import CELL, Solids, corners, drawable, ranked, shell, surface
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._quality import WorstCell
+from ..look.colours import INK, WORDS
 from ..metrics.jacobian import ACCEPTABLE
-from .colours import INK, WORDS
 from .sheet import number
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from .._quality import JENS
+from ..look.colours import INK
 from . import sheet
 from .bars import BINS, bars, legend, outlines
-from .colours import INK
 from .series import Drawable, counts_in, edges_of, series
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from .._quality import Quality
+from ..look.colours import FAINT, INK
 from . import marks
 from .canvas import check_drawing
-from .colours import FAINT, INK
 from .solids import CELL, drawable, edges, ranked, surface
 
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from .._quality import Quality
 from ..errors import MeshgaugeError
+from ..look.colours import FAINT, INK, INVALID, colours
 from ..summary import Tally
 from . import marks, sheet
 from .canvas import Canvas, over
-from .colours import FAINT, INK, INVALID, colours
 from .series import counts_in, edges_of
 from .solids import CELL, corners, drawable, invalid, ranked, shell, surface
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ..look.colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, WORDS
 from ..metrics import metric as metric_row
 from ..summary import Summary, Tally
 from ..summary.scale import Scale
-from .colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, WORDS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

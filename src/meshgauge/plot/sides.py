@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from ..compare import Comparison
 from ..errors import MeshgaugeError
+from ..look.colours import GRID, INK
 from . import sheet
 from .bars import BINS, legend, outlines
-from .colours import GRID, INK
 from .curves import curve
 from .series import Series, edges_of
 

@@ -12,11 +12,10 @@ from .._quality import Quality, WorstCell
 from ..cells import BY_NAME, CELL_TYPES
 from ..errors import MeshgaugeError
 from ..io._vtk import grid as vtk_grid
-from ..mesh import connectivity
-from ..mesh import Mesh
+from ..look.colours import FAINT, INVALID, colours, rgb
+from ..mesh import Mesh, connectivity
 from ..status import STATUSES, Status
 from .canvas import Canvas, Image, over
-from .colours import FAINT, INVALID, colours, rgb
 
 Array = NDArray[np.float64]
 

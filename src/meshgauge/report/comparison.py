@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from ..look.style import listed, number, quality
 from ..summary import Criterion, Standing, Standings, compared
 from .record import FileReport, short_names
-from .style import listed, number, quality
 
 FEW = 3
 """More files than this that are equally good are counted, not named."""

@@ -12,7 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from .. import __version__
-from . import style
+from ..look import style
 from .record import FailedFile
 
 if TYPE_CHECKING:

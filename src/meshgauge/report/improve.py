@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from .. import __version__
+from ..look import style
 from ..summary import Tally
-from . import style
 from .json import finite
 from .text import colored, count, fits, new_table, spark
 

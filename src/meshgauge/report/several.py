@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
-from . import style
+from ..look import style
 from .comparison import compare, sentence
 from .record import FailedFile, FileReport, short_names
 from .text import STYLES_OF_COUNTS, colored, count, new_table

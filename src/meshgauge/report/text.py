@@ -12,9 +12,9 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from ..look import style
 from ..status import STATUSES
 from ..summary import UNDEFINED, Summary, Tally
-from . import style
 from .doctor import DiagnosisText
 from .record import FileReport
 from .verdict import verdict

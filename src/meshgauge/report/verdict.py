@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+from ..look.style import listed, number, plural
 from ..summary import Summary
-from .style import listed, number, plural
 
 Level = Literal["bad", "unknown", "poor", "good", "nothing"]
 

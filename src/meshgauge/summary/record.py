@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _html
 from ..cells import CELL_TYPES, type_name
 from ..kernels.cells.driver import certified_as
 from ..kernels.threads import run
+from ..look import notebook
 from .builder import tallies
 from .scale import Scale, Values
 from .tally import Tally
@@ -90,30 +90,31 @@ class Summary:
         head = ("cells", "measured", "invalid", "degenerate", "poor", "good", "min", "1 %", "median", "mean", "")
         named = [*self.types.items(), *([("all", self.all)] if len(self.types) != 1 else [])]
         title = f"{self.metric} of {self.n_cells:,} cells"
-        return _html.block(title, _html.table(head, [_html_row(name, tally) for name, tally in named]))
+        return notebook.block(title, notebook.table(head, [_html_row(name, tally) for name, tally in named]))
 
 
 HTML_BINS = 40
 
 
-def _html_row(name: str, tally: Tally) -> list[_html.Cell]:
+def _html_row(name: str, tally: Tally) -> list[notebook.Cell]:
     at = tally.quantiles((0.01, 0.5))
-    row: list[_html.Cell] = [
+    row: list[notebook.Cell] = [
         name,
         f"{tally.n_measured:,}" + (f" of {tally.n_cells:,}" if tally.n_cells > tally.n_measured else ""),
-        _html.count(tally.n_invalid, _html.INVALID),
-        _html.count(tally.n_degenerate, _html.INVALID),
-        _html.count(tally.n_poor, _html.POOR),
+        notebook.count(tally.n_invalid, notebook.INVALID),
+        notebook.count(tally.n_degenerate, notebook.INVALID),
+        notebook.count(tally.n_poor, notebook.POOR),
         f"{tally.n_good:,}",
-        *(_html.quality(value) for value in (tally.min, at[0.01], at[0.5], tally.mean)),
+        *(notebook.quality(value) for value in (tally.min, at[0.01], at[0.5], tally.mean)),
     ]
     if tally.scale.is_bounded:
         edges, counts = tally.histogram(HTML_BINS)
         low, high = tally.scale.acceptable
         colours = [
-            _html.INVALID if start < 0 else _html.GOOD if low <= start < high else _html.POOR for start in edges[:-1]
+            notebook.INVALID if start < 0 else notebook.GOOD if low <= start < high else notebook.POOR
+            for start in edges[:-1]
         ]
-        row.append(_html.bars(counts.tolist(), colours))
+        row.append(notebook.bars(counts.tolist(), colours))
     return row
 
 

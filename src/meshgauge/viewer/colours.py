@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..plot import colours as plot
+from ..look import colours as plot
 
 
 def colours(values: NDArray[np.floating]) -> NDArray[np.uint8]:

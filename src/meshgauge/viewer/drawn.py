@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..plot.colours import rgb
+from ..look.colours import rgb
 from .colours import colours
 from .model import Model
 from .surface import Surface

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..plot.colours import INVALID, POOR, RAMP, UNKNOWN
+from ..look.colours import INVALID, POOR, RAMP, UNKNOWN
 from .controls import OBLIQUE, OFF, Choices
 from .model import Model
 

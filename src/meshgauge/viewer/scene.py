@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..plot.colours import rgb
+from ..look.colours import rgb
 from . import drawn, opengl
 from .camera import VIEW_ANGLE, Camera
 from .card import card

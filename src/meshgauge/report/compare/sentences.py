@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from ...compare import Against, Comparison, PairCounts, Superiority
 from ...compare.comparison import ALL
 from ...compare.superiority import SIZES
+from ...look.style import listed, number, plural
 from ...summary import CRITERIA, ROUNDING
 from ..comparison import sentence
 from ..record import FileReport, short_names
-from ..style import listed, number, plural
 
 KEYS = ("n_invalid", "min", "quantile_0.01", "quantile_0.5", "share_not_good")
 """The criteria of the first sentence."""

@@ -13,8 +13,8 @@ from rich.text import Text
 
 from ...compare import Against, Comparison, Loss, PairCounts, Paired, Row
 from ...compare.comparison import ALL
+from ...look import style
 from ...summary import CRITERIA, Tally
-from .. import style
 from ..record import FailedFile
 from ..text import colored, fits, new_table, spark
 from . import sentences

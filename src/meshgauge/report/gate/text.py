@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ...gate import Check, FailingCell, Outcome, State
-from .. import style
+from ...look import style
 from ..record import FailedFile
 from ..text import colored, fits, new_table
 

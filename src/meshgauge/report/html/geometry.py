@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...look import style
 from ...mesh.topology import topology
 from ...status import STATUSES
 from ...summary import Summary
-from .. import style
 from . import surface
 from .cells import WHOLE, WORST, Ids, arrays_of, chosen, drawable, kinds, nodes_of
 from .colours import DEGENERATE, INVALID, STOPS, UNKNOWN

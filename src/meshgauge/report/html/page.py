@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...errors import WriteError
-from .. import style
+from ...look import style
 from ..record import FailedFile, FileReport
 from . import charts, colours
 from .section import BUDGET, Section, section
