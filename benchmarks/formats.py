@@ -19,7 +19,8 @@ from pathlib import Path
 
 from meshgauge import io
 from meshgauge.errors import ReadError
-from meshgauge.io import _isolate, _registry
+from meshgauge.io import registry
+from meshgauge.io.plumbing import isolate
 from meshgauge.mesh import Mesh
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -50,7 +51,7 @@ class Row:
 def rows(folder: Path, times: int = 2) -> Iterator[Row]:
     """One row for each mesh of the list; the last time of so many is told."""
     used: list[str] = []
-    chosen, in_child = _registry.read, _isolate.read
+    chosen, in_child = registry.read, isolate.read
 
     def told(fmt: io.Format, path: Path, limits: io.Limits | None = None) -> Mesh:
         used[:] = [fmt.name, "own"]
@@ -60,14 +61,14 @@ def rows(folder: Path, times: int = 2) -> Iterator[Row]:
         used[:] = [name, "other"]
         return in_child(path, name, limits)
 
-    _registry.read, _isolate.read = told, isolated
+    registry.read, isolate.read = told, isolated
     try:
         with (folder / "MANIFEST.tsv").open(newline="") as file:
             for line in csv.DictReader(file, delimiter="\t"):
                 used[:] = ["", ""]
                 yield _row(folder / line["path"], {column: int(line[column]) for column in COLUMNS}, used, times)
     finally:
-        _registry.read, _isolate.read = chosen, in_child
+        registry.read, isolate.read = chosen, in_child
 
 
 def _row(path: Path, stated: dict[str, int], used: list[str], times: int) -> Row:

@@ -24,7 +24,7 @@ from versions import versions
 import meshgauge
 from meshgauge.cells import cell_type
 from meshgauge.mesh.polyhedra import Polyhedra
-from meshgauge.polyhedral_quality import measure_polyhedra
+from meshgauge.quality.polyhedra import measure_polyhedra
 
 Points = NDArray[np.float64]
 Cells = NDArray[np.int64]

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from meshgauge import gate
 from meshgauge.cells import CELL_TYPES, SHAPES
-from meshgauge.metrics import METRICS, Metric, Standard
+from meshgauge.quality.metrics import METRICS, Metric, Standard
 from meshgauge.status import STATUSES
 
 ROOT = Path(__file__).resolve().parent.parent

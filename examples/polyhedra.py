@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.spatial import Voronoi
 
 from meshgauge.mesh.polyhedra import Polyhedra
-from meshgauge.polyhedral_quality import PolyhedralQuality, measure_polyhedra
-from meshgauge.reference import solid
+from meshgauge.quality.polyhedra import PolyhedralQuality, measure_polyhedra
+from meshgauge.quality.reference import solid
 
 Points = NDArray[np.float64]
 Faces = list[list[int]]

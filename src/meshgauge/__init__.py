@@ -15,14 +15,6 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from ._quality import Quality as Quality
-    from ._quality import WorstCell as WorstCell
-    from ._quality import measure as measure
-    from ._quality import quality as quality
-    from .arrays import aspect_ratio_gamma as aspect_ratio_gamma
-    from .arrays import jens as jens
-    from .arrays import scaled_aspect_ratio_gamma as scaled_aspect_ratio_gamma
-    from .arrays import scaled_jacobian as scaled_jacobian
     from .cells import CELL_TYPES as CELL_TYPES
     from .cells import CellType as CellType
     from .cells import Shape as Shape
@@ -41,21 +33,28 @@ if TYPE_CHECKING:
     from .io import write as write
     from .mesh import CellBlock as CellBlock
     from .mesh import Mesh as Mesh
-    from .metrics import METRICS as METRICS
-    from .metrics import Metric as Metric
+    from .quality.arrays import aspect_ratio_gamma as aspect_ratio_gamma
+    from .quality.arrays import jens as jens
+    from .quality.arrays import scaled_aspect_ratio_gamma as scaled_aspect_ratio_gamma
+    from .quality.arrays import scaled_jacobian as scaled_jacobian
+    from .quality.measure import Quality as Quality
+    from .quality.measure import WorstCell as WorstCell
+    from .quality.measure import measure as measure
+    from .quality.metrics import METRICS as METRICS
+    from .quality.metrics import Metric as Metric
+    from .quality.summary import Summary as Summary
+    from .quality.summary import Tally as Tally
+    from .quality.summary import summarise as summarise
+    from .quality.validity import Certificate as Certificate
+    from .quality.validity import certify as certify
     from .status import STATUSES as STATUSES
     from .status import Status as Status
-    from .summary import Summary as Summary
-    from .summary import Tally as Tally
-    from .summary import summarise as summarise
-    from .validity import Certificate as Certificate
-    from .validity import certify as certify
 
 _HOME = {
-    "aspect_ratio_gamma": "arrays",
-    "jens": "arrays",
-    "scaled_aspect_ratio_gamma": "arrays",
-    "scaled_jacobian": "arrays",
+    "aspect_ratio_gamma": "quality.arrays",
+    "jens": "quality.arrays",
+    "scaled_aspect_ratio_gamma": "quality.arrays",
+    "scaled_jacobian": "quality.arrays",
     "CELL_TYPES": "cells",
     "CellType": "cells",
     "Shape": "cells",
@@ -74,19 +73,18 @@ _HOME = {
     "write": "io",
     "CellBlock": "mesh",
     "Mesh": "mesh",
-    "METRICS": "metrics",
-    "Metric": "metrics",
-    "Quality": "_quality",
-    "WorstCell": "_quality",
-    "measure": "_quality",
-    "quality": "_quality",  # the module is private, so that its name does not hide the function
+    "METRICS": "quality.metrics",
+    "Metric": "quality.metrics",
+    "Quality": "quality.measure",
+    "WorstCell": "quality.measure",
+    "measure": "quality.measure",
     "STATUSES": "status",
     "Status": "status",
-    "Summary": "summary",
-    "Tally": "summary",
-    "summarise": "summary",
-    "Certificate": "validity",
-    "certify": "validity",
+    "Summary": "quality.summary",
+    "Tally": "quality.summary",
+    "summarise": "quality.summary",
+    "Certificate": "quality.validity",
+    "certify": "quality.validity",
 }
 """The module of each public name."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from meshgauge.cli.main import main
-from meshgauge.metrics import METRICS
+from meshgauge.quality.metrics import METRICS
 
 
 def test_every_metric_is_listed_with_its_reference(capsys: pytest.CaptureFixture[str]) -> None:

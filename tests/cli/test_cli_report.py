@@ -164,7 +164,7 @@ def test_an_unexpected_error_is_one_line(good: Path, capsys: Captured, monkeypat
     def broken(*_: object, **__: object) -> None:
         raise RuntimeError("two\nlines")
 
-    monkeypatch.setattr("meshgauge._quality.measure", broken)
+    monkeypatch.setattr("meshgauge.quality.measure.measure", broken)
     monkeypatch.delenv("MESHGAUGE_TRACEBACK", raising=False)
     assert main(["report", str(good)]) == 2
     assert capsys.readouterr().err == f"meshgauge: error: {good}: unexpected RuntimeError: two lines\n"
@@ -174,7 +174,7 @@ def test_ctrl_c_is_130(good: Path, capsys: Captured, monkeypatch: pytest.MonkeyP
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("meshgauge._quality.measure", interrupted)
+    monkeypatch.setattr("meshgauge.quality.measure.measure", interrupted)
     assert main(["report", str(good), "--csv", str(tmp_path / "x.csv")]) == 130
     assert not list(tmp_path.glob("*.csv*"))
     assert "Traceback" not in capsys.readouterr().err

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from meshgauge import io
-from meshgauge.io import _registry
+from meshgauge.io import registry
 
 
 @pytest.fixture(scope="module")
@@ -20,14 +20,14 @@ def seeds(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, Path, lis
 
 def test_what_is_broken_was_whole(seeds: list[tuple[str, Path, list[Path]]]) -> None:
     for kind, path, _ in seeds:
-        assert _registry.told(path, path.read_bytes()[:4096]).name == kind
+        assert registry.told(path, path.read_bytes()[:4096]).name == kind
         assert io.read(path).n_cells > 0, path
 
 
 def test_every_own_reader_is_fuzzed(seeds: list[tuple[str, Path, list[Path]]]) -> None:
     own = {
         name
-        for name, f in _registry.FORMATS.items()
+        for name, f in registry.FORMATS.items()
         if f.read is not None and not f.read.__qualname__.startswith("_refused")
     }
     assert own == set(fuzzing.OWN)

@@ -16,9 +16,9 @@ from meshgauge import Quality
 from meshgauge.errors import BaselineError
 from meshgauge.gate import Baseline, State, check, rule
 from meshgauge.gate.baseline import KEYS, worse
+from meshgauge.quality.summary import Standing
 from meshgauge.report import FileReport
 from meshgauge.report.json import dumps
-from meshgauge.summary import Standing
 
 
 def stored(folder: Path, **qualities: Quality) -> Path:

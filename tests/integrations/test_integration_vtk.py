@@ -17,7 +17,7 @@ from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkOutputWindow, vtkStringO
 
 import meshgauge
 from meshgauge.integrations.vtk import MeshQuality, low, measured
-from meshgauge.io import _vtk
+from meshgauge.io.plumbing import vtk
 
 ROOT = Path(__file__).resolve().parents[2]
 BRACKET = ROOT / "examples" / "meshes" / "bracket.vtu"
@@ -30,7 +30,7 @@ def mesh() -> meshgauge.Mesh:
 
 @pytest.fixture(scope="module")
 def data(mesh: meshgauge.Mesh) -> Any:
-    return _vtk.grid(mesh)[0]
+    return vtk.grid(mesh)[0]
 
 
 def array(of: Any, name: str) -> np.ndarray:
@@ -58,7 +58,7 @@ def test_both_outputs(mesh: meshgauge.Mesh, data: Any) -> None:
 def test_cells_without_a_value_are_low_and_surfaces_are_not() -> None:
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (np.nan, 0, 0)], float)
     mixed = meshgauge.Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (0, 1, 2, 4)]), ("triangle", [(0, 1, 2)])])
-    found = low(measured(_vtk.grid(mixed)[0]), -1.0)
+    found = low(measured(vtk.grid(mixed)[0]), -1.0)
     assert found.GetNumberOfCells() == 1
     assert np.isnan(array(found.GetCellData(), "jens")).all()
     assert found.GetCellData().GetNumberOfArrays() == 2
@@ -126,7 +126,7 @@ def test_polyhedra_of_an_older_vtk(tmp_path: Path) -> None:
         poly.face_offsets,
         poly.face_points,
     )
-    found = _vtk._polyhedra(Older(three))
+    found = vtk._polyhedra(Older(three))
     assert found is not None
     assert faces_of(found) == faces_of(three)
     assert faces_of(found)[0] == []

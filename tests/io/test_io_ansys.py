@@ -10,7 +10,7 @@ import pytest
 from meshgauge import io
 from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
-from meshgauge.io._ansys_cells import BRICKS, CODES, KINDS, quadratic
+from meshgauge.io.formats.ansys.cells import BRICKS, CODES, KINDS, quadratic
 from meshgauge.mesh.regions import regions
 
 CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)

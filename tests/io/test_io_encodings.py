@@ -13,7 +13,7 @@ import meshgauge
 from meshgauge import io
 from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
-from meshgauge.io import _isolate, _vtk
+from meshgauge.io.plumbing import isolate, vtk
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
 
@@ -21,7 +21,7 @@ from meshgauge.mesh.regions import regions
 def save_vtu(path: Path, mesh: Mesh, mode: str, compressor: str, header: int, order: str = "Little") -> None:
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-    grid, _ = _vtk.grid(mesh)
+    grid, _ = vtk.grid(mesh)
     writer = vtkXMLUnstructuredGridWriter()
     writer.SetFileName(str(path))
     writer.SetInputData(grid)
@@ -49,7 +49,7 @@ def test_vtu(tmp_path: Path, loaded: Mesh, polyhedral: Mesh, mode: str, compress
 def test_the_common_vtu_needs_no_other_process(
     tmp_path: Path, loaded: Mesh, compressor: str, order: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(_isolate, "read", None)
+    monkeypatch.setattr(isolate, "read", None)
     texts = {"names": np.array(["fluid", "", "solid é"]), "pairs": np.array([["a", "b"], ["c", "d"]])}
     large = loaded.replace(field_data={"many": np.arange(100_000), **texts})  # several blocks
     save_vtu(tmp_path / "a.vtu", large, "AppendedRaw", compressor, 32, order)
@@ -88,9 +88,9 @@ def test_legacy_vtk(
     from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
 
     if is_alone:
-        monkeypatch.setattr(_isolate, "read", None)
+        monkeypatch.setattr(isolate, "read", None)
     for mesh in (loaded.replace(field_data={"a name": np.arange(5.0)}),) if is_alone else (loaded, polyhedral):
-        grid, _ = _vtk.grid(mesh)
+        grid, _ = vtk.grid(mesh)
         writer = vtkUnstructuredGridWriter()
         writer.SetFileName(str(tmp_path / "a.vtk"))
         writer.SetInputData(grid)
@@ -111,13 +111,13 @@ def test_legacy_vtk(
     ("name", "n"), [("tetra", 4), ("tetra10", 10), ("hexahedron27", 27), ("pyramid13", 13), ("wedge15", 15)]
 )
 def test_gmsh(tmp_path: Path, version: str, binary: bool, name: str, n: int) -> None:
-    from meshgauge.io import _meshio
+    from meshgauge.io.plumbing import meshio
 
     rng = np.random.default_rng(1)
     mesh = Mesh.from_arrays(rng.random((40, 3)), [(name, [rng.permutation(40)[:n] for _ in range(3)])])
-    source = _meshio.from_mesh(mesh)
+    source = meshio.from_mesh(mesh)
     gmsh = pytest.importorskip("meshio").gmsh
-    with _meshio.hushed():
+    with meshio.hushed():
         gmsh.write(tmp_path / "a.msh", source, fmt_version=version, binary=binary)
     back = io.read(tmp_path / "a.msh", wedge_order="gmsh")
     np.testing.assert_allclose(back.points, mesh.points, rtol=1e-15)
@@ -136,7 +136,7 @@ def vtkhdf_by_vtk(path: Path, data: Any) -> None:
 
 def test_vtkhdf_by_vtk(tmp_path: Path, loaded: Mesh, polyhedral: Mesh) -> None:
     for mesh in (loaded, polyhedral):
-        vtkhdf_by_vtk(tmp_path / "a.vtkhdf", _vtk.grid(mesh)[0])
+        vtkhdf_by_vtk(tmp_path / "a.vtkhdf", vtk.grid(mesh)[0])
         back = io.read(tmp_path / "a.vtkhdf")
         assert_same_cells(mesh, back)
         assert_same_data(mesh, back)
@@ -147,8 +147,8 @@ def test_partitions_of_vtkhdf_become_blocks(tmp_path: Path, loaded: Mesh, polyhe
 
     for mesh in (loaded, polyhedral):
         parts = vtkPartitionedDataSet()
-        parts.SetPartition(0, _vtk.grid(mesh)[0])
-        parts.SetPartition(1, _vtk.grid(mesh)[0])
+        parts.SetPartition(0, vtk.grid(mesh)[0])
+        parts.SetPartition(1, vtk.grid(mesh)[0])
         vtkhdf_by_vtk(tmp_path / "a.vtkhdf", parts)
         back = io.read(tmp_path / "a.vtkhdf")
         assert [(b.start, b.stop) for b in back.blocks] == [(0, mesh.n_cells), (mesh.n_cells, 2 * mesh.n_cells)]
@@ -162,7 +162,7 @@ def test_composite_data_sets_become_blocks(tmp_path: Path, loaded: Mesh, polyhed
     for mesh in (loaded, polyhedral):
         blocks = vtkMultiBlockDataSet()
         for index, name in enumerate(("fluid", "solid")):
-            blocks.SetBlock(index, _vtk.grid(mesh)[0])
+            blocks.SetBlock(index, vtk.grid(mesh)[0])
             blocks.GetMetaData(index).Set(vtkCompositeDataSet.NAME(), name)
         vtkhdf_by_vtk(tmp_path / "a.vtkhdf", blocks)
         writer = vtkXMLMultiBlockDataWriter()

@@ -35,10 +35,10 @@ def test_vtk_reads_the_same(tmp_path: Path) -> None:
     pytest.importorskip("vtkmodules.vtkIOFLUENTCFF")
     from vtkmodules.vtkIOFLUENTCFF import vtkFLUENTCFFReader
 
-    from meshgauge.io import _vtk
+    from meshgauge.io.plumbing import vtk
 
     path = cff(tmp_path / "a.cas.h5", mesh_of("hexahedron"), **{"cells/zoneTopology/cellType": [4, 4]})
-    for mesh in (_vtk.mesh(_vtk.output(vtkFLUENTCFFReader(), path), path), io.read(path)):
+    for mesh in (vtk.mesh(vtk.output(vtkFLUENTCFFReader(), path), path), io.read(path)):
         hexahedra = np.flatnonzero(mesh.types == 12)
         assert len(hexahedra) == 2
         assert meshgauge.measure(mesh).values[hexahedra] == pytest.approx(np.ones(2))  # the same side is outside

@@ -12,7 +12,7 @@ from io_meshes import LINEAR, assert_same_cells, mesh_of
 from meshgauge import io
 from meshgauge.cells import BY_NAME
 from meshgauge.errors import ReadError
-from meshgauge.io._gmsh_cells import BY_ID
+from meshgauge.io.formats.gmsh.cells import BY_ID
 
 VTK_CELLS = {
     "line": "vtkLine",

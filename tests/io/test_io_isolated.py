@@ -14,7 +14,8 @@ from io_meshes import assert_same_cells, assert_same_data
 
 from meshgauge import io
 from meshgauge.errors import ReadError
-from meshgauge.io import _handover, _isolate, _registry
+from meshgauge.io import registry
+from meshgauge.io.plumbing import handover, isolate
 from meshgauge.mesh import CellBlock, Mesh
 
 BAD = {
@@ -115,8 +116,8 @@ def test_everything_is_handed_over(tmp_path: Path, loaded: Mesh, polyhedral: Mes
     marked = polyhedral.replace(blocks=blocks, notes=("seen",), cell_data={"empty": np.empty((2, 0))})
     for mesh in (loaded, marked, Mesh.from_arrays(np.empty((0, 3)), [])):
         with (tmp_path / "handed").open("w+b") as file:
-            _handover.dump(file, mesh)
-            back = _handover.load(file, "name")
+            handover.dump(file, mesh)
+            back = handover.load(file, "name")
         assert_same_cells(mesh, back)
         assert_same_data(mesh, back)
         assert (back.blocks, back.notes, back.path) == (mesh.blocks, mesh.notes, "name")
@@ -126,24 +127,24 @@ def test_everything_is_handed_over(tmp_path: Path, loaded: Mesh, polyhedral: Mes
 def test_what_is_handed_over_broken_is_an_error(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "handed").write_bytes(content)
     with (tmp_path / "handed").open("r+b") as file, pytest.raises(ReadError, match=r"^a\.vtk: "):
-        _handover.load(file, "a.vtk")
+        handover.load(file, "a.vtk")
 
 
 def test_own_readers_start_no_process(tmp_path: Path, solid: Mesh, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> Mesh:
         raise AssertionError("a process was started")
 
-    monkeypatch.setattr(_isolate, "read", refuse)
+    monkeypatch.setattr(isolate, "read", refuse)
     for extension in (".vtkhdf", ".msh"):
         io.write(tmp_path / f"a{extension}", solid)
         assert io.read(tmp_path / f"a{extension}").type_counts() == solid.type_counts()
 
 
 def test_every_reader_of_others_is_isolated() -> None:
-    own = {name for name, f in _registry.FORMATS.items() if f.foreign is None and f.read is not None}
-    foreign = {name for name, f in _registry.FORMATS.items() if f.foreign is not None}
+    own = {name for name, f in registry.FORMATS.items() if f.foreign is None and f.read is not None}
+    foreign = {name for name, f in registry.FORMATS.items() if f.foreign is not None}
     assert {"vtk", "vtk-xml", "ensight", "cgns"} <= foreign
     for name in own:
-        reader = _registry.FORMATS[name].read
+        reader = registry.FORMATS[name].read
         assert reader is not None
         assert not re.search(r"pyvista|meshio|_vtk$", f"{reader.__module__}.{reader.__qualname__}"), name

@@ -10,7 +10,8 @@ from io_meshes import assert_same_cells, assert_same_data, mesh_of
 
 from meshgauge import io
 from meshgauge.errors import MeshError, ReadError
-from meshgauge.io import _meshio, _vtk
+from meshgauge.io.plumbing import meshio as meshio
+from meshgauge.io.plumbing import vtk
 from meshgauge.mesh import Mesh
 
 pv = pytest.importorskip("pyvista")
@@ -20,7 +21,7 @@ RNG = np.random.default_rng(5)
 
 def test_pyvista_grid(loaded: Mesh, polyhedral: Mesh) -> None:
     for mesh in (loaded, polyhedral):
-        back = io.from_pyvista(pv.wrap(_vtk.grid(mesh)[0]))
+        back = io.from_pyvista(pv.wrap(vtk.grid(mesh)[0]))
         assert_same_cells(mesh, back)
         assert_same_data(mesh, back)
 
@@ -49,7 +50,7 @@ def test_fixed_size_cell_arrays() -> None:
 
 
 def test_data_that_only_some_blocks_have_are_filled() -> None:
-    a, b = (pv.wrap(_vtk.grid(mesh_of("tetra"))[0]) for _ in range(2))
+    a, b = (pv.wrap(vtk.grid(mesh_of("tetra"))[0]) for _ in range(2))
     a.cell_data["n"] = np.array([1, 2])
     b.cell_data["s"] = np.array(["x", "y"])
     mesh = io.from_pyvista(pv.MultiBlock({"a": a, "b": b}))
@@ -118,13 +119,13 @@ def test_meshio_polyhedra() -> None:
 
 def test_every_meshio_type_with_a_dimension_has_a_row() -> None:
     for name in meshio._mesh.topological_dimension:
-        assert _meshio.row(name).dimension == meshio._mesh.topological_dimension[name]
+        assert meshio.row(name).dimension == meshio._mesh.topological_dimension[name]
     with pytest.raises(MeshError, match="'blob'"):
-        _meshio.row("blob")
+        meshio.row("blob")
 
 
 @pytest.mark.parametrize("order", ["auto", "gmsh"])
 def test_wedges_of_meshio_and_pyvista(order: str) -> None:
     mesh = mesh_of("wedge")
-    assert_same_cells(mesh, io.from_meshio(_meshio.from_mesh(mesh), wedge_order=order))
-    assert_same_cells(mesh, io.from_pyvista(_vtk.grid(mesh)[0], wedge_order=order))
+    assert_same_cells(mesh, io.from_meshio(meshio.from_mesh(mesh), wedge_order=order))
+    assert_same_cells(mesh, io.from_pyvista(vtk.grid(mesh)[0], wedge_order=order))

@@ -14,7 +14,8 @@ from io_meshes import LINEAR, mesh_of
 from meshgauge import io
 from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.errors import ReadError
-from meshgauge.io import _faces, abaqus
+from meshgauge.io.formats.abaqus import read
+from meshgauge.io.plumbing import faces as faces
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
 
@@ -66,14 +67,14 @@ def test_cells_are_recognised_by_their_faces(is_mirrored: bool, has_sides: bool)
             ring = np.roll(mesh.nodes(cell)[list(shape.faces[at])], rng.integers(9))
             inward.append(bool(rng.integers(2)))
             rings.append(ring[::-1] if inward[-1] else ring)
-    faces = _faces.Faces(
-        _faces.offsets_of(np.array(n_faces)),
+    faces = faces.Faces(
+        faces.offsets_of(np.array(n_faces)),
         np.arange(len(rings)),
-        _faces.offsets_of(np.array([len(r) for r in rings])),
+        faces.offsets_of(np.array([len(r) for r in rings])),
         np.concatenate(rings),
         np.array(inward) if has_sides else None,
     )
-    found = _faces.solids(faces, points)
+    found = faces.solids(faces, points)
     expected = np.where(mesh.types == 15, 42, mesh.types)
     assert found.types.tolist() == expected.tolist()
     sign = -1 if is_mirrored and has_sides else 1  # a mirrored cell is seen only if the file says which side is outside
@@ -89,10 +90,8 @@ def test_cells_are_recognised_by_their_faces(is_mirrored: bool, has_sides: bool)
 def test_a_face_that_is_missing_makes_no_hexahedron() -> None:
     shape = SHAPES["hexahedron"]
     rings = [*shape.faces[:5], shape.faces[4]]
-    faces = _faces.Faces(
-        np.array([0, 6]), np.arange(6), np.arange(0, 25, 4), np.array(rings).ravel(), np.zeros(6, bool)
-    )
-    assert _faces.solids(faces, np.array(shape.points)).types.tolist() == [42]
+    faces = faces.Faces(np.array([0, 6]), np.arange(6), np.arange(0, 25, 4), np.array(rings).ravel(), np.zeros(6, bool))
+    assert faces.solids(faces, np.array(shape.points)).types.tolist() == [42]
 
 
 def test_openfoam_binary_and_gzipped(tmp_path: Path) -> None:
@@ -189,7 +188,7 @@ def test_abaqus_instances_are_moved_and_keep_sets_and_materials(tmp_path: Path) 
      ("T3D2", "line"), ("COH3D6", "wedge"), ("MASS", "vertex"), ("XYZ", None), ("C3D", None)],
 )  # fmt: skip
 def test_abaqus_element_types(name: str, expected: str | None) -> None:
-    kind = abaqus.kind_of(name)
+    kind = read.kind_of(name)
     assert (kind.name if kind else None) == expected
 
 

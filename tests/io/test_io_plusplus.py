@@ -12,7 +12,7 @@ import meshgauge
 from meshgauge import io
 from meshgauge.cells import BY_NAME
 from meshgauge.errors import ReadError
-from meshgauge.io import plusplus
+from meshgauge.io.formats import plusplus
 
 TRIED = {
     "cgns": ("cgns", ".cgns", LINEAR),

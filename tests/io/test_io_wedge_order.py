@@ -14,7 +14,7 @@ from io_meshes import mesh_of
 from meshgauge import io
 from meshgauge.cells import CELL_TYPES, SHAPES, WEDGE
 from meshgauge.errors import ReadError
-from meshgauge.io.wedge_order import permutation, settled, volumes
+from meshgauge.io.plumbing.wedge_order import permutation, settled, volumes
 from meshgauge.mesh import CellBlock, Mesh
 
 LEGACY = [0, 2, 1, 3, 5, 4]

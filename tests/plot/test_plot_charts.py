@@ -16,7 +16,7 @@ from meshgauge import MeshgaugeError, plot
 from meshgauge.look.colours import INVALID, POOR, RAMP, SERIES, WORDS, colours, rgb
 from meshgauge.plot import sheet
 from meshgauge.plot.series import counts_in, edges_of, steps_of
-from meshgauge.summary import Summary, summarise
+from meshgauge.quality.summary import Summary, summarise
 
 TETRA, HEXAHEDRON = 10, 12
 SMALL = Path(__file__).resolve().parents[2] / "examples" / "meshes" / "bracket_small.msh"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshgauge._quality import WorstCell
 from meshgauge.cells import BY_NAME
+from meshgauge.quality.measure import WorstCell
+from meshgauge.quality.summary import Summary, summarise
 from meshgauge.report import FileReport
-from meshgauge.summary import Summary, summarise
 
 
 def summary_of(metric: str = "jens", **values: list[float]) -> Summary:

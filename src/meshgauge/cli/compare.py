@@ -84,9 +84,9 @@ def compare(
         raise MeshgaugeError(f"{paths[0]}: is one mesh; give two or more to compare, or see 'meshgauge report'")
     inputs.check_targets(paths, (plot,))
 
-    from .._quality import Quality, measure
     from ..compare import Builder
     from ..io import read
+    from ..quality.measure import Quality, measure
     from ..report import FailedFile
     from ..report.compare.json import comparison_json
     from ..report.compare.sentences import names, sentences

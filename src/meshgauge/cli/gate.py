@@ -12,10 +12,10 @@ from pathlib import Path
 
 from rich.text import Text
 
-from .._quality import Quality, measure
 from ..gate import Baseline, Check, NoWorse, Rule, State, check, metrics_of
 from ..io import read
-from ..io._files import replacing
+from ..io.plumbing.files import replacing
+from ..quality.measure import Quality, measure
 from ..report import FailedFile, FileReport
 from ..report.gate.github import github
 from ..report.gate.json import checks_json

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..io import Limits, read, write
-from ..metrics import metric
-from ..metrics.verdict import PREFIX
+from ..quality.metrics import metric
+from ..quality.metrics.verdict import PREFIX
+from ..quality.summary import Summary, summarise
 from ..report import FailedFile, FileReport
 from ..report.csv import CsvWriter
-from ..summary import Summary, summarise
 from .attempt import attempt
 from .terminal import activity, warn
 
 if TYPE_CHECKING:
-    from .._quality import Quality, WorstCell
     from ..doctor import Diagnosis
+    from ..quality.measure import Quality, WorstCell
     from ..report.html import HtmlWriter
 
 JENS = "jens"
@@ -74,7 +74,7 @@ class Job:
         with activity(f"measuring {path}", shown=self.shows_progress):
             if self.loading is not None:
                 self.loading.join()
-            from .._quality import measure
+            from ..quality.measure import measure
 
             quality = measure(mesh, metrics=self.metrics, threads=self.threads)
             summaries = [self._summary(quality, name) for name in self.metrics]
@@ -100,7 +100,7 @@ class Job:
         """Summary of each region, and the region of each of the worst cells."""
         if not self.by_region:
             return (), ()
-        from ..compare.by_region import by_region
+        from ..quality.by_region import by_region
 
         ids, found = by_region(quality)
         return found, tuple(found[ids[cell.cell]][0] for cell in worst)

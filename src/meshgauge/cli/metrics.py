@@ -20,7 +20,7 @@ def metrics(
     ] = None,
 ) -> None:
     """List the metrics: range, acceptable range, value on the ideal cell, cells, reference."""
-    from ..metrics import METRICS, metric
+    from ..quality.metrics import METRICS, metric
     from ..report.catalogue import MetricsText
     from .terminal import Output
 

@@ -135,13 +135,13 @@ def plot(
 
     # From here on NumPy, the readers and matplotlib are needed, which `--help` does not wait for.
     from .. import plot as pictures
-    from .._quality import Quality, measure
     from ..io import read
-    from ..metrics import metric as metric_row
     from ..plot.files import format_of
+    from ..quality.measure import Quality, measure
+    from ..quality.metrics import metric as metric_row
+    from ..quality.summary import Summary
     from ..report import FailedFile
     from ..report.record import short_names
-    from ..summary import Summary
     from .attempt import attempt
     from .terminal import activity, warn
 

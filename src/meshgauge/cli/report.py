@@ -287,7 +287,7 @@ def _page(path: Path | None, n_files: int, bins: int) -> contextlib.AbstractCont
 
 def _load() -> None:
     """Numba and the kernels: half a second that passes while a large file is read."""
-    from .. import _quality  # noqa: F401  imported to have it loaded
     from ..kernels import jit
+    from ..quality import measure  # noqa: F401  imported to have it loaded
 
     jit.warm_up()

@@ -121,7 +121,7 @@ def _require() -> None:
 
 def _draw(models: list[Model], link: str, target: Path, width: int, height: int) -> None:
     """Write a picture of the view."""
-    from ..io._files import replacing
+    from ..io.plumbing.files import replacing
     from ..viewer.link import view as understood
     from ..viewer.picture import png
     from ..viewer.scene import Scene

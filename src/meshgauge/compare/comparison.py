@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..errors import MeshgaugeError
-from ..summary import CRITERIA, Standing, Summary, Tally, compared
-from .by_region import by_region
+from ..quality.by_region import by_region
+from ..quality.measure import Quality
+from ..quality.summary import CRITERIA, Standing, Summary, Tally, compared
 from .pairs import Paired, correspond, paired
 from .scores import Values, by_type
 from .superiority import Superiority, superiority
@@ -64,7 +64,7 @@ class Side:
 class Row:
     """One criterion for some cells: the value of each mesh (None: nothing measured), and which are best."""
 
-    criterion: str  #: key of a row of `meshgauge.summary.CRITERIA`
+    criterion: str  #: key of a row of `meshgauge.quality.summary.CRITERIA`
     values: tuple[float | None, ...]
     best: tuple[int, ...]  #: positions of the best meshes; all of them if equal; none if they cannot be told apart
 

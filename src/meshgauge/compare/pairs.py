@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..cells import type_name
 from ..mesh import Mesh
+from ..quality.measure import Quality
+from ..quality.summary import ROUNDING
 from ..status import STATUSES, Status
-from ..summary import ROUNDING
 from .scores import INVALID, Values, scores
 
 AT = (0.05, 0.5, 0.95)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..cells import type_name
+from ..quality.measure import Quality
 from ..status import STATUSES
 
 Values = NDArray[np.float64]

@@ -9,12 +9,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality, measure
 from ..kernels.topology import numpy_fallback
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import Topology, topology
+from ..quality.measure import Quality, measure
 from . import cells, faces, points
 from .orientation import EXAMPLES, IS_SOLID, Orientation, orientation
 from .united import united_by_faces, united_by_points

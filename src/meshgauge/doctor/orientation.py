@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import arrays
-from .._quality import Quality
 from ..cells import BY_NAME, CELL_TYPES, TETRA, WEDGE, type_name
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import BOUNDARY, SAME, Topology, topology
+from ..quality import arrays
+from ..quality.measure import Quality
 from .points import extent
 from .reversal import reversal
 from .united import united_by_faces

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality, measure
 from ..cells import type_name
 from ..mesh import Mesh
 from ..mesh.cast import read_only
+from ..quality.measure import Quality, measure
 from .orientation import Orientation, orientation
 from .points import duplicates, representatives
 from .reversal import reversal

@@ -11,7 +11,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ..errors import BaselineError
-from ..summary import CRITERIA, ROUNDING, Criterion, Standing, Summary
+from ..quality.summary import CRITERIA, ROUNDING, Criterion, Standing, Summary
 from .outcome import Change
 
 SCHEMA, VERSION = "meshgauge-report", 1

@@ -22,7 +22,7 @@ from typing import Literal, NamedTuple, NoReturn
 
 from ..cells import BY_NAME, SHAPES
 from ..errors import RuleError
-from ..metrics import METRICS
+from ..quality.metrics import METRICS
 from .rules import Allowance, Level, Nothing, NoWorse, Rule, Scope, Threshold
 from .words import WORDS
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..cells import BY_NAME, CELL_TYPES, type_name
 from ..errors import BaselineError
 from ..mesh.regions import regions
-from ..metrics import metric
+from ..quality.measure import Quality
+from ..quality.metrics import metric
+from ..quality.summary import CRITERIA
 from ..status import STATUSES, Status
-from ..summary import CRITERIA
 from .baseline import KEYS, Baseline, worse
 from .grammar import rule as rule_of
 from .outcome import Check, FailingCell, Outcome, State, broken

@@ -64,7 +64,7 @@ class Change:
     """A number that is worse than in the stored report."""
 
     cells: str  #: ``all``, or a cell type
-    criterion: str  #: key of a row of `meshgauge.summary.CRITERIA`
+    criterion: str  #: key of a row of `meshgauge.quality.summary.CRITERIA`
     before: float
     now: float
     text: str

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality, measure
+from ..quality.measure import Quality, measure
 from ..status import STATUSES, Status
 from .polyhedral import warped
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..cells import type_name
 from ..doctor.points import extent
 from ..mesh.topology import Topology
-from ..summary import Summary
+from ..quality.measure import Quality
+from ..quality.summary import Summary
 from .faces import face_points, next_round
 from .run import Progress
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._quality import Quality, measure
 from ..doctor.diagnosis import LIMIT, diagnosis
 from ..errors import MeshError
 from ..mesh import Mesh
+from ..quality.measure import Quality, measure
 from ..status import Status
 from . import certificate as records
 from .accepted import accepted, is_better, n_invalid, status_counts

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..mesh.polyhedra import Polyhedra, ragged
-from ..polyhedral_quality import corner_triples
+from ..quality.measure import Quality
+from ..quality.polyhedra import corner_triples
 from .faces import next_round
 from .problem import Ids, Points
 

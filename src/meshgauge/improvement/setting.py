@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._quality import Quality
 from ..cells import CELL_TYPES
 from ..doctor import points as coincidence
 from ..errors import MeshError
 from ..mesh import Mesh
 from ..mesh.regions import regions
 from ..mesh.topology import MULTIPLE, Topology, topology
-from ..polyhedral_quality import PolyhedralQuality
+from ..quality.measure import Quality
+from ..quality.polyhedra import PolyhedralQuality
 from ..status import Status
 from .curved import can_follow
 from .faces import face_points, marked

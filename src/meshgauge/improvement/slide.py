@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
+from ..quality.measure import Quality
 from .accepted import accepted, is_better
 from .descent import Freedom
 from .mean import raise_mean

@@ -14,8 +14,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..cells import CELL_TYPES, SHAPES
+from ..quality.measure import Quality
 from ..status import Status
 from .accepted import accepted, is_better
 from .faces import marked

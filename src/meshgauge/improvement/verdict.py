@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .._quality import Quality
 from ..cells import type_name
+from ..quality.measure import Quality
 from ..status import Status
 from .ceiling import FOUR, THREE, Ceiling
 from .certificate import NAMED, Limited

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import JENS, Quality
-from .._quality import measure as measure_mesh
 from ..cells import BY_NAME
 from ..errors import MeshgaugeError
-from ..io._gmsh_cells import BY_ID
+from ..io.formats.gmsh.cells import BY_ID
 from ..mesh import CellBlock, Mesh
+from ..quality.measure import JENS, Quality
+from ..quality.measure import measure as measure_mesh
 
 ELEMENT, NODE = "gmsh:element", "gmsh:node"
 """Cell data and point data of the mesh: Gmsh's tags."""

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pyvista
 
-from .._quality import JENS, Quality, measure
 from ..errors import MeshgaugeError
 from ..io import from_pyvista
+from ..quality.measure import JENS, Quality, measure
 
 
 @dataclass(frozen=True, repr=False)

@@ -12,11 +12,11 @@ from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkThreshold
 
-from .._quality import JENS, Quality
-from .._quality import measure as measure_mesh
 from ..errors import MeshgaugeError
 from ..io import from_pyvista
-from ..metrics.jacobian import ACCEPTABLE
+from ..quality.measure import JENS, Quality
+from ..quality.measure import measure as measure_mesh
+from ..quality.metrics.jacobian import ACCEPTABLE
 
 _MASK = "meshgauge:mask"
 

@@ -1,7 +1,7 @@
 """The door for files: one registry of formats, one file a format.
 
 Importing this loads NumPy only; VTK, h5py, meshio and PyVista are loaded by the reader that needs them, most of them in
-a process of its own (`_isolate`).
+a process of its own (`plumbing.isolate`).
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ import numpy as np
 from ..errors import MeshError, ReadError, WriteError
 from ..mesh import Mesh
 from ..mesh.regions import named_blocks
-from . import _files, _registry
-from ._format import Format
-from ._isolate import Limits
-from ._registry import FORMATS, format_named
-from ._write import REGION
-from .wedge_order import WEDGE_ORDERS, check_order, settled
+from . import registry
+from .plumbing import files
+from .plumbing.format import Format
+from .plumbing.isolate import Limits
+from .plumbing.wedge_order import WEDGE_ORDERS, check_order, settled
+from .plumbing.write import REGION
+from .registry import FORMATS, format_named
 
 __all__ = [
     "FORMATS",
@@ -67,10 +68,10 @@ def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto",
     check_order(wedge_order)
     given = Path(path)
     if os.path.isdir(given):  # False, not an error, for a name that no file can have
-        return settled(_registry.read_folder(given, format), wedge_order)
-    with _files.opened(given) as (plain, head):
-        chosen = format_named(format) if format is not None else _registry.told(plain, head)
-        mesh = settled(_registry.read(chosen, plain, limits), wedge_order)
+        return settled(registry.read_folder(given, format), wedge_order)
+    with files.opened(given) as (plain, head):
+        chosen = format_named(format) if format is not None else registry.told(plain, head)
+        mesh = settled(registry.read(chosen, plain, limits), wedge_order)
     return mesh if plain == given else mesh.replace(path=str(given))
 
 
@@ -100,11 +101,11 @@ def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bo
         If the format is unknown or cannot hold the cells, or the file cannot be written.
     """
     target = Path(path)
-    chosen = _registry.for_writing(target, format)
+    chosen = registry.for_writing(target, format)
     assert chosen.write is not None
     if not overwrite and mesh.path is not None and _same_file(target, Path(mesh.path)):
         raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
-    with _files.replacing(target) as beside:
+    with files.replacing(target) as beside:
         try:
             return chosen.write(beside, _with_regions(mesh))
         except WriteError as error:
@@ -144,12 +145,12 @@ def from_pyvista(grid: Any, *, wedge_order: str = "auto") -> Mesh:
     Arrays are shared, not copied, where the layout allows: do not change the grid in place afterwards.
     Raises `ReadError` if it is no data set and `MeshError` if its arrays do not make a mesh.
     """
-    from . import _vtk
+    from .plumbing import vtk
 
     check_order(wedge_order)
     if not hasattr(grid, "IsA"):
         raise ReadError(f"a {type(grid).__name__} is not a PyVista or VTK data set")
-    return settled(_vtk.mesh(grid), wedge_order)
+    return settled(vtk.mesh(grid), wedge_order)
 
 
 def from_meshio(mesh: Any, *, wedge_order: str = "auto") -> Mesh:
@@ -157,9 +158,9 @@ def from_meshio(mesh: Any, *, wedge_order: str = "auto") -> Mesh:
 
     Raises `MeshError` if it has cells of a type that is not known or its arrays do not make a mesh.
     """
-    from . import _meshio
+    from .plumbing import meshio
 
     check_order(wedge_order)
     if not hasattr(mesh, "cells") or not hasattr(mesh, "points"):
         raise MeshError(f"a {type(mesh).__name__} is not a meshio mesh")
-    return settled(_meshio.mesh(mesh), wedge_order)
+    return settled(meshio.mesh(mesh), wedge_order)

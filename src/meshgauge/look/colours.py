@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..metrics import metric as metric_row
-from ..metrics.jacobian import ACCEPTABLE
-from ..summary.scale import Scale
+from ..quality.metrics import metric as metric_row
+from ..quality.metrics.jacobian import ACCEPTABLE
+from ..quality.summary.scale import Scale
 
 INVALID, POOR, GOOD, UNKNOWN = "#d1300f", "#f0a202", "#14456f", "#77777f"
 """Of bands. `GOOD` is the darkest of the good ones, which get lighter towards the ideal."""

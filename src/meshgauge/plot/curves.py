@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._quality import JENS
 from ..look.colours import GRID, INK
-from ..summary import Tally
+from ..quality.measure import JENS
+from ..quality.summary import Tally
 from . import sheet
 from .series import Drawable, edges_of, series, steps_of
 

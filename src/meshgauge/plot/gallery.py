@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._quality import Quality, WorstCell
 from ..cells import cell_type
 from ..errors import MeshgaugeError
 from ..look.colours import FAINT, INK
 from ..mesh.polyhedra import Polyhedra
+from ..quality.measure import Quality, WorstCell
 from . import marks, sheet
 from .canvas import Canvas, frame, over
 from .solids import CELL, Solids, corners, drawable, ranked, shell, surface

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import WorstCell
 from ..look.colours import INK, WORDS
-from ..metrics.jacobian import ACCEPTABLE
+from ..quality.measure import WorstCell
+from ..quality.metrics.jacobian import ACCEPTABLE
 from .sheet import number
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from .._quality import JENS
 from ..look.colours import INK
+from ..quality.measure import JENS
 from . import sheet
 from .bars import BINS, bars, legend, outlines
 from .series import Drawable, counts_in, edges_of, series

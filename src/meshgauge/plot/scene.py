@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .._quality import Quality
 from ..look.colours import FAINT, INK
+from ..quality.measure import Quality
 from . import marks
 from .canvas import check_drawing
 from .solids import CELL, drawable, edges, ranked, surface

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality
 from ..errors import MeshgaugeError
 from ..look.colours import FAINT, INK, INVALID, colours
-from ..summary import Tally
+from ..quality.measure import Quality
+from ..quality.summary import Tally
 from . import marks, sheet
 from .canvas import Canvas, over
 from .series import counts_in, edges_of

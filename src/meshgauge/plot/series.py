@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import JENS, Quality
 from ..errors import MeshgaugeError
-from ..summary import Summary, Tally
+from ..quality.measure import JENS, Quality
+from ..quality.summary import Summary, Tally
 
 Values = NDArray[np.float64]
 Counts = NDArray[np.int64]

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..look.colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, WORDS
-from ..metrics import metric as metric_row
-from ..summary import Summary, Tally
-from ..summary.scale import Scale
+from ..quality.metrics import metric as metric_row
+from ..quality.summary import Summary, Tally
+from ..quality.summary.scale import Scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._quality import Quality, WorstCell
 from ..cells import BY_NAME, CELL_TYPES
 from ..errors import MeshgaugeError
-from ..io._vtk import grid as vtk_grid
+from ..io.plumbing.vtk import grid as vtk_grid
 from ..look.colours import FAINT, INVALID, colours, rgb
 from ..mesh import Mesh, connectivity
+from ..quality.measure import Quality, WorstCell
 from ..status import STATUSES, Status
 from .canvas import Canvas, Image, over
 

@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..cells import SHAPES
-from ..metrics import Metric
+from ..quality.metrics import Metric
 from .text import new_table
 
 

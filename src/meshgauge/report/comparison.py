@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..look.style import listed, number, quality
-from ..summary import Criterion, Standing, Standings, compared
+from ..quality.summary import Criterion, Standing, Standings, compared
 from .record import FileReport, short_names
 
 FEW = 3

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from .. import __version__
 from ..look import style
-from ..summary import Tally
+from ..quality.summary import Tally
 from .json import finite
 from .text import colored, count, fits, new_table, spark
 

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from ..summary import Summary
+from ..quality.summary import Summary
 
 if TYPE_CHECKING:
-    from .._quality import StatusCells, WorstCell
     from ..doctor import Diagnosis
+    from ..quality.measure import StatusCells, WorstCell
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from ..look import style
+from ..quality.summary import UNDEFINED, Summary, Tally
 from ..status import STATUSES
-from ..summary import UNDEFINED, Summary, Tally
 from .doctor import DiagnosisText
 from .record import FileReport
 from .verdict import verdict

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 from ..look.style import listed, number, plural
-from ..summary import Summary
+from ..quality.summary import Summary
 
 Level = Literal["bad", "unknown", "poor", "good", "nothing"]
 

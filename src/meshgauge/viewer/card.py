@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import measure
 from ..cells import POLYHEDRON
 from ..mesh import Mesh
+from ..quality.measure import measure
 from ..status import STATUSES, Status
 from .filters import ViewError
 from .model import Model

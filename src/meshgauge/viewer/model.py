@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .._quality import Quality, measure
 from ..cells import CELL_TYPES, type_name
 from ..mesh import Mesh
 from ..mesh.regions import regions
 from ..mesh.topology import Topology, topology
+from ..quality.measure import Quality, measure
 from ..status import STATUSES, Status
 from .filters import ViewError
 from .layers import layers

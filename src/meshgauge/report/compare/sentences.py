@@ -8,7 +8,7 @@ from ...compare import Against, Comparison, PairCounts, Superiority
 from ...compare.comparison import ALL
 from ...compare.superiority import SIZES
 from ...look.style import listed, number, plural
-from ...summary import CRITERIA, ROUNDING
+from ...quality.summary import CRITERIA, ROUNDING
 from ..comparison import sentence
 from ..record import FileReport, short_names
 

@@ -14,7 +14,7 @@ from rich.text import Text
 from ...compare import Against, Comparison, Loss, PairCounts, Paired, Row
 from ...compare.comparison import ALL
 from ...look import style
-from ...summary import CRITERIA, Tally
+from ...quality.summary import CRITERIA, Tally
 from ..record import FailedFile
 from ..text import colored, fits, new_table, spark
 from . import sentences

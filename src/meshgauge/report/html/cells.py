@@ -11,12 +11,12 @@ from ...cells import CELL_TYPES, POLYHEDRON
 from ...kernels.cells import aggregate, driver
 from ...mesh import connectivity
 from ...mesh.polyhedra import ragged
+from ...quality.summary.scale import HALF, Scale
 from ...status import STATUSES
-from ...summary.scale import HALF, Scale
 from .frame import Frame
 
 if TYPE_CHECKING:
-    from ..._quality import Quality
+    from ...quality.measure import Quality
 
 Ids = NDArray[np.int64]
 Values = NDArray[np.float64]

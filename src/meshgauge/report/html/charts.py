@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from ...summary import Summary, Tally
+from ...quality.summary import Summary, Tally
 from .certificate import Moment
 from .colours import colour
 

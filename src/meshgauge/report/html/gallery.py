@@ -13,7 +13,7 @@ from .cells import Ids, faces_of, nodes_of
 from .sketch import side
 
 if TYPE_CHECKING:
-    from ..._quality import Quality
+    from ...quality.measure import Quality
 
 MOST = 24
 """Cards at most: the table beside lists them all."""

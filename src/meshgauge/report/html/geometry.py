@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ...look import style
 from ...mesh.topology import topology
+from ...quality.summary import Summary
 from ...status import STATUSES
-from ...summary import Summary
 from . import surface
 from .cells import WHOLE, WORST, Ids, arrays_of, chosen, drawable, kinds, nodes_of
 from .colours import DEGENERATE, INVALID, STOPS, UNKNOWN
@@ -19,7 +19,7 @@ from .frame import Frame
 from .pack import packed
 
 if TYPE_CHECKING:
-    from ..._quality import Quality
+    from ...quality.measure import Quality
 
 TRIANGLES = 400_000
 """Triangles of a surface from which it is made coarser."""

@@ -15,7 +15,7 @@ from .page import page
 from .section import BUDGET, Section, report_of, section
 
 if TYPE_CHECKING:
-    from ..._quality import Quality
+    from ...quality.measure import Quality
 
 SHOWN_APART = ("history", "before", "after", "verdict", "claims")
 """Keys of a certificate that have a place of their own on the page."""

@@ -23,7 +23,7 @@ from .sketch import sketch
 if TYPE_CHECKING:
     import jinja2
 
-    from ..._quality import Quality
+    from ...quality.measure import Quality
 
 SCRIPTS = ("shaders.js", "model.js", "stage.js", "gallery.js", "meshview.js", "page.js")
 """Our own, in the order in which they are run."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...compare.by_region import by_region
-from ...summary import Summary, Tally
+from ...quality.by_region import by_region
+from ...quality.summary import Summary, Tally
 from ..record import FileReport
 from ..verdict import Verdict, verdict
 from .cells import drawable
@@ -17,7 +17,7 @@ from .gallery import Card, cards
 from .geometry import geometry
 
 if TYPE_CHECKING:
-    from ..._quality import Quality
+    from ...quality.measure import Quality
 
 BUDGET = 18_000_000
 """Bytes of the geometry of a page, compressed and written as text."""

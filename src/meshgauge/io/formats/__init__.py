@@ -1,0 +1,1 @@
+"""The formats, one file or folder each; `meshgauge.io.registry` lists them."""

@@ -1,0 +1,390 @@
+"""One zone of a CGNS file: its points, its cells, and the name of the region of each."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....cells import BY_NAME, CELL_TYPES
+from ....mesh.polyhedra import Polyhedra
+from ...plumbing import faces as faces
+from ...plumbing.build import Cells, Ints, Kind, gathered
+from ...plumbing.merge import Part
+from .cells import KINDS, MIXED, NFACE, NGON
+from .tree import Node
+
+_CARTESIAN = ("CoordinateX", "CoordinateY", "CoordinateZ")
+_CYLINDRICAL = ("CoordinateR", "CoordinateTheta", "CoordinateZ")
+_IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
+_NONE = np.empty(0, np.int64)
+_SPARSEST = 64
+"""Numbers of elements for each element there is: sections may leave gaps."""
+
+
+@dataclass(slots=True)
+class Zone:
+    part: Part
+    blocks: list[tuple[str, int, int]]
+    notes: list[str] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class _Section:
+    """Elements of one section: their first number, and for faces and polyhedra their items."""
+
+    name: str
+    code: int
+    first: int
+    n: int
+    cells: Cells | None = None
+    offsets: Ints = field(default_factory=lambda: _NONE)
+    items: Ints = field(default_factory=lambda: _NONE)
+    parents: Ints | None = None
+
+
+def zone(node: Node, dimension: int, families: dict[str, str]) -> Zone:
+    """Read a zone.
+
+    Raises
+    ------
+    ReadError
+        If an array is missing or does not fit what the zone states.
+    """
+    kind = node.child("ZoneType")
+    is_structured = kind is None or kind.text() == "Structured"
+    sizes = node.values().reshape(-1, dimension if is_structured else 1).astype(np.int64)
+    n_points = int(np.prod(sizes[0]))
+    shape = tuple(int(n) for n in sizes[0]) if is_structured else (n_points,)
+    notes: list[str] = []
+    points = _points(node, shape, notes)
+    label = _family(node, families) or node.name
+    if is_structured:
+        part = _structured(label, shape, points)
+        blocks = [(label, 0, len(part.types))]
+        if kind is None:
+            notes.append(f"Zone {node.name!r} states no type: taken as structured.")
+    else:
+        sections = _sections(node)
+        part, codes, names = _unstructured(node, sections, points, families)
+        blocks = [(names[code] or label, start, stop) for code, start, stop in _runs(codes)]
+        part.name = label
+    _solutions(node, part, shape, notes)
+    return Zone(part, blocks, notes)
+
+
+def _family(node: Node, families: dict[str, str]) -> str:
+    child = node.first("FamilyName_t")
+    name = child.text() if child is not None else ""
+    return families.get(name, name)
+
+
+def _points(node: Node, shape: tuple[int, ...], notes: list[str]) -> NDArray[np.floating[Any]]:
+    grids = list(node.children("GridCoordinates_t"))
+    if not grids:
+        raise node.fail("has no coordinates (GridCoordinates_t)")
+    if len(grids) > 1:
+        notes.append(f"Zone {node.name!r} has {len(grids)} sets of coordinates; the first was read.")
+    arrays = {child.name: child for child in grids[0].children("DataArray_t")}
+    rind = grids[0].first("Rind_t")
+    edges = rind.integers() if rind is not None else np.zeros(2 * len(shape), np.int64)
+    if len(edges) != 2 * len(shape) or (edges < 0).any():
+        raise grids[0].fail(f"has {edges.tolist()} for its rind")
+
+    def column(name: str) -> NDArray[np.floating[Any]]:
+        values = arrays[name].values()
+        expected = tuple(n + int(a) + int(b) for n, a, b in zip(shape, edges[::2], edges[1::2], strict=True))[::-1]
+        if values.shape != expected or values.dtype.kind not in "fiu":
+            raise arrays[name].fail(f"has shape {values.shape[::-1]}, expected {expected[::-1]}")
+        inner = tuple(slice(int(a), int(a) + n) for n, a in zip(shape, edges[::2], strict=True))[::-1]
+        return values[inner].ravel()
+
+    n = int(np.prod(shape))
+    if {"CoordinateR", "CoordinateTheta"} <= set(arrays):
+        r, angle = column("CoordinateR"), column("CoordinateTheta")
+        if "degree" in " ".join(_units(arrays["CoordinateTheta"])).lower():
+            angle = np.radians(angle)
+        z = column("CoordinateZ") if "CoordinateZ" in arrays else np.zeros(n)
+        return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+    given = [name for name in _CARTESIAN if name in arrays]
+    if not given:
+        raise grids[0].fail(f"has the coordinates {', '.join(arrays) or 'none'}, expected {', '.join(_CARTESIAN)}")
+    columns = [column(name) for name in given]
+    points = np.zeros((n, 3), np.result_type(*columns, np.float32))
+    for name, values in zip(given, columns, strict=True):
+        points[:, _CARTESIAN.index(name)] = values
+    return points
+
+
+def _units(node: Node) -> Iterator[str]:
+    for child in node.children("DimensionalUnits_t"):
+        yield child.text()
+
+
+def _structured(name: str, shape: tuple[int, ...], points: NDArray[Any]) -> Part:
+    """Hexahedra, quads or lines between the points, the first index running fastest."""
+    dimension = len(shape)
+    steps = np.cumprod([1, *shape[:-1]])
+    n = [max(k - 1, 0) for k in shape]
+    origin = np.zeros(1, np.int64)
+    for axis in reversed(range(dimension)):
+        origin = (origin[:, None] + np.arange(n[axis]) * steps[axis]).ravel()
+    corners = [(0,), (1,)] if dimension == 1 else [(0, 0), (1, 0), (1, 1), (0, 1)]
+    if dimension == 3:
+        corners = [(*c, z) for z in (0, 1) for c in corners]
+    shifts = np.array([sum(int(s) * c for s, c in zip(steps, corner, strict=True)) for corner in corners])
+    kind = BY_NAME[{1: "line", 2: "quad", 3: "hexahedron"}[dimension]]
+    nodes = origin[:, None] + shifts
+    return Part(name, points, np.full(len(origin), kind.vtk_id, np.uint8),
+                np.arange(len(origin) + 1) * len(corners), nodes.ravel())  # fmt: skip
+
+
+def _sections(node: Node) -> list[_Section]:
+    found = [_section(child) for child in node.children("Elements_t")]
+    if not found:
+        raise node.fail("has no elements (Elements_t)")
+    found.sort(key=lambda section: section.first)
+    return found
+
+
+def _section(node: Node) -> _Section:
+    head, bounds = node.integers(), node.child("ElementRange")
+    connectivity = node.child("ElementConnectivity")
+    if not len(head) or bounds is None or connectivity is None:
+        raise node.fail("has no type, range or connectivity")
+    ends = bounds.integers()
+    if len(ends) != 2 or ends[0] < 1 or ends[1] < ends[0] - 1:
+        raise node.fail(f"has elements {ends.tolist()}")
+    made = _Section(node.name, int(head[0]), int(ends[0]), int(ends[1] - ends[0] + 1))
+    ids, offsets = connectivity.integers(), node.child("ElementStartOffset")
+    if made.n > len(ids):
+        raise node.fail(f"states {made.n} elements, but has {len(ids)} items")
+    starts = offsets.integers() if offsets is not None else None
+    if made.code in (NGON, NFACE):
+        made.offsets, made.items = _lists(node, ids, starts, made.n)
+        parents = node.child("ParentElements")
+        made.parents = parents.integers().reshape(2, -1) if parents is not None else None
+        return made
+    if made.code == MIXED:
+        codes, first = _mixed(node, ids, starts, made.n)
+    else:
+        width = _kind(node, made.code).n_nodes
+        if len(ids) != made.n * width:
+            raise node.fail(f"has {len(ids)} nodes of {made.n} elements of {width}")
+        codes, first = np.full(made.n, made.code, np.int64), np.arange(made.n) * width
+    made.cells = gathered(ids - 1, first, codes, KINDS)
+    return made
+
+
+def _kind(node: Node, code: int) -> Kind:
+    if code not in KINDS:
+        raise node.fail(f"is of elements of type {code}, which is not known")
+    return KINDS[code]
+
+
+def _lists(node: Node, ids: Ints, starts: Ints | None, n: int) -> tuple[Ints, Ints]:
+    """Offsets and items of faces or polyhedra; before version 4 each list began with its length."""
+    if starts is None:
+        places, at = np.empty(n, np.int64), 0
+        for k in range(n):
+            if at >= len(ids):
+                raise node.fail(f"has items of {k} elements, states {n}")
+            places[k] = at
+            at += 1 + max(int(ids[at]), 0)
+        if at != len(ids):
+            raise node.fail(f"has {len(ids)} items, {at} expected")
+        sizes = ids[places]
+        return faces.offsets_of(sizes), np.delete(ids, places)
+    if len(starts) != n + 1 or starts[0] != 0 or starts[-1] != len(ids) or (np.diff(starts) < 0).any():
+        raise node.fail(f"has offsets that do not fit {n} elements of {len(ids)} items")
+    return starts, ids
+
+
+def _mixed(node: Node, ids: Ints, starts: Ints | None, n: int) -> tuple[Ints, Ints]:
+    """Type and position of the first node of each element; each begins with its type."""
+    if starts is None:
+        places, at = np.empty(n, np.int64), 0
+        for k in range(n):
+            if at >= len(ids):
+                raise node.fail(f"has {k} elements, states {n}")
+            places[k] = at
+            at += 1 + _kind(node, int(ids[at])).n_nodes
+    else:
+        if len(starts) != n + 1 or (starts[:-1] < 0).any() or (starts[:-1] >= len(ids)).any():
+            raise node.fail(f"has offsets that do not fit {n} elements of {len(ids)} items")
+        places, at = starts[:-1], len(ids)
+    codes = ids[places]
+    for code in np.unique(codes).tolist():
+        _kind(node, code)
+    sizes = np.array([KINDS[int(c)].n_nodes if int(c) in KINDS else 0 for c in range(64)])[codes]
+    if at != len(ids) or (places + 1 + sizes > len(ids)).any() or int((1 + sizes).sum()) != len(ids):
+        raise node.fail(f"has {len(ids)} items, which do not fit its {n} elements")
+    return codes, places + 1
+
+
+def _unstructured(
+    node: Node, sections: list[_Section], points: NDArray[Any], families: dict[str, str]
+) -> tuple[Part, Ints, list[str]]:
+    """Cells of all sections in the order of their numbers, the place of the name of the region of each, the names."""
+    last = max(section.first + section.n for section in sections)
+    if any(a.first + a.n > b.first for a, b in itertools.pairwise(sections)):
+        raise node.fail("its sections have elements of the same numbers")
+    if last > _SPARSEST * (sum(section.n for section in sections) + 1000):  # a number more is a byte of memory more
+        raise node.fail(f"its elements are numbered up to {last - 1}, far beyond how many they are")
+    listed, names = _boundaries(node, last, families)
+    faces = [section for section in sections if section.code == NGON]
+    made: list[tuple[Cells, Polyhedra | None, Ints]] = []
+    for section in sections:
+        numbers = np.arange(section.first, section.first + section.n)
+        if section.cells is not None:
+            made.append((section.cells, None, numbers))
+        elif section.code == NFACE:
+            made.append((*_polyhedra(node, section, faces, points), numbers))
+        elif listed[numbers].any():
+            chosen = np.flatnonzero(listed[numbers])
+            made.append((_polygons(section, chosen), None, numbers[chosen]))
+    if faces and not any(section.code == NFACE for section in sections):
+        made.append(_by_parents(node, faces, points))
+    types = np.concatenate([np.empty(0, np.uint8), *(cells.types for cells, _, _ in made)])
+    sizes = np.concatenate([_NONE, *(np.diff(cells.offsets) for cells, _, _ in made)])
+    connectivity = np.concatenate([_NONE, *(cells.connectivity for cells, _, _ in made)])
+    wrong = (connectivity < 0) | (connectivity >= len(points))
+    if wrong.any():
+        bad = int(connectivity[np.argmax(wrong)]) + 1
+        raise node.fail(f"an element refers to point {bad}, which is outside 1..{len(points)}")
+    part = Part("", points, types, faces.offsets_of(sizes), connectivity, _joined([(c, p) for c, p, _ in made]))
+    lagrange = sorted({CELL_TYPES[int(t)].name for t in np.unique(types) if CELL_TYPES[int(t)].name.startswith("lagr")})
+    if lagrange:
+        part.notes.append(f"Of {', '.join(lagrange)} cells the corners are in place, the other nodes as filed.")
+    numbers = np.concatenate([_NONE, *(numbers for *_, numbers in made)])
+    return part, np.where(numbers <= last, listed[np.minimum(numbers, last)], 0), names
+
+
+def _joined(made: list[tuple[Cells, Polyhedra | None]]) -> Polyhedra | None:
+    if all(poly is None for _, poly in made):
+        return None
+    n_faces, sizes, items = [], [_NONE], [_NONE]
+    for cells, poly in made:
+        if poly is None:
+            n_faces.append(np.zeros(len(cells.types), np.int64))
+            continue
+        n_faces.append(np.diff(poly.cell_offsets))
+        sizes.append(np.diff(poly.face_offsets))
+        items.append(np.asarray(poly.face_points))
+    flat = np.concatenate(sizes)
+    return Polyhedra(faces.offsets_of(np.concatenate(n_faces)), np.arange(len(flat)), faces.offsets_of(flat),
+                     np.concatenate(items))  # fmt: skip
+
+
+def _all_faces(node: Node, faces: list[_Section]) -> tuple[Ints, Ints, Ints]:
+    """Offsets and points of the faces of all sections, and the number of each."""
+    sizes = np.concatenate([_NONE, *(np.diff(section.offsets) for section in faces)])
+    if len(sizes) and int(sizes.min()) < 3:
+        raise node.fail("a face has less than three points")
+    numbers = np.concatenate([_NONE, *(np.arange(s.first, s.first + s.n) for s in faces)])
+    return faces.offsets_of(sizes), np.concatenate([_NONE, *(section.items for section in faces)]) - 1, numbers
+
+
+def _checked(node: Node, ids: Ints, n: int, what: str) -> Ints:
+    wrong = (ids < 0) | (ids >= n)
+    if wrong.any():
+        raise node.fail(f"{what} {int(ids[np.argmax(wrong)]) + 1}, which does not exist")
+    return ids
+
+
+def _polyhedra(
+    node: Node, cells: _Section, faces: list[_Section], points: NDArray[Any]
+) -> tuple[Cells, Polyhedra | None]:
+    """A face of positive number has its normal out of the cell, one of negative number into it."""
+    offsets, items, numbers = _all_faces(node, faces)
+    _checked(node, items, len(points), "a face refers to point")
+    order = np.full(int(numbers.max()) + 2 if len(numbers) else 1, -1, np.int64)
+    order[numbers] = np.arange(len(numbers))
+    asked = np.abs(cells.items)
+    _checked(node, asked, len(order), "a polyhedron refers to face")
+    of_cells = _checked(node, order[asked], len(numbers), "a polyhedron refers to face")
+    found = faces.solids(faces.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0), points)
+    return Cells(found.types, found.offsets, found.connectivity), found.polyhedra
+
+
+def _by_parents(node: Node, faces: list[_Section], points: NDArray[Any]) -> tuple[Cells, Polyhedra | None, Ints]:
+    """Cells known only as parents of faces: the first has the normal outside, the second inside, 0 is none."""
+    if any(section.parents is None or section.parents.shape[1] != section.n for section in faces):
+        raise node.fail("has faces (NGON_n), but neither cells (NFACE_n) nor the parents of all faces")
+    offsets, items, _ = _all_faces(node, faces)
+    _checked(node, items, len(points), "a face refers to point")
+    left, right = (np.concatenate([s.parents[k] for s in faces if s.parents is not None]) for k in (0, 1))
+    numbers = np.unique(np.concatenate([left, right]))
+    numbers = numbers[numbers > 0]
+    place = [np.where(side > 0, np.searchsorted(numbers, side), -1) for side in (left, right)]
+    cell_offsets, cell_faces, is_second = faces.of_cells(len(numbers), *place)
+    found = faces.solids(faces.Faces(cell_offsets, cell_faces, offsets, items, is_second), points)
+    return Cells(found.types, found.offsets, found.connectivity), found.polyhedra, numbers
+
+
+def _polygons(section: _Section, chosen: Ints) -> Cells:
+    sizes = np.diff(section.offsets)[chosen]
+    items = section.items[faces.spans(section.offsets[chosen], sizes)] - 1
+    return Cells(faces.surface_types(sizes), faces.offsets_of(sizes), items)
+
+
+def _boundaries(node: Node, last: int, families: dict[str, str]) -> tuple[Ints, list[str]]:
+    """For each number of an element the place of its name: the family that a boundary or group (BC_t) gives it.
+
+    Of several the last counts; place 0 is that of no name.
+    """
+    listed, names = np.zeros(last + 1, np.int64), [""]
+    for group in node.children("ZoneBC_t"):
+        for boundary in group.children("BC_t"):
+            location = boundary.child("GridLocation")
+            is_of_points = location is None or location.text() == "Vertex"
+            label = _family(boundary, families) or boundary.name
+            for name in ("PointRange", "PointList", "ElementRange", "ElementList"):
+                given = boundary.child(name)
+                if given is None or (is_of_points and name.startswith("Point")):
+                    continue
+                numbers = given.integers()
+                if name.endswith("Range"):
+                    numbers = np.arange(max(int(numbers[0]), 1), min(int(numbers[-1]), last) + 1)
+                if label not in names:
+                    names.append(label)
+                listed[numbers[(numbers > 0) & (numbers <= last)]] = names.index(label)
+    return listed, names
+
+
+def _runs(codes: Ints) -> list[tuple[int, int, int]]:
+    """Runs of one value: the value, where it begins and ends."""
+    edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
+    return [(int(codes[a]), a, b) for a, b in itertools.pairwise(edges) if b > a]
+
+
+def _solutions(node: Node, part: Part, shape: tuple[int, ...], notes: list[str]) -> None:
+    """The first solution on points and the first on cells; those of cells belong to the solid ones."""
+    solid = np.flatnonzero(_IS_SOLID[part.types]) if _IS_SOLID[part.types].any() else np.arange(len(part.types))
+    seen: set[str] = set()
+    left_out: list[str] = []
+    for solution in node.children("FlowSolution_t"):
+        place = solution.child("GridLocation")
+        where = place.text() if place is not None else "Vertex"
+        if where not in ("Vertex", "CellCenter") or where in seen:
+            left_out.append(solution.name)
+            continue
+        seen.add(where)
+        n = len(part.points) if where == "Vertex" else len(solid)
+        for array in solution.children("DataArray_t"):
+            values = array.values().ravel()
+            if len(values) != n or values.dtype.kind not in "fiu":
+                left_out.append(f"{solution.name}/{array.name}")
+            elif where == "Vertex":
+                part.point_data[array.name] = values
+            else:
+                whole = np.full(len(part.types), np.nan) if len(solid) < len(part.types) else values
+                whole[solid] = values
+                part.cell_data[array.name] = whole
+    if left_out:
+        notes.append(f"Solutions were left out: {', '.join(left_out[:8])}.")
+    notes.extend(part.notes)

@@ -1,0 +1,200 @@
+"""Exodus II (.exo, .e, .ex2): element blocks with their fields at the first time step.
+
+Own, because VTK's reader mixes up the nodes of 14-node pyramids and their like, and gives each block points of its own.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import BY_NAME
+from ...errors import ReadError
+from ...mesh import Mesh
+from ..plumbing import faces as faces
+from ..plumbing.build import Ints, Kind, gathered
+from ..plumbing.format import Format
+from ..plumbing.merge import Part, merged
+from ..plumbing.netcdf import Variable, variables
+
+_MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
+
+_HEX20 = (*range(12), 16, 17, 18, 19, 12, 13, 14, 15)  # upright edges stand before the upper ones
+_WEDGE15 = (*range(9), 12, 13, 14, 9, 10, 11)
+_KINDS = {
+    "TET": {4: Kind("tetra", 4), 10: Kind("tetra10", 10)},
+    "PYR": {5: Kind("pyramid", 5), 13: Kind("pyramid13", 13)},
+    "WED": {6: Kind("wedge", 6), 15: Kind("wedge15", 15, _WEDGE15), 18: Kind("wedge18", 18, (*_WEDGE15, 15, 16, 17))},
+    "HEX": {
+        8: Kind("hexahedron", 8),
+        20: Kind("hexahedron20", 20, _HEX20),
+        27: Kind("hexahedron27", 27, (*_HEX20, 23, 24, 25, 26, 21, 22, 20)),
+    },
+    "TRI": {3: Kind("triangle", 3), 6: Kind("triangle6", 6), 7: Kind("triangle7", 7)},
+    "QUA": {4: Kind("quad", 4), 8: Kind("quad8", 8), 9: Kind("quad9", 9)},
+    "BAR": {2: Kind("line", 2), 3: Kind("line3", 3)},
+    "SPH": {1: Kind("vertex", 1)},
+}
+_NONE = np.empty((0, 3))
+"""Points of a block of its own: all refer to those of the file."""
+_LAGRANGE = {"TET": "tetra", "PYR": "pyramid", "WED": "wedge", "HEX": "hexahedron", "TRI": "triangle", "QUA": "quad"}
+_SAME = {"BEA": "BAR", "TRU": "BAR", "EDG": "BAR", "CIR": "SPH", "POI": "SPH", "NOD": "SPH"}
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return head.startswith(_MARKS)
+
+
+@dataclass(slots=True)
+class _Block:
+    number: int
+    name: str
+    element: str  #: the first three letters of its type, upper case
+    n: int
+    connect: Variable
+
+
+def read(path: Path) -> Mesh:
+    """A block for each element block; cell data ``exodus:block`` is its number. Side and node sets are not cells."""
+    with variables(path) as found:
+        points = _points(found, path)
+        parts, notes = [], []
+        for block in _blocks(found, path):
+            part = _part(block, found, points, path)
+            part.cell_data = _fields(found, "elem", f"eb{block.number}", block.n, path, block.number)
+            ids = found["eb_prop1"].values() if "eb_prop1" in found else np.empty(0, np.int64)
+            number = int(ids[block.number - 1]) if len(ids) >= block.number else block.number
+            part.name = block.name or f"block {number}"
+            part.cell_data["exodus:block"] = np.full(len(part.types), number, np.int64)
+            parts.append(part)
+        if not parts:
+            raise ReadError(f"{path}: has no element blocks")
+        point_data = _fields(found, "nod", "", len(points), path)
+        steps = found["time_whole"].shape[0] if "time_whole" in found else 0
+    if not any(len(part.types) for part in parts):
+        raise ReadError(f"{path}: its element blocks are empty")
+    mesh = merged(parts, path=path, points=points)
+    if steps > 1:
+        notes.append(f"The file holds {steps} time steps; the first was read.")
+    return mesh.replace(point_data=point_data, notes=(*mesh.notes, *notes))
+
+
+def _points(found: dict[str, Variable], path: Path) -> NDArray[np.float64]:
+    if "coord" in found:
+        columns = list(found["coord"].values())
+    else:
+        columns = [found[name].values() for name in ("coordx", "coordy", "coordz") if name in found]
+    if not 1 <= len(columns) <= 3 or len({c.shape for c in columns}) != 1 or columns[0].ndim != 1:
+        raise ReadError(
+            f"{path}: has no coordinates (coordx, coordy, coordz or coord); it is no Exodus file, or not whole"
+        )
+    points = np.zeros((len(columns[0]), 3))
+    for axis, column in enumerate(columns):
+        points[:, axis] = column
+    return points
+
+
+def _blocks(found: dict[str, Variable], path: Path) -> list[_Block]:
+    names = found["eb_names"].text() if "eb_names" in found else []
+    blocks = []
+    for key, variable in found.items():
+        match = re.fullmatch(r"connect(\d+)", key)
+        if match is None:
+            continue
+        number = int(match.group(1)[:9])
+        element = str(variable.attributes.get("elem_type", "")).upper().replace("SHELL", "QUAD")[:3]
+        counts = f"ebepecnt{number}"
+        n = found[counts].shape[0] if counts in found else variable.shape[0]
+        name = names[number - 1] if 0 < number <= len(names) else ""
+        blocks.append(_Block(number, name, _SAME.get(element, element), n, variable))
+    blocks.sort(key=lambda b: b.number)
+    faces = [b for b in blocks if b.element == "NFA"]
+    if faces and not any(re.fullmatch(r"fbconn\d+", key) for key in found):
+        raise ReadError(f"{path}: has polyhedra, but no faces")
+    return blocks
+
+
+def _part(block: _Block, found: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
+    if block.element == "NFA":
+        return _polyhedra(block, found, points, path)
+    ids = np.asarray(block.connect.values(), np.int64)
+    if block.element == "NSI":
+        sizes = np.asarray(found[f"ebepecnt{block.number}"].values(), np.int64)
+        ids = ids.ravel()
+        if len(sizes) and (int(sizes.min()) < 3 or int(sizes.sum()) != len(ids)):
+            raise ReadError(f"{path}: block {block.number}: its polygons do not have as many points as it states")
+        part = Part("", _NONE, np.full(len(sizes), 7, np.uint8), faces.offsets_of(sizes), ids - 1)
+    else:
+        if ids.ndim != 2:
+            raise ReadError(f"{path}: block {block.number}: its connectivity has {ids.ndim} dimensions, expected 2")
+        n, width = ids.shape
+        kind = _kind(block, width, path)
+        cells = gathered(ids.ravel() - 1, np.arange(n) * width, np.zeros(n, np.int64), {0: kind})
+        part = Part("", _NONE, cells.types, cells.offsets, cells.connectivity)
+        if kind.name.startswith("lagrange_") and n:
+            part.notes.append(f"Of {kind.name} cells of {width} nodes the corners are in place, the others as filed.")
+    _in_range(part.connectivity, len(points), f"{path}: block {block.number}: point")
+    return part
+
+
+def _kind(block: _Block, width: int, path: Path) -> Kind:
+    kind = _KINDS.get(block.element, {}).get(width)
+    if kind is not None:
+        return kind
+    family = _LAGRANGE.get(block.element)
+    row = BY_NAME.get(f"lagrange_{family}")
+    if row is None or row.shape is None or width < row.shape.n_nodes:
+        name = block.connect.attributes.get("elem_type", "")
+        raise ReadError(f"{path}: block {block.number}: elements {name!r} of {width} nodes are not known")
+    return Kind(row.name, width)
+
+
+def _polyhedra(block: _Block, found: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
+    """Cells by faces of the face blocks, which are counted through; faces do not say which side is outside."""
+    keys = sorted((k for k in found if re.fullmatch(r"fbconn\d+", k)), key=lambda k: int(k[6:]))
+    nodes = np.concatenate([np.asarray(found[k].values(), np.int64).ravel() for k in keys]) - 1
+    sizes = np.concatenate([np.asarray(found["fbepecnt" + k[6:]].values(), np.int64).ravel() for k in keys])
+    n_faces = np.asarray(found[f"ebepecnt{block.number}"].values(), np.int64).ravel()
+    faces = np.asarray(block.connect.values(), np.int64).ravel() - 1
+    for counts, items, least in ((sizes, nodes, 3), (n_faces, faces, 1)):
+        if len(counts) and (int(counts.min()) < least or int(counts.sum()) != len(items)):
+            raise ReadError(f"{path}: block {block.number}: its polyhedra do not have as many items as they state")
+    _in_range(nodes, len(points), f"{path}: a face refers to point")
+    _in_range(faces, len(sizes), f"{path}: block {block.number}: face")
+    solids = faces.solids(faces.Faces(faces.offsets_of(n_faces), faces, faces.offsets_of(sizes), nodes), points)
+    return Part("", _NONE, solids.types, solids.offsets, solids.connectivity, solids.polyhedra)
+
+
+def _in_range(ids: Ints, n: int, what: str) -> None:
+    wrong = (ids < 0) | (ids >= n)
+    if wrong.any():
+        raise ReadError(f"{what} {int(ids[np.argmax(wrong)]) + 1} is outside 1..{n}")
+
+
+def _fields(
+    found: dict[str, Variable], kind: str, suffix: str, n: int, path: Path, number: int = 0
+) -> dict[str, NDArray[Any]]:
+    """Fields on points or on the elements of a block, at the first time step."""
+    if f"name_{kind}_var" not in found:
+        return {}
+    data = {}
+    for index, name in enumerate(found[f"name_{kind}_var"].text(), 1):
+        own, together = found.get(f"vals_{kind}_var{index}{suffix}"), found.get(f"vals_{kind}_var{suffix}")
+        variable = own or together
+        if variable is None or variable.shape[0] == 0:
+            continue
+        values = variable.values(0)
+        values = values[index - 1] if own is None else values
+        if values.shape != (n,):
+            where = f" of block {number}" if number else ""
+            raise ReadError(f"{path}: field {name!r}{where} has shape {values.shape}, expected ({n},)")
+        data[name or f"field {index}"] = values
+    return data
+
+
+EXODUS = Format("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii"), sniff, read, by_content=False)

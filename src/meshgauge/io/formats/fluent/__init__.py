@@ -1,0 +1,1 @@
+"""Fluent cases, text, binary and HDF5."""

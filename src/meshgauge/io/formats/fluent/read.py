@@ -1,0 +1,279 @@
+"""Fluent's meshes (.msh, .cas: ascii and binary; .msh.h5, .cas.h5): cells put together from their faces.
+
+Own, because VTK's reader repeats the cells for every zone of faces, and hangs or aborts on some files.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....errors import ReadError
+from ....mesh import Mesh
+from ...plumbing import faces as faces
+from ...plumbing.format import Format
+from ...plumbing.text import numbers
+from ..vtk.hdf import MAGIC
+from .hdf import Arrays
+
+_MARK = re.compile(rb"\A\s*\(\s*\d+\s")
+_SECTION = re.compile(rb"\s*\(\s*(\d+)")
+_HEAD = re.compile(rb"\s*\(([^()]*)\)\s*")
+_TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[()]', re.DOTALL)
+_END = b"End of Binary Section"
+_HDF = (".cas.h5", ".msh.h5")
+_INTERIOR = 2
+_PARENT_ZONE = 32
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return _MARK.match(head) is not None or (head.startswith(MAGIC) and path.name.lower().endswith(_HDF))
+
+
+@dataclass(slots=True)
+class _Found:
+    dimension: int = 3
+    points: list[tuple[int, NDArray[np.float64]]] = field(default_factory=list)
+    cells: list[tuple[int, int, int, int]] = field(default_factory=list)  # zone, first, last, type
+    faces: list[tuple[int, int, int, list[int], list[int]]] = field(
+        default_factory=list
+    )  # zone, first, kind, sizes, ids
+    names: dict[int, str] = field(default_factory=dict)
+    parents: list[tuple[int, int]] = field(default_factory=list)
+    stated: dict[int, int] = field(default_factory=dict)
+
+
+class _Cursor:
+    """A place in the bytes of the file."""
+
+    def __init__(self, path: Path, data: bytes) -> None:
+        self.path, self.data, self.at = path, data, 0
+
+    def fail(self, what: str) -> ReadError:
+        line = self.data.count(b"\n", 0, min(self.at, len(self.data))) + 1
+        return ReadError(f"{self.path}, line {line}: {what}")
+
+    def section(self) -> int | None:
+        """The number of the next section; None at the end of the file."""
+        match = _SECTION.match(self.data, self.at)
+        if match is None:
+            if self.data[self.at :].strip(b" \t\r\n\0"):
+                raise self.fail("expected a section '(number ...)'")
+            return None
+        self.at = match.end()
+        return int(match.group(1)[:9])
+
+    def head(self) -> list[int]:
+        """The hexadecimal numbers in parentheses that a section begins with."""
+        match = _HEAD.match(self.data, self.at)
+        if match is None:
+            raise self.fail("expected '(zone first last ...)'")
+        self.at = match.end()
+        try:
+            found = [int(word, 16) for word in match.group(1).split()]
+        except ValueError:
+            found = []
+        if len(found) < 3 or max(found) > 1 << 40:
+            raise self.fail(f"a section begins with {match.group(1)[:40].decode('utf-8', 'replace')!r}")
+        return found
+
+    def body(self) -> bytes | None:
+        """The text in the parentheses that follow; None if the section ends instead."""
+        if self.data[self.at : self.at + 1] != b"(":
+            return None
+        end = self.data.find(b")", self.at)
+        if end < 0:
+            raise self.fail("the file ends within a section; it is truncated")
+        text = self.data[self.at + 1 : end]
+        self.at = end + 1
+        return text
+
+    def raw(self, dtype: str, n: int) -> NDArray[np.generic]:
+        """``n`` binary numbers."""
+        kind = np.dtype(dtype)
+        if n < 0 or self.at + n * kind.itemsize > len(self.data):
+            raise self.fail(f"{n} binary numbers are stated, but the file ends before")
+        values = np.frombuffer(self.data, kind, n, self.at)
+        self.at += n * kind.itemsize
+        return values
+
+    def close(self, is_binary: bool = False) -> None:
+        """Go behind the parenthesis that ends the section."""
+        if is_binary:
+            end = self.data.find(_END, self.at)
+            if end < 0:
+                raise self.fail("a binary section has no end; the file is truncated")
+            self.at = self.data.find(b")", end) + 1 or len(self.data)
+            return
+        depth = 1
+        for token in _TOKEN.finditer(self.data, self.at):
+            depth += {b"(": 1, b")": -1}.get(token.group(), 0)
+            if depth == 0:
+                self.at = token.end()
+                return
+        raise self.fail("the file ends within a section; it is truncated")
+
+
+def read(path: Path) -> Mesh:
+    """The cells of a 3D mesh, and the faces of each boundary zone as surface cells; a block a zone.
+
+    Of cells refined into others the smaller ones are read, with hanging nodes as further corners of polyhedra.
+    """
+    data = path.read_bytes()
+    if data.startswith(MAGIC):
+        arrays = Arrays(path)
+        return _mesh(_Found(3, arrays.points, arrays.cells, arrays.faces, arrays.names), path)
+    cursor, found = _Cursor(path, data), _Found()
+    while (number := cursor.section()) is not None:
+        is_binary, kind, has_body = number >= 2000, number % 1000, True
+        if kind == 2 and not is_binary:
+            word = cursor.data[cursor.at : cursor.at + 20].split(b")")[0].strip()
+            found.dimension = int(word) if word.isdigit() else 0
+        if kind == 10:
+            has_body = _points(cursor, found, is_binary, "<f8" if number >= 3000 else "<f4")
+        elif kind == 12:
+            zone, first, last, *more = cursor.head()
+            has_body = cursor.data[cursor.at : cursor.at + 1] == b"("
+            if zone == 0:
+                found.stated[12] = last
+            else:
+                found.cells.append((zone, first, last, more[0] if more else 1))
+        elif kind == 13:
+            _face_zone(cursor, found, is_binary)
+            continue
+        elif kind in (39, 45):
+            _name(cursor, found)
+        elif kind == 59:
+            head = cursor.head()
+            found.parents.append((head[0], head[1]))
+        cursor.close(is_binary and has_body)
+    return _mesh(found, path)
+
+
+def _points(cursor: _Cursor, found: _Found, is_binary: bool, dtype: str) -> bool:
+    """Keep the points of a section; False if it only states how many there are."""
+    zone, first, last, *_ = cursor.head()
+    n = last - first + 1
+    if zone == 0:
+        found.stated[10] = last
+        return False
+    if is_binary:
+        if cursor.data[cursor.at : cursor.at + 1] != b"(":
+            raise cursor.fail("points have no coordinates")
+        cursor.at += 1
+        values = cursor.raw(dtype, n * found.dimension).astype(np.float64)
+    else:
+        body = cursor.body()
+        try:
+            values = numbers(body or b"", np.float64)
+        except ValueError:
+            raise cursor.fail("coordinates hold something else than numbers") from None
+    if found.dimension != 3 or n < 0 or len(values) != 3 * n:
+        raise cursor.fail(f"{len(values)} numbers for {n} points of {found.dimension} coordinates, expected 3D points")
+    found.points.append((first, values.reshape(-1, 3)))
+    return True
+
+
+def _face_zone(cursor: _Cursor, found: _Found, is_binary: bool) -> None:
+    """Each face: in mixed zones how many points, then these, then two cells; its normal points to the first of them."""
+    head = cursor.head()
+    zone, first, last = head[:3]
+    kind = head[3] if len(head) > 3 else _INTERIOR
+    width = head[4] if len(head) > 4 else 0
+    if zone == 0:
+        found.stated[13] = last
+        cursor.close()
+        return
+    if is_binary:
+        if cursor.data[cursor.at : cursor.at + 1] != b"(":
+            raise cursor.fail("a zone of faces is empty")
+        end = cursor.data.find(_END, cursor.at)
+        cursor.at += 1
+        tokens = cursor.raw("<i4", max(end - cursor.at, 0) // 4).tolist()
+        cursor.close(True)
+    else:
+        try:
+            tokens = [int(word, 16) for word in (cursor.body() or b"").split()]
+        except ValueError:
+            raise cursor.fail("faces hold something else than hexadecimal numbers") from None
+        cursor.close()
+    n, at, sizes, ids, is_mixed = last - first + 1, 0, [], [], width in (0, 5)
+    if n < 0 or n > len(tokens):
+        raise cursor.fail(f"{n} faces are stated, but {len(tokens)} numbers follow")
+    for _ in range(n):
+        size = (tokens[at] if at < len(tokens) else 0) if is_mixed else width
+        at += is_mixed
+        if not 3 <= size <= len(tokens) - at - 2:
+            raise cursor.fail(f"a face of {size} points, or one that is cut off")
+        sizes.append(size)
+        ids.extend(tokens[at : at + size + 2])
+        at += size + 2
+    found.faces.append((zone, first, kind, sizes, ids))
+
+
+def _name(cursor: _Cursor, found: _Found) -> None:
+    match = re.compile(rb"\s*\(\s*(\d+)\s+\S+\s+([^\s()]+)").match(cursor.data, cursor.at)
+    if match:
+        found.names[int(match.group(1)[:9])] = match.group(2).decode("utf-8", "replace")
+
+
+def _mesh(found: _Found, path: Path) -> Mesh:
+    points = _joined_points(found, path)
+    cells = sorted(c for c in found.cells if c[3] not in (0, _PARENT_ZONE))
+    cells.sort(key=lambda c: c[1])
+    n_stated = max([last for _, _, last, _ in found.cells], default=0)
+    if not cells or not found.faces:
+        raise ReadError(f"{path}: has no cells or no faces; it holds no mesh, or is not whole")
+    sizes = np.array([s for zone in found.faces for s in zone[3]], np.int64)
+    flat = np.array([i for zone in found.faces for i in zone[4]], np.int64)
+    ends = np.cumsum(sizes + 2)
+    starts = ends - sizes - 2
+    if len(flat) and (flat.min() < 0 or n_stated > len(flat)):
+        raise ReadError(f"{path}: states {n_stated} cells, but has {len(sizes)} faces")
+    ids = flat[faces.spans(starts, sizes)] - 1
+    if len(ids) and not 0 <= int(ids.min()) <= int(ids.max()) < len(points):
+        bad = int(ids[np.argmax((ids < 0) | (ids >= len(points)))]) + 1
+        raise ReadError(f"{path}: a face refers to point {bad}, which is outside 1..{len(points)}")
+    pair = np.stack([flat[ends - 2], flat[ends - 1]])
+    if pair.size and int(pair.max()) > n_stated:
+        raise ReadError(f"{path}: a face refers to cell {int(pair.max())}, which is outside 1..{n_stated}")
+    place = np.full(n_stated + 1, -1, np.int64)  # of each cell of the file among those that are read
+    zones, at = [], 0
+    for zone, first, last, _ in cells:
+        if not 1 <= first <= last + 1 or (place[first : last + 1] >= 0).any():
+            raise ReadError(f"{path}: zone {zone} states the cells {first} to {last}, which others have too")
+        place[first : last + 1] = np.arange(at, at + last + 1 - first)
+        zones.append((found.names.get(zone, f"zone {zone}"), at, at + last + 1 - first))
+        at += last + 1 - first
+    face_ids = np.concatenate([np.arange(z[1], z[1] + len(z[3])) for z in found.faces])
+    for first, last in found.parents:
+        pair[:, (face_ids >= first) & (face_ids <= last)] = 0
+    offsets, faces, is_second = faces.of_cells(at, place[pair[0]], place[pair[1]])
+    whole = faces.Faces(offsets, faces, faces.offsets_of(sizes), ids, ~is_second)
+    patches, begin = [], 0
+    for zone, _, kind, own, _ in found.faces:
+        if kind != _INTERIOR:
+            own_faces = np.arange(begin, begin + len(own))
+            patches.append((found.names.get(zone, f"zone {zone}"), own_faces[(pair[:, own_faces] > 0).any(axis=0)]))
+        begin += len(own)
+    lacking = int(np.count_nonzero(np.diff(offsets) < 4))
+    if lacking:
+        raise ReadError(f"{path}: {lacking} of {at} cells have fewer than four faces; the file is not whole")
+    return faces.mesh(path, points, whole, zones, patches)
+
+
+def _joined_points(found: _Found, path: Path) -> NDArray[np.float64]:
+    found.points.sort(key=lambda pair: pair[0])
+    at = 1
+    for first, values in found.points:
+        if first != at:
+            raise ReadError(f"{path}: point {at} is missing: a zone of points begins at {first}")
+        at += len(values)
+    return np.concatenate([np.empty((0, 3)), *(values for _, values in found.points)])
+
+
+FLUENT = Format("fluent", "Fluent", (".cas", ".msh"), sniff, read)

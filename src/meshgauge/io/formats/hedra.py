@@ -1,0 +1,71 @@
+"""HEDRA (.hedra), cinolib's polyhedral meshes: points, faces by points, cells by signed faces, all counted from 1."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ...mesh import Mesh
+from ..plumbing import faces as faces
+from ..plumbing.format import Format
+from ..plumbing.text import Ragged, Text
+
+_COUNTS = re.compile(rb"\A\s*\d+[ \t]+\d+[ \t]+\d+[ \t]*\r?\n")
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return _COUNTS.match(head) is not None
+
+
+def read(path: Path) -> Mesh:
+    """Cells with the faces of a tetra, pyramid, wedge or hexahedron become those, the others polyhedra.
+
+    The signs should say which side of a face is outside, but in cinolib's own files they do not (half of the cells of
+    its Voronoi example come out with a negative volume, edges are used twice in one direction). So they are not
+    followed, and no cell can be inverted as a whole.
+    """
+    text = Text(path, path.read_bytes())
+    n_points, n_faces, n_cells = text.integers("the numbers of points, faces and cells", 3)[:3]
+    if min(n_points, n_faces, n_cells) < 0 or n_points + n_faces + n_cells > text.n_lines:
+        raise text.fail(
+            f"{n_points} points, {n_faces} faces and {n_cells} cells are stated, but the file has {text.n_lines} lines"
+        )
+    points = text.reals(n_points, 3, "points")
+    first = text.row
+    faces = _checked(text, text.ragged(n_faces, "faces"), "points", first)
+    cells = _checked(text, first=text.row, rows=text.ragged(n_cells, "cells"), what="faces")
+    face_offsets, face_points = _items(faces)
+    cell_offsets, signed = _items(cells)
+    _in_range(text, face_points, n_points, "a face refers to point")
+    _in_range(text, np.abs(signed), n_faces, "a cell refers to face")
+    found = faces.solids(faces.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points)
+    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path))
+
+
+def _checked(text: Text, rows: Ragged, what: str, first: int) -> Ragged:
+    """Every row begins with the number of its items."""
+    sizes = rows.sizes
+    wrong = sizes < 1
+    if not wrong.any():
+        wrong = rows.values[rows.starts[:-1]] != sizes - 1
+    if wrong.any():
+        at = int(np.argmax(wrong))
+        stated = int(rows.values[rows.starts[at]]) if sizes[at] else 0
+        raise text.fail(f"states {stated} {what}, but lists {max(int(sizes[at]) - 1, 0)}", first + at)
+    return rows
+
+
+def _items(rows: Ragged) -> tuple[faces.Ints, faces.Ints]:
+    sizes = rows.sizes - 1
+    return faces.offsets_of(sizes), rows.values[faces.spans(rows.starts[:-1] + 1, sizes)]
+
+
+def _in_range(text: Text, ids: faces.Ints, n: int, what: str) -> None:
+    wrong = (ids < 1) | (ids > n)
+    if wrong.any():
+        raise text.fail(f"{what} {int(ids[np.argmax(wrong)])}, which is outside 1..{n}")
+
+
+HEDRA = Format("hedra", "HEDRA (cinolib)", (".hedra",), sniff, read, by_content=False)

@@ -1,0 +1,1 @@
+"""MED files (Salome, Code_Aster)."""

@@ -1,0 +1,279 @@
+"""MED (.med), the files of Salome and Code_Aster, through h5py: meshes, families of groups, fields on points and cells.
+
+Own, because meshio takes MED's order of nodes for VTK's, which turns every cell inside out, and loses names of groups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....cells import CELL_TYPES
+from ....errors import MeshgaugeError, ReadError
+from ....mesh import Mesh
+from ....mesh.regions import told_regions
+from ...plumbing import faces as faces
+from ...plumbing import meshio, within
+from ...plumbing.build import Ints, Kind, gathered
+from ...plumbing.format import Format
+from ...plumbing.merge import Part, merged
+from ..vtk.hdf import MAGIC
+from .cells import BY_NAME, KINDS
+
+GROUP = "med:group"
+_NO_PROFILE = "MED_NO_PROFILE_INTERNAL"
+_NONE = np.empty((0, 3))
+_WIDTH = 80  # characters of the name of a group
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return head.startswith(MAGIC)
+
+
+def read(path: Path) -> Mesh:
+    """Every unstructured mesh of the file, at its first step; a block for each type of cells.
+
+    Cell data ``med:group`` is the number of the groups that a cell is in, 0 of none; field data ``med:group:names`` has
+    their names, joined with " + " where a cell is in several.
+    """
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            within.check_hdf(path, file)
+            if "ENS_MAA" not in file or not len(file["ENS_MAA"]):
+                raise ReadError(f"{path}: holds no mesh (ENS_MAA)")
+            meshes = file["ENS_MAA"]
+            found = [_mesh(path, file, name, meshes[name]) for name in meshes]
+            if len(found) == 1:
+                return found[0]
+            return _joined(found, list(meshes), path)
+    except MeshgaugeError:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, IndexError, AttributeError, RuntimeError) as error:
+        raise ReadError(f"{path}: not a whole MED file: {' '.join(str(error).split())}") from error
+
+
+def _joined(meshes: list[Mesh], names: list[str], path: Path) -> Mesh:
+    """Meshes of one file: a block each, named groups counted through."""
+    parts: list[Part] = []
+    listed: list[str] = []
+    for mesh, name in zip(meshes, names, strict=True):
+        data = dict(mesh.cell_data)
+        if GROUP in data:
+            data[GROUP] = np.where(data[GROUP] > 0, data[GROUP] + len(listed), 0).astype(np.int32)
+            listed += mesh.field_data[f"{GROUP}:names"].tolist()
+        parts.append(
+            Part(name, mesh.points, mesh.types, np.asarray(mesh.offsets), np.asarray(mesh.connectivity), mesh.polyhedra,
+                 dict(mesh.point_data), data, notes=list(mesh.notes))
+        )  # fmt: skip
+    joined = merged(parts, path=path)
+    return joined.replace(field_data={f"{GROUP}:names": np.array(listed)} if listed else {})
+
+
+def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
+    if int(group.attrs.get("TYP", 0)) != 0:
+        raise ReadError(f"{path}: mesh {name!r} is structured, which is not read")
+    steps = list(group)
+    if not steps:
+        raise ReadError(f"{path}: mesh {name!r} has no step")
+    step = group[steps[0]]
+    notes = [f"The mesh {name!r} has {len(steps)} steps; the first was read."] if len(steps) > 1 else []
+    dimension = int(group.attrs.get("ESP", group.attrs.get("DIM", 3)))
+    points = _points(path, step, dimension)
+    found = _cells(path, step, points, as_stated=True)
+    if _is_mirrored(found, points):
+        found = _cells(path, step, points, as_stated=False)
+        notes.append("Most cells have a negative volume in MED's order of nodes: VTK's was taken, as meshio writes.")
+    numbers, names = _groups(file, name)
+    for code, part in found:
+        own = step["MAI"][code]
+        if "FAM" in own:
+            families = np.asarray(own["FAM"][...], np.int64).ravel()
+            _same(path, len(families), len(part.types), f"families of {code}")
+            part.cell_data[GROUP] = _translated(families, numbers)
+    point_data = _fields(path, file, name, found, len(points), notes)
+    mesh = merged([part for _, part in found], path=path, points=points)
+    kept = dict(mesh.cell_data)
+    if GROUP in kept and kept[GROUP].dtype.kind == "f":  # a type without families
+        kept[GROUP] = np.nan_to_num(kept[GROUP]).astype(np.int32)
+    if GROUP in kept and not kept[GROUP].any():
+        del kept[GROUP]
+    fields = {f"{GROUP}:names": np.array(names)} if GROUP in kept else {}
+    return mesh.replace(cell_data=kept, field_data=fields, point_data=point_data, notes=tuple(notes))
+
+
+def _points(path: Path, step: Any, dimension: int) -> NDArray[np.float64]:
+    """Coordinates stand one axis after the other."""
+    flat = np.asarray(step["NOE"]["COO"][...], np.float64).ravel()
+    if dimension not in (1, 2, 3) or len(flat) % dimension:
+        raise ReadError(f"{path}: {len(flat)} coordinates of points in {dimension} dimensions")
+    points = np.zeros((len(flat) // dimension, 3))
+    points[:, :dimension] = flat.reshape(dimension, -1).T
+    return points
+
+
+def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: bool) -> list[tuple[str, Part]]:
+    """MED's name of each type and its cells; ``as_stated`` in MED's order of nodes, else in VTK's."""
+    found = []
+    for code in step["MAI"]:
+        group = step["MAI"][code]
+        ids = np.asarray(group["NOD"][...], np.int64).ravel() - 1
+        wrong = (ids < 0) | (ids >= len(points))
+        if wrong.any():
+            at = int(ids[np.argmax(wrong)]) + 1
+            raise ReadError(f"{path}: cells of type {code} refer to point {at}, which is outside 1..{len(points)}")
+        if code in ("POE", "POG", "PO2"):
+            found.append((code, _polyhedra(path, group, ids, points) if code == "POE" else _polygons(path, group, ids)))
+            continue
+        kind = KINDS.get(code)
+        if kind is None:
+            raise ReadError(f"{path}: cells of type {code!r} are not known; known are {', '.join(KINDS)}")
+        if len(ids) % kind.n_nodes:
+            raise ReadError(f"{path}: {len(ids)} nodes of cells of type {code}, which have {kind.n_nodes}")
+        n = len(ids) // kind.n_nodes
+        _same(path, int(group["NOD"].attrs.get("NBR", n)), n, f"cells of type {code}")
+        chosen = kind if as_stated else Kind(kind.name, kind.n_nodes)
+        rows = np.ascontiguousarray(ids.reshape(kind.n_nodes, n).T).ravel()
+        made = gathered(rows, np.arange(n) * kind.n_nodes, np.zeros(n, np.int64), {0: chosen})
+        found.append((code, Part(chosen.name, _NONE, made.types, made.offsets, made.connectivity)))
+    if not any(len(part.types) for _, part in found):
+        raise ReadError(f"{path}: has no cells")
+    return found
+
+
+def _same(path: Path, stated: int, n: int, what: str) -> None:
+    if stated != n:
+        raise ReadError(f"{path}: {stated} {what} are stated, but {n} were found")
+
+
+def _counts(path: Path, index: Any, n: int) -> Ints:
+    """Sizes of lists by where they start, counted from 1; they must fill ``n`` items."""
+    starts = np.asarray(index, np.int64).ravel()
+    if not len(starts) or starts[0] != 1 or starts[-1] != n + 1 or (np.diff(starts) < 0).any():
+        raise ReadError(f"{path}: an index of polygons or polyhedra does not fit its {n} items")
+    return np.diff(starts)
+
+
+def _polygons(path: Path, group: Any, ids: Ints) -> Part:
+    sizes = _counts(path, group["INN"][...], len(ids))
+    return Part("polygon", _NONE, np.full(len(sizes), 7, np.uint8), faces.offsets_of(sizes), ids)
+
+
+def _polyhedra(path: Path, group: Any, ids: Ints, points: NDArray[np.float64]) -> Part:
+    """INN has where the nodes of each face start, IFN where the faces of each cell do."""
+    sizes = _counts(path, group["INN"][...], len(ids))
+    n_faces = _counts(path, group["IFN"][...], len(sizes))
+    faces = faces.Faces(faces.offsets_of(n_faces), np.arange(len(sizes)), faces.offsets_of(sizes), ids)
+    made = faces.solids(faces, points)
+    return Part("polyhedron", _NONE, made.types, made.offsets, made.connectivity, made.polyhedra)
+
+
+def _is_mirrored(found: list[tuple[str, Part]], points: NDArray[np.float64]) -> bool:
+    """True if more solid cells have a negative first corner than a positive one."""
+    negative = positive = 0
+    for code, part in found:
+        kind = CELL_TYPES.get(int(part.types[0])) if len(part.types) else None
+        if code in KINDS and kind is not None and kind.shape is not None:
+            nodes = part.connectivity.reshape(len(part.types), -1)
+            a, i, j, k = (points[nodes[:, node]] for node in kind.shape.triples[0])
+            volume = np.einsum("ij,ij->i", i - a, np.cross(j - a, k - a))
+            negative, positive = negative + int((volume < 0).sum()), positive + int((volume > 0).sum())
+    return negative > positive
+
+
+def _groups(file: Any, name: str) -> tuple[dict[int, int], list[str]]:
+    """For each family of cells the number of its groups, from 1, and the names of the groups."""
+    numbers: dict[int, int] = {}
+    names: list[str] = []
+    families = file["FAS"][name] if "FAS" in file and name in file["FAS"] else {}
+    for family in _families(families.get("ELEME", families)):
+        own = _group_names(family)
+        if own:
+            label = " + ".join(own)
+            if label not in names:
+                names.append(label)
+            numbers[int(family.attrs["NUM"])] = names.index(label) + 1
+    return numbers, names
+
+
+def _families(group: Any) -> Iterator[Any]:
+    for key in group:
+        if hasattr(group[key], "attrs") and "NUM" in group[key].attrs:
+            yield group[key]
+
+
+def _group_names(family: Any) -> list[str]:
+    if "GRO" not in family or "NOM" not in family["GRO"]:
+        return []
+    raw = family["GRO"]["NOM"][...]
+    rows = np.ascontiguousarray(raw).view(np.uint8).reshape(-1, _WIDTH) if raw.size else np.empty((0, _WIDTH), np.uint8)
+    return [row.tobytes().split(b"\0")[0].decode("utf-8", "replace").strip() for row in rows]
+
+
+def _translated(families: Ints, numbers: dict[int, int]) -> NDArray[np.int32]:
+    keys, inverse = np.unique(families, return_inverse=True)
+    return np.array([numbers.get(int(key), 0) for key in keys], np.int32)[inverse.reshape(-1)]
+
+
+def _fields(
+    path: Path, file: Any, name: str, found: list[tuple[str, Part]], n_points: int, notes: list[str]
+) -> dict[str, NDArray[Any]]:
+    """Fields at their first step: those of points are returned, those of cells put into the parts."""
+    point_data: dict[str, NDArray[Any]] = {}
+    left_out = []
+    for key in file.get("CHA", {}):
+        field = file["CHA"][key]
+        if not len(field) or _text(field.attrs.get("MAI", name)) != name:
+            continue
+        step, width = field[next(iter(field))], max(int(field.attrs.get("NCO", 1)), 1)
+        for place in step:
+            part = next((part for code, part in found if place == f"MAI.{code}"), None)
+            n = n_points if place == "NOE" else len(part.types) if part is not None else -1
+            values = step[place].get(_NO_PROFILE)
+            if values is None or "CO" not in values or values["CO"].size != n * width:
+                left_out.append(f"{key} ({place})")
+                continue
+            flat = values["CO"][...].reshape(width, n).T
+            target = point_data if part is None else part.cell_data
+            target[key] = np.ascontiguousarray(flat[:, 0] if width == 1 else flat)
+    if left_out:
+        notes.append(
+            f"Fields with several values a cell or on some cells only were left out: {', '.join(left_out[:8])}."
+        )
+    return point_data
+
+
+def _text(value: Any) -> str:
+    return (value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)).strip("\0 ")
+
+
+def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """By meshio's writer, in MED's order of nodes; regions become groups of cells."""
+    found = told_regions(mesh)
+    ids, names = found if found is not None else (np.zeros(mesh.n_cells, np.int64), ())
+    data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY)}
+    fields = {k: v for k, v in mesh.field_data.items() if k not in (f"{GROUP}:names", *names)}
+    kept = mesh.replace(cell_data=data, field_data=fields)
+    has_groups = found is not None
+    families = {_FAMILY: (-1 - ids).astype(np.int64)} if has_groups else {}
+    source = meshio.from_mesh(kept.replace(cell_data={**data, **families}), by_type=True)
+    for block in source.cells:
+        code = BY_NAME.get(block.type)
+        order = KINDS[code].order if code is not None else ()
+        if order:  # its own inverse: a mirror
+            block.data = block.data[:, np.argsort(order)]
+    if has_groups:
+        source.cell_tags = {-1 - number: [name[:_WIDTH]] for number, name in enumerate(names)}
+    moved = np.any(np.diff(mesh.types.astype(np.int64)) < 0)
+    order_note = ("The format keeps cells by type: their order changed.",) if moved else ()
+    return (*order_note, *meshio.write_source(path, source, kept, "med"))
+
+
+_FAMILY = "cell_tags"  # as meshio calls it
+
+MED = Format("med", "MED", (".med",), sniff, read, write=write, by_content=False)

@@ -1,0 +1,134 @@
+"""MFEM's meshes (.mesh, version 1.0 to 1.3), straight or curved. Own: no other reader of Python holds them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ReadError
+from ...mesh import Mesh
+from ..plumbing.build import Cells, Kind, checked_codes, gathered, runs
+from ..plumbing.format import Format
+from ..plumbing.text import Text, numbers
+
+_KINDS = {
+    0: Kind("vertex", 1),
+    1: Kind("line", 2),
+    2: Kind("triangle", 3),
+    3: Kind("quad", 4),
+    4: Kind("tetra", 4),
+    5: Kind("hexahedron", 8),
+    6: Kind("wedge", 6),
+    7: Kind("pyramid", 5),
+}
+_VERSION = re.compile(rb"MFEM mesh v1\.[0-3]\b")
+_CONTINUOUS = re.compile(
+    rb"FiniteElementCollection:\s*(Linear|Quadratic|Cubic|H1(Pos|Ser)?(@[^_]*)?_\dD_P([1-9]\d*))\b"
+)
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return head.startswith(b"MFEM ")
+
+
+def read(path: Path) -> Mesh:
+    """Elements, then boundary elements; their attributes are cell data ``mfem:attribute``.
+
+    Of curved elements the corners are read, which a note says.
+    """
+    text = Text(path, path.read_bytes(), b"#")
+    title = text.line("the version")
+    if not _VERSION.match(title):
+        shown = title[:40].decode("utf-8", "replace")
+        raise ReadError(f"{path}: {shown!r} cannot be read, only MFEM mesh v1.0 to v1.3; save it so, or as VTU")
+    dimension, cells, attributes, points = 0, {}, {}, None
+    while key := text.line():
+        if key == b"dimension":
+            dimension = text.integers("the dimension")[0]
+        elif key in (b"elements", b"boundary"):
+            cells[key], attributes[key] = _elements(text)
+        elif key == b"vertices":
+            n, width = text.count("vertices"), 0
+            if text.peek() not in (b"", b"nodes"):
+                width = text.integers("the number of coordinates")[0]
+                if not 1 <= width <= 3:
+                    raise text.fail(f"vertices of {width} coordinates, expected 1 to 3")
+            points = text.reals(n, width, "vertices") if width else np.empty((n, 0))
+        elif key == b"nodes":
+            if points is None:
+                raise text.fail("nodes stand before the vertices")
+            points = _nodes(text, len(points))
+            break
+        elif key == b"mfem_mesh_end":
+            break
+        elif key not in (b"attribute_sets", b"bdr_attribute_sets") and b'"' not in key and dimension == 0:
+            raise text.fail(f"section {key[:40].decode('utf-8', 'replace')!r} is not known")
+    if points is None or b"elements" not in cells:
+        raise ReadError(f"{path}: has no vertices or no elements; the file is not whole")
+    if points.shape[1] == 0:
+        raise ReadError(f"{path}: its vertices have no coordinates and it has no nodes; the file is not whole")
+    curved = _is_curved(text)
+    found = [cells[k] for k in (b"elements", b"boundary") if k in cells]
+    values = np.concatenate([attributes[k] for k in (b"elements", b"boundary") if k in attributes])
+    sizes = np.concatenate([np.diff(c.offsets) for c in found])
+    is_boundary = np.repeat(np.arange(len(found)), [len(c.types) for c in found])
+    return Mesh(
+        np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),
+        np.concatenate([c.types for c in found]),
+        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        np.concatenate([c.connectivity for c in found]),
+        blocks=runs(is_boundary, {0: "elements", 1: "boundary"}),
+        cell_data={"mfem:attribute": values},
+        path=str(path),
+        notes=("The elements are curved: their corners were read.",) if curved else (),
+    )
+
+
+def _elements(text: Text) -> tuple[Cells, NDArray[np.int64]]:
+    n = text.count("elements")
+    first = text.row
+    rows = text.ragged(n, "elements")
+    if n and int(rows.sizes.min()) < 2:
+        raise text.fail("an element without an attribute and a type", first + int(np.argmin(rows.sizes)))
+    codes = rows.values[rows.starts[:-1] + 1]
+    checked_codes(codes, rows.sizes - 2, _KINDS, lambda what, row: text.fail(what, first + row))
+    return gathered(rows.values, rows.starts[:-1] + 2, codes, _KINDS), rows.values[rows.starts[:-1]]
+
+
+def _nodes(text: Text, n_vertices: int) -> NDArray[np.float64]:
+    """Coordinates of the vertices: the first values of each component of a continuous space."""
+    header: dict[bytes, bytes] = {}
+    while not header.get(b"Ordering"):
+        line = text.line("a finite element space")
+        key, _, value = line.partition(b":")
+        header[key.strip()] = value.strip()
+        if len(header) > 4:
+            raise text.fail("the finite element space of the nodes has no ordering")
+    space = b"FiniteElementCollection: " + header.get(b"FiniteElementCollection", b"")
+    if not _CONTINUOUS.match(space):
+        shown = header.get(b"FiniteElementCollection", b"")[:40].decode("utf-8", "replace")
+        raise text.fail(f"nodes in the space {shown!r} cannot be read, only those in H1")
+    ordering, width = header[b"Ordering"], header.get(b"VDim", b"")
+    if ordering not in (b"0", b"1") or width not in (b"1", b"2", b"3"):
+        raise text.fail("the nodes have no valid VDim and Ordering")
+    rest = text.data[text.position() :].replace(b"mfem_mesh_end", b"")
+    try:
+        values = numbers(rest, np.float64)
+    except ValueError:
+        raise text.fail("the nodes hold something else than numbers") from None
+    w = int(width)
+    if len(values) % w or len(values) // w < n_vertices:
+        raise text.fail(f"{len(values)} numbers for the nodes of {n_vertices} vertices with {w} coordinates")
+    table = values.reshape(-1, w) if ordering == b"1" else values.reshape(w, -1).T
+    return np.ascontiguousarray(table[:n_vertices])
+
+
+def _is_curved(text: Text) -> bool:
+    match = _CONTINUOUS.search(text.data)
+    return match is not None and match.group(1) != b"Linear" and match.group(4) != b"1"
+
+
+MFEM = Format("mfem", "MFEM", (".mesh",), sniff, read)

@@ -1,0 +1,326 @@
+"""OpenFOAM's polyMesh: ascii or binary, gzipped or not; a file .foam beside it names the case.
+
+Own, because VTK's reader takes every time step and drops faces of polyhedra on request only; ours needs the five files.
+"""
+
+from __future__ import annotations
+
+import gzip
+import re
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from ...errors import ReadError
+from ...mesh import Mesh
+from ..plumbing import faces as faces
+from ..plumbing.format import Format
+from ..plumbing.text import numbers
+
+_COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_HEADER = re.compile(rb"FoamFile\s*\{(.*?)\}", re.DOTALL)
+_ENTRY = re.compile(rb"(\w+)\s+(\"[^\"]*\"|[^;]*);")
+_COUNT = re.compile(rb"\s*(\d+)\s*([({])")
+_PATCH = re.compile(rb"([^\s{}()\";]+|\"[^\"]*\")\s*\{([^{}]*)\}")
+_STATED = re.compile(rb"n(Points|Cells|Faces|InternalFaces):\s*(\d+)")
+_LARGEST_UNPACKED = 1100  # bytes of zlib's output a byte of its input
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return path.suffix.lower() == ".foam" or b"FoamFile" in head
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A polyMesh: of a case, a region or a processor."""
+
+    name: str
+    points: NDArray[np.float64]
+    point_ids: NDArray[np.int64] | None  #: of a processor's piece, in the whole mesh; None if it does not say
+    face_offsets: NDArray[np.int64]
+    face_points: NDArray[np.int64]
+    owner: NDArray[np.int64]
+    neighbour: NDArray[np.int64]  #: -1 on the boundary
+    n_cells: int
+    patches: list[tuple[str, NDArray[np.int64]]]
+
+
+def read(path: Path) -> Mesh:
+    """The cells, and the faces of each patch as surface cells: a block each.
+
+    ``path`` is a file in the folder of the case, or one in its polyMesh. A decomposed case and one of several regions
+    are one mesh with a block for each. Zones of cells and time steps are not read.
+    """
+    folders = _folders(path)
+    pieces = [_piece(name, folder) for name, folder in folders]
+    notes = _times(folders[0][1])
+    ids, points = _united(pieces)
+    if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
+        notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not united.")
+    face_starts = np.cumsum([0] + [len(p.owner) for p in pieces])
+    cell_starts = np.cumsum([0] + [p.n_cells for p in pieces]).tolist()
+    point_starts = np.cumsum([0] + [len(p.points) for p in pieces])
+    owner, neighbour, face_points, zones = [], [], [], []
+    patches: dict[str, list[NDArray[np.int64]]] = {}
+    for i, piece in enumerate(pieces):
+        owner.append(piece.owner + cell_starts[i])
+        neighbour.append(np.where(piece.neighbour < 0, -1, piece.neighbour + cell_starts[i]))
+        face_points.append(piece.face_points + point_starts[i] if ids is None else ids[i][piece.face_points])
+        zones.append((piece.name, cell_starts[i], cell_starts[i + 1]))
+        for name, faces in piece.patches:
+            patches.setdefault(name, []).append(faces + face_starts[i])
+    offsets, faces, is_neighbour = faces.of_cells(cell_starts[-1], np.concatenate(owner), np.concatenate(neighbour))
+    sizes = np.concatenate([np.diff(piece.face_offsets) for piece in pieces])
+    whole = faces.Faces(offsets, faces, faces.offsets_of(sizes), np.concatenate(face_points), is_neighbour)
+    sides = [(name, np.concatenate(parts)) for name, parts in patches.items()]
+    return faces.mesh(path, points, whole, zones, sides, notes)
+
+
+def _united(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
+    """The id of each point of each piece, None if the pieces stay apart, and all points."""
+    ids = [piece.point_ids for piece in pieces if piece.point_ids is not None]
+    if len(ids) < len(pieces):
+        return None, np.concatenate([piece.points for piece in pieces])
+    known, of_piece = np.unique(np.concatenate(ids), return_inverse=True)
+    points = np.full((len(known), 3), np.nan)
+    points[of_piece] = np.concatenate([piece.points for piece in pieces])
+    return np.split(of_piece, np.cumsum([len(own) for own in ids])[:-1]), points
+
+
+def _piece(name: str, folder: Path) -> _Piece:
+    points = _File(folder, "points").points()
+    face_offsets, face_points = _File(folder, "faces").faces()
+    owner_file = _File(folder, "owner")
+    owner = owner_file.labels()
+    neighbour = _File(folder, "neighbour").labels()
+    n_faces = len(face_offsets) - 1
+    if len(owner) != n_faces or len(neighbour) > n_faces:
+        raise ReadError(f"{folder}: {n_faces} faces have {len(owner)} owners and {len(neighbour)} neighbours")
+    if len(face_points) and not 0 <= int(face_points.min()) <= int(face_points.max()) < len(points):
+        raise ReadError(f"{folder / 'faces'}: a face refers to a point outside 0..{len(points) - 1}")
+    n_cells = int(max(owner.max(initial=-1), neighbour.max(initial=-1))) + 1
+    if n_cells > n_faces or (len(owner) and int(owner.min()) < 0) or (len(neighbour) and int(neighbour.min()) < -1):
+        raise ReadError(f"{folder / 'owner'}: names cell {n_cells - 1}, which {n_faces} faces cannot bound")
+    owner_file.check({"Points": len(points), "Cells": n_cells, "Faces": n_faces})
+    others = np.full(n_faces, -1, np.int64)
+    others[: len(neighbour)] = neighbour
+    counts = np.bincount(np.concatenate([owner, others[others >= 0]]), minlength=n_cells)
+    if n_cells and int(counts.min()) < 4:
+        cell = int(np.argmin(counts))
+        raise ReadError(f"{folder}: cell {cell} has {int(counts[cell])} faces, expected 4 or more")
+    ids = _point_ids(folder, len(points)) if name.startswith("processor") else None
+    patches = _patches(folder, n_faces)
+    return _Piece(name, points, ids, face_offsets, face_points, owner, others, n_cells, patches)
+
+
+def _point_ids(folder: Path, n_points: int) -> NDArray[np.int64] | None:
+    """Where the points of a processor's piece are in the whole mesh, None if there is no such file."""
+    if not any((folder / f"pointProcAddressing{suffix}").is_file() for suffix in ("", ".gz")):
+        return None
+    ids = _File(folder, "pointProcAddressing").labels()
+    if len(ids) != n_points:
+        raise ReadError(f"{folder / 'pointProcAddressing'}: does not fit the {n_points} points of the piece")
+    return ids
+
+
+def inside(folder: Path) -> Path | None:
+    """The path in a folder by which its case is read, None if it holds none."""
+    if folder.resolve().name == "polyMesh":
+        return folder.resolve() / "points"
+    is_case = any((folder / name).is_dir() for name in ("constant", "polyMesh")) or any(folder.glob("processor*[0-9]"))
+    return folder / "case.foam" if is_case else None
+
+
+def _folders(path: Path) -> list[tuple[str, Path]]:
+    """Name and folder of each polyMesh to read."""
+    if path.parent.name == "polyMesh":
+        return [("cells", path.parent)]
+    for folder in (path.parent / "constant" / "polyMesh", path.parent / "polyMesh"):
+        if folder.is_dir():
+            return [("cells", folder)]
+    processors = [p for p in path.parent.glob("processor[0-9]*") if (p / "constant" / "polyMesh").is_dir()]
+    if processors:
+        processors.sort(key=lambda folder: int(folder.name.removeprefix("processor")))
+        return [(folder.name, folder / "constant" / "polyMesh") for folder in processors]
+    if any(path.parent.glob("processors*")):
+        raise ReadError(f"{path.parent}: the case is decomposed in collated files; run reconstructParMesh -constant")
+    regions = sorted((path.parent / "constant").glob("*/polyMesh"))
+    if regions:
+        return [(folder.parent.name, folder) for folder in regions]
+    raise ReadError(f"{path}: there is no constant/polyMesh beside it")
+
+
+_TIME = re.compile(r"\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
+
+
+def _times(folder: Path) -> list[str]:
+    """A note if the case has meshes in folders of time steps, beside the one that is read."""
+    if folder.parent.name != "constant":
+        return []
+    case = folder.parent.parent
+    times = sorted(
+        (
+            p.parent.name
+            for p in case.glob("*/polyMesh")
+            if _TIME.fullmatch(p.parent.name) and p.parent != folder.parent
+        ),
+        key=float,
+    )
+    if not times:
+        return []
+    return [f"Time steps have meshes of their own ({', '.join(times[-8:])}), not read: name the folder, {times[-1]}."]
+
+
+class _File:
+    """One file of a polyMesh: its header, and its lists."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self.path = _present(folder, name)
+        data = _bytes(self.path)
+        header = _HEADER.search(data)
+        if header is None:
+            raise ReadError(f"{self.path}: has no header FoamFile")
+        self.entries = {
+            k.decode(): v.strip(b'" ').decode("utf-8", "replace") for k, v in _ENTRY.findall(header.group(1))
+        }
+        self.is_binary = self.entries.get("format") == "binary"
+        arch = self.entries.get("arch", "")
+        self.order = ">" if "MSB" in arch else "<"
+        self.label = np.dtype(self.order + ("i8" if "label=64" in arch else "i4"))
+        self.scalar = np.dtype(self.order + ("f4" if "scalar=32" in arch else "f8"))
+        self.data, self.at = data[header.end() :], 0
+        if not self.is_binary:
+            self.data = _COMMENT.sub(b" ", self.data)
+        else:
+            while (comment := re.compile(rb"\s*(/\*.*?\*/|//[^\n]*)", re.DOTALL).match(self.data, self.at)) is not None:
+                self.at = comment.end()
+
+    def fail(self, what: str) -> ReadError:
+        return ReadError(f"{self.path}: {what}")
+
+    def check(self, counted: dict[str, int]) -> None:
+        """Raise if the header states other numbers than were read."""
+        for key, n in _STATED.findall(self.entries.get("note", "").encode()):
+            have = counted.get(key.decode())
+            if have is not None and have != int(n):
+                raise self.fail(f"states {int(n)} {key.decode().lower()}, but {have} were read")
+
+    def _list(self, dtype: DTypeLike, width: int) -> NDArray[np.generic]:
+        """The next list: its size, then its items in parentheses, or one for all in braces."""
+        count = _COUNT.match(self.data, self.at)
+        if count is None or int(count.group(1)) > len(self.data):
+            if self.data[self.at :].split()[:1] in ([b"0"], [b"0()"], [b"()"]):
+                return np.empty(0, dtype)
+            raise self.fail("does not begin with the size of its list, or is not whole")
+        n, kind = int(count.group(1)), np.dtype(dtype)
+        self.at = count.end()
+        if self.is_binary and count.group(2) == b"(":
+            size = n * width * kind.itemsize
+            if self.at + size > len(self.data):
+                raise self.fail(f"states {n} items, but ends before")
+            values = np.frombuffer(self.data, kind, n * width, self.at)
+            self.at += size
+            if self.data[self.at : self.at + 1] != b")":
+                raise self.fail(f"the list of {n} items does not end where it should")
+            self.at += 1
+            return values
+        values = self._numbers(kind)
+        if count.group(2) == b"{" and len(values) == width:
+            values = np.tile(values, n)
+        if len(values) != n * width:
+            raise self.fail(f"states {n} items of {width}, but holds {len(values)} numbers")
+        return values
+
+    def _numbers(self, kind: np.dtype[np.generic]) -> NDArray[np.generic]:
+        """All numbers from here on."""
+        rest = self.data[self.at :].translate(_BRACKETS)
+        try:
+            return numbers(rest, np.float64 if kind.kind == "f" else np.int64)
+        except ValueError:
+            raise self.fail("holds something else than numbers") from None
+
+    def points(self) -> NDArray[np.float64]:
+        return self._list(self.scalar, 3).astype(np.float64).reshape(-1, 3)
+
+    def labels(self) -> NDArray[np.int64]:
+        return self._list(self.label, 1).astype(np.int64)
+
+    def faces(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Offsets and points of the faces."""
+        if self.is_binary:
+            offsets, points = self.labels(), self.labels()
+            if not len(offsets) or offsets[0] != 0 or int(offsets[-1]) != len(points) or (np.diff(offsets) < 0).any():
+                raise self.fail("the offsets of its faces do not run from 0 to the number of their points")
+            return offsets, points
+        count = _COUNT.match(self.data)
+        if count is None:
+            raise self.fail("does not begin with the number of faces")
+        self.at = count.end()
+        flat = self._numbers(np.dtype(np.int64)).astype(np.int64)
+        values, at = flat.tolist(), 0
+        sizes: list[int] = []
+        firsts: list[int] = []
+        while at < len(values):
+            size = values[at]
+            if not 3 <= size < len(values) - at:
+                raise self.fail(f"face {len(sizes)} states {size} points, expected 3 or more, and all of them")
+            sizes.append(size)
+            firsts.append(at + 1)
+            at += size + 1
+        if len(sizes) != int(count.group(1)):
+            raise self.fail(f"states {int(count.group(1))} faces, but holds {len(sizes)}")
+        n = np.array(sizes, np.int64)
+        return faces.offsets_of(n), flat[faces.spans(np.array(firsts, np.int64), n)]
+
+
+_BRACKETS = bytes.maketrans(b"(){}", b"    ")
+
+
+def _present(folder: Path, name: str) -> Path:
+    """Where a file of a polyMesh is: a time step in which only points move has the others in ``constant``."""
+    constant = folder.parent.parent / "constant" / "polyMesh"
+    if _TIME.fullmatch(folder.parent.name) and not any((folder / f"{name}{s}").is_file() for s in ("", ".gz")):
+        return constant / name
+    return folder / name
+
+
+def _bytes(path: Path) -> bytes:
+    packed = path.with_name(path.name + ".gz")
+    if path.is_file():
+        data = path.read_bytes()
+        if not data.startswith(b"\x1f\x8b"):
+            return data
+        packed = path
+    if not packed.is_file():
+        raise ReadError(f"{path}: no such file; the polyMesh is not whole")
+    try:
+        most = packed.stat().st_size * _LARGEST_UNPACKED
+        with gzip.open(packed, "rb") as file:
+            return file.read(most)
+    except (OSError, EOFError, zlib.error) as error:
+        raise ReadError(f"{packed}: not a whole gzip file: {error}") from error
+
+
+def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
+    """Name and faces of each patch."""
+    data = _COMMENT.sub(b" ", _bytes(_present(folder, "boundary")))
+    header = _HEADER.search(data)
+    found = []
+    for name, body in _PATCH.findall(data[header.end() if header else 0 :]):
+        entries = dict(_ENTRY.findall(body))
+        try:
+            n, first = int(entries[b"nFaces"]), int(entries[b"startFace"])
+        except (KeyError, ValueError):
+            raise ReadError(f"{folder / 'boundary'}: a patch has no nFaces or no startFace") from None
+        if not 0 <= first <= first + n <= max(n_faces, first):
+            raise ReadError(f"{folder / 'boundary'}: a patch has the faces {first} to {first + n} of {n_faces}")
+        if entries.get(b"type", b"").startswith(b"processor"):
+            continue  # no boundary: the next piece is beyond
+        found.append((name.strip(b'"').decode("utf-8", "replace"), np.arange(first, first + n)))
+    return found
+
+
+OPENFOAM = Format("openfoam", "OpenFOAM", (".foam",), sniff, read)

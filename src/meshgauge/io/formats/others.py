@@ -1,0 +1,183 @@
+"""Every other format that PyVista or meshio reads, and those that neither reads right, which are refused by name.
+
+Which of the two reads a format was chosen by trying both on real files. A reader that drops cells, adds some or mixes
+up zones is no choice: the format is refused with the reason until there is a right one.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import ReadError
+from ...mesh import Mesh
+from ...mesh.regions import KEYS
+from ..plumbing import meshio, vtk, within
+from ..plumbing import write as write
+from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
+
+
+def by_pyvista(path: Path) -> Mesh:
+    """What PyVista reads; `ReadError` with its reason, or VTK's, if it fails or finds no cells."""
+    import pyvista
+
+    with vtk.listening() as log:
+        try:
+            data: Any = pyvista.get_reader(str(path)).read()
+        except (Exception, SystemExit) as error:
+            said = log.errors or vtk.error_messages(str(error)) or [" ".join(str(error).split())]
+            raise ReadError(f"{path}: PyVista says: {'; '.join(said[:3]) or type(error).__name__}") from error
+    if log.errors:
+        raise ReadError(f"{path}: VTK says: {'; '.join(log.errors[:3])}")
+    return _filled(vtk.mesh(data, path), path)
+
+
+def _xdmf_by_vtk(path: Path) -> Mesh:
+    """By VTK itself: PyVista's reader fails where a file names no time."""
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+    from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+    reader, times = vtkXdmfReader(), vtkStreamingDemandDrivenPipeline.TIME_STEPS()
+    mesh = _filled(vtk.mesh(vtk.output(reader, path), path), path)
+    steps = reader.GetOutputInformation(0).Length(times)
+    return mesh.replace(notes=(*mesh.notes, *_first_of_steps(steps)))
+
+
+def _first_of_steps(n: int) -> tuple[str, ...]:
+    return (f"The file holds {n} time steps; the first was read.",) if n > 1 else ()
+
+
+def _by_meshio(module: str) -> Reader:
+    def read(path: Path) -> Mesh:
+        source, notes = meshio.read(path, module)
+        return _filled(meshio.mesh(source, path, notes), path)
+
+    return read
+
+
+def _first_of(*readers: Reader) -> Reader:
+    """Readers tried in turn; if all fail, the reasons of all."""
+
+    def read(path: Path) -> Mesh:
+        reasons = []
+        for reader in readers:
+            try:
+                return reader(path)
+            except ReadError as error:
+                reasons.append(str(error).removeprefix(f"{path}: "))
+        raise ReadError(f"{path}: {'; '.join(dict.fromkeys(reasons))}")
+
+    return read
+
+
+def _checked(check: Callable[[Path], None], reader: Reader) -> Reader:
+    """A reader of files that name others: only such as lie in their folder."""
+
+    def read(path: Path) -> Mesh:
+        check(path)
+        return reader(path)
+
+    return read
+
+
+def _filled(mesh: Mesh, path: Path) -> Mesh:
+    """These readers return nothing where they understood nothing."""
+    if not mesh.n_cells:
+        raise ReadError(f"{path}: no cells were found in it")
+    return mesh
+
+
+def _meshio_writer(module: str, **options: Any) -> Writer:
+    def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+        return meshio.write(path, mesh, module, **options)
+
+    return write
+
+
+def _of_one_integer(module: str, key: str) -> Writer:
+    """Of the cell data one integer only, under the name that the format has for it: the first that tells a region."""
+
+    def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+        order = (key, *(k for k in KEYS if k != key))
+        known = {
+            n.lower(): n for n, v in reversed(list(mesh.cell_data.items())) if v.dtype.kind in "iu" and v.ndim == 1
+        }
+        name = next((known[k] for k in order if k in known), None)
+        kept = {key: mesh.cell_data[name].astype(np.int64)} if name is not None else {}
+        said = [f"The cell data {name!r} became the format's {key.split(':')[1]}."] if name not in (key, None) else []
+        gone = [n for n in mesh.cell_data if n not in (name, write.REGION)]
+        if gone:
+            said.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
+        return (*said, *meshio.write(path, mesh.replace(cell_data=kept), module))
+
+    return write
+
+
+def _write_xdmf(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """Small integers as those of 32 bits: meshio knows no way to write them as text."""
+    wide = {
+        f"{what}_data": {
+            k: v.astype(np.int32) if v.dtype.kind in "biu" and v.itemsize < 4 else v for k, v in data.items()
+        }
+        for what, data in (("cell", mesh.cell_data), ("point", mesh.point_data))
+    }
+    return meshio.write(path, mesh.replace(**wide), "xdmf", data_format="XML")
+
+
+def _mark(pattern: bytes) -> Sniffer:
+    compiled = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
+    return lambda head, path: compiled.search(head) is not None
+
+
+def _refused(reason: str) -> Reader:
+    def read(path: Path) -> Mesh:
+        raise ReadError(f"{path}: {reason}")
+
+    return read
+
+
+MATERIAL = "avsucd:material"
+
+_FIVE_COUNTS = rb"\A(\s*#[^\n]*\n)*\s*\d+([ \t]+\d+){4}"
+_HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
+_XDMF = _mark(rb"<Xdmf\b")
+
+OTHERS: tuple[Format, ...] = (
+    # By PyVista.
+    Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"),
+           foreign=_checked(within.check_ensight, by_pyvista)),
+    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
+           foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
+    Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"),
+           foreign=_checked(within.check_xml, by_pyvista)),
+    # By either.
+    Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
+           foreign=_checked(within.check_xml, _first_of(_xdmf_by_vtk, _by_meshio("xdmf"))),
+           write=_write_xdmf),
+    Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
+    Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),
+    Format("obj", "Wavefront OBJ", (".obj",), anything,
+           foreign=_first_of(by_pyvista, _by_meshio("obj")), by_content=False),
+    # By meshio.
+    Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
+           foreign=_by_meshio("avsucd"), write=_of_one_integer("avsucd", MATERIAL), by_content=False),
+    Format("h5m", "MOAB", (".h5m",), _HDF,
+           foreign=_checked(within.check_hdf_file, _by_meshio("h5m")), by_content=False),
+    Format("netgen", "Netgen", (".vol",), _mark(rb"^mesh3d\b"),
+           foreign=_by_meshio("netgen"), write=_of_one_integer("netgen", "netgen:index")),
+    Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), foreign=_by_meshio("dolfin")),
+    Format("flac3d", "FLAC3D", (".f3grid",), anything, foreign=_by_meshio("flac3d"), by_content=False),
+    Format("mdpa", "Kratos", (".mdpa",), _mark(rb"^\s*Begin\s"), foreign=_by_meshio("mdpa"), by_content=False),
+    Format("permas", "PERMAS", (".post", ".dato"), _mark(rb"^\s*\$"),
+           foreign=_by_meshio("permas"), by_content=False),
+    Format("off", "OFF", (".off",), _mark(rb"\A\s*(#[^\n]*\n\s*)*OFF\b"), foreign=_by_meshio("off")),
+    # By none of the two.
+    Format("gambit", "GAMBIT neutral", (".neu",), anything,
+           _refused("is a GAMBIT neutral file, on which VTK's reader crashes; convert it to another format"),
+           by_content=False),
+)  # fmt: skip
+"""A row a format."""

@@ -1,0 +1,1 @@
+"""OpenVolumeMesh, text and binary."""

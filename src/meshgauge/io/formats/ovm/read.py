@@ -1,0 +1,147 @@
+"""OpenVolumeMesh (.ovm ascii, .ovmb binary): vertices, edges, faces by half-edges, cells by half-faces.
+
+Own, because there is no other reader in Python.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....errors import ReadError
+from ....mesh import Mesh
+from ...plumbing import faces as faces
+from ...plumbing.faces import Ints
+from ...plumbing.format import Format
+from ...plumbing.text import Ragged, Text
+from . import binary
+from .binary import Content
+
+_MARK = re.compile(rb"\A\s*OVM\s+(ASCII|BINARY)\b|\AOVMB\n", re.IGNORECASE)
+_PROPERTY = re.compile(rb'^\s*(\w*?)_?Prop(?:erty)?\s+(\S+)\s+"([^"\n]*)"\s*$', re.IGNORECASE | re.MULTILINE)
+_ENTITY = {b"V": "point", b"VERTEX": "point", b"C": "cell", b"CELL": "cell", b"POLYHEDRON": "cell"}
+_TYPE = re.compile(rb"(?:vec([234]))?(bool|u?int|unsigned_int|[us]?char|[us]?short|u?long|float|double|[dfi]|ui)")
+_IS_REAL = (b"float", b"double", b"d", b"f")
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return _MARK.match(head) is not None
+
+
+def read(path: Path) -> Mesh:
+    """Cells with the faces of a tetra, pyramid, wedge or hexahedron become those, the others polyhedra.
+
+    Half-face 2 f is face f, half-face 2 f + 1 the same seen from its other side. Which of the two looks out of the cell
+    is not the same in all programs, so that of most cells is taken for outside: a cell is inverted if it differs.
+    Properties of vertices and cells that are numbers become point and cell data.
+    """
+    data = path.read_bytes()
+    if data.startswith(binary.MAGIC[:5]):
+        found = binary.content(path, data)
+    elif data.lstrip()[:20].upper().startswith(b"OVM ASCII"):
+        found = _ascii(path, data)
+    else:
+        raise ReadError(f"{path}: says OVM BINARY, which OpenVolumeMesh never defined; its binary format is .ovmb")
+    return _mesh(found, path)
+
+
+def _ascii(path: Path, data: bytes) -> Content:
+    text = Text(path, data, b"#")
+    text.line()
+    points = text.reals(_section(text, b"vertices"), 3, "vertices")
+    edges = text.ragged(_section(text, b"edges"), "edges")
+    if len(edges.sizes) and (edges.sizes != 2).any():
+        raise text.fail("an edge has not two vertices")
+    ends = edges.values.reshape(-1, 2)
+    faces = _items(text, _section(text, b"faces"), "half-edges")
+    cells = _items(text, _section(text, b"polyhedra"), "half-faces")
+    found = Content(points, ends, *faces, *cells)
+    _properties(text, found)
+    return found
+
+
+def _properties(text: Text, found: Content) -> None:
+    """Those of vertices and cells that are numbers; each has a heading and a line for each item."""
+    counts = {"point": len(found.points), "cell": len(found.cell_offsets) - 1}
+    for match in _PROPERTY.finditer(text.data, text.position()):
+        entity, name = _ENTITY.get(match[1].upper()), match[3].decode("utf-8", "replace")
+        kind = _TYPE.fullmatch(match[2].lower())
+        if entity is None or kind is None or kind[2] in (b"char", b"schar"):
+            found.left_out.append(name)
+            continue
+        text.row = text.row_at(match.start(3)) + 1
+        rows = text.reals(counts[entity], int(kind[1] or 1), f"values of the property {name!r}")
+        values = rows if kind[1] else rows[:, 0]
+        if kind[2] not in _IS_REAL and (np.abs(values) < 2**53).all():
+            values = values.astype(np.int64)
+        (found.point_data if entity == "point" else found.cell_data).setdefault(name, values)
+
+
+def _mesh(found: Content, path: Path) -> Mesh:
+    if len(found.cell_offsets) < 2:
+        raise ReadError(f"{path}: has no polyhedra")
+    n_faces = len(found.face_offsets) - 1
+    _in_range(path, found.edges, len(found.points), "an edge refers to vertex")
+    _in_range(path, found.half_edges, 2 * len(found.edges), "a face refers to half-edge")
+    _in_range(path, found.half_faces, 2 * n_faces, "a cell refers to half-face")
+    corners = found.edges[found.half_edges // 2, found.half_edges % 2]
+    inward = np.asarray(found.half_faces % 2 == 1)
+    faces = faces.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, inward)
+    if _most_are_inverted(faces, found.points):
+        faces = faces.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, ~inward)
+    cells = faces.solids(faces, found.points)
+    notes: tuple[str, ...] = ()
+    if found.left_out:
+        notes = (
+            f"Properties that are no numbers of vertices or cells were left out: {', '.join(found.left_out[:8])}.",
+        )
+    return Mesh(
+        found.points,
+        cells.types,
+        cells.offsets,
+        cells.connectivity,
+        cells.polyhedra,
+        point_data=found.point_data,
+        cell_data=found.cell_data,
+        path=str(path),
+        notes=notes,
+    )
+
+
+def _section(text: Text, name: bytes) -> int:
+    """The heading of a section and the number of its lines."""
+    found = text.line(f"the section {name.decode()}")
+    if found.lower() != name:
+        raise text.fail(f"{found[:40].decode('utf-8', 'replace')!r} where the section {name.decode()} is expected")
+    return text.count(name.decode())
+
+
+def _items(text: Text, n: int, what: str) -> tuple[Ints, Ints]:
+    """Offsets and items of rows that begin with the number of their items."""
+    first = text.row
+    rows: Ragged = text.ragged(n, what)
+    sizes = rows.sizes - 1
+    wrong = sizes < 0
+    if not wrong.any():
+        wrong = rows.values[rows.starts[:-1]] != sizes
+    if wrong.any():
+        at = int(np.argmax(wrong))
+        raise text.fail(f"a row does not hold as many {what} as it states", first + at)
+    return faces.offsets_of(sizes), rows.values[faces.spans(rows.starts[:-1] + 1, sizes)]
+
+
+def _in_range(path: Path, ids: NDArray[np.int64], n: int, what: str) -> None:
+    wrong = (ids < 0) | (ids >= n)
+    if wrong.any():
+        raise ReadError(f"{path}: {what} {int(ids.flat[np.argmax(wrong)])}, which is outside 0..{n - 1}")
+
+
+def _most_are_inverted(faces: faces.Faces, points: NDArray[np.floating]) -> bool:
+    volume = faces.volumes(faces, points)
+    return int((volume < 0).sum()) > int((volume > 0).sum())
+
+
+OVM = Format("ovm", "OpenVolumeMesh", (".ovm", ".ovmb"), sniff, read)

@@ -1,0 +1,94 @@
+"""Formats that only meshio++ reads (the optional extra ``meshgauge[meshioplusplus]``), in a process of its own.
+
+Chosen by writing and reading back tetra, pyramids, wedges and hexahedra; formats that lost any are not among them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from ...errors import ReadError
+from ...mesh import Mesh
+from ..plumbing import meshio, within
+from ..plumbing.format import Format, Reader, Sniffer, anything
+
+_INCLUDE = {
+    "lsdyna": re.compile(rb"^\*INCLUDE", re.IGNORECASE | re.MULTILINE),
+    "radioss": re.compile(rb"^[#/]include\b", re.IGNORECASE | re.MULTILINE),
+    "febio": re.compile(rb"<Include\b|\b(?:from|include)\s*=\s*[\"']", re.IGNORECASE),
+}
+_MOST_NOTES = 5
+
+
+def _by(module: str) -> Reader:
+    def read(path: Path) -> Mesh:
+        include = _INCLUDE.get(module)
+        if include is not None and include.search(path.read_bytes()):
+            raise ReadError(f"{path}: includes other files, which are not followed; join them first")
+        if module == "febio":
+            within.check_xml(path)
+        try:
+            package = importlib.import_module("meshioplusplus")
+        except ImportError:
+            raise ReadError(
+                f"{path}: is read by meshio++, which is not installed: pip install 'meshgauge[meshioplusplus]'"
+            ) from None
+        with _said() as log:
+            try:
+                source = package.read(str(path), file_format=module)
+            except MemoryError:
+                raise
+            except (Exception, SystemExit) as error:
+                raise ReadError(f"{path}: meshio++ ({module}) says: {' '.join(str(error).split())}") from error
+            log.seek(0)
+            warned = re.findall(r"warning[^\]\n]*\]?:?\s*([^\n]+)", log.read().decode("utf-8", "replace"))
+        notes = tuple(f"meshio++ warns: {text.strip()}" for text in list(dict.fromkeys(warned))[:_MOST_NOTES])
+        mesh = meshio.mesh(source, path, notes)
+        if not mesh.n_cells:
+            raise ReadError(f"{path}: no cells were found in it")
+        return mesh
+
+    return read
+
+
+@contextlib.contextmanager
+def _said() -> Iterator[BinaryIO]:
+    """What is written to standard output and error meanwhile, from C++ too: what it drops, it only prints."""
+    with tempfile.TemporaryFile() as log:
+        before = [os.dup(1), os.dup(2)]
+        try:
+            for fd in (1, 2):
+                os.dup2(log.fileno(), fd)
+            yield log
+        finally:
+            for fd, old in zip((1, 2), before, strict=True):
+                os.dup2(old, fd)
+                os.close(old)
+
+
+def _mark(pattern: bytes) -> Sniffer:
+    compiled = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
+    return lambda head, path: compiled.search(head) is not None
+
+
+PLUSPLUS: tuple[Format, ...] = tuple(
+    Format(name, title, extensions, sniff, foreign=_by(module), by_content=False)
+    for name, module, title, extensions, sniff in (
+        ("lsdyna", "lsdyna", "LS-DYNA keyword", (".k", ".key", ".dyn"), _mark(rb"^\*(KEYWORD|NODE|ELEMENT|PART)")),
+        ("febio", "febio", "FEBio", (".feb",), _mark(rb"<febio_spec\b")),
+        ("frd", "frd", "CalculiX results", (".frd",), _mark(rb"^\s*1C|^\s*2C|^ {4}1U")),
+        ("comsol", "mphtxt", "COMSOL text", (".mphtxt",), anything),
+        ("code_aster", "code_aster", "Code_Aster", (".mail",), anything),
+        ("patran", "patran", "Patran neutral", (".pat",), _mark(rb"\A\s*2[56]\s")),
+        ("libmesh", "libmesh", "libMesh", (".xda",), _mark(rb"libMesh")),
+        ("radioss", "radioss", "RADIOSS", (".rad",), _mark(rb"^#RADIOSS|^/(NODE|BRICK|TETRA4|PART)\b")),
+    )
+)
+"""A row a format."""

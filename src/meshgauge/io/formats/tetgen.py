@@ -1,0 +1,155 @@
+"""Pairs of .node and .ele: TetGen's tetrahedra, and the polyhedra of HArDCore's RF format, told by their content."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ReadError
+from ...mesh import Mesh
+from ..plumbing import faces as faces
+from ..plumbing.build import Kind, gathered
+from ..plumbing.format import HEAD, Format
+from ..plumbing.ids import Index
+from ..plumbing.text import Text
+
+_COUNTS = re.compile(rb"\A(?:\s*#[^\n]*\n|\s)*(\d+(?:[ \t]+\d+)*)[ \t]*(?:#[^\n]*)?\r?(?:\n|\Z)")
+
+
+def _counts(head: bytes) -> int:
+    """How many numbers the first line that is no comment holds."""
+    match = _COUNTS.match(head)
+    return len(match.group(1).split()) if match else 0
+
+
+def _head_of_cells(head: bytes, path: Path) -> bytes:
+    """Files of points look alike in both formats: the cells beside them tell."""
+    if path.suffix.lower() != ".node":
+        return head
+    try:
+        with path.with_suffix(".ele").open("rb") as file:
+            return file.read(HEAD)
+    except OSError:
+        return b""
+
+
+def sniff_rf(head: bytes, path: Path) -> bool:
+    cells = _head_of_cells(head, path)
+    return b"REGN_FACE" in cells or _counts(cells) in (1, 2)
+
+
+def sniff_tetgen(head: bytes, path: Path) -> bool:
+    return _counts(_head_of_cells(head, path)) == 3 or (path.suffix.lower() == ".node" and _counts(head) == 4)
+
+
+def _pair(path: Path) -> tuple[Text, Text]:
+    """The points and the cells."""
+    files = [path.with_suffix(suffix) for suffix in (".node", ".ele")]
+    for file in files:
+        if not file.is_file():
+            raise ReadError(f"{path}: needs {file.name} beside it")
+    node, ele = (Text(file, file.read_bytes(), b"#") for file in files)
+    return node, ele
+
+
+def _points(text: Text) -> tuple[Index, NDArray[np.float64]]:
+    head = text.integers("the number of points")
+    n = text.count("points", str(head[0]).encode())
+    if len(head) > 1 and head[1] != 3:
+        raise text.fail(f"points have {head[1]} coordinates, expected 3")
+    rows = text.reals(n, 4, "a number and 3 coordinates")
+    index = Index(_integers(text, rows[:, 0], "the number of a point"))
+    if index.has_duplicates:
+        raise text.fail("two points have the same number")
+    return index, np.ascontiguousarray(rows[:, 1:])
+
+
+def _integers(text: Text, values: NDArray[np.float64], what: str) -> NDArray[np.int64]:
+    wrong = ~((np.abs(values) < 2**53) & (values == np.trunc(values)))
+    if wrong.any():
+        raise text.fail(f"{what} is {values[np.argmax(wrong)]}, expected an integer")
+    return values.astype(np.int64)
+
+
+def _places(text: Text, index: Index, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+    places = index.of(ids)
+    if len(places) and places.min() < 0:
+        raise text.fail(f"a cell refers to point {int(ids[np.argmin(places)])}, which does not exist")
+    return places
+
+
+def read_tetgen(path: Path) -> Mesh:
+    """Tetrahedra of 4 or 10 nodes; their attributes are cell data ``tetgen:attribute``."""
+    node, ele = _pair(path)
+    index, points = _points(node)
+    head = ele.integers("the number of tetrahedra, of their nodes and of their attributes")
+    n = ele.count("tetrahedra", str(head[0]).encode())
+    n_nodes, n_more = (*head[1:3], 0, 0)[:2] if len(head) > 1 else (4, 0)
+    if n_nodes not in (4, 10) or not 0 <= n_more <= 100:
+        raise ele.fail(f"tetrahedra of {n_nodes} nodes and {n_more} attributes, expected 4 or 10 nodes")
+    rows = ele.reals(n, 1 + n_nodes + n_more, "tetrahedra")
+    nodes = _places(ele, index, _integers(ele, rows[:, 1 : 1 + n_nodes].ravel(), "a node of a tetrahedron"))
+    kind = Kind("tetra" if n_nodes == 4 else "tetra10", n_nodes)
+    cells = gathered(nodes, np.arange(n) * n_nodes, np.zeros(n, np.int64), {0: kind})
+    values = rows[:, 1 + n_nodes :]
+    if ((np.abs(values) < 2**53) & (values == np.trunc(values))).all():
+        values = values.astype(np.int64)
+    return Mesh(
+        points,
+        cells.types,
+        cells.offsets,
+        cells.connectivity,
+        cell_data={"tetgen:attribute": values[:, 0] if n_more == 1 else values} if n_more else {},
+        path=str(path),
+        notes=("Nodes at the middle of edges are in TetGen's order.",) if n_nodes == 10 and n else (),
+    )
+
+
+def read_rf(path: Path) -> Mesh:
+    """Cells with the faces of a tetra, pyramid, wedge or hexahedron become those, the others polyhedra.
+
+    The file does not say which side of a face is outside, so no cell can be inverted as a whole.
+    """
+    node, ele = _pair(path)
+    index, points = _points(node)
+    head = ele.integers("the number of cells")
+    n_cells = ele.count("cells", str(head[0]).encode())
+    n_more = head[1] if len(head) > 1 else 0
+    values = ele.ragged(ele.n_left, "cells and their faces").values
+    n_faces, first, sizes = _walked(ele, values.tolist(), n_cells, n_more)
+    ids = _places(ele, index, values[faces.spans(first, sizes)])
+    faces = faces.Faces(faces.offsets_of(n_faces), np.arange(len(first)), faces.offsets_of(sizes), ids)
+    found = faces.solids(faces, points)
+    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path))
+
+
+def _walked(text: Text, values: list[int], n_cells: int, n_more: int) -> tuple[faces.Ints, faces.Ints, faces.Ints]:
+    """Faces of each cell; where the points of each face start, and how many they are.
+
+    A cell is its number, how many faces it has, and its attributes; a face is its number, how many points it has, and
+    the points. Lines may be broken anywhere.
+    """
+    n_faces, first, sizes, at, end = [], [], [], 0, len(values)
+    for cell in range(n_cells):
+        n = values[at + 1] if at + 1 < end else -1
+        if not 1 <= n <= end or not 0 <= n_more <= 100:
+            raise text.fail(f"cell {cell} of {n_cells} has no number of faces")
+        at += 2 + n_more
+        for face in range(n):
+            size = values[at + 1] if at + 1 < end else -1
+            if size < 3 or at + 2 + size > end:
+                raise text.fail(f"face {face} of cell {cell} states {size} points, expected 3 or more, and all of them")
+            first.append(at + 2)
+            sizes.append(size)
+            at += 2 + size
+        n_faces.append(n)
+    if at != end:
+        raise text.fail(f"{n_cells} cells are stated, but more numbers follow")
+    return np.array(n_faces, np.int64), np.array(first, np.int64), np.array(sizes, np.int64)
+
+
+RF = Format("rf", "RF (HArDCore)", (".ele", ".node"), sniff_rf, read_rf, by_content=False)
+TETGEN = Format("tetgen", "TetGen", (".ele", ".node"), sniff_tetgen, read_tetgen, by_content=False)

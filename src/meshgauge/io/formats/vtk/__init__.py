@@ -1,0 +1,1 @@
+"""VTK's formats: legacy, XML, HDF."""

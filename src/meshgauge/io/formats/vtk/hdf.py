@@ -1,0 +1,291 @@
+"""VTKHDF files, read and written through h5py: unstructured grids, partitioned, composite and in time steps.
+
+Of a file with time steps the first is read, as VTK does. Polygonal data, images and structured grids go through VTK's
+own reader.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....errors import MeshgaugeError, ReadError
+from ....mesh import Mesh
+from ....mesh.polyhedra import Polyhedra
+from ...plumbing import vtk, within
+from ...plumbing.format import Format
+from ...plumbing.merge import Part, merged
+
+MAGIC = b"\x89HDF\r\n\x1a\n"
+_COMPOSITE = ("PartitionedDataSetCollection", "MultiBlockDataSet")
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    if not head.startswith(MAGIC):
+        return False
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            return "VTKHDF" in file
+    except (OSError, RuntimeError):  # HDF5, but broken: reading it will say so
+        return path.suffix.lower() in (".vtkhdf", ".hdf")
+
+
+def read(path: Path) -> Mesh | None:
+    """Every unstructured grid of the file; a block for each grid of a composite, and for each of several partitions."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            within.check_hdf(path, file)
+            root = file["VTKHDF"]
+            kind = _kind(root)
+            if kind == "UnstructuredGrid":
+                return merged(_parts("", root), path=path, field_data=_field_data(root))
+            if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
+                parts = [part for name, group in _grids(root) for part in _parts(name, group)]
+                return merged(parts, path=path, field_data=_field_data(root))
+    except MeshgaugeError:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError) as error:
+        raise ReadError(f"{path}: not a whole VTKHDF file: {error}") from error
+    return None
+
+
+def read_by_vtk(path: Path) -> Mesh:
+    """Polygonal data, images and structured grids."""
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+
+    return vtk.mesh(vtk.output(vtkHDFReader(), path), path)
+
+
+def _kind(group: Any) -> str:
+    kind = group.attrs["Type"]
+    return kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)
+
+
+def _grids(root: Any) -> Iterator[tuple[str, Any]]:
+    """Name and group of the data sets of a composite file, in the order of their index, else of their own names.
+
+    The names are those of the links to them in the tree of the assembly.
+    """
+    names: dict[str, str] = {}
+    if "Assembly" in root:
+        _link_names(root["Assembly"], names)
+    groups = [(key, item) for key, item in root.items() if key != "Assembly" and "Type" in item.attrs]
+    groups.sort(key=lambda pair: (int(pair[1].attrs.get("Index", 0)), len(pair[0]), pair[0]))
+    return iter([(names.get(key, key), item) for key, item in groups])
+
+
+def _link_names(node: Any, names: dict[str, str]) -> None:
+    import h5py
+
+    for name in node:
+        link = node.get(name, getlink=True)
+        if isinstance(link, h5py.SoftLink):
+            names.setdefault(link.path.rsplit("/", 1)[-1], name)
+        elif isinstance(link, h5py.HardLink):
+            _link_names(node[name], names)
+
+
+@dataclass(slots=True)
+class _Step:
+    """Where the first time step starts in the arrays of a group."""
+
+    part: int = 0
+    n_parts: int | None = None
+    point: int = 0
+    cell: int = 0
+    connectivity: int = 0
+    data: dict[str, dict[str, int]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def _first_step(group: Any) -> _Step:
+    if "Steps" not in group:
+        return _Step()
+    steps = group["Steps"]
+    n = int(steps.attrs.get("NSteps", 1))
+
+    def first(name: str) -> int:
+        return int(np.ravel(steps[name][0])[0]) if name in steps else 0
+
+    return _Step(
+        part=first("PartOffsets"),
+        n_parts=first("NumberOfParts") if "NumberOfParts" in steps else None,
+        point=first("PointOffsets"),
+        cell=first("CellOffsets"),
+        connectivity=first("ConnectivityIdOffsets"),
+        data={
+            kind: {name: int(np.ravel(offsets[0])[0]) for name, offsets in steps[f"{kind}Offsets"].items()}
+            for kind in ("PointData", "CellData")
+            if f"{kind}Offsets" in steps
+        },
+        notes=[f"The file holds {n} time steps; the first was read."] if n > 1 else [],
+    )
+
+
+def _parts(name: str, group: Any) -> list[Part]:
+    """The partitions of one grid."""
+    step = _first_step(group)
+    chosen = slice(step.part, None if step.n_parts is None else step.part + step.n_parts)
+    n_points, n_cells, n_ids = (
+        group[key][chosen].astype(np.int64) for key in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
+    )
+    if not len(n_points) == len(n_cells) == len(n_ids):
+        raise ReadError("the numbers of points, cells and connectivity ids are not of as many partitions")
+    has_polyhedra = "PolyhedronToFaces" in group and len(group["PolyhedronToFaces"])
+    parts = []
+    at = _Cursor(step.point, step.cell, step.connectivity, step.part)
+    for index in range(len(n_points)):
+        points, cells, ids = int(n_points[index]), int(n_cells[index]), int(n_ids[index])
+        parts.append(
+            Part(
+                name=name if len(n_points) == 1 else f"{name or 'partition'} {index}".strip(),
+                points=_rows(group["Points"], at.point, points),
+                types=_rows(group["Types"], at.cell, cells),
+                offsets=_rows(group["Offsets"], at.cell + at.part, cells + 1) if cells else np.zeros(1, np.int64),
+                connectivity=_rows(group["Connectivity"], at.connectivity, ids),
+                polyhedra=_polyhedra(group, at, cells, step.part + index) if has_polyhedra else None,
+                point_data=_data(group, "PointData", step, at.point - step.point, step.point, points),
+                cell_data=_data(group, "CellData", step, at.cell - step.cell, step.cell, cells),
+                notes=step.notes,
+            )
+        )
+        at.point, at.cell, at.connectivity, at.part = (
+            at.point + points,
+            at.cell + cells,
+            at.connectivity + ids,
+            at.part + 1,
+        )
+    return parts
+
+
+@dataclass(slots=True)
+class _Cursor:
+    """Where the next partition starts in each array."""
+
+    point: int
+    cell: int
+    connectivity: int
+    part: int
+
+
+def _rows(dataset: Any, start: int, n: int) -> NDArray[Any]:
+    if start < 0 or n < 0 or start + n > len(dataset):
+        raise ReadError(f"{dataset.name} has {len(dataset)} rows, but rows {start} to {start + n} are stated")
+    if dataset.dtype.hasobject or n == 0:
+        return np.asarray(dataset[start : start + n])
+    # Three times as fast as slicing where the dataset is in small chunks, as VTK writes it.
+    rows = np.empty((n, *dataset.shape[1:]), dataset.dtype)
+    dataset.read_direct(rows, np.s_[start : start + n])
+    return rows
+
+
+def _polyhedra(group: Any, at: _Cursor, n_cells: int, part: int) -> Polyhedra:
+    def before(key: str) -> tuple[int, int]:
+        counts = group[key][: part + 1]
+        return int(counts[:-1].sum()), int(counts[-1])
+
+    (face, n_faces), (item, n_items) = before("NumberOfFaces"), before("NumberOfFaceConnectivityIds")
+    to_face, n_to_face = before("NumberOfPolyhedronToFaceIds")
+    return Polyhedra(
+        cell_offsets=_rows(group["PolyhedronOffsets"], at.cell + at.part, n_cells + 1),
+        cell_faces=_rows(group["PolyhedronToFaces"], to_face, n_to_face),
+        face_offsets=_rows(group["FaceOffsets"], face + part, n_faces + 1),
+        face_points=_rows(group["FaceConnectivity"], item, n_items),
+    )
+
+
+def _data(group: Any, kind: str, step: _Step, start: int, base: int, n: int) -> dict[str, NDArray[Any]]:
+    if kind not in group:
+        return {}
+    own = step.data.get(kind, {})
+    return {name: _text(_rows(values, own.get(name, base) + start, n), values) for name, values in group[kind].items()}
+
+
+def _field_data(group: Any) -> dict[str, NDArray[Any]]:
+    if "FieldData" not in group:
+        return {}
+    return {name: _text(np.atleast_1d(values[...]), values) for name, values in group["FieldData"].items()}
+
+
+def _text(values: NDArray[Any], dataset: Any) -> NDArray[Any]:
+    """Strings of HDF5 come as objects of bytes."""
+    if values.dtype.kind not in "OS":
+        return values
+    flat = [v.decode("utf-8", "replace") if isinstance(v, bytes) else str(v) for v in values.ravel()]
+    return np.array(flat, dtype=np.str_).reshape(values.shape)
+
+
+def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """One partition, arrays raw and contiguous."""
+    import h5py
+
+    lost: list[str] = []
+    with h5py.File(path, "w", libver=("earliest", "v110")) as file:
+        root = file.create_group("VTKHDF", track_order=True)
+        # Version 2.5 added polyhedra; without them any reader of version 2 will do.
+        root.attrs["Version"] = np.array([2, 0 if mesh.polyhedra is None else 5], np.int64)
+        root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
+        sized = {"NumberOfPoints": mesh.n_points, "NumberOfCells": mesh.n_cells}
+        sized["NumberOfConnectivityIds"] = len(mesh.connectivity)
+        arrays = {
+            "Points": mesh.points,
+            "Types": mesh.types,
+            "Offsets": mesh.offsets if mesh.n_cells else np.zeros(1, np.int64),
+            "Connectivity": mesh.connectivity,
+        }
+        if mesh.polyhedra is not None:
+            poly = mesh.polyhedra.with_own_faces()
+            sized["NumberOfFaces"] = poly.n_faces
+            sized["NumberOfFaceConnectivityIds"] = len(poly.face_points)
+            sized["NumberOfPolyhedronToFaceIds"] = len(poly.cell_faces)
+            arrays["PolyhedronOffsets"], arrays["PolyhedronToFaces"] = poly.cell_offsets, poly.cell_faces
+            arrays["FaceOffsets"], arrays["FaceConnectivity"] = poly.face_offsets, poly.face_points
+        for name, count in sized.items():
+            root.create_dataset(name, data=np.array([count], np.int64))
+        for name, values in arrays.items():
+            root.create_dataset(name, data=values)
+        for name, data in (
+            ("PointData", mesh.point_data),
+            ("CellData", mesh.cell_data),
+            ("FieldData", mesh.field_data),
+        ):
+            group = root.create_group(name, track_order=True)
+            for key, values in data.items():
+                _write_array(group, key, values, lost)
+    return tuple(lost)
+
+
+def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -> None:
+    import h5py
+
+    what = {"PointData": "point", "CellData": "cell", "FieldData": "field"}[group.name.rsplit("/", 1)[-1]]
+    key = name.replace("/", "_").strip(".") or "array"
+    if key != name:
+        lost.append(f"The {what} data {name!r} is called {key!r}, as VTKHDF allows no slash in a name.")
+    if key in group:
+        lost.append(f"The {what} data {name!r} was left out: its name is taken.")
+    elif values.dtype.kind in "US":
+        if what != "field":
+            lost.append(f"The {what} data {name!r} are strings, which VTKHDF holds as field data only.")
+            return
+        # Variable length and marked as ascii: VTK 9.7 crashes on strings of fixed length and on those marked as UTF-8.
+        encoded = [v if isinstance(v, bytes) else str(v).encode() for v in values.ravel()]
+        text = np.array(encoded, dtype=object).reshape(values.shape)
+        group.create_dataset(key, data=np.atleast_1d(text), dtype=h5py.string_dtype("ascii"))
+    elif values.dtype.kind in "fiub":
+        flat = values.reshape(len(values), -1) if values.ndim > 2 else np.atleast_1d(values)
+        group.create_dataset(key, data=flat.view(np.uint8) if flat.dtype == np.bool_ else flat)
+    else:
+        lost.append(f"The {what} data {name!r} (of type {values.dtype}) cannot be held by VTKHDF.")
+
+
+VTKHDF = Format("vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, read, read_by_vtk, write)

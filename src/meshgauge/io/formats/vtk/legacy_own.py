@@ -1,0 +1,204 @@
+"""The common legacy .vtk, an unstructured grid of cells without faces, straight from the file.
+
+So that the format that most people have needs no process of its own. Whatever it does not know, and whatever does not
+fit, is left to VTK, which also says what is wrong.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....cells import CELL_TYPES
+from ....mesh import Mesh
+from ...plumbing.faces import offsets_of, spans
+from ...plumbing.text import numbers
+
+_HEAD = re.compile(rb"#[ \t]*vtk DataFile Version[ \t]*(\d+)\.\d+[^\n]*\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", re.I)
+_NEXT = re.compile(rb"\n[ \t]*(?=[A-Za-z])(?!(?:nan|inf)\b)", re.IGNORECASE)
+_DTYPES = {
+    b"unsigned_char": "u1", b"char": "i1", b"unsigned_short": "u2", b"short": "i2", b"unsigned_int": "u4", b"int": "i4",
+    b"unsigned_long": "u8", b"long": "i8", b"float": "f4", b"double": "f8", b"vtkidtype": "i4",
+    b"vtktypeint64": "i8", b"vtktypeuint64": "u8", b"vtktypeint32": "i4", b"vtktypeuint32": "u4",
+    b"vtktypeint8": "i1", b"vtktypeuint8": "u1", b"vtktypeint16": "i2", b"vtktypeuint16": "u2",
+}  # fmt: skip
+_WIDTHS = {b"VECTORS": 3, b"NORMALS": 3, b"TENSORS": 9}
+_POLYHEDRON = 42
+_SIZES = np.array([(CELL_TYPES[t].n_nodes or 0) if t in CELL_TYPES else 0 for t in range(256)], np.int64)
+
+
+class _Unknown(Exception):
+    """Something that is left to VTK."""
+
+
+class _Source:
+    """Lines and arrays of a file, from its first to its last."""
+
+    def __init__(self, data: bytes, at: int, *, is_binary: bool) -> None:
+        self.data, self.at, self.is_binary = data, at, is_binary
+
+    def words(self) -> list[bytes]:
+        """Those of the next line that is not blank; none at the end."""
+        while self.at < len(self.data):
+            end = self.data.find(b"\n", self.at)
+            end = len(self.data) if end < 0 else end
+            found = self.data[self.at : min(end, self.at + 4096)].split()
+            self.at = end + 1
+            if found:
+                if found[0].upper() == b"METADATA":  # on arrays, up to a blank line
+                    blank = re.compile(rb"\n[ \t\r]*\n").search(self.data, end)
+                    self.at = blank.end() if blank else len(self.data)
+                    continue
+                return found
+        return []
+
+    def array(self, n: int, kind: bytes) -> NDArray[Any]:
+        """The next ``n`` numbers, in native byte order."""
+        dtype = np.dtype(_known(kind))
+        if not 0 <= n <= len(self.data):
+            raise _Unknown
+        if self.is_binary:
+            end = self.at + n * dtype.itemsize
+            if end > len(self.data):
+                raise _Unknown
+            found = np.frombuffer(self.data, dtype.newbyteorder(">"), n, self.at).astype(dtype)
+            self.at = end
+            return found
+        match = _NEXT.search(self.data, max(self.at - 1, 0))
+        end = match.start() + 1 if match else len(self.data)
+        text = self.data[self.at : end]
+        self.at = max(end, self.at)
+        found = numbers(text, np.float64 if dtype.kind == "f" else np.int64)
+        if len(found) != n:
+            raise _Unknown
+        if dtype.kind != "f" and n:
+            limits = np.iinfo(dtype)
+            if not limits.min <= int(found.min()) <= int(found.max()) <= limits.max:
+                raise _Unknown
+        return found.astype(dtype)
+
+
+def _known(kind: bytes) -> str:
+    found = _DTYPES.get(kind.lower())
+    if found is None:
+        raise _Unknown
+    return found
+
+
+def read(path: Path) -> Mesh | None:
+    """The mesh, or None if this file is of another kind, or not whole."""
+    data = path.read_bytes()
+    head = _HEAD.match(data)
+    if head is None:
+        return None
+    source = _Source(data, head.end(), is_binary=head[2].upper() == b"BINARY")
+    try:
+        return _mesh(source, int(head[1]), path)
+    except (_Unknown, ValueError, IndexError, OverflowError, KeyError):
+        return None
+
+
+def _mesh(source: _Source, version: int, path: Path) -> Mesh:
+    if [word.upper() for word in source.words()] != [b"DATASET", b"UNSTRUCTURED_GRID"]:
+        raise _Unknown
+    points, types = np.empty((0, 3)), np.empty(0, np.uint8)
+    cells: tuple[NDArray[Any], NDArray[Any]] | NDArray[Any] = np.empty(0, np.int64)
+    data: dict[bytes, dict[str, NDArray[Any]]] = {b"POINT_DATA": {}, b"CELL_DATA": {}, b"": {}}
+    target, rows = data[b""], -1
+    seen: list[bytes] = []
+    while words := source.words():
+        keyword = words[0].upper()
+        if keyword in (b"POINTS", b"CELLS", b"CELL_TYPES", *data):
+            if keyword in seen:
+                raise _Unknown
+            seen.append(keyword)
+        if keyword == b"POINTS":
+            points = source.array(3 * int(words[1]), words[2]).reshape(-1, 3)
+        elif keyword == b"CELLS":
+            cells = _lists(source, words) if version >= 5 else source.array(int(words[2]), b"int")
+        elif keyword == b"CELL_TYPES":
+            found = source.array(int(words[1]), b"int")
+            if len(found) and not 0 <= int(found.min()) <= int(found.max()) < 256:
+                raise _Unknown
+            types = found.astype(np.uint8)
+        elif keyword in (b"POINT_DATA", b"CELL_DATA"):
+            target, rows = data[keyword], int(words[1])
+            if rows != (len(points) if keyword == b"POINT_DATA" else len(types)):
+                raise _Unknown
+        else:
+            _attribute(source, words, target, rows)
+    if {b"POINTS", b"CELLS", b"CELL_TYPES"} - set(seen) or (types == _POLYHEDRON).any():
+        raise _Unknown
+    offsets, connectivity = cells if isinstance(cells, tuple) else _split(cells, types)
+    if len(offsets) != len(types) + 1:
+        raise _Unknown
+    if len(connectivity) and not 0 <= int(connectivity.min()) <= int(connectivity.max()) < len(points):
+        raise _Unknown
+    return Mesh(points, types, offsets, connectivity, point_data=data[b"POINT_DATA"], cell_data=data[b"CELL_DATA"],
+                field_data=data[b""], path=str(path))  # fmt: skip
+
+
+def _lists(source: _Source, words: list[bytes]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Offsets and connectivity, as version 5 has them."""
+    found = []
+    for name, n in ((b"OFFSETS", int(words[1])), (b"CONNECTIVITY", int(words[2]))):
+        heading = source.words()
+        if heading[0].upper() != name:
+            raise _Unknown
+        found.append(source.array(n, heading[1]))
+    offsets, connectivity = found
+    if not len(offsets) or offsets[0] != 0 or offsets[-1] != len(connectivity) or (np.diff(offsets) < 0).any():
+        raise _Unknown
+    return offsets, connectivity
+
+
+def _split(rows: NDArray[Any], types: NDArray[np.uint8]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """The same from rows that begin with their length, as before."""
+    sizes = _SIZES[types]
+    if not sizes.all():  # a type of any number of nodes
+        at, listed = 0, []
+        for _ in range(len(types)):
+            listed.append(int(rows[at]))
+            at += 1 + listed[-1]
+            if listed[-1] < 0:
+                raise _Unknown
+        sizes = np.array(listed, np.int64)
+    offsets = offsets_of(sizes)
+    starts = offsets[:-1] + np.arange(len(types))
+    if int(offsets[-1]) + len(types) != len(rows) or (rows[starts] != sizes).any():
+        raise _Unknown
+    return offsets, rows[spans(starts + 1, sizes)].astype(np.int64)
+
+
+def _attribute(source: _Source, words: list[bytes], target: dict[str, NDArray[Any]], rows: int) -> None:
+    """One array, or a field of several."""
+    keyword = words[0].upper()
+    if keyword == b"FIELD":
+        for _ in range(int(words[2])):
+            name, columns, n, kind = source.words()
+            values = source.array(int(columns) * int(n), kind)
+            _put(target, name, values, int(columns), rows if rows >= 0 else int(n))
+        return
+    if rows < 0:
+        raise _Unknown
+    if keyword == b"SCALARS":
+        width = int(words[3]) if len(words) > 3 else 1
+        if source.words()[0].upper() != b"LOOKUP_TABLE":
+            raise _Unknown
+    elif keyword in _WIDTHS:
+        width = _WIDTHS[keyword]
+    else:
+        raise _Unknown
+    _put(target, words[1], source.array(rows * width, words[2]), width, rows)
+
+
+def _put(target: dict[str, NDArray[Any]], name: bytes, values: NDArray[Any], width: int, rows: int) -> None:
+    key = unquote(name.decode("utf-8", "replace"))
+    if key in target or width < 1 or len(values) != rows * width:
+        raise _Unknown
+    target[key] = values.reshape(rows, width) if width > 1 else values

@@ -1,0 +1,96 @@
+"""VTK's XML formats: .vtu and its relatives, serial, parallel and composite, in every encoding."""
+
+from __future__ import annotations
+
+import importlib
+import mmap
+import re
+from pathlib import Path
+
+from ....errors import ReadError
+from ....mesh import Mesh
+from ...plumbing import vtk, within
+from ...plumbing.format import HEAD, Format
+from . import vtu_raw
+
+_READERS = {
+    "UnstructuredGrid": "vtkXMLUnstructuredGridReader",
+    "PolyData": "vtkXMLPolyDataReader",
+    "StructuredGrid": "vtkXMLStructuredGridReader",
+    "RectilinearGrid": "vtkXMLRectilinearGridReader",
+    "ImageData": "vtkXMLImageDataReader",
+    "PUnstructuredGrid": "vtkXMLPUnstructuredGridReader",
+    "PPolyData": "vtkXMLPPolyDataReader",
+    "PStructuredGrid": "vtkXMLPStructuredGridReader",
+    "PRectilinearGrid": "vtkXMLPRectilinearGridReader",
+    "PImageData": "vtkXMLPImageDataReader",
+    "vtkMultiBlockDataSet": "vtkXMLMultiBlockDataReader",
+    "vtkPartitionedDataSet": "vtkXMLPartitionedDataSetReader",
+    "vtkPartitionedDataSetCollection": "vtkXMLPartitionedDataSetCollectionReader",
+}
+_TYPE = re.compile(rb"<VTKFile\b[^>]*?\btype\s*=\s*[\"']([^\"']*)[\"']")
+_ALONE = ("UnstructuredGrid", "PolyData", "StructuredGrid", "RectilinearGrid", "ImageData")
+"""Types of files that refer to no others."""
+_COUNT = re.compile(rb"\bNumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)")
+_FILE = re.compile(rb"\b(?:file|Source)\s*=\s*[\"']([^\"']+)[\"']", re.IGNORECASE)
+
+_DENSEST = 1100
+"""Items a byte of a file can stand for: zlib packs 1032 zero bytes into one, a VTU needs 8 bytes a point or cell."""
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return b"<VTKFile" in head
+
+
+def read(path: Path) -> Mesh:
+    """Any of VTK's XML data sets; a composite one gives a block for each leaf."""
+    with path.open("rb") as file:
+        found = _TYPE.search(file.read(HEAD))
+    kind = found.group(1).decode("ascii", "replace") if found else ""
+    if kind not in _READERS:
+        raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {', '.join(_READERS)}")
+    _check(path, refers=kind not in _ALONE)
+    reader = getattr(importlib.import_module("vtkmodules.vtkIOXML"), _READERS[kind])()
+    return vtk.mesh(vtk.output(reader, path), path)
+
+
+def _check(path: Path, *, refers: bool) -> None:
+    """Refuse what VTK would take on trust: counts that no file of this size can hold, and names of files elsewhere."""
+    size = path.stat().st_size
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        appended = data.find(b"<AppendedData")
+        stop = appended if appended >= 0 else size
+        at = data.find(b"<Piece", 0, stop)
+        while at >= 0:
+            tag = data[at : min(at + HEAD, stop)].split(b">", 1)[0] + b">"
+            for match in _COUNT.finditer(tag):
+                count = int(match.group(2))
+                if not 0 <= count <= size * _DENSEST:
+                    what = match.group(1).decode().lower()
+                    raise ReadError(f"{path}: states {count} {what}, but has only {size} bytes")
+            at = data.find(b"<Piece", at + 1, stop)
+        if refers:
+            within.check(path, (name.decode("utf-8", "replace") for name in _FILE.findall(data[:stop])))
+
+
+def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """A VTU with raw appended data compressed by zlib, as PyVista writes it."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    grid, lost = vtk.grid(mesh)
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetDataModeToAppended()
+    writer.EncodeAppendedDataOff()
+    writer.SetCompressorTypeToZLib()
+    vtk.save(writer, grid, path)
+    return lost
+
+
+VTU = Format("vtu", "VTK XML", (".vtu",), sniff, vtu_raw.read, read, write)
+VTK_XML = Format(
+    "vtk-xml",
+    "VTK XML (other than .vtu)",
+    (".pvtu", ".vtm", ".vtmb", ".vtpd", ".vtpc", ".vtp", ".vts", ".vtr", ".vti", ".pvtp", ".pvts", ".pvtr", ".pvti"),
+    sniff,
+    foreign=read,
+)

@@ -1,0 +1,49 @@
+"""The other side of `_isolate`: reads one file in a process of its own and hands the mesh over."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from pathlib import Path
+from typing import Any
+
+from . import handover
+
+
+def main(request: dict[str, Any]) -> None:
+    """Read the file of a request; the result is a mesh or an error, and the process ends without clean-up."""
+    _limit(float(request["seconds"]), int(request["memory"]))
+    from ...errors import ReadError
+    from .. import registry
+
+    target = os.fdopen(request["fd"], "w+b") if request["result"] is None else open(request["result"], "r+b")  # noqa: SIM115
+    path = Path(request["path"])
+    try:
+        mesh = registry.read_here(registry.format_named(request["format"]), path)
+        handover.dump(target, mesh)
+    except ReadError as error:
+        handover.dump_error(target, str(error).replace(str(path), request["name"]))
+    except MemoryError:
+        gigabytes = request["memory"] / 2**30
+        handover.dump_error(
+            target,
+            f"{request['name']}: does not fit into {gigabytes:.1f} GB "
+            "(--read-memory or MESHGAUGE_READ_GB set another limit)",
+        )
+    os._exit(0)  # readers of others may crash once more on their way out
+
+
+def _limit(seconds: float, memory: int) -> None:
+    """Set the limits that the system enforces; where it has none, the parent's clock is left."""
+    try:
+        import resource
+    except ImportError:
+        return
+    for what, value in (
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_CPU, int(2 * seconds) + 1),
+        (resource.RLIMIT_AS, memory),
+    ):
+        _, most = resource.getrlimit(what)
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(what, (value if most < 0 else min(value, most), most))

@@ -1,0 +1,69 @@
+"""What a file format is to the registry: one frozen record, made by one file a format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...mesh import Mesh
+
+Reader = Callable[[Path], Mesh]
+"""Reads a file. Wedges stay in the order of the file: `wedge_order.settled` turns them afterwards."""
+
+OwnReader = Callable[[Path], Mesh | None]
+"""Reads a file, or returns None for a kind of it that it leaves to the reader of others."""
+
+Writer = Callable[[Path, Mesh], tuple[str, ...]]
+"""Writes a file that does not exist yet; returns what the format could not hold, a sentence each."""
+
+Sniffer = Callable[[bytes, Path], bool]
+"""True if the first bytes of a file (up to `HEAD` of them) are of this format."""
+
+HEAD = 4096
+"""Bytes of a file that are sniffed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One file format.
+
+    Attributes
+    ----------
+    name
+        Short name, as given to ``format=``.
+    title
+        What the format is called in messages.
+    extensions
+        Lower case, with the dot. Two formats may share one: the content then decides.
+    sniff
+        Tells the format by the first bytes of a file.
+    read
+        Our own reader: checks every count and index itself, so that it runs in the caller's process. None if there is
+        none.
+    foreign
+        A reader that may crash, hang, print or end its process, so that it gets one of its own. Called if ``read`` is
+        None or returns None.
+    write
+        None where the format cannot be written.
+    by_content
+        False if the bytes tell this format only together with its extension.
+    """
+
+    name: str
+    title: str
+    extensions: tuple[str, ...]
+    sniff: Sniffer
+    read: OwnReader | None = None
+    foreign: Reader | None = None
+    write: Writer | None = None
+    by_content: bool = True
+
+    @property
+    def is_readable(self) -> bool:
+        return self.read is not None or self.foreign is not None
+
+
+def anything(head: bytes, path: Path) -> bool:
+    """Sniffer of a format that has no mark: its extension decides."""
+    return True

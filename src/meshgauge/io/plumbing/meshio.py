@@ -1,0 +1,308 @@
+"""Between meshio's meshes and `Mesh`, and meshio's readers and writers kept from printing and from exiting."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import io
+import re
+import threading
+import warnings
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import BY_NAME, CELL_TYPES, CellType, type_name
+from ...errors import MeshError, ReadError, WriteError
+from ...mesh import CellBlock, Mesh
+from ...mesh.polyhedra import Polyhedra
+
+_LOCK = threading.RLock()
+"""Standard output, standard error and the warnings filter belong to the whole process."""
+
+MAX_SETS = 64
+"""Cell sets that are kept as cell data, a byte a cell each."""
+
+_FAMILY = {
+    "line": "lagrange_line",
+    "triangle": "lagrange_triangle",
+    "quad": "lagrange_quad",
+    "tetra": "lagrange_tetra",
+    "pyramid": "lagrange_pyramid",
+    "wedge": "lagrange_wedge",
+    "hexahedron": "lagrange_hexahedron",
+}
+_VTK_NAME = {
+    "CURVE": "line",
+    "TRIANGLE": "triangle",
+    "QUADRILATERAL": "quad",
+    "TETRAHEDRON": "tetra",
+    "HEXAHEDRON": "hexahedron",
+    "WEDGE": "wedge",
+    "PYRAMID": "pyramid",
+}
+
+
+_OWN_LIST = "med:nom"
+"""Field data in which meshio's MED reader keeps the names of fields for its writer, which fails on an empty one."""
+
+_DIMENSION = {"wedge15": 3, "wedge12": 3, "pyramid13": 3, "hexahedron24": 3, "penta_prism": 3, "hexa_prism": 3}
+"""Of types that meshio 5.3 reads and writes, but does not know the dimension of, so that it raises `KeyError`."""
+
+
+def _dimensions() -> dict[str, int]:
+    from meshio import _mesh
+
+    known: dict[str, int] = _mesh.topological_dimension
+    for name, dimension in _DIMENSION.items():
+        known.setdefault(name, dimension)
+    return known
+
+
+@contextlib.contextmanager
+def hushed() -> Iterator[io.StringIO]:
+    """Keep meshio from printing, warning and exiting; the yielded text is what it said."""
+    said = io.StringIO()
+    with _LOCK, contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield said
+
+
+def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
+    """What one reader of meshio makes of a file, and what it warned of (cells or sections that it skipped).
+
+    Raises
+    ------
+    ReadError
+        Whatever meshio did instead of returning a mesh: raise, print, or end the process.
+    """
+    _dimensions()
+    with hushed() as said:
+        try:
+            source = importlib.import_module(f"meshio.{module}").read(str(path))
+        except MemoryError:
+            raise ReadError(f"{path}: states more than the memory can hold") from None
+        except (Exception, SystemExit) as error:
+            raise ReadError(f"{path}: meshio ({module}) says: {_reason(error, said)}") from error
+    warned = re.split(r"\bWarning:\s*", " ".join(said.getvalue().split()))
+    return source, tuple(f"meshio warns: {text.strip()}" for text in dict.fromkeys(warned) if text.strip())
+
+
+def _reason(error: BaseException, said: io.StringIO) -> str:
+    reason = str(error) if str(error) and not isinstance(error, SystemExit) else said.getvalue()
+    reason = " ".join(reason.split()) or "failed"
+    kind = type(error).__name__
+    return reason if kind in ("ReadError", "WriteError", "SystemExit") else f"{reason} ({kind})"
+
+
+def row(name: str) -> CellType:
+    """The row of one of meshio's cell types; types without a VTK id of their own become Lagrange cells.
+
+    Raises
+    ------
+    MeshError
+        If there is none.
+    """
+    if name in BY_NAME:
+        return BY_NAME[name]
+    if name.startswith("polyhedron"):
+        return BY_NAME["polyhedron"]
+    if name.startswith("polygon"):
+        return BY_NAME["polygon"]
+    vtk = re.fullmatch(r"VTK_(LAGRANGE|BEZIER)_([A-Z]+)", name)
+    if vtk and vtk.group(2) in _VTK_NAME:
+        return BY_NAME[f"{vtk.group(1).lower()}_{_VTK_NAME[vtk.group(2)]}"]
+    family = re.fullmatch(r"([a-z]+)\d+", name)
+    if family and family.group(1) in _FAMILY:
+        return BY_NAME[_FAMILY[family.group(1)]]
+    raise MeshError(f"cells of meshio's type {name!r} are unknown")
+
+
+def name_of(cell: CellType) -> str:
+    """meshio's name of a cell type, where it has one; pixels and voxels as quads and hexahedra."""
+    if cell.name.startswith(("lagrange_", "bezier_")):
+        kind, base = cell.name.split("_")
+        return f"VTK_{kind.upper()}_" + next(k for k, v in _VTK_NAME.items() if v == base)
+    return {11: "hexahedron", 8: "quad"}.get(cell.vtk_id, cell.name)
+
+
+def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = ()) -> Mesh:
+    """A meshio mesh as a `Mesh`: its blocks in their order, its data, its cell sets as data of 0 and 1."""
+    points = np.asarray(source.points)
+    if points.ndim == 2 and points.shape[1] < 3:
+        points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
+    types, sizes, nodes, faces, blocks, kept, start = [], [], [], [], [], [], 0
+    for block in source.cells:
+        cell = row(block.type)
+        n = len(block.data)
+        if cell.vtk_id == 42:
+            lists = [[np.asarray(f, np.int64) for f in polyhedron] for polyhedron in block.data]
+            ids = [np.unique(np.concatenate(polyhedron)) for polyhedron in lists]
+            sizes.append(np.array([len(i) for i in ids], np.int64))
+            nodes.extend(ids)
+        else:
+            lists = [[] for _ in range(n)] if any(b.type.startswith("polyhedron") for b in source.cells) else []
+            dense = np.asarray(block.data)
+            if dense.dtype not in (np.int32, np.int64):  # unsigned and signed ids would join as floats
+                dense = dense.astype(np.int64)
+            width = dense.shape[1] if dense.ndim == 2 else 0
+            sizes.append(np.full(n, width, np.int64))
+            nodes.append(dense.ravel())
+            if cell.name != block.type and not block.type.startswith(("VTK_", "polygon")) and n:
+                kept.append(f"{n} cells of type {block.type} are kept as {cell.name}.")
+        faces.extend(lists)
+        types.append(np.full(n, cell.vtk_id, np.uint8))
+        blocks.append(CellBlock(block.type, start, start + n))
+        start += n
+    offsets = np.zeros(start + 1, np.int64)
+    if sizes:
+        np.cumsum(np.concatenate(sizes), out=offsets[1:])
+    data, more = _cell_data(source, [b.stop - b.start for b in blocks])
+    return Mesh(
+        points=points,
+        types=np.concatenate(types) if types else np.empty(0, np.uint8),
+        offsets=offsets,
+        connectivity=np.concatenate(nodes) if nodes else np.empty(0, np.int64),
+        polyhedra=_polyhedra(faces) if faces else None,
+        blocks=tuple(b for b in blocks if b.stop > b.start),
+        point_data={k: _plain(v) for k, v in source.point_data.items()},
+        cell_data=data,
+        field_data={k: _plain(v) for k, v in (source.field_data or {}).items() if k != _OWN_LIST},
+        path=str(path) if path is not None else None,
+        notes=(*notes, *kept, *more),
+    )
+
+
+def _cell_data(source: Any, sizes: list[int]) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    data, notes = {}, []
+    for name, blocks in source.cell_data.items():
+        arrays = [_plain(a) for a in blocks]
+        if arrays:
+            data[name] = np.concatenate(arrays)
+    sets = {k: v for k, v in (source.cell_sets or {}).items() if not k.startswith("gmsh:")}
+    for name, blocks in list(sets.items())[:MAX_SETS]:
+        members = [np.zeros(n, np.uint8) for n in sizes]
+        for member, ids in zip(members, blocks, strict=False):
+            if ids is not None and len(ids):
+                member[np.asarray(ids, np.int64)] = 1
+        data.setdefault(name, np.concatenate(members) if members else np.empty(0, np.uint8))
+    if len(sets) > MAX_SETS:
+        notes.append(f"{len(sets) - MAX_SETS} of {len(sets)} cell sets were left out.")
+    return data, notes
+
+
+def _plain(values: Any) -> NDArray[Any]:
+    array = np.asarray(values)
+    return array.astype(np.str_) if array.dtype == object else array
+
+
+def _polyhedra(cells: list[list[NDArray[np.int64]]]) -> Polyhedra:
+    flat = [face for cell in cells for face in cell]
+    none = np.empty(0, np.int64)
+    return Polyhedra(
+        cell_offsets=np.concatenate([[0], np.cumsum([len(cell) for cell in cells])]).astype(np.int64),
+        cell_faces=np.arange(len(flat)),
+        face_offsets=np.concatenate([[0], np.cumsum([len(face) for face in flat])]).astype(np.int64),
+        face_points=np.concatenate(flat) if flat else none,
+    )
+
+
+def from_mesh(mesh: Mesh, *, by_type: bool = False) -> Any:
+    """A `Mesh` as a meshio mesh: a block for each run of cells of one type and size, so that the order is kept.
+
+    With ``by_type`` a block for each type and size instead, for formats that hold no more.
+
+    Raises
+    ------
+    WriteError
+        If a cell has no type in meshio.
+    """
+    import meshio
+
+    known = _dimensions()
+    sizes = np.diff(mesh.offsets)
+    kinds = np.stack([mesh.types.astype(np.int64), sizes])
+    if by_type:
+        kinds_found, inverse = np.unique(kinds, axis=1, return_inverse=True)
+        runs = [np.flatnonzero(inverse.reshape(-1) == k) for k in range(kinds_found.shape[1])]
+    else:
+        breaks = np.flatnonzero((np.diff(kinds, axis=1) != 0).any(axis=0)) + 1
+        runs = [r for r in np.split(np.arange(mesh.n_cells), breaks) if len(r)]
+    cells = []
+    for ids in runs:
+        cell, n_nodes = CELL_TYPES.get(int(mesh.types[ids[0]])), int(sizes[ids[0]])
+        name = name_of(cell) if cell is not None else None
+        if name is None or name not in known:
+            raise WriteError(f"cells of type {type_name(mesh.types[ids[0]])} cannot be written in this format")
+        dense = mesh.connectivity[mesh.offsets[ids][:, None] + np.arange(n_nodes)]
+        if cell is not None and cell.vtk_id in (8, 11):  # pixels and voxels in the order of quads and hexahedra
+            dense = dense[:, [0, 1, 3, 2] if cell.vtk_id == 8 else [0, 1, 3, 2, 4, 5, 7, 6]]
+        cells.append((name, dense))
+    return meshio.Mesh(
+        mesh.points,
+        cells,
+        point_data=dict(mesh.point_data),
+        cell_data={k: [v[ids] for ids in runs] for k, v in mesh.cell_data.items()},
+        field_data=dict(mesh.field_data),
+    )
+
+
+def write(path: Path, mesh: Mesh, module: str, *, by_type: bool = False, **options: Any) -> tuple[str, ...]:
+    """Write by one of meshio's writers and read the result back; what is then missing is what the format lost.
+
+    ``by_type`` is for formats that hold one block a type: the cells change their order, which is said.
+
+    Raises
+    ------
+    WriteError
+        If meshio cannot write the mesh, or if cells are missing from what it wrote.
+    """
+    source = from_mesh(mesh, by_type=by_type)
+    moved = by_type and np.any(np.diff(mesh.types.astype(np.int64)) < 0)
+    order = ("The format keeps cells by type: their order changed.",) if moved else ()
+    return (*order, *write_source(path, source, mesh, module, **options))
+
+
+def write_source(path: Path, source: Any, original: Mesh, module: str, **options: Any) -> tuple[str, ...]:
+    """As `write`, for a meshio mesh that was made of ``original`` and then adapted to the format."""
+    with hushed() as said:
+        try:
+            importlib.import_module(f"meshio.{module}").write(str(path), source, **options)
+        except (Exception, SystemExit) as error:
+            if isinstance(error, KeyError) and error.args[0] in _dimensions():
+                raise WriteError(f"{path}: cells of type {error.args[0]} cannot be written in this format") from error
+            raise WriteError(f"{path}: meshio ({module}) says: {_reason(error, said)}") from error
+    try:
+        back = mesh(read(path, module)[0], path)
+    except (ReadError, MeshError) as error:
+        raise WriteError(f"{path}: what was written cannot be read again: {error}") from error
+    return _losses(original, back)
+
+
+_SAME = {8: 9, 11: 12}
+"""Types that are written as another: pixels as quads, voxels as hexahedra."""
+
+
+def _losses(before: Mesh, after: Mesh) -> tuple[str, ...]:
+    def counts(m: Mesh) -> dict[int, int]:
+        table: dict[int, int] = {}
+        for vtk_id, n in zip(*np.unique(m.types, return_counts=True), strict=True):
+            key = _SAME.get(int(vtk_id), int(vtk_id))
+            table[key] = table.get(key, 0) + int(n)
+        return table
+
+    want, have = counts(before), counts(after)
+    missing = [f"{n - have.get(t, 0)} {type_name(t)}" for t, n in want.items() if have.get(t, 0) < n]
+    if missing:
+        raise WriteError(f"the format cannot hold these cells: {', '.join(missing)}")
+    lost = []
+    for what in ("point_data", "cell_data", "field_data"):
+        gone = [name for name in getattr(before, what) if name not in getattr(after, what)]
+        if gone:
+            lost.append(f"The format could not hold the {what.replace('_', ' ')} {', '.join(map(repr, gone))}.")
+    if after.n_points != before.n_points:
+        lost.append(f"The mesh has {before.n_points} points, the file {after.n_points}.")
+    return tuple(lost)

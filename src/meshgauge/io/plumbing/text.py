@@ -1,0 +1,206 @@
+"""Text files by lines: numbers parsed in bulk, every count checked against what is there, errors with the line."""
+
+from __future__ import annotations
+
+import re
+import threading
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ReadError
+
+_LOCK = threading.Lock()
+"""The filter of warnings belongs to the whole process."""
+_SHOWN = 40
+"""Characters of a line that a message repeats."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ragged:
+    """Rows of numbers, one a line: row ``r`` is ``values[starts[r]:starts[r + 1]]``."""
+
+    values: NDArray[np.int64]
+    starts: NDArray[np.int64]
+
+    @property
+    def sizes(self) -> NDArray[np.int64]:
+        return np.diff(self.starts)
+
+
+class Text:
+    """A text file, read from its first line to its last.
+
+    Parameters
+    ----------
+    path
+        Named in errors.
+    data
+        The bytes of the file.
+    comment
+        A mark (a byte) from which on the rest of a line is ignored.
+    """
+
+    def __init__(self, path: Path, data: bytes, comment: bytes = b"") -> None:
+        self.path = path
+        if comment and comment in data:
+            data = re.sub(re.escape(comment) + rb"[^\n]*", b"", data)  # lines keep their numbers
+        if b"\r" in data:
+            data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        self.data = data
+        ends = np.flatnonzero(np.frombuffer(data, np.uint8) == 10) + 1
+        if len(data) and not data.endswith(b"\n"):
+            ends = np.append(ends, len(data))
+        starts = np.concatenate([[0], ends[:-1]]).astype(np.int64) if len(ends) else ends
+        filled = np.flatnonzero(_is_filled(data, starts))
+        self._starts, self._ends, self._numbers = starts[filled], ends[filled], filled + 1
+        self.row = 0
+
+    @property
+    def n_lines(self) -> int:
+        """Lines that are not blank: there are no others for a reader."""
+        return len(self._starts)
+
+    @property
+    def n_left(self) -> int:
+        return max(self.n_lines - self.row, 0)
+
+    def fail(self, what: str, row: int | None = None) -> ReadError:
+        """The error to raise: the file, the line (the last one read, or ``row`` counted from 0) and what is wrong."""
+        at = min(self.row - 1 if row is None else row, self.n_lines - 1)
+        return ReadError(f"{self.path}, line {int(self._numbers[at]) if at >= 0 else 1}: {what}")
+
+    def peek(self) -> bytes:
+        """The next line, stripped; empty at the end. It stays the next."""
+        return self.rows(self.row, self.row + 1).strip()
+
+    def line(self, what: str = "") -> bytes:
+        """The next line; at the end of the file empty, or an error if ``what`` is expected."""
+        text = self.peek()
+        if not text and what:
+            raise self.fail(f"the file ends where {what} is expected")
+        self.row += 1
+        return text
+
+    def rows(self, first: int, last: int) -> bytes:
+        """Lines ``first <= row < last`` as they stand in the file."""
+        last = min(last, self.n_lines)
+        return self.data[self._starts[first] : self._ends[last - 1]] if first < last else b""
+
+    def row_at(self, position: int) -> int:
+        """The line in which a byte stands."""
+        return int(np.searchsorted(self._starts, position, side="right")) - 1
+
+    def position(self) -> int:
+        """The byte where the next line starts."""
+        return int(self._starts[self.row]) if self.row < self.n_lines else len(self.data)
+
+    def integers(self, what: str, least: int = 1) -> list[int]:
+        """The integers of the next line, at least ``least`` of them."""
+        text = self.line(what)
+        try:
+            found = [int(word) for word in text.split()]
+        except ValueError:
+            found = []
+        if len(found) < least:
+            raise self.fail(f"{text[:_SHOWN].decode('utf-8', 'replace')!r} where {what} is expected")
+        return found
+
+    def count(self, what: str, text: bytes | None = None) -> int:
+        """A number of lines that follow: the first integer of the next line, or of ``text`` of the last one read."""
+        if text is None:
+            n = self.integers(f"the number of {what}")[0]
+        else:
+            words = text.split()
+            try:
+                n = int(words[0])
+            except (ValueError, IndexError):
+                shown = text[:_SHOWN].decode("utf-8", "replace")
+                raise self.fail(f"{shown!r} where the number of {what} is expected") from None
+        if not 0 <= n <= self.n_left:
+            raise self.fail(f"{n} {what} are stated, but {self.n_left} lines follow")
+        return n
+
+    def lines(self, n: int, what: str) -> bytes:
+        """The next ``n`` lines, the last of them ended."""
+        if not 0 <= n <= self.n_left:
+            raise self.fail(f"{n} {what} are stated, but {self.n_left} lines follow")
+        block = self.rows(self.row, self.row + n)
+        self.row += n
+        return block if not n or block.endswith(b"\n") else block + b"\n"
+
+    def ragged(self, n: int, what: str) -> Ragged:
+        """The integers of the next ``n`` lines, as many a line as there are."""
+        first = self.row
+        block = self.lines(n, what)
+        return Ragged(self._values(block, np.int64, what, first), _row_starts(block))
+
+    def reals(self, n: int, width: int, what: str) -> NDArray[np.float64]:
+        """The first ``width`` numbers of each of the next ``n`` lines: ``(n, width)``."""
+        first = self.row
+        block = self.lines(n, what)
+        starts = _row_starts(block)
+        values = self._values(block, np.float64, what, first)
+        sizes = np.diff(starts)
+        if n and len(values) != starts[-1]:
+            raise self.fail(f"{what} hold something else than numbers", first)
+        if n and int(sizes.min()) < width:
+            at = int(np.argmin(sizes))
+            raise self.fail(f"{int(sizes[at])} numbers where {what} have {width}", first + at)
+        if n and int(sizes.max()) == int(sizes.min()):
+            return np.ascontiguousarray(values.reshape(n, -1)[:, :width])
+        return np.asarray(values[starts[:-1, None] + np.arange(width)])
+
+    def _values(self, block: bytes, dtype: type, what: str, first: int) -> NDArray[Any]:
+        try:
+            return numbers(block, dtype)
+        except ValueError:
+            raise self.fail(f"the {what} from here on hold something else than {_KIND[dtype]}", first) from None
+
+
+_KIND: dict[type, str] = {np.int64: "integers", np.float64: "numbers"}
+
+
+def numbers(text: bytes, dtype: type) -> NDArray[Any]:
+    """All numbers of a text of nothing else.
+
+    Raises
+    ------
+    ValueError
+        If there is something else in it.
+    """
+    if not text.strip():
+        return np.empty(0, dtype)
+    if dtype is np.float64 and re.search(rb"[dD]", text):
+        text = re.sub(rb"[dD]", b"e", text)  # exponents of Fortran
+    with _LOCK, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text.decode("ascii"), dtype, sep=" ")
+        except (DeprecationWarning, UnicodeDecodeError) as error:
+            raise ValueError(str(error)) from None
+
+
+def _is_filled(data: bytes, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which lines hold more than blanks."""
+    if not len(starts):
+        return np.zeros(0, bool)
+    return np.asarray(np.maximum.reduceat(np.frombuffer(data, np.uint8), starts) > 32)
+
+
+def _row_starts(block: bytes) -> NDArray[np.int64]:
+    """Where the words of each line of a block that is not blank start in the row of all words."""
+    characters = np.frombuffer(block, np.uint8)
+    if not len(characters):
+        return np.zeros(1, np.int64)
+    blank = characters <= 32
+    is_start = ~blank
+    is_start[1:] &= blank[:-1]
+    words = np.flatnonzero(is_start)
+    ends = np.flatnonzero(characters == 10)
+    edges = np.concatenate([[0], np.searchsorted(words, ends)]).astype(np.int64)
+    return np.asarray(edges[np.concatenate([[True], np.diff(edges) > 0])])

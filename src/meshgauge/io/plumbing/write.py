@@ -1,0 +1,72 @@
+"""What writers of our own share: cells by the types of a format, and sentences on what it cannot hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import BY_NAME, type_name
+from ...errors import WriteError
+from ...mesh import Mesh
+
+Ints = NDArray[np.int64]
+
+REGION = "region"
+"""Cell data that `meshgauge.io.write` adds to tell the block of a cell; ``region:names`` are its names."""
+
+_PIXEL, _VOXEL = BY_NAME["pixel"].vtk_id, BY_NAME["voxel"].vtk_id
+_PLAIN = {_PIXEL: ("quad", (0, 1, 3, 2)), _VOXEL: ("hexahedron", (0, 1, 3, 2, 4, 5, 7, 6))}
+
+
+def plain(mesh: Mesh) -> Mesh:
+    """Pixels and voxels as quads and hexahedra, in their order of nodes."""
+    if not np.isin(mesh.types, list(_PLAIN)).any():
+        return mesh
+    types, connectivity = mesh.types.copy(), mesh.connectivity.copy()
+    for vtk_id, (name, order) in _PLAIN.items():
+        cells = np.flatnonzero(mesh.types == vtk_id)
+        at = mesh.offsets[cells][:, None]
+        connectivity[at + np.arange(len(order))] = mesh.connectivity[at + np.array(order)]
+        types[cells] = BY_NAME[name].vtk_id
+    return mesh.replace(types=types, connectivity=connectivity)
+
+
+def check_types(mesh: Mesh, known: Iterable[str]) -> None:
+    """Raise `WriteError` for cells of any other type, with how many there are."""
+    ids = [BY_NAME[name].vtk_id for name in known]
+    found, counts = np.unique(mesh.types[~np.isin(mesh.types, ids)], return_counts=True)
+    if len(found):
+        what = ", ".join(f"{n} {type_name(t)}" for t, n in zip(found, counts, strict=True))
+        raise WriteError(f"the format cannot hold these cells: {what}")
+
+
+def nodes_of(mesh: Mesh, cells: Ints) -> Ints:
+    """``(n, k)`` nodes of cells of one type."""
+    if not len(cells):
+        return np.empty((0, 0), np.int64)
+    k = int(mesh.offsets[cells[0] + 1] - mesh.offsets[cells[0]])
+    return np.asarray(mesh.connectivity[mesh.offsets[cells][:, None] + np.arange(k)], np.int64)
+
+
+def lost(
+    mesh: Mesh, *, point: Iterable[str] = (), cell: Iterable[str] = (), field: Iterable[str] = ()
+) -> tuple[str, ...]:
+    """A sentence for each kind of data that is not all among the names that were kept."""
+    kept: Mapping[str, set[str]] = {
+        "point": set(point),
+        "cell": {REGION, *cell},
+        "field": {f"{REGION}:names", *field},
+    }
+    found = []
+    for what, data in (("point", mesh.point_data), ("cell", mesh.cell_data), ("field", mesh.field_data)):
+        gone = [name for name in data if name not in kept[what]]
+        if gone:
+            found.append(f"The format could not hold the {what} data {', '.join(map(repr, gone))}.")
+    return tuple(found)
+
+
+def rows(table: NDArray[np.generic], separator: str = " ") -> str:
+    """A line for each row of numbers, floats so that they come back exactly."""
+    return "".join(separator.join(map(repr, row)) + "\n" for row in table.tolist())

@@ -1,0 +1,166 @@
+"""Every format there is, which of them a file is of, and its readers called so that only our errors come out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import MeshgaugeError, ReadError, WriteError
+from ..mesh import Mesh
+from .formats.abaqus.read import ABAQUS
+from .formats.ansys.read import ANSYS
+from .formats.cgns.read import CGNS
+from .formats.exodus import EXODUS
+from .formats.fluent.read import FLUENT
+from .formats.gmsh.format import GMSH
+from .formats.hedra import HEDRA
+from .formats.med.read import MED
+from .formats.medit.format import MEDIT
+from .formats.mfem import MFEM
+from .formats.nastran.read import NASTRAN
+from .formats.openfoam import OPENFOAM
+from .formats.others import OTHERS
+from .formats.ovm.read import OVM
+from .formats.plusplus import PLUSPLUS
+from .formats.su2.read import SU2
+from .formats.tetgen import RF, TETGEN
+from .formats.ugrid import UGRID
+from .formats.unv import UNV
+from .formats.vtk.hdf import VTKHDF
+from .formats.vtk.legacy import VTK_LEGACY
+from .formats.vtk.xml import VTK_XML, VTU
+from .plumbing import isolate
+from .plumbing.format import Format
+
+ALL: tuple[Format, ...] = (
+    VTU,
+    VTK_XML,
+    VTK_LEGACY,
+    VTKHDF,
+    GMSH,
+    MEDIT,
+    MED,
+    MFEM,
+    NASTRAN,
+    EXODUS,
+    CGNS,
+    SU2,
+    ABAQUS,
+    ANSYS,
+    RF,
+    TETGEN,
+    UNV,
+    UGRID,
+    FLUENT,
+    OPENFOAM,
+    HEDRA,
+    OVM,
+    *OTHERS,
+    *PLUSPLUS,
+)
+
+FORMATS: dict[str, Format] = {f.name: f for f in ALL}
+"""Every format, by name."""
+
+
+def format_named(name: str) -> Format:
+    """The format of that name.
+
+    Raises
+    ------
+    ReadError
+        If there is none; the message lists the names.
+    """
+    if name not in FORMATS:
+        raise ReadError(f"no format {name!r}; known are {', '.join(FORMATS)}")
+    return FORMATS[name]
+
+
+def told(path: Path, head: bytes) -> Format:
+    """The format of a file by its extension and its first bytes."""
+    extension = path.suffix.lower()
+    here = [f for f in ALL if extension in f.extensions]
+    if not head and extension != ".foam":  # that file only marks its folder
+        raise ReadError(f"{path}: is empty (0 bytes)")
+    for chosen in (*here, *(f for f in ALL if f.by_content)):
+        if chosen.sniff(head, path):
+            return chosen
+    if here:
+        expected = " or ".join(f.title for f in here)
+        raise ReadError(f"{path}: does not begin as a file with the extension {extension} does ({expected})")
+    known = ", ".join(sorted({e for f in ALL if f.is_readable for e in f.extensions}))
+    raise ReadError(f"{path}: the extension {extension!r} and the content are of no known format; known are {known}")
+
+
+def read(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> Mesh:
+    """Read a file: by our own reader in this process, else by that of others in one of its own."""
+    mesh = _guarded(chosen, path, chosen.read)
+    if mesh is None and chosen.foreign is not None:
+        mesh = isolate.read(path, chosen.name, limits)
+    if mesh is None:
+        raise ReadError(f"{path}: {chosen.title} can be written, but not read")
+    return mesh
+
+
+def read_folder(folder: Path, name: str | None) -> Mesh:
+    """Read a folder: a case of OpenFOAM, or its polyMesh.
+
+    Raises
+    ------
+    ReadError
+        If it is none.
+    """
+    inside = openfoam.inside(folder)
+    if inside is None or name not in (None, openfoam.OPENFOAM.name):
+        raise ReadError(f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it")
+    try:
+        return read(openfoam.OPENFOAM, inside).replace(path=str(folder))
+    except ReadError as error:
+        raise ReadError(str(error).replace(f"{inside}: ", f"{folder}: ")) from error
+
+
+def read_here(chosen: Format, path: Path) -> Mesh:
+    """Read a file by the reader of others in this process."""
+    mesh = _guarded(chosen, path, chosen.foreign)
+    if mesh is None:
+        raise ReadError(f"{path}: {chosen.title} has no reader for it")
+    return mesh
+
+
+def _guarded(chosen: Format, path: Path, reader: Callable[[Path], Mesh | None] | None) -> Mesh | None:
+    """What a reader returns; whatever it raises as a `ReadError` that names the file."""
+    if reader is None:
+        return None
+    try:
+        with np.errstate(all="ignore"):  # of numbers that a broken file makes too large NumPy would warn
+            return reader(path)
+    except ReadError as error:
+        message = str(error)
+        raise (error if str(path) in message else ReadError(f"{path}: {message}")) from error.__cause__
+    except MeshgaugeError as error:
+        raise ReadError(f"{path}: {error}") from error
+    except ImportError as error:
+        raise ReadError(f"{path}: {chosen.title} needs a package that is not installed: {error}") from error
+    except MemoryError as error:
+        raise ReadError(f"{path}: does not fit into memory, or states sizes that do not fit") from error
+    except (Exception, SystemExit) as error:
+        # Readers of others raise anything on a broken file; a traceback from inside them helps no one.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise ReadError(f"{path}: cannot be read as {chosen.title}: {reason}") from error
+
+
+def for_writing(path: Path, name: str | None) -> Format:
+    """The format to write: by its name, else by the extension of the file."""
+    writable = [f for f in ALL if f.write is not None]
+    if name is not None:
+        found = [f for f in writable if f.name == name]
+        what = f"format {name!r}"
+    else:
+        found = [f for f in writable if path.suffix.lower() in f.extensions]
+        what = f"extension {path.suffix!r}"
+    if not found:
+        known = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in writable)
+        raise WriteError(f"{path}: no format to write for the {what}; known are {known}")
+    return found[0]

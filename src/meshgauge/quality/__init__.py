@@ -1,0 +1,1 @@
+"""Measuring: a value and a status for every cell, metrics, certificates, summaries."""

@@ -1,0 +1,27 @@
+"""What a metric says of each region of a mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.regions import regions
+from .measure import Quality
+from .summary import Summary, summarise
+
+JENS = "jens"
+
+
+def by_region(quality: Quality) -> tuple[NDArray[np.int64], tuple[tuple[str, Summary], ...]]:
+    """The region of each cell ``(n_cells,)``, and name and J_ENS of each region, in the order of the file."""
+    ids, names = regions(quality.mesh)
+    types = quality.mesh.types
+    if len(names) == 1:
+        return ids, ((names[0], summarise(quality.values, quality.status, types, JENS)),)
+    order = np.argsort(ids, kind="stable")
+    bounds = np.searchsorted(ids[order], np.arange(len(names) + 1))
+    found = []
+    for n, name in enumerate(names):
+        cells = order[bounds[n] : bounds[n + 1]]
+        found.append((name, summarise(quality.values[cells], quality.status[cells], types[cells], JENS)))
+    return ids, tuple(found)

@@ -1,0 +1,440 @@
+"""Measuring polyhedral cells: J_ENS of every node and cell, and what else there is to say of a polyhedron.
+
+The reference of a cell is the polyhedron of the same form with regular faces where there is one, else a model of each
+corner from the sizes of the faces around it; `ReferenceKind` says which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from enum import IntEnum, IntFlag
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.polyhedra import driver, match
+from ..kernels.polyhedra import links as bits
+from ..kernels.polyhedra import shape as polyhedra_shape
+from ..kernels.polyhedra.driver import Faces, Links, Solids
+from ..kernels.threads import run
+from ..mesh import CellIds
+from ..mesh.cast import read_only
+from ..mesh.polyhedra import Polyhedra, ragged
+from ..status import Status
+from .reference import corner_model, solids
+
+Values = NDArray[np.float64]
+
+CHUNK = 1 << 12
+"""Cells handed to a thread at a time; the arrays of a chunk stay in the processor's cache."""
+
+LONG = 64
+"""Corners of more faces than this are not looked up by the least form of their faces."""
+
+BROKEN = int(Status.BROKEN)
+"""Status of a cell whose faces make no solid: it has no value. `Fault` says why."""
+
+
+class ReferenceKind(IntEnum):
+    """Where the constants k of a cell come from."""
+
+    NONE = 0  #: the cell is broken
+    REGULAR_FACED = 1  #: the polyhedron of the cell's form whose faces are all regular
+    CORNER_MODEL = 2  #: `meshgauge.quality.reference.corner_model`, corner by corner: there is no such polyhedron
+
+
+class Fault(IntFlag):
+    """What was noticed about a cell. Those up to PINCHED leave it without a value."""
+
+    NO_FACES = bits.NO_FACES
+    SMALL_FACE = bits.SMALL_FACE  #: a face of fewer than three points
+    REPEATED_POINT = bits.REPEATED_POINT  #: a face that names a point twice
+    OPEN = bits.OPEN  #: an edge of one face only
+    NON_MANIFOLD = bits.NON_MANIFOLD  #: an edge of three faces or more
+    NON_ORIENTABLE = bits.NON_ORIENTABLE  #: faces that cannot all be turned outward
+    SEVERAL_SHELLS = bits.SEVERAL_SHELLS  #: faces that do not hang together
+    PINCHED = bits.PINCHED  #: a node at which the surface touches itself: its faces make several rings
+    REORIENTED = bits.REORIENTED  #: some faces pointed inward; measured with all turned outward
+    HANDLE = bits.HANDLE  #: the surface is no sphere (Euler's number is not 2)
+    HANGING = bits.HANGING  #: has hanging nodes, which were taken out
+    WARPED_FACE = 2048  #: a face whose projected area is below 0.8 of its area
+    ZERO_EDGE = 4096  #: an edge of length zero
+
+
+UNSOLID = Fault(bits.BROKEN)
+"""The faults that leave a cell without a value."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PolyhedralQuality:
+    """What was measured on polyhedral cells. Arrays are read-only; NaN means undefined and nothing else does.
+
+    Attributes
+    ----------
+    cells
+        ``(n,)`` ids of the cells, ascending.
+    values
+        ``(n,)`` J_ENS in [-1, 1], 1 is best; NaN for a broken cell or a coordinate that is not finite.
+    status
+        ``(n,)`` uint8: codes of `meshgauge.Status`, or `BROKEN`.
+    faults
+        ``(n,)`` uint16, bits of `Fault`.
+    reference_kind
+        ``(n,)`` uint8, codes of `ReferenceKind`.
+    is_star_shaped
+        ``(n,)`` True if some point sees every face from inside, each cut into triangles from the mean of its points.
+        Such a cell is of use to finite-volume and virtual-element methods although a corner be concave.
+    node_offsets
+        ``(n + 1,)`` where the nodes of each cell start in the arrays below.
+    node_points
+        Point ids, in the order in which the faces first name them.
+    node_scaled_jacobian, node_k, node_jens
+        J_S, the J_S of the ideal cell, and J_ENS of each node; NaN at hanging nodes and nodes of broken cells.
+    node_is_hanging
+        True for a node that is no corner of its cell: it stands on an edge, between two faces, or inside of a face that
+        neighbours split. The cell is measured without them.
+    node_hanging_quality
+        1 for a hanging node that stands straight on its edge or flat in its face, less the more it is moved out:
+        ``1 - |J_S|`` of the corner that it would be; NaN at other nodes.
+    """
+
+    cells: NDArray[np.int64]
+    values: Values
+    status: NDArray[np.uint8]
+    faults: NDArray[np.uint16]
+    reference_kind: NDArray[np.uint8]
+    is_star_shaped: NDArray[np.bool_]
+    node_offsets: NDArray[np.int64]
+    node_points: NDArray[np.int64]
+    node_scaled_jacobian: Values
+    node_k: Values
+    node_jens: Values
+    node_is_hanging: NDArray[np.bool_]
+    node_hanging_quality: Values
+
+    @property
+    def is_convex(self) -> NDArray[np.bool_]:
+        """``(n,)`` True if every corner is convex and the surface is a sphere, which makes the whole cell convex."""
+        return np.asarray((self.values > 0.0) & ((self.faults & Fault.HANDLE) == 0))
+
+    @property
+    def has_hanging(self) -> NDArray[np.bool_]:
+        """``(n,)`` True for cells with a hanging node."""
+        owner = np.repeat(np.arange(len(self.cells)), np.diff(self.node_offsets))
+        return np.asarray(np.bincount(owner[self.node_is_hanging], minlength=len(self.cells)) > 0)
+
+    def fault_counts(self) -> dict[str, int]:
+        """Number of cells by name of the fault, those that occur."""
+        counts = {str(fault.name): int(np.count_nonzero(self.faults & fault)) for fault in Fault}
+        return {name: n for name, n in counts.items() if n}
+
+    def along(self, offsets: NDArray[np.integer], connectivity: NDArray[np.integer], values: Values) -> Values:
+        """Node values in the order of a mesh's connectivity: one for each of its entries, NaN where there is none.
+
+        Parameters
+        ----------
+        offsets, connectivity
+            Of the mesh that was measured, all cells.
+        values
+            One of the node arrays of this record, float64.
+        """
+        out = np.full(len(connectivity), np.nan)
+        cells = np.asarray(self.cells, np.int64)
+        starts, sizes = np.asarray(offsets[:-1], np.int64)[cells], np.diff(offsets).astype(np.int64)[cells]
+        at = ragged(starts, sizes)
+        wanted = _keys(np.repeat(np.arange(len(cells)), sizes), np.asarray(connectivity, np.int64)[at])
+        have = _keys(np.repeat(np.arange(len(cells)), np.diff(self.node_offsets)), self.node_points)
+        order = np.argsort(have)
+        if len(order) == 0:
+            return out
+        found = order[np.minimum(np.searchsorted(have, wanted, sorter=order), len(order) - 1)]
+        out[at] = np.where(have[found] == wanted, values[found], np.nan)
+        return out
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{n} {name.lower()}" for name, n in self.fault_counts().items()) or "none with a fault"
+        return f"<PolyhedralQuality of {len(self.values)} cells: {said}>"
+
+
+def _keys(cells: NDArray[np.int64], points: NDArray[np.int64]) -> NDArray[np.int64]:
+    return cells << 40 | points
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What was measured on a chunk of cells."""
+
+    values: Values
+    faults: NDArray[np.int64]
+    kind: NDArray[np.uint8]
+    star_shaped: NDArray[np.bool_]
+    node_counts: NDArray[np.int64]
+    node_points: NDArray[np.int64]
+    scaled_jacobian: Values
+    k: Values
+    jens: Values
+    hanging: NDArray[np.bool_]
+    hanging_quality: Values
+    in_doubt: NDArray[np.bool_]  #: a cell, see `kernels.polyhedra.Doubt`
+    entries_asked: NDArray[np.int64]  #: in ``cell_faces``
+
+
+_OF_NODES = ("node_points", "scaled_jacobian", "k", "jens", "hanging", "hanging_quality")
+
+
+def _joined(parts: list[_Part]) -> dict[str, NDArray[Any]]:
+    names = [field.name for field in fields(_Part)]
+    return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+
+
+def measure_polyhedra(
+    points: NDArray[np.floating],
+    polyhedra: Polyhedra,
+    cells: CellIds,
+    *,
+    threads: int | None = None,
+    inner_faces: Callable[[NDArray[np.int64]], NDArray[np.bool_]] | None = None,
+) -> PolyhedralQuality:
+    """Measure polyhedral cells.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)`` float32 or float64, C-contiguous; any unit.
+    polyhedra
+        Faces of the cells, ids in range (see `meshgauge.mesh.cast.check_polyhedra`).
+    cells
+        Which cells of ``polyhedra`` to measure, ascending.
+    threads
+        At most this many; None: one for each processor. It has no influence on the values.
+    inner_faces
+        Tells, for entries of ``polyhedra.cell_faces``, whether a cell lies beyond that face, as
+        `meshgauge.mesh.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes hang by
+        what their own cell tells.
+    """
+    n_all = len(polyhedra.cell_offsets) - 1
+    ids = np.arange(*cells.indices(n_all)) if isinstance(cells, slice) else np.asarray(cells, np.int64)
+    points = read_only(points)
+    driver.prepare(points.dtype.str)
+    table = _table()
+
+    def chunks(some: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+        return [some[start : start + CHUNK] for start in range(0, max(len(some), 1), CHUNK)]
+
+    def work(part: NDArray[np.int64]) -> _Part:
+        return _measured(points, polyhedra, part, table, asks=inner_faces is not None)
+
+    columns = _joined(run(work, chunks(ids), threads))
+    again, entries = columns["in_doubt"], columns["entries_asked"]
+    if again.any() and inner_faces is not None:
+        inner = np.zeros(len(polyhedra.cell_faces), np.uint8)
+        inner[entries] = inner_faces(entries)
+
+        def work_again(part: NDArray[np.int64]) -> _Part:
+            return _measured(points, polyhedra, part, table, inner=inner)
+
+        of_nodes = np.repeat(again, columns["node_counts"])
+        for name, column in _joined(run(work_again, chunks(ids[again]), threads)).items():
+            if name != "entries_asked":
+                columns[name][of_nodes if name in _OF_NODES else again] = column
+    values, faults = columns["values"], columns["faults"]
+    offsets = np.zeros(len(ids) + 1, np.int64)
+    np.cumsum(columns["node_counts"], out=offsets[1:])
+    return PolyhedralQuality(
+        cells=read_only(ids),
+        values=read_only(values),
+        status=read_only(_status(values, faults, columns["star_shaped"])),
+        faults=read_only(faults.astype(np.uint16)),
+        reference_kind=read_only(columns["kind"]),
+        is_star_shaped=read_only(columns["star_shaped"]),
+        node_offsets=read_only(offsets),
+        node_points=read_only(columns["node_points"]),
+        node_scaled_jacobian=read_only(columns["scaled_jacobian"]),
+        node_k=read_only(columns["k"]),
+        node_jens=read_only(columns["jens"]),
+        node_is_hanging=read_only(columns["hanging"]),
+        node_hanging_quality=read_only(columns["hanging_quality"]),
+    )
+
+
+@cache
+def _table() -> Solids:
+    """The solids of `meshgauge.quality.reference`, as the kernels take them."""
+    found = solids()
+    starts = np.cumsum([0] + [len(one.points) for one in found])
+    faces = [(face, int(start)) for one, start in zip(found, starts, strict=False) for face in one.faces]
+    return driver.solids(
+        np.concatenate([one.points for one in found]),
+        Faces(
+            points=np.array([node + start for face, start in faces for node in face], np.int64),
+            sizes=np.array([len(face) for face, _ in faces], np.int64),
+            flips=np.zeros(len(faces), np.uint8),
+            counts=np.array([len(one.faces) for one in found], np.int64),
+        ),
+        np.concatenate([one.k for one in found]),
+    )
+
+
+def _face_entries(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where the faces of some cells are in ``polyhedra.cell_faces``."""
+    starts = polyhedra.cell_offsets[cells].astype(np.int64)
+    return ragged(starts, polyhedra.cell_offsets[cells + 1].astype(np.int64) - starts)
+
+
+def _faces(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
+    at = _face_entries(polyhedra, cells)
+    faces = polyhedra.cell_faces[at]
+    first = polyhedra.face_offsets[faces].astype(np.int64)
+    sizes = polyhedra.face_offsets[faces + 1].astype(np.int64) - first
+    flips = np.zeros(len(at), np.uint8) if polyhedra.flipped is None else polyhedra.flipped[at].astype(np.uint8)
+    return Faces(
+        points=polyhedra.face_points[ragged(first, sizes)].astype(np.int64),
+        sizes=sizes,
+        flips=flips,
+        counts=(polyhedra.cell_offsets[cells + 1] - polyhedra.cell_offsets[cells]).astype(np.int64),
+    )
+
+
+def _measured(
+    points: NDArray[np.floating],
+    polyhedra: Polyhedra,
+    cells: NDArray[np.int64],
+    table: Solids,
+    *,
+    asks: bool = False,
+    inner: NDArray[np.uint8] | None = None,
+) -> _Part:
+    """Measure cells; ``inner`` is 1 for each face of a cell that is known to have another cell beyond it."""
+    faces, entries = _faces(polyhedra, cells), _face_entries(polyhedra, cells)
+    whole = driver.links(points, faces)
+    links, doubt = driver.without_hanging(points, faces, whole, None if inner is None else inner[entries])
+    k = np.full(len(links.node_ids), np.nan)
+    which = driver.match(links, table, k)
+    is_broken = (links.faults & bits.BROKEN) != 0
+    _model_corners(links, np.repeat((which == match.NO_SOLID) & ~is_broken, links.node_counts), k)
+    js = driver.node_scaled_jacobian(points, links)
+    if asks:
+        doubt |= driver.doubt(points, faces, whole, js)
+    values, jens = driver.cell_jens(js, k, links)
+    hanging = links.is_hanging == 1
+    shape = driver.shapes(points, faces, links.faults)
+    warped, zero = (shape & polyhedra_shape.WARPED) != 0, (shape & polyhedra_shape.ZERO_EDGE) != 0
+    known = np.where(which == match.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
+    return _Part(
+        values=values,
+        faults=links.faults | np.where(warped, Fault.WARPED_FACE, 0) | np.where(zero, Fault.ZERO_EDGE, 0),
+        kind=np.where(is_broken, ReferenceKind.NONE, known).astype(np.uint8),
+        star_shaped=(shape & polyhedra_shape.STAR_SHAPED) != 0,
+        node_counts=links.node_counts,
+        node_points=links.node_ids,
+        scaled_jacobian=np.where(hanging, np.nan, js),
+        k=np.where(hanging, np.nan, k),
+        jens=jens,
+        hanging=hanging,
+        hanging_quality=np.where(hanging, 1.0 - np.abs(js), np.nan),
+        in_doubt=doubt.cells,
+        entries_asked=entries[doubt.faces],
+    )
+
+
+def _model_corners(links: Links, wanted: NDArray[np.bool_], k: Values) -> None:
+    """Constants by the corner model, each different corner once."""
+    cell_of = np.repeat(np.arange(len(links.node_counts)), links.node_counts)
+    is_corner = (links.is_hanging == 0) & (links.valences > 0)
+    n_corners = np.bincount(cell_of[is_corner], minlength=len(links.node_counts))[cell_of]
+    nodes = np.flatnonzero(wanted & (links.is_hanging == 0) & (links.valences >= 3))
+    starts = links.starts
+    for valence in np.unique(links.valences[nodes]):
+        here = nodes[links.valences[nodes] == valence]
+        sizes = _turned(links.sizes[starts[here][:, None] + np.arange(valence)])
+        rows, inverse = _unique_rows(np.concatenate([sizes, n_corners[here][:, None]], axis=1))
+        k[here] = corner_model(rows[:, :-1], rows[:, -1])[inverse]
+    k[wanted & (links.valences == 2)] = 1.0  # no corner: J_S is 0 whatever k
+
+
+def _unique_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Different rows, and for each row which of them it is."""
+    base = int(rows.max(initial=0)) + 1
+    if rows.shape[1] * np.log2(base) < 62:
+        packed = rows @ base ** np.arange(rows.shape[1], dtype=np.int64)
+        _, first, inverse = np.unique(packed, return_index=True, return_inverse=True)
+        return rows[first], inverse
+    unique, inverse = np.unique(rows, axis=0, return_inverse=True)
+    return unique, inverse.reshape(-1)
+
+
+def _turned(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Each row turned or mirrored into the least of its forms, so that rounding does not depend on the numbering.
+
+    Rows beyond `LONG` stay as they are: the cost is that of their length squared.
+    """
+    if sizes.shape[1] > LONG:
+        return sizes
+    if sizes.shape[1] == 3:
+        return np.sort(sizes, axis=1)
+    best = sizes
+    for form in (sizes, sizes[:, ::-1]):
+        for turn in range(sizes.shape[1]):
+            other = np.roll(form, turn, axis=1)
+            different = other != best
+            first = different.argmax(axis=1)
+            rows = np.arange(len(best))
+            less = different.any(axis=1) & (other[rows, first] < best[rows, first])
+            best = np.where(less[:, None], other, best)
+    return best
+
+
+def _status(values: Values, faults: NDArray[np.int64], is_star_shaped: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    cases = {
+        Status.BROKEN: (faults & bits.BROKEN) != 0,
+        Status.OK: values > 0.0,
+        Status.CONCAVE: (values < 0.0) & is_star_shaped,
+        Status.INVERTED: values < 0.0,
+        Status.DEGENERATE: values == 0.0,
+    }
+    codes = [np.uint8(status) for status in cases]
+    return np.select(list(cases.values()), codes, np.uint8(Status.NON_FINITE))
+
+
+def corner_triples(
+    points: NDArray[np.floating], polyhedra: Polyhedra, measured: PolyhedralQuality
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Values]:
+    """The triples of which J_S of each node is the fold, of the cells that have a value and no hanging node.
+
+    Parameters
+    ----------
+    points, polyhedra
+        As they were measured.
+    measured
+        What `measure_polyhedra` gave for them.
+
+    Returns
+    -------
+    cells : ndarray of int64, shape (n,)
+        The cell of each triple, ascending.
+    corners : ndarray of int64, shape (n, 4)
+        The node and three neighbours, right-handed, that follow one another around it.
+    k : ndarray of float64, shape (n,)
+        The node's constant.
+    """
+    sizes = np.diff(measured.node_offsets)
+    wanted = ~measured.has_hanging & ~np.isnan(measured.values)
+    cells, corners, constants = [np.empty(0, np.int64)], [np.empty((0, 4), np.int64)], [np.empty(0)]
+    node_k = measured.node_k[np.repeat(wanted, sizes)]
+    ids, at = measured.cells[wanted], 0
+    for start in range(0, len(ids), CHUNK):
+        part = ids[start : start + CHUNK]
+        links = driver.links(points, _faces(polyhedra, part))
+        d, first = links.valences, links.starts
+        n = np.where(d > 3, d, (d == 3).astype(np.int64))
+        node = np.repeat(np.arange(len(d)), n)
+        turn = np.arange(len(node)) - np.repeat(np.cumsum(n) - n, n)
+        around = [links.points[first[node] + (turn + step) % d[node]] for step in range(3)]
+        cells.append(part[links.cells[node]])
+        corners.append(np.stack([links.node_ids[node], *around], axis=1))
+        constants.append(node_k[at : at + len(d)][node])
+        at += len(d)
+    return np.concatenate(cells), np.concatenate(corners), np.concatenate(constants)

@@ -1,0 +1,135 @@
+"""Tallies from arrays, one cache-sized block of values at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...status import Status
+from .exact import exact_sum
+from .scale import HALF, Counts, Scale, Values
+from .tally import EXACT, Tally
+
+BLOCK = 1 << 15
+"""Values worked on at a time, so that temporaries stay in the cache; exact sums rely on it being at most 2**16."""
+
+
+def tallies(values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8], metric: str) -> dict[int, Tally]:
+    """Tallies by VTK id of one chunk."""
+    builders: dict[int, _Builder] = {}
+    for start in range(0, len(values), BLOCK):
+        here = slice(start, start + BLOCK)
+        v, s, t = values[here], status[here], types[here]
+        if (t != t[0]).any():
+            # Types in turn: a radix sort of bytes and one gather, three times faster than a mask for each type.
+            order = np.argsort(t, kind="stable")
+            v, s, t = v[order], s[order], t[order]
+        ends = [*(np.flatnonzero(np.diff(t)) + 1).tolist(), len(t)]
+        for first, last in zip([0, *ends], ends, strict=False):
+            vtk_id = int(t[first])
+            if vtk_id not in builders:
+                builders[vtk_id] = _Builder(Scale.of(metric), Scale.of(metric, vtk_id).acceptable)
+            builders[vtk_id].add(v[first:last], s[first:last])
+    return {vtk_id: builder.finish() for vtk_id, builder in builders.items()}
+
+
+class _Builder:
+    """A tally in the making, block by block. Sorts once, at the end, and only what is kept."""
+
+    def __init__(self, scale: Scale, acceptable: tuple[float, float]) -> None:
+        self.scale = scale
+        self.acceptable = acceptable
+        self.n_cells = self.n_values = self.n_invalid = self.n_degenerate = self.n_good = self.total = 0
+        self.by_status = np.zeros(len(Status), np.int64)
+        self.missing = np.zeros(len(Status), np.int64)
+        self.low, self.high = np.inf, -np.inf
+        self.n_infinite = [0, 0]
+        self.kept: list[Values] = []
+        self.counts: Counts | None = None
+
+    def add(self, values: Values, status: NDArray[np.uint8]) -> None:
+        """Count at most `BLOCK` cells."""
+        values = np.asarray(values, np.float64)
+        self.n_cells += len(values)
+        if status.any():
+            self.by_status += np.bincount(status, minlength=len(Status))
+        else:
+            self.by_status[0] += len(status)
+        least = values.min()
+        if np.isnan(least):
+            no_value = np.isnan(values)
+            self.missing += np.bincount(status[no_value], minlength=len(Status))
+            values, status = values[~no_value], status[~no_value]
+            if len(values) == 0:
+                return
+            least = values.min()
+        self._add_values(values, float(least), float(values.max()))
+        if (status == Status.INVERTED_INSIDE).any():
+            self._take_back(values[status == Status.INVERTED_INSIDE])
+
+    def _take_back(self, values: Values) -> None:
+        """Count cells that are turned inside out in the middle as invalid, whatever their corners say."""
+        self.n_invalid += int(np.count_nonzero(values >= 0))
+        self.n_degenerate -= int(np.count_nonzero(values == self.scale.flat))
+        self.n_good -= self._count_good(values)
+
+    def _add_values(self, values: Values, low: float, high: float) -> None:
+        a, b = self.acceptable
+        flat = self.scale.flat
+        self.n_values += len(values)
+        # Adding 0 turns -0 into 0.
+        self.low, self.high = min(self.low, low + 0.0), max(self.high, high + 0.0)
+        if low < 0:
+            self.n_invalid += int(np.count_nonzero(values < 0))
+        if low <= flat <= high:
+            self.n_degenerate += int(np.count_nonzero(values == flat))
+        if low >= a and high <= b and not low <= flat <= high:
+            self.n_good += len(values)
+        else:
+            self.n_good += self._count_good(values)
+        self._add_sum(values, max(abs(low), abs(high)))
+        if self.counts is None:
+            self.kept.append(values + 0.0)
+            if self.n_values > EXACT:
+                self.counts = np.zeros(2 * HALF, np.int64)
+                for kept in self.kept:
+                    self._count(kept)
+                self.kept.clear()
+        else:
+            self._count(values)
+
+    def _count_good(self, values: Values) -> int:
+        a, b = self.acceptable
+        return int(np.count_nonzero((values >= max(a, 0)) & (values <= b) & (values != self.scale.flat)))
+
+    def _add_sum(self, values: Values, largest: float) -> None:
+        if np.isinf(largest):
+            self.n_infinite[0] += int(np.count_nonzero(values == -np.inf))
+            self.n_infinite[1] += int(np.count_nonzero(values == np.inf))
+            values = values[np.isfinite(values)]
+            largest = float(np.abs(values).max()) if len(values) else 0.0
+        if largest:
+            self.total += exact_sum(values, largest)
+
+    def _count(self, values: Values) -> None:
+        assert self.counts is not None
+        self.counts += np.bincount(self.scale.bins(values), minlength=2 * HALF)
+
+    def finish(self) -> Tally:
+        values = None if self.counts is not None else np.sort(np.concatenate([np.empty(0), *self.kept]))
+        return Tally(
+            self.scale,
+            self.n_cells,
+            tuple(self.by_status.tolist()),
+            tuple(self.missing.tolist()),
+            self.n_invalid,
+            self.n_degenerate,
+            self.n_values - self.n_invalid - self.n_degenerate - self.n_good,
+            self.n_good,
+            self.low,
+            self.high,
+            self.total,
+            (self.n_infinite[0], self.n_infinite[1]),
+            values,
+            self.counts,
+        )

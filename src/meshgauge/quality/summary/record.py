@@ -1,0 +1,171 @@
+"""The summary of a mesh: a tally for each type of cell, and over all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, reduce
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import CELL_TYPES, type_name
+from ...kernels.cells.driver import certified_as
+from ...kernels.threads import run
+from ...look import notebook
+from .builder import tallies
+from .scale import Scale, Values
+from .tally import Tally
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a metric says about the cells of a mesh, by cell type and over all solid cells.
+
+    Attributes
+    ----------
+    scale
+        Of the metric.
+    tallies
+        By VTK id, ascending: every type that occurs, solid or not.
+    """
+
+    scale: Scale
+    tallies: Mapping[int, Tally]
+
+    __hash__ = None  # type: ignore[assignment]  # holds arrays
+
+    @property
+    def metric(self) -> str:
+        """Name of the metric."""
+        return self.scale.metric
+
+    @property
+    def n_cells(self) -> int:
+        """Cells of every type, solid or not."""
+        return sum(tally.n_cells for tally in self.tallies.values())
+
+    @cached_property
+    def types(self) -> dict[str, Tally]:
+        """Tallies of the solid types by name, in the order of the VTK ids. A type without a row counts as solid."""
+        return {type_name(t): tally for t, tally in self.tallies.items() if _is_solid(t)}
+
+    @cached_property
+    def all(self) -> Tally:
+        """The tally of all solid cells."""
+        return reduce(Tally.merge, self.types.values(), Tally.empty(self.scale))
+
+    @property
+    def not_measured(self) -> dict[str, dict[str, int]]:
+        """Cells without a value, by type name and reason."""
+        return {type_name(t): reasons for t, tally in self.tallies.items() if (reasons := tally.not_measured)}
+
+    @property
+    def corners_only(self) -> dict[str, int]:
+        """Measured cells by type name, of types whose inside nothing tells: Lagrange cells, prisms over polygons."""
+        rows = (CELL_TYPES[t] for t in self.tallies if t in CELL_TYPES)
+        unknown = (r for r in rows if r.shape is not None and certified_as(r) is None)
+        return {r.name: n for r in unknown if (n := self.tallies[r.vtk_id].n_measured)}
+
+    def merge(self, other: Summary) -> Summary:
+        """The summary of the cells of both. Associative and commutative, to the last bit."""
+        if self.scale != other.scale:
+            raise ValueError(f"cannot merge summaries of {self.metric} and {other.metric}")
+        return Summary(self.scale, _merged([self.tallies, other.tallies]))
+
+    def to_dict(self, bins: int = 20) -> dict[str, Any]:
+        """As plain numbers, lists and dicts, ready for JSON except that undefined numbers are NaN."""
+        return {
+            "metric": self.metric,
+            "acceptable": list(self.scale.acceptable),
+            "cell_types": {name: tally.to_dict(bins) for name, tally in self.types.items()},
+            "all": self.all.to_dict(bins),
+            "not_measured": self.not_measured,
+            "corners_only": self.corners_only,
+        }
+
+    def _repr_html_(self) -> str:
+        """The summary in a notebook: a row a type, and all."""
+        head = ("cells", "measured", "invalid", "degenerate", "poor", "good", "min", "1 %", "median", "mean", "")
+        named = [*self.types.items(), *([("all", self.all)] if len(self.types) != 1 else [])]
+        title = f"{self.metric} of {self.n_cells:,} cells"
+        return notebook.block(title, notebook.table(head, [_html_row(name, tally) for name, tally in named]))
+
+
+HTML_BINS = 40
+
+
+def _html_row(name: str, tally: Tally) -> list[notebook.Cell]:
+    at = tally.quantiles((0.01, 0.5))
+    row: list[notebook.Cell] = [
+        name,
+        f"{tally.n_measured:,}" + (f" of {tally.n_cells:,}" if tally.n_cells > tally.n_measured else ""),
+        notebook.count(tally.n_invalid, notebook.INVALID),
+        notebook.count(tally.n_degenerate, notebook.INVALID),
+        notebook.count(tally.n_poor, notebook.POOR),
+        f"{tally.n_good:,}",
+        *(notebook.quality(value) for value in (tally.min, at[0.01], at[0.5], tally.mean)),
+    ]
+    if tally.scale.is_bounded:
+        edges, counts = tally.histogram(HTML_BINS)
+        low, high = tally.scale.acceptable
+        colours = [
+            notebook.INVALID if start < 0 else notebook.GOOD if low <= start < high else notebook.POOR
+            for start in edges[:-1]
+        ]
+        row.append(notebook.bars(counts.tolist(), colours))
+    return row
+
+
+def summarise(
+    values: Values,
+    status: NDArray[np.uint8],
+    types: NDArray[np.uint8],
+    metric: str = "jens",
+    *,
+    chunk: int = 1 << 20,
+    threads: int | None = None,
+) -> Summary:
+    """Summarise a metric over cells.
+
+    Parameters
+    ----------
+    values
+        ``(n_cells,)`` float64, NaN where the metric is undefined.
+    status, types
+        ``(n_cells,)`` uint8: codes of `Status`, VTK ids.
+    metric
+        Name of its row.
+    chunk
+        Cells of one partial result. It has no influence on the answer.
+    threads
+        How many work on it; None for all processors. It has no influence on the answer.
+
+    Raises
+    ------
+    ValueError
+        If the arrays differ in length.
+    """
+    if not len(values) == len(status) == len(types):
+        raise ValueError(
+            f"{len(values)} values, {len(status)} statuses and {len(types)} types, expected as many of each"
+        )
+
+    def partial(start: int) -> dict[int, Tally]:
+        part = slice(start, start + chunk)
+        return tallies(values[part], status[part], types[part], metric)
+
+    return Summary(Scale.of(metric), _merged(run(partial, range(0, len(values), chunk), threads)))
+
+
+def _merged(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
+    merged: dict[int, Tally] = {}
+    for part in parts:
+        for vtk_id, one in part.items():
+            merged[vtk_id] = merged[vtk_id].merge(one) if vtk_id in merged else one
+    return dict(sorted(merged.items()))
+
+
+def _is_solid(vtk_id: int) -> bool:
+    return vtk_id not in CELL_TYPES or CELL_TYPES[vtk_id].dimension == 3

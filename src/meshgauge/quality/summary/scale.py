@@ -1,0 +1,75 @@
+"""The scale of a metric: where its fine bins are, and the bins for display made of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import CELL_TYPES
+from ..metrics import metric as metric_row
+
+HALF = 10_000
+"""Fine bins on either side of 0: edges are the decimals i/10000, -1 to 1."""
+
+Values = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """The scale of a metric for one type of cell, or for all: as much of its row as counting needs."""
+
+    metric: str
+    low: float
+    high: float
+    acceptable: tuple[float, float]
+    flat: float  #: the value of a flat cell: 0, or infinite where lower is better
+
+    @classmethod
+    def of(cls, metric: str, vtk_id: int | None = None) -> Scale:
+        """The scale of a metric by name, for a cell type. Raises `MetricError` if there is no such metric."""
+        row = metric_row(metric)
+        cell = CELL_TYPES.get(vtk_id) if vtk_id is not None else None
+        acceptable = row.acceptable
+        if cell is not None and cell.shape is not None and row.is_defined_for(cell.shape.name):
+            acceptable = row.standard(cell.shape.name).acceptable
+        return cls(row.name, *row.range, acceptable, 0.0 if row.better == "higher" else np.inf)
+
+    @property
+    def is_bounded(self) -> bool:
+        """True if fine bins are bins of the value itself, else of ``x / (1 + |x|)``."""
+        return self.low >= -1 and self.high <= 1
+
+    def bins(self, values: Values) -> NDArray[np.intp]:
+        """The fine bin of each value, 0 to 19 999; a value on an edge belongs to the bin above, the last is closed."""
+        if not self.is_bounded:
+            # Each step is monotone even when rounded, so that order is kept; infinity goes to the last bin.
+            values = np.copysign(1.0 - 1.0 / (1.0 + np.abs(values)), values)
+        nearest = np.rint(values * HALF)
+        # i / 10000 is correctly rounded, hence the edge itself: no table, no tolerance.
+        nearest -= values < nearest / HALF
+        nearest += HALF
+        return np.clip(nearest, 0, 2 * HALF - 1, out=nearest).astype(np.intp)
+
+    def edges(self, fine: NDArray[np.intp]) -> Values:
+        """The value at each of these edges of fine bins, 0 to 20 000; infinite at the ends of an unbounded scale."""
+        mapped = (fine - HALF) / HALF
+        if self.is_bounded:
+            return mapped
+        with np.errstate(divide="ignore"):
+            return mapped / (1.0 - np.abs(mapped))
+
+    def display(self, bins: int) -> NDArray[np.intp]:
+        """Edges of ``bins`` display bins, as edges of fine bins: as even as the fine bins allow.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than 1 or more than the fine bins.
+        """
+        start = 0 if self.low < 0 else HALF
+        if not 1 <= bins <= 2 * HALF - start:
+            raise ValueError(f"bins is {bins}, expected 1 to {2 * HALF - start}")
+        return start + ((2 * HALF - start) * np.arange(bins + 1)) // bins

@@ -1,0 +1,247 @@
+"""The mergeable record of some cells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...status import STATUSES, Status
+from .exact import BIAS
+from .scale import HALF, Counts, Scale, Values
+
+QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+"""The quantiles that are reported."""
+
+EXACT = 65_536
+"""Up to so many measured values are kept, so that quantiles are exact; more are counted in fine bins."""
+
+UNDEFINED = "undefined"
+"""Why a cell has no value although its status is that of a measured one: the metric is not defined for it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tally:
+    """What a metric says about some cells. Made by `summarise`; merge with `merge`.
+
+    Attributes
+    ----------
+    scale
+        Of the metric; the acceptable range is the usual one, cells are counted by that of their type.
+    n_cells
+        Cells counted, measured or not.
+    by_status, missing
+        Cells by status code, and those of them that have no value (NaN).
+    n_invalid, n_degenerate, n_poor, n_good
+        Measured cells that are below 0 or inverted inside; flat (0, or infinite where lower is better); else outside
+        the range that is acceptable for their type; inside it. They add up to ``n_measured``.
+    low, high
+        Least and greatest value, ``inf`` and ``-inf`` if there is none.
+    total
+        Exact sum of the finite values in units of 2**-1074.
+    n_infinite
+        Values that are -inf and +inf.
+    values, counts
+        The values in ascending order while there are at most `EXACT`, else None; the number of values in each fine bin
+        beyond, else None.
+    """
+
+    scale: Scale
+    n_cells: int
+    by_status: tuple[int, ...]
+    missing: tuple[int, ...]
+    n_invalid: int
+    n_degenerate: int
+    n_poor: int
+    n_good: int
+    low: float
+    high: float
+    total: int
+    n_infinite: tuple[int, int]
+    values: Values | None
+    counts: Counts | None
+
+    @classmethod
+    def empty(cls, scale: Scale) -> Tally:
+        """The tally of no cells: merging it changes nothing."""
+        none = (0,) * len(Status)
+        return cls(scale, 0, none, none, 0, 0, 0, 0, np.inf, -np.inf, 0, (0, 0), np.empty(0), None)
+
+    @property
+    def n_measured(self) -> int:
+        """Cells that have a value."""
+        return self.n_cells - sum(self.missing)
+
+    @property
+    def min(self) -> float:
+        """Least value, NaN if there is none."""
+        return self.low if self.n_measured else np.nan
+
+    @property
+    def max(self) -> float:
+        """Greatest value, NaN if there is none."""
+        return self.high if self.n_measured else np.nan
+
+    @property
+    def mean(self) -> float:
+        """Mean, correctly rounded; infinite if some value is, NaN if there is no value."""
+        below, above = self.n_infinite
+        if self.n_measured == 0 or (below and above):
+            return np.nan
+        if below or above:
+            return -np.inf if below else np.inf
+        return self.total / (self.n_measured << BIAS)
+
+    @property
+    def not_measured(self) -> dict[str, int]:
+        """Cells without a value by reason: the name of the status, or ``undefined`` if that is of a measured cell."""
+        reasons: dict[str, int] = {}
+        for code, n in enumerate(self.missing):
+            if n:
+                row = STATUSES[Status(code)]
+                name = UNDEFINED if row.is_measured else row.name
+                reasons[name] = reasons.get(name, 0) + n
+        return reasons
+
+    @property
+    def statuses(self) -> dict[str, int]:
+        """Cells by the name of their status, those that occur."""
+        return {STATUSES[Status(code)].name: n for code, n in enumerate(self.by_status) if n}
+
+    def quantiles(self, at: Iterable[float] = QUANTILES) -> dict[float, float]:
+        """Quantiles, linearly interpolated as `numpy.quantile` does; NaN if there is no value.
+
+        Exact for up to `EXACT` values, else right to `quantile_resolution`.
+        """
+        at = tuple(at)
+        if self.n_measured == 0:
+            return dict.fromkeys(at, np.nan)
+        if self.values is not None and not any(self.n_infinite):
+            return dict(zip(at, np.quantile(self.values, at).tolist(), strict=True))
+        return {q: self._interpolated(q) for q in at}
+
+    @property
+    def quantile_resolution(self) -> float:
+        """No reported quantile is further than this from the exact one; 0 if they are exact."""
+        if self.counts is None:
+            return 0.0
+        if self.scale.is_bounded:
+            return 1.0 / HALF
+        ranks = {k for q in QUANTILES for k in self._ranks(q)[:2]}
+        return max(upper - lower for lower, upper in map(self._bin_of_rank, ranks))
+
+    def histogram(self, bins: int) -> tuple[Values, Counts]:
+        """Edges ``(bins + 1,)`` and number of values in each bin ``(bins,)``.
+
+        Edges are snapped to those of the fine bins; a value on an edge belongs to the bin above, the last is closed.
+        A value outside the range of the metric is counted in the nearest bin, so that none is lost.
+        """
+        edges = self.scale.display(bins)
+        fine = self._fine()
+        counts = np.add.reduceat(fine, edges[:-1])
+        counts[0] += fine[: edges[0]].sum()
+        return self.scale.edges(edges), counts
+
+    def merge(self, other: Tally) -> Tally:
+        """The tally of the cells of both. Associative and commutative, to the last bit."""
+        if self.scale != other.scale:
+            raise ValueError(f"cannot merge tallies of {self.scale.metric} and {other.scale.metric}")
+        values: Values | None = None
+        counts: Counts | None = None
+        if self.values is not None and other.values is not None and len(self.values) + len(other.values) <= EXACT:
+            values = np.sort(np.concatenate((self.values, other.values)))
+        else:
+            counts = self._fine() + other._fine()
+        return Tally(
+            self.scale,
+            self.n_cells + other.n_cells,
+            _added(self.by_status, other.by_status),
+            _added(self.missing, other.missing),
+            self.n_invalid + other.n_invalid,
+            self.n_degenerate + other.n_degenerate,
+            self.n_poor + other.n_poor,
+            self.n_good + other.n_good,
+            min(self.low, other.low),
+            max(self.high, other.high),
+            self.total + other.total,
+            (self.n_infinite[0] + other.n_infinite[0], self.n_infinite[1] + other.n_infinite[1]),
+            values,
+            counts,
+        )
+
+    def to_dict(self, bins: int = 20) -> dict[str, Any]:
+        """As plain numbers, lists and dicts, ready for JSON except that undefined numbers are NaN."""
+        edges, counts = self.histogram(bins)
+        return {
+            "n_cells": self.n_cells,
+            "n_measured": self.n_measured,
+            "n_invalid": self.n_invalid,
+            "n_degenerate": self.n_degenerate,
+            "n_poor": self.n_poor,
+            "n_good": self.n_good,
+            "min": self.min,
+            "max": self.max,
+            "mean": self.mean,
+            "quantiles": {f"{q:g}": value for q, value in self.quantiles().items()},
+            "quantile_resolution": self.quantile_resolution,
+            "histogram": {"edges": edges.tolist(), "counts": counts.tolist()},
+            "status": self.statuses,
+        }
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Tally):
+            return NotImplemented
+        return all(_same(getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
+
+    __hash__ = None  # type: ignore[assignment]  # holds arrays
+
+    def _fine(self) -> Counts:
+        """Number of values in each fine bin."""
+        if self.counts is not None:
+            return self.counts
+        assert self.values is not None
+        return np.bincount(self.scale.bins(self.values), minlength=2 * HALF).astype(np.int64, copy=False)
+
+    def _ranks(self, q: float) -> tuple[int, int, float]:
+        """The two ranks between which a quantile lies, and how far it is on the way from one to the other."""
+        position = q * (self.n_measured - 1)
+        rank = int(position)
+        return rank, min(rank + 1, self.n_measured - 1), position - rank
+
+    def _interpolated(self, q: float) -> float:
+        first, second, part = self._ranks(q)
+        a, b = self._value_of_rank(first), self._value_of_rank(second)
+        return a if part == 0 or a == b else a + (b - a) * part
+
+    def _value_of_rank(self, rank: int) -> float:
+        """The value of this rank in ascending order; from fine bins, as if a bin's values were spread evenly in it."""
+        if self.values is not None:
+            return float(self.values[rank])
+        if rank in (0, self.n_measured - 1):
+            return self.high if rank else self.low
+        at = int(np.searchsorted(self._cumulated, rank, side="right"))
+        n = int(self._fine()[at])
+        within = (rank - int(self._cumulated[at]) + n + 0.5) / n
+        lower, upper = self._bin_of_rank(rank)
+        return lower + (upper - lower) * within if np.isfinite(upper - lower) else max(lower, self.low)
+
+    def _bin_of_rank(self, rank: int) -> tuple[float, float]:
+        """Ends of the fine bin that holds the value of this rank, no wider than the values reach."""
+        at = int(np.searchsorted(self._cumulated, rank, side="right"))
+        lower, upper = self.scale.edges(np.array([at, at + 1])).tolist()
+        return max(lower, self.low), min(upper, self.high)
+
+    @cached_property
+    def _cumulated(self) -> Counts:
+        return np.cumsum(self._fine())
+
+
+def _added(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(x + y for x, y in zip(a, b, strict=True))
+
+
+def _same(a: object, b: object) -> bool:
+    return np.array_equal(a, b) if isinstance(a, np.ndarray) and isinstance(b, np.ndarray) else a is b or a == b

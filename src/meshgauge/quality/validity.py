@@ -1,0 +1,113 @@
+"""Is a cell valid inside, where its corners say that it is? What is proved, and which status follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import CellType
+from ..kernels.cells import driver
+from ..kernels.certificate import inside_numpy
+from ..kernels.certificate.certificate import Validity, certificate
+from ..kernels.threads import run
+from ..mesh import CellIds, Mesh, connectivity
+from ..mesh.cast import read_only
+from ..status import Status
+
+Values = NDArray[np.float64]
+Codes = NDArray[np.uint8]
+
+CORNERS_DECIDE = ("tetra", "pyramid")
+"""Linear shapes whose Jacobian determinant is smallest at a corner (of the pyramid: a base corner)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What is proved of every cell of a mesh, in file order. Arrays are read-only.
+
+    Attributes
+    ----------
+    validity
+        ``(n_cells,)`` uint8, codes of `Validity`: VALID (the Jacobian determinant is positive on the whole closed
+        cell), INVALID (zero or negative somewhere), UNDECIDED (neither could be proved, or there is no certificate for
+        the type), UNDEFINED (a coordinate is NaN or infinite, or not a solid cell).
+    lower, upper
+        ``(n_cells,)`` certified bounds on the least determinant, divided by that of the ideal cell with the same
+        root-mean-square edge: 1 for the ideal cell, the same in any unit, ARG_S for a linear tetrahedron. ``lower > 0``
+        exactly where VALID, ``upper <= 0`` exactly where INVALID. NaN where nothing is known.
+    """
+
+    validity: Codes
+    lower: Values
+    upper: Values
+
+
+def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
+    """Bound the Jacobian determinant inside every cell, and decide its sign.
+
+    Exact for linear tetrahedra, pyramids and wedges; Bernstein coefficients, subdivision and at last whole numbers for
+    hexahedra and the quadratic types (Johnen, Remacle, Geuzaine 2013; Johnen, Weill, Remacle 2017). `measure` decides
+    the signs as well, and faster; this adds the bounds.
+    """
+    validity = np.full(mesh.n_cells, Validity.UNDEFINED, np.uint8)
+    lower, upper = np.full(mesh.n_cells, np.nan), np.full(mesh.n_cells, np.nan)
+    for row, _, cells in mesh.groups():
+        if row is None or row.shape is None:
+            continue
+        kind = driver.certified_as(row)
+        if kind is None:
+            validity[cells] = Validity.UNDECIDED
+            continue
+
+        def work(part: CellIds, row: CellType = row, kind: str = kind) -> None:
+            ids = connectivity.picked(mesh, row, part, driver.columns(row))
+            validity[part], lower[part], upper[part] = certificate(kind, mesh.points, ids)
+
+        run(work, connectivity.chunks(cells), threads)
+    return Certificate(read_only(validity), read_only(lower), read_only(upper))
+
+
+def prepare(row: CellType, mesh: Mesh, n_cells: int) -> None:
+    """Compile what `inside` needs for so many cells, on the calling thread."""
+    kind = driver.certified_as(row)
+    if kind is not None and kind not in CORNERS_DECIDE and not _is_few(row, n_cells):
+        certificate(kind, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64))
+
+
+def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, n_cells: int) -> None:
+    """Change the status of cells that are valid at their corners but not, or not provably, inside.
+
+    Parameters
+    ----------
+    mesh, row, part
+        Some cells of one type.
+    status
+        Theirs, changed in place: OK becomes INVERTED_INSIDE or UNDECIDED where it must.
+    n_cells
+        How many cells of the type the mesh has.
+    """
+    kind = driver.certified_as(row)
+    if kind in CORNERS_DECIDE:
+        return
+    ok = np.flatnonzero(status == Status.OK)
+    if kind is None:
+        if row.is_curved:
+            status[ok] = Status.UNDECIDED
+        return
+    if len(ok) == 0:
+        return
+    ids = connectivity.picked(mesh, row, part, driver.columns(row))
+    if len(ok) < len(ids):
+        ids = ids[ok]
+    if _is_few(row, n_cells):
+        found = inside_numpy.validity(kind, np.asarray(mesh.points[ids], np.float64))
+    else:
+        found = certificate(kind, mesh.points, ids).status
+    status[ok[found == Validity.INVALID]] = Status.INVERTED_INSIDE
+    status[ok[found == Validity.UNDECIDED]] = Status.UNDECIDED
+
+
+def _is_few(row: CellType, n_cells: int) -> bool:
+    return n_cells <= driver.FEW and not driver.uses_all_nodes(row)

@@ -1,0 +1,248 @@
+"""Verdict, through VTK, as an oracle: where it agrees, and where it is known not to (a change of VTK is noticed)."""
+
+from __future__ import annotations
+
+from math import inf, nan
+
+import numpy as np
+import oracle
+import pytest
+from numpy.typing import NDArray
+
+from meshgauge.cells import BY_NAME, CELL_TYPES, SHAPES
+from meshgauge.errors import MetricError
+from meshgauge.quality.metrics import METRICS, Metric
+from meshgauge.quality.metrics.verdict import _ask, verdict_quality
+
+pytest.importorskip("vtkmodules.vtkFiltersVerdict")
+
+VERDICT_ROWS = [(row, shape) for row in METRICS.values() if row.source == "verdict" for shape in row.shapes or ()]
+rows = pytest.mark.parametrize(
+    ("row", "shape"), VERDICT_ROWS, ids=[f"{row.name}-{shape}" for row, shape in VERDICT_ROWS]
+)
+
+N = 4000
+HEXAHEDRON_SIGNS = np.array([(x, y, z) for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+FLAT = (1.0, 1.0, 0.0)
+
+
+def cells_of(shape: str, n: int = N, seed: int = 0) -> NDArray[np.float64]:
+    return oracle.random_cells(shape, SHAPES[shape].points, n, seed)
+
+
+def one_by_one(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points and connectivity of cells that share no point."""
+    return np.ascontiguousarray(x.reshape(-1, 3)), np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
+
+
+def verdict(shape: str, x: NDArray[np.float64], measure: str) -> NDArray[np.float64]:
+    return verdict_quality(*one_by_one(x), BY_NAME[shape].vtk_id, measure)
+
+
+def raw_verdict(shape: str, x: NDArray[np.float64], measure: str) -> NDArray[np.float64]:
+    """As VTK gives it, nothing masked."""
+    return _ask(*one_by_one(x), BY_NAME[shape].vtk_id, measure)
+
+
+# --- the rows ---------------------------------------------------------------------------------------------------------
+
+
+@rows
+def test_ideal_value(row: Metric, shape: str) -> None:
+    # The condition of wedges rounds a constant of its ideal cell.
+    rounded = shape == "wedge" and row.name in ("verdict_condition", "verdict_max_aspect_frobenius")
+    value = verdict(shape, np.array([SHAPES[shape].points]), row.name)
+    assert value == pytest.approx(row.standard(shape).ideal, abs=4e-6 if rounded else 1e-12)
+    lowest, highest = row.standard(shape).acceptable
+    assert lowest - 1e-12 <= value[0] <= highest + (4e-6 if rounded else 1e-12)
+
+
+@rows
+def test_random_cells_are_in_range_or_undefined(row: Metric, shape: str) -> None:
+    values = verdict(shape, cells_of(shape), row.name)
+    defined = values[~np.isnan(values)]
+    assert len(defined) > N / 6
+    assert defined.min() >= row.range[0] - 1e-12
+    assert defined.max() <= row.range[1] + 1e-12
+
+
+@rows
+def test_no_mark_of_verdict_is_a_value(row: Metric, shape: str) -> None:
+    ideal = np.array(SHAPES[shape].points)
+    spoilt = [ideal.copy() for _ in range(5)]
+    spoilt[0] *= FLAT
+    spoilt[1][:] = spoilt[1][0]
+    spoilt[2][1] = spoilt[2][0]
+    spoilt[3][0] = nan
+    spoilt[4][-1, 1] = inf
+    values = verdict(shape, np.array(spoilt), row.name)
+    assert np.isnan(values[3:]).all()
+    defined = values[~np.isnan(values)]
+    assert (np.abs(defined) < 1e6).all()
+
+
+@rows
+@pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e9, 1e60])
+def test_any_unit_of_length(row: Metric, shape: str, scale: float) -> None:
+    x = cells_of(shape, 200)
+    power = {"1": 0, "degree": 0, "length": 1, "length³": 3}[row.unit]
+    expected = verdict(shape, x, row.name)
+    # Products of rounded lengths: what is huge or nearly 0 is less exact. A scale that is not a power of two rounds.
+    np.testing.assert_allclose(
+        verdict(shape, x * scale, row.name) / scale**power, expected, rtol=1e-5, atol=1e-9, equal_nan=True
+    )
+
+
+def test_arrays_are_taken_as_they_come() -> None:
+    x = cells_of("hexahedron", 50)
+    points, cells = one_by_one(x)
+    expected = verdict_quality(points, cells, 12, "shape")
+    points.flags.writeable = cells.flags.writeable = False
+    np.testing.assert_array_equal(verdict_quality(points, cells, 12, "verdict_shape"), expected)
+    np.testing.assert_array_equal(verdict_quality(points, cells.astype(np.int32), 12, "shape"), expected)
+    narrow = points.astype(np.float32)
+    np.testing.assert_array_equal(
+        verdict_quality(narrow, cells, 12, "shape"), verdict_quality(narrow.astype(float), cells, 12, "shape")
+    )
+    assert verdict_quality(points, cells[:0], 12, "shape").shape == (0,)
+
+
+@pytest.mark.parametrize("name", ["voxel", "hexahedron20", "wedge15", "pyramid13", "tetra10"])
+def test_other_types_are_measured_at_their_corners(name: str) -> None:
+    row = BY_NAME[name]
+    assert row.shape is not None
+    assert row.n_nodes is not None
+    x = cells_of(row.shape.name, 50)
+    all_nodes = np.full((50, row.n_nodes, 3), 7.0)
+    all_nodes[:, list(row.corners)] = x
+    points, cells = one_by_one(all_nodes)
+    np.testing.assert_array_equal(
+        verdict_quality(points, cells, row.vtk_id, "volume"), verdict(row.shape.name, x, "volume")
+    )
+
+
+def test_what_verdict_does_not_know_is_an_error() -> None:
+    points, cells = one_by_one(cells_of("hexahedron", 1))
+    with pytest.raises(MetricError, match=r"no Verdict measure 'beauty'; there are .*volume"):
+        verdict_quality(points, cells, 12, "beauty")
+    with pytest.raises(MetricError, match="skew is not defined for tetra; it is for hexahedron"):
+        verdict_quality(points, cells[:, :4], 10, "skew")
+    for vtk_id in set(range(256)) - {i for i, row in CELL_TYPES.items() if row.shape}:
+        with pytest.raises(MetricError, match="volume is not defined for"):
+            verdict_quality(points, cells, vtk_id, "volume")
+
+
+# --- where it agrees --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", ["tetra", "wedge", "hexahedron"])
+def test_scaled_jacobian_is_jens_for_valid_cells_below_k(shape: str) -> None:
+    x = cells_of(shape)
+    quality = oracle.cell_jens(shape, x)
+    expected = quality
+    if shape == "hexahedron":
+        # Verdict takes the centre as a ninth corner. Among 4 400 valid random hexahedra it is the worst in one.
+        axes = np.einsum("ca,ncb->nab", HEXAHEDRON_SIGNS, x)
+        expected = np.minimum(quality, np.linalg.det(axes / np.linalg.norm(axes, axis=-1)[..., None]))
+    agree = (quality > 0) & (quality < SHAPES[shape].k)
+    assert agree.sum() > N / 10
+    np.testing.assert_allclose(verdict(shape, x, "scaled_jacobian")[agree], expected[agree], atol=1e-12)
+
+
+def test_scaled_jacobian_is_jens_for_inverted_tetrahedra() -> None:
+    x = cells_of("tetra")
+    quality = oracle.cell_jens("tetra", x)
+    agree = (quality < 0) & (quality > -SHAPES["tetra"].k)
+    assert agree.sum() > N / 4
+    np.testing.assert_allclose(verdict("tetra", x, "scaled_jacobian")[agree], quality[agree], atol=1e-12)
+
+
+def test_aspect_gamma_is_the_inverse_of_unsigned_arg_s() -> None:
+    x = cells_of("tetra")
+    ours = np.abs(oracle.scaled_aspect_ratio_gamma(x))
+    np.testing.assert_allclose(verdict("tetra", x, "aspect_gamma") * ours, 1, atol=1e-10)
+
+
+def test_wedges_are_in_our_order() -> None:
+    ideal = np.array([SHAPES["wedge"].points])
+    assert verdict("wedge", ideal, "volume") == pytest.approx(np.sqrt(3) / 4)
+    assert verdict("wedge", ideal[:, [3, 4, 5, 0, 1, 2]], "volume") == pytest.approx(-np.sqrt(3) / 4)
+
+
+# --- known disagreements, each as VTK gives it today ------------------------------------------------------------------
+
+
+def test_disagreement_flat_cells_score_1e30() -> None:
+    flat = {name: np.array([SHAPES[name].points]) * FLAT for name in SHAPES}
+    assert raw_verdict("hexahedron", flat["hexahedron"], "scaled_jacobian") == 1e30
+    assert raw_verdict("wedge", flat["wedge"], "scaled_jacobian") == -1e30
+    assert raw_verdict("tetra", flat["tetra"], "aspect_gamma") == 1e30
+    assert oracle.cell_jens("hexahedron", flat["hexahedron"]) == 0
+
+
+def test_disagreement_inverted_and_tangled_pyramids_score_zero() -> None:
+    x = cells_of("pyramid")
+    invalid = oracle.cell_jens("pyramid", x) < 0
+    assert N / 4 < invalid.sum() < N
+    assert (raw_verdict("pyramid", x, "scaled_jacobian")[invalid] == 0).all()
+    assert np.isnan(verdict("pyramid", x, "scaled_jacobian")[invalid]).all()
+
+
+def test_disagreement_pyramids_are_cut_into_tetrahedra() -> None:
+    """Twice the least J_S of the four tetrahedra that the base's diagonals cut off, folded back at 1."""
+    x = cells_of("pyramid")
+    valid = oracle.cell_jens("pyramid", x) > 0
+    tetras = ([0, 1, 2, 4], [1, 2, 3, 4], [2, 3, 0, 4], [3, 0, 1, 4])
+    worst = 2 * np.min([oracle.node_scaled_jacobian("tetra", x[:, t]).min(axis=1) for t in tetras], axis=0)
+    expected = np.where(worst > 1, 2 - worst, worst)
+    np.testing.assert_allclose(verdict("pyramid", x, "scaled_jacobian")[valid], expected[valid], atol=1e-12)
+    # The report's rectangular pyramid.
+    rectangular = np.array([[(0, 0, 0), (0, 0, 1), (1, 0, 1), (1, 0, 0), (0, 1, 0)]], float)
+    assert verdict("pyramid", rectangular, "scaled_jacobian") == pytest.approx(1 / np.sqrt(3))
+    assert oracle.cell_jens("pyramid", rectangular) == pytest.approx(1 / np.sqrt(6))
+
+
+@pytest.mark.parametrize("shape", ["wedge", "hexahedron"])
+def test_disagreement_inverted_cells_score_the_worst_corner(shape: str) -> None:
+    """Verdict takes the least of all corners (over k), we the greatest of the negative ones."""
+    x = cells_of(shape)
+    inverted = oracle.cell_jens(shape, x) < 0
+    worst = oracle.node_scaled_jacobian(shape, x).min(axis=1) / SHAPES[shape].k
+    if shape == "hexahedron":
+        axes = np.einsum("ca,ncb->nab", HEXAHEDRON_SIGNS, x)
+        worst = np.minimum(worst, np.linalg.det(axes / np.linalg.norm(axes, axis=-1)[..., None]))
+    np.testing.assert_allclose(verdict(shape, x, "scaled_jacobian")[inverted], worst[inverted], atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", ["tetra", "wedge"])
+def test_disagreement_no_penalty_above_k(shape: str) -> None:
+    """A corner sharper than the ideal one costs J_ENS, not Verdict."""
+    x = cells_of(shape)
+    quality, k = oracle.cell_jens(shape, x), SHAPES[shape].k
+    above = quality >= k
+    worst = oracle.node_scaled_jacobian(shape, x).min(axis=1) / k
+    np.testing.assert_allclose(verdict(shape, x, "scaled_jacobian")[above], worst[above], atol=1e-12)
+    assert (verdict(shape, x, "scaled_jacobian")[above] - quality[above] > 1e-3).any()
+
+
+def test_disagreement_nan_is_skipped() -> None:
+    cube = np.array([SHAPES["hexahedron"].points])
+    cube[0, 0] = nan
+    assert raw_verdict("hexahedron", cube, "jacobian") == pytest.approx(1)
+    assert np.isnan(verdict("hexahedron", cube, "jacobian"))
+
+
+def test_disagreement_short_lengths_are_zero() -> None:
+    for shape, measure, scale, mark in (
+        ("tetra", "scaled_jacobian", 1e-16, 1e30),
+        ("hexahedron", "oddy", 1e-8, 1e30),
+        ("pyramid", "shape", 1e-8, 0),
+    ):
+        tiny = np.array([SHAPES[shape].points]) * scale
+        assert raw_verdict(shape, tiny, measure) == mark
+        ideal = METRICS[f"verdict_{measure}"].standard(shape).ideal
+        assert verdict(shape, tiny, measure) == pytest.approx(ideal, abs=1e-12)
+
+
+def test_disagreement_tetra_distortion_is_one_for_every_cell() -> None:
+    assert (raw_verdict("tetra", cells_of("tetra"), "distortion") == 1).all()
