@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from math import isinf
 from pathlib import Path
 
-from meshgauge import gate
+from meshgauge import check
 from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.quality.metrics import METRICS, Metric, Standard
 from meshgauge.status import STATUSES
@@ -74,7 +74,7 @@ def statuses() -> str:
 
 
 def default_rules() -> str:
-    return table(("level", "rule"), [(rule.level.value, f"`{rule}`") for rule in gate.default_rules()])
+    return table(("level", "rule"), [(rule.level.value, f"`{rule}`") for rule in check.default_rules()])
 
 
 def standards(row: Metric, text_of: Callable[[Standard], str]) -> str:

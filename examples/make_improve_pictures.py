@@ -110,7 +110,7 @@ def before_and_after(found: meshgauge.Improvement) -> Figure:
     return figure
 
 
-def over_time(history: tuple[meshgauge.improvement.Progress, ...]) -> Figure:
+def over_time(history: tuple[meshgauge.repair.Progress, ...]) -> Figure:
     """Worst and mean quality while it runs, the phases behind them."""
     figure = Figure(figsize=(14, 6.4), dpi=100, facecolor="white")
     axes = figure.add_axes((0.065, 0.12, 0.83, 0.74))

@@ -12,30 +12,19 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 
 FLOORS = (
-    ("errors", "cells", "status", "_jit", "_threads", "_html"),
-    ("metrics", "kernels", "reference"),
-    ("mesh", "polyhedra", "connectivity", "cast", "topology", "regions"),
-    ("_quality", "validity", "summary", "arrays", "doctor", "polyhedral_quality", "io"),
-    ("improvement", "gate", "compare"),
-    ("parallel", "report", "plot"),
-    ("cli", "integrations", "viewer", "__init__", "__main__"),
+    ("_version", "errors", "cells", "status", "look"),
+    ("kernels",),
+    ("mesh",),
+    ("quality", "io"),
+    ("doctor", "plot"),
+    ("report",),
+    ("check", "compare", "repair", "view"),
+    ("integrations", "cli"),
+    ("__main__", "__init__"),
 )
-FLOOR = {name: floor for floor, names in enumerate(FLOORS) for name in names}
+"""A module imports from floors below its own only; nothing from a neighbour, without exceptions."""
 
-MAY_IMPORT_THEIR_FLOOR = {
-    # One subject in several files: a value of a cell, what it says of a mesh, and their sum.
-    "_quality": {"validity", "summary", "arrays", "polyhedral_quality"},
-    "validity": {"summary", "arrays"},
-    "doctor": {"_quality", "validity", "summary", "arrays"},
-    "topology": {"mesh", "cast", "polyhedra"},
-    "connectivity": {"mesh", "cast", "polyhedra"},
-    "regions": {"mesh"},
-    "mesh": {"cast", "polyhedra"},
-    "cast": {"polyhedra"},
-    "cli": {"viewer"},
-    "__main__": {"cli"},
-    "__init__": set(),
-}
+FLOOR = {name: floor for floor, names in enumerate(FLOORS) for name in names}
 
 FILES = sorted(PACKAGE.rglob("*.py"))
 
@@ -68,16 +57,8 @@ def test_every_module_has_a_floor() -> None:
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_imports_come_from_lower_floors(path: Path) -> None:
     here = module_of(path)
-    allowed = {name for name in FLOOR if FLOOR[name] < FLOOR[here]} | MAY_IMPORT_THEIR_FLOOR.get(here, set()) | {here}
+    allowed = {name for name in FLOOR if FLOOR[name] < FLOOR[here]} | {here}
     assert imports(path) <= allowed
-
-
-def test_kernels_never_see_a_mesh_and_formats_never_measure() -> None:
-    for path in FILES:
-        if module_of(path) in ("kernels", "metrics"):
-            assert "mesh" not in imports(path), path
-        if module_of(path) == "io":
-            assert not imports(path) & {"_quality", "validity", "summary", "arrays"}, path
 
 
 def loaded_by(code: str) -> set[str]:

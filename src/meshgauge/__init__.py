@@ -12,7 +12,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__version__ = "0.1.0"
+from ._version import __version__
 
 if TYPE_CHECKING:
     from .cells import CELL_TYPES as CELL_TYPES
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from .errors import ReadError as ReadError
     from .errors import RuleError as RuleError
     from .errors import WriteError as WriteError
-    from .improvement import Improvement as Improvement
-    from .improvement import improve as improve
     from .io import from_meshio as from_meshio
     from .io import from_pyvista as from_pyvista
     from .io import read as read
@@ -47,6 +45,8 @@ if TYPE_CHECKING:
     from .quality.summary import summarise as summarise
     from .quality.validity import Certificate as Certificate
     from .quality.validity import certify as certify
+    from .repair import Improvement as Improvement
+    from .repair import improve as improve
     from .status import STATUSES as STATUSES
     from .status import Status as Status
 
@@ -65,8 +65,8 @@ _HOME = {
     "ReadError": "errors",
     "RuleError": "errors",
     "WriteError": "errors",
-    "Improvement": "improvement",
-    "improve": "improvement",
+    "Improvement": "repair",
+    "improve": "repair",
     "from_meshio": "io",
     "from_pyvista": "io",
     "read": "io",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 
 class MeshgaugeError(Exception):
     """Base of every exception that meshgauge raises on purpose."""
@@ -52,3 +54,11 @@ class RuleError(MeshgaugeError, ValueError):
 
 class BaselineError(MeshgaugeError):
     """A stored report that cannot be read, or has nothing to compare with."""
+
+
+@dataclass(frozen=True, slots=True)
+class FailedFile:
+    """A file that could not be read or measured, and why: what a report of many files has in its place."""
+
+    path: str
+    reason: str

@@ -19,8 +19,9 @@ import meshgauge
 from meshgauge import Quality
 from meshgauge.cli.main import main
 from meshgauge.compare import comparison
-from meshgauge.report.compare.sentences import at_random, of_the_worst, sentences, which_is_better
-from meshgauge.report.compare.text import ComparisonText
+from meshgauge.compare.plot import compared
+from meshgauge.compare.sentences import at_random, of_the_worst, sentences, which_is_better
+from meshgauge.compare.text import ComparisonText
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "compare.md").read_text(encoding="utf-8")
@@ -149,10 +150,9 @@ def test_a_picture(tmp_path: Path, capsys: Captured) -> None:
 
 def test_the_picture_holds_what_was_compared() -> None:
     pytest.importorskip("matplotlib")
-    from meshgauge import plot
 
     found = comparison({"a": mixed(3, 0.3, 0), "b": mixed(3, 0.1, 0)})
-    figure = plot.compared(found, names=["before", "after"])
+    figure = compared(found, names=["before", "after"])
     assert len(figure.axes) == 2 * len(found.rows)
     texts = {text.get_text() for text in figure.texts}
     assert {"before", "after"} <= texts

@@ -15,8 +15,8 @@ import meshgauge
 from meshgauge import Mesh
 from meshgauge.doctor import LIMIT, cells, diagnosis
 from meshgauge.doctor.points import duplicates, representatives
+from meshgauge.doctor.text import DiagnosisText
 from meshgauge.kernels.topology import numpy_fallback
-from meshgauge.report.doctor import DiagnosisText
 
 
 def names(mesh: Mesh) -> list[str]:

@@ -10,7 +10,7 @@ from io_meshes import assert_same_cells, assert_same_data, mesh_of
 
 from meshgauge import io
 from meshgauge.errors import MeshError, ReadError
-from meshgauge.io.plumbing import meshio as meshio
+from meshgauge.io.plumbing import meshio as bridge
 from meshgauge.io.plumbing import vtk
 from meshgauge.mesh import Mesh
 
@@ -119,13 +119,13 @@ def test_meshio_polyhedra() -> None:
 
 def test_every_meshio_type_with_a_dimension_has_a_row() -> None:
     for name in meshio._mesh.topological_dimension:
-        assert meshio.row(name).dimension == meshio._mesh.topological_dimension[name]
+        assert bridge.row(name).dimension == meshio._mesh.topological_dimension[name]
     with pytest.raises(MeshError, match="'blob'"):
-        meshio.row("blob")
+        bridge.row("blob")
 
 
 @pytest.mark.parametrize("order", ["auto", "gmsh"])
 def test_wedges_of_meshio_and_pyvista(order: str) -> None:
     mesh = mesh_of("wedge")
-    assert_same_cells(mesh, io.from_meshio(meshio.from_mesh(mesh), wedge_order=order))
+    assert_same_cells(mesh, io.from_meshio(bridge.from_mesh(mesh), wedge_order=order))
     assert_same_cells(mesh, io.from_pyvista(vtk.grid(mesh)[0], wedge_order=order))

@@ -15,7 +15,7 @@ from meshgauge import io
 from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.io.formats.abaqus import read
-from meshgauge.io.plumbing import faces as faces
+from meshgauge.io.plumbing import face_based
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
 
@@ -67,14 +67,14 @@ def test_cells_are_recognised_by_their_faces(is_mirrored: bool, has_sides: bool)
             ring = np.roll(mesh.nodes(cell)[list(shape.faces[at])], rng.integers(9))
             inward.append(bool(rng.integers(2)))
             rings.append(ring[::-1] if inward[-1] else ring)
-    faces = faces.Faces(
-        faces.offsets_of(np.array(n_faces)),
+    faces = face_based.Faces(
+        face_based.offsets_of(np.array(n_faces)),
         np.arange(len(rings)),
-        faces.offsets_of(np.array([len(r) for r in rings])),
+        face_based.offsets_of(np.array([len(r) for r in rings])),
         np.concatenate(rings),
         np.array(inward) if has_sides else None,
     )
-    found = faces.solids(faces, points)
+    found = face_based.solids(faces, points)
     expected = np.where(mesh.types == 15, 42, mesh.types)
     assert found.types.tolist() == expected.tolist()
     sign = -1 if is_mirrored and has_sides else 1  # a mirrored cell is seen only if the file says which side is outside
@@ -90,8 +90,10 @@ def test_cells_are_recognised_by_their_faces(is_mirrored: bool, has_sides: bool)
 def test_a_face_that_is_missing_makes_no_hexahedron() -> None:
     shape = SHAPES["hexahedron"]
     rings = [*shape.faces[:5], shape.faces[4]]
-    faces = faces.Faces(np.array([0, 6]), np.arange(6), np.arange(0, 25, 4), np.array(rings).ravel(), np.zeros(6, bool))
-    assert faces.solids(faces, np.array(shape.points)).types.tolist() == [42]
+    faces = face_based.Faces(
+        np.array([0, 6]), np.arange(6), np.arange(0, 25, 4), np.array(rings).ravel(), np.zeros(6, bool)
+    )
+    assert face_based.solids(faces, np.array(shape.points)).types.tolist() == [42]
 
 
 def test_openfoam_binary_and_gzipped(tmp_path: Path) -> None:

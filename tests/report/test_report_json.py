@@ -14,7 +14,8 @@ from made_up import report_of
 from meshgauge import Mesh, measure
 from meshgauge.cells import SHAPES
 from meshgauge.doctor import diagnosis
-from meshgauge.report import FailedFile, FileReport
+from meshgauge.errors import FailedFile
+from meshgauge.report import FileReport
 from meshgauge.report.json import dumps
 
 DOC = Path(__file__).resolve().parents[2] / "docs" / "json-schema.md"

@@ -10,8 +10,9 @@ import pytest
 from made_up import report_of
 from rich.console import Console
 
+from meshgauge.errors import FailedFile
 from meshgauge.look import style
-from meshgauge.report import FailedFile, FileReport
+from meshgauge.report import FileReport
 from meshgauge.report.several import SeveralText
 from meshgauge.report.text import FileText
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import meshgauge
-from meshgauge.viewer.model import Model
+from meshgauge.view.model import Model
 
 
 @pytest.fixture(scope="session")
@@ -17,8 +17,8 @@ def bracket(pytestconfig: pytest.Config) -> Model:
 @pytest.fixture(scope="session")
 def drawing() -> None:
     """Skips where VTK cannot draw."""
-    from meshgauge.viewer import opengl
-    from meshgauge.viewer.filters import ViewError
+    from meshgauge.view import opengl
+    from meshgauge.view.filters import ViewError
 
     try:
         opengl.render_window()

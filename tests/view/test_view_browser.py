@@ -17,10 +17,10 @@ import numpy as np
 import pytest
 
 import meshgauge
-from meshgauge.viewer.guard import owner
-from meshgauge.viewer.link import view
-from meshgauge.viewer.model import Model
-from meshgauge.viewer.scene import Scene
+from meshgauge.view.guard import owner
+from meshgauge.view.link import view
+from meshgauge.view.model import Model
+from meshgauge.view.scene import Scene
 
 
 class Server:

@@ -12,17 +12,16 @@ from hypothesis import strategies as st
 from view_meshes import cubes
 
 import meshgauge
-from meshgauge.look.colours import INVALID, POOR, RAMP, UNKNOWN
+from meshgauge.look.colours import INVALID, POOR, RAMP, UNKNOWN, css
 from meshgauge.mesh.topology import topology
-from meshgauge.viewer import layers as layering
-from meshgauge.viewer.camera import Camera
-from meshgauge.viewer.card import card, number
-from meshgauge.viewer.colours import css
-from meshgauge.viewer.filters import AXES, Filters, Plane, ViewError, in_range, shown
-from meshgauge.viewer.histogram import EDGES, histogram
-from meshgauge.viewer.model import Frame, Model
-from meshgauge.viewer.picking import hit
-from meshgauge.viewer.surface import exposed, polygons
+from meshgauge.view import layers as layering
+from meshgauge.view.camera import Camera
+from meshgauge.view.card import card, number
+from meshgauge.view.filters import AXES, Filters, Plane, ViewError, in_range, shown
+from meshgauge.view.histogram import EDGES, histogram
+from meshgauge.view.model import Frame, Model
+from meshgauge.view.picking import hit
+from meshgauge.view.surface import exposed, polygons
 
 
 def test_without_filters_every_solid_cell_is_shown(bracket: Model) -> None:

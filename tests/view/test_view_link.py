@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshgauge.viewer.camera import Camera
-from meshgauge.viewer.controls import Choices, changed, controls
-from meshgauge.viewer.filters import AXES, Filters, Plane, ViewError
-from meshgauge.viewer.link import View, fragment, view
-from meshgauge.viewer.model import Model
+from meshgauge.view.camera import Camera
+from meshgauge.view.controls import Choices, changed, controls
+from meshgauge.view.filters import AXES, Filters, Plane, ViewError
+from meshgauge.view.link import View, fragment, view
+from meshgauge.view.model import Model
 
 hundredths = st.integers(-100, 100).map(lambda n: n / 100)
 names = st.none() | st.frozensets(st.text(min_size=1, max_size=8))

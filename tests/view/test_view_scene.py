@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from view_meshes import cubes
 
 from meshgauge.cli.main import main
-from meshgauge.viewer import drawn, opengl
-from meshgauge.viewer.filters import Filters, Plane, ViewError
-from meshgauge.viewer.link import _READ, View, view
-from meshgauge.viewer.model import Model
-from meshgauge.viewer.picture import png
-from meshgauge.viewer.scene import Scene
+from meshgauge.view import drawn, opengl
+from meshgauge.view.filters import Filters, Plane, ViewError
+from meshgauge.view.link import _READ, View, view
+from meshgauge.view.model import Model
+from meshgauge.view.picture import png
+from meshgauge.view.scene import Scene
 
 pytestmark = pytest.mark.usefixtures("drawing")
 

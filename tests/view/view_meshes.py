@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import meshgauge
-from meshgauge.viewer.model import Model
+from meshgauge.view.model import Model
 
 
 def cubes(n: int, *, noise: float = 0.0, name: str = "cubes") -> Model:

@@ -6,8 +6,7 @@ import os
 from collections.abc import Callable
 from typing import TypeVar
 
-from ..errors import MeshgaugeError
-from ..report import FailedFile
+from ..errors import FailedFile, MeshgaugeError
 
 T = TypeVar("T")
 

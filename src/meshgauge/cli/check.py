@@ -14,10 +14,10 @@ import typer
 from ..errors import RuleError
 from . import inputs, terminal
 from .report import MEASURING, READING, WRITING, FormatOption, WedgeOrder
-from .settings import CheckSettings, SettingsError, load, nearest
 
 if TYPE_CHECKING:
-    from ..gate import Rule
+    from ..check import Rule
+    from ..check.settings import CheckSettings
 
 COULD_NOT = 2
 
@@ -131,6 +131,8 @@ def check(
     found = _settings(config)
     paths = inputs.expanded(meshes) if meshes else _meshes(found)
     if not paths:
+        from ..check.settings import SettingsError
+
         raise SettingsError("no mesh is given, and no settings name any (check.meshes)")
     targets = {"junit": junit, "sarif": sarif, "gitlab": gitlab, "markdown": markdown}
     inputs.check_targets(paths, (*targets.values(), write_baseline))
@@ -171,6 +173,8 @@ class _RefusedRule(Exception):
 
 def _settings(config: Path | None) -> CheckSettings | None:
     """The settings asked for, or the nearest, if there are any."""
+    from ..check.settings import load, nearest
+
     path = config if config is not None else nearest(Path.cwd())
     return load(path) if path is not None else None
 
@@ -187,7 +191,7 @@ def _meshes(found: CheckSettings | None) -> list[str]:
 
 def _rules(found: CheckSettings | None, fail: Sequence[str], warn: Sequence[str]) -> tuple[Rule, ...]:
     """The rules of the command line, else those of the settings, else those there always are."""
-    from ..gate import Level, default_rules, rule
+    from ..check import Level, default_rules, rule
 
     written = [("--fail", Level.FAIL, text) for text in fail] + [("--warn", Level.WARN, text) for text in warn]
     folder = Path()

@@ -85,12 +85,12 @@ def compare(
     inputs.check_targets(paths, (plot,))
 
     from ..compare import Builder
+    from ..compare.json import comparison_json
+    from ..compare.sentences import names, sentences
+    from ..compare.text import ComparisonText
+    from ..errors import FailedFile
     from ..io import read
     from ..quality.measure import Quality, measure
-    from ..report import FailedFile
-    from ..report.compare.json import comparison_json
-    from ..report.compare.sentences import names, sentences
-    from ..report.compare.text import ComparisonText
     from .attempt import attempt
     from .terminal import Output, activity, emit, warn
 
@@ -125,7 +125,8 @@ def compare(
     elif found is not None:
         Output().show(ComparisonText(found, failures))
     if found is not None and plot is not None:
-        from ..plot import compared, save
+        from ..compare.plot import compared
+        from ..plot import save
 
         with activity(f"drawing {plot}", shown=not quiet):
             save(compared(found, names=names(found)), plot)

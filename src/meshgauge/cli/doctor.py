@@ -52,9 +52,9 @@ def doctor(
     paths = inputs.expanded(meshes)
 
     from ..doctor import Diagnosis, diagnosis
+    from ..doctor.text import DiagnosisText, diagnosis_json
+    from ..errors import FailedFile
     from ..io import read
-    from ..report import FailedFile
-    from ..report.doctor import DiagnosisText, diagnosis_json
     from .attempt import attempt
     from .terminal import Output, activity, emit, warn
 

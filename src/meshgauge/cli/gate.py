@@ -12,15 +12,16 @@ from pathlib import Path
 
 from rich.text import Text
 
-from ..gate import Baseline, Check, NoWorse, Rule, State, check, metrics_of
+from ..check import Baseline, Check, NoWorse, Rule, State, check, metrics_of
+from ..check.output.github import github
+from ..check.output.json import checks_json
+from ..check.output.markdown import markdown
+from ..check.output.text import ChecksText, CheckText, verdict
+from ..errors import FailedFile
 from ..io import read
 from ..io.plumbing.files import replacing
 from ..quality.measure import Quality, measure
-from ..report import FailedFile, FileReport
-from ..report.gate.github import github
-from ..report.gate.json import checks_json
-from ..report.gate.markdown import markdown
-from ..report.gate.text import ChecksText, CheckText, verdict
+from ..report import FileReport
 from ..report.json import dumps
 from .attempt import attempt
 from .terminal import Output, activity, emit, warn
@@ -75,7 +76,7 @@ class Gate:
         elif several and is_read and not quiet:
             output.show(ChecksText(checks, failures))
         for make, target in targets.items():
-            text: Callable[..., str] = getattr(import_module(f"..report.gate.{make}", __package__), make)
+            text: Callable[..., str] = getattr(import_module(f"..check.output.{make}", __package__), make)
             _write(target, text(checks, failures))
         if annotates:
             _annotate(checks, failures)

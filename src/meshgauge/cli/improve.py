@@ -13,8 +13,8 @@ from . import inputs
 from .report import READING, WRITING, FormatOption, WedgeOrder
 
 if TYPE_CHECKING:
-    from ..improvement import Improvement
     from ..mesh import Mesh
+    from ..repair import Improvement
 
 WHAT, FIXED = "What to reach", "What must stay"
 
@@ -191,17 +191,17 @@ def improve(
     if restore is not None:
         return _restore(restore, before, target_path, in_place=in_place, quiet=quiet)
 
-    from .. import improvement
-    from ..improvement.accepted import n_invalid
-    from ..report import improve as telling
+    from .. import repair
+    from ..repair import text as telling
+    from ..repair.acceptance import n_invalid
+    from ..repair.fixed import fixed_points as mask_of
     from . import live
-    from .pinning import fixed_points as mask_of
 
     mask = mask_of(before, fixed_points or (), fixed_region or (), fixed_box or ())
     slides_on = _surface(surface) if surface is not None else None
     with live.stoppable() as stop:
         with live.Told(shown=not quiet) as told:
-            found = improvement.improve(
+            found = repair.improve(
                 before,
                 boundary=boundary.value,
                 target=target,
@@ -243,15 +243,15 @@ def _write(found: Improvement, target: Path, *, in_place: bool, quiet: bool) -> 
 
 def _keep(undo: Path, before: Mesh, written: Path, wedge_order: str) -> None:
     from ..io import read
-    from .undoing import store
+    from ..repair.undo import store
 
     store(undo, before, read(written, wedge_order=wedge_order))
 
 
 def _restore(undo: Path, mesh: Mesh, target: Path, *, in_place: bool, quiet: bool) -> int:
     from ..io import write
+    from ..repair.undo import restored
     from .terminal import emit, warn
-    from .undoing import restored
 
     for lost in write(target, restored(undo, mesh), overwrite=in_place):
         warn("note", f"{target}: {lost}")
@@ -261,7 +261,7 @@ def _restore(undo: Path, mesh: Mesh, target: Path, *, in_place: bool, quiet: boo
 
 
 def _page(path: Path, found: Improvement) -> None:
-    from ..report.html import improve_page
+    from ..repair.page import improve_page
     from ..report.html.page import write
 
     write(path, improve_page(found.certificate, found.before, found.after))

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..errors import FailedFile
 from ..io import Limits, read, write
 from ..quality.metrics import metric
 from ..quality.metrics.verdict import PREFIX
 from ..quality.summary import Summary, summarise
-from ..report import FailedFile, FileReport
+from ..report import FileReport
 from ..report.csv import CsvWriter
 from .attempt import attempt
 from .terminal import activity, warn

@@ -15,9 +15,10 @@ from rich.live import Live
 from rich.text import Text
 
 from ..look import style
+from ..look.bands import band
 
 if TYPE_CHECKING:
-    from ..improvement import Progress
+    from ..repair import Progress
 
 PHASES = {
     "start": "starting",
@@ -89,7 +90,7 @@ def line(now: Progress) -> Text:
     """One moment of an improvement."""
     text = Text(no_wrap=True, overflow="ellipsis")
     text.append(f"{PHASES.get(now.phase, now.phase):<18}", "bold")
-    text.append("  worst ").append(f"{style.quality(now.worst):>6}", style.band(now.worst).style)
+    text.append("  worst ").append(f"{style.quality(now.worst):>6}", band(now.worst).style)
     text.append(f"  mean {style.quality(now.mean):>6}  ")
     text.append(f"{style.number(now.n_inverted)} inverted", "red" if now.n_inverted else "dim")
     return text.append(f"  {style.number(now.evaluations)} evaluations  {now.seconds:.1f} s", "dim")

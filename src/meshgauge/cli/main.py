@@ -42,7 +42,7 @@ metrics.register(app)
 
 def _version(asked: bool) -> None:
     if asked:
-        from .. import __version__
+        from .._version import __version__
 
         typer.echo(f"meshgauge {__version__}")
         raise typer.Exit

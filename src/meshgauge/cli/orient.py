@@ -51,8 +51,8 @@ def orient(
         inputs.check_targets([mesh], [output])
 
     from ..doctor import oriented
+    from ..doctor.text import ChangesText
     from ..io import read, write
-    from ..report.doctor import ChangesText
     from .terminal import Output, activity, warn
 
     with activity(f"reading {mesh}", shown=not quiet):

@@ -135,12 +135,12 @@ def plot(
 
     # From here on NumPy, the readers and matplotlib are needed, which `--help` does not wait for.
     from .. import plot as pictures
+    from ..errors import FailedFile
     from ..io import read
     from ..plot.files import format_of
     from ..quality.measure import Quality, measure
     from ..quality.metrics import metric as metric_row
     from ..quality.summary import Summary
-    from ..report import FailedFile
     from ..report.record import short_names
     from .attempt import attempt
     from .terminal import activity, warn

@@ -8,8 +8,9 @@ from typing import Protocol
 from rich.console import Group
 from rich.text import Text
 
+from ..errors import FailedFile
 from ..look.style import LEVELS
-from ..report import FailedFile, FileReport
+from ..report import FileReport
 from ..report.json import dumps
 from ..report.several import SeveralText
 from ..report.text import FileText

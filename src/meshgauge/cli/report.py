@@ -227,8 +227,9 @@ def report(
         output = Path(paths[0])
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
+    from ..errors import FailedFile
     from ..io import Limits
-    from ..report import FailedFile, FileReport
+    from ..report import FileReport
     from ..report.csv import CsvWriter
     from . import job, printer
 

@@ -14,7 +14,7 @@ from . import inputs
 from .report import READING, FormatOption, WedgeOrder
 
 if TYPE_CHECKING:
-    from ..viewer.model import Model
+    from ..view.model import Model
 
 HELP = """Look at a mesh in a browser, or at two side by side.
 
@@ -80,8 +80,8 @@ def view(
         _require()
 
     from ..io import read
-    from ..viewer.link import view as understood
-    from ..viewer.model import Model
+    from ..view.link import view as understood
+    from ..view.model import Model
     from .terminal import activity
 
     understood(link)  # before the work
@@ -122,9 +122,9 @@ def _require() -> None:
 def _draw(models: list[Model], link: str, target: Path, width: int, height: int) -> None:
     """Write a picture of the view."""
     from ..io.plumbing.files import replacing
-    from ..viewer.link import view as understood
-    from ..viewer.picture import png
-    from ..viewer.scene import Scene
+    from ..view.link import view as understood
+    from ..view.picture import png
+    from ..view.scene import Scene
 
     scene = Scene(models, size=(width, height))
     scene.show(understood(link))
@@ -137,7 +137,7 @@ def _draw(models: list[Model], link: str, target: Path, width: int, height: int)
 
 def _serve(models: list[Model], link: str, port: int, browser: bool) -> None:
     """Run the web application until Ctrl-C."""
-    from ..viewer.app import App
+    from ..view.app import App
 
     def ready(address: str) -> None:
         print(f"{address}\nOpen it in a browser on this machine. Ctrl-C ends the program.", flush=True)

@@ -130,7 +130,7 @@ def improve(*, boundary: str = "fixed", time: float | None = None) -> Quality:
     MeshgaugeError
         As `mesh`, and what `meshgauge.improve` raises; the model is as it was then.
     """
-    from ..improvement import improve as improve_mesh
+    from ..repair import improve as improve_mesh
 
     after = improve_mesh(mesh(), boundary=boundary, time=time).mesh
     put(after)

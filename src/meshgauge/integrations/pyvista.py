@@ -156,7 +156,7 @@ class Gauge:
         """
         if isinstance(self._dataset, pyvista.ImageData | pyvista.RectilinearGrid | pyvista.MultiBlock):
             raise MeshgaugeError(f"the points of a {type(self._dataset).__name__} cannot be moved")
-        from ..improvement import improve
+        from ..repair import improve
 
         better = improve(from_pyvista(self._dataset), boundary=boundary, time=time)
         copy = self._dataset.copy()

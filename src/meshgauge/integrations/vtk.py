@@ -14,9 +14,9 @@ from vtkmodules.vtkFiltersCore import vtkThreshold
 
 from ..errors import MeshgaugeError
 from ..io import from_pyvista
+from ..look.bands import POOR
 from ..quality.measure import JENS, Quality
 from ..quality.measure import measure as measure_mesh
-from ..quality.metrics.jacobian import ACCEPTABLE
 
 _MASK = "meshgauge:mask"
 
@@ -38,7 +38,7 @@ def measured(data: Any, metrics: Iterable[str] = (JENS,)) -> Any:
     return copy
 
 
-def low(data: Any, threshold: float = ACCEPTABLE) -> Any:
+def low(data: Any, threshold: float = POOR) -> Any:
     """The cells of what `measured` made that are not ok: a vtkUnstructuredGrid with their data.
 
     Cells whose ``jens`` is below the threshold, that are not valid whatever it is, and solid cells without a value.
@@ -72,7 +72,7 @@ class MeshQuality(VTKPythonAlgorithmBase):  # type: ignore[misc]
 
     def __init__(self) -> None:
         super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=2, outputType="vtkDataSet")
-        self._threshold = ACCEPTABLE
+        self._threshold = POOR
 
     def GetThreshold(self) -> float:
         """Cells of lower quality go to the second output."""

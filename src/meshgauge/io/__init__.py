@@ -20,7 +20,7 @@ from .plumbing import files
 from .plumbing.format import Format
 from .plumbing.isolate import Limits
 from .plumbing.wedge_order import WEDGE_ORDERS, check_order, settled
-from .plumbing.write import REGION
+from .plumbing.writing import REGION
 from .registry import FORMATS, format_named
 
 __all__ = [

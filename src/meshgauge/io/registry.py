@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..mesh import Mesh
+from .formats import openfoam
 from .formats.abaqus.read import ABAQUS
 from .formats.ansys.read import ANSYS
 from .formats.cgns.read import CGNS

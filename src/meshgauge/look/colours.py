@@ -1,21 +1,21 @@
-"""The colours of quality: told apart by lightness as well as hue, so that no eye takes one for another."""
+"""The colours of quality, one palette for every output: lightness differs as well as hue, for every kind of eye."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..quality.metrics import metric as metric_row
-from ..quality.metrics.jacobian import ACCEPTABLE
-from ..quality.summary.scale import Scale
+from .bands import POOR as POOR_BELOW
 
-INVALID, POOR, GOOD, UNKNOWN = "#d1300f", "#f0a202", "#14456f", "#77777f"
-"""Of bands. `GOOD` is the darkest of the good ones, which get lighter towards the ideal."""
+INVALID, DEGENERATE, POOR, GOOD, UNKNOWN = "#d1300f", "#8d1f6d", "#f0a202", "#14456f", "#77777f"
+"""Of bands. `GOOD` is the darkest of the good ones, which get lighter towards the ideal; `UNKNOWN` has no value."""
 
-RAMP = ("#14456f", "#3f7fae", "#9cc3dc", "#eef4f8")
+RAMP = (GOOD, "#3f7fae", "#9cc3dc", "#eef4f8")
 """From barely good to ideal, evenly spaced."""
 
-WORDS = {"invalid": INVALID, "degenerate": "#8d1f6d", "poor": "#946000", "good": GOOD, "unknown": "#55555d"}
+WORDS = {"invalid": INVALID, "degenerate": DEGENERATE, "poor": "#946000", "good": GOOD, "unknown": "#55555d"}
 """Of text on white, at least 4.5 : 1."""
 
 INK, FAINT, GRID = "#222222", "#8a8f94", "#e6e8ea"
@@ -24,21 +24,50 @@ SERIES = ("#14456f", "#d9730d", "#009e73", "#8a4fb0", "#5f6368", "#b8870b", "#56
 DASHES = ((), (6, 2), (2, 1.5), (8, 2, 2, 2), (4, 1), (1, 1), (10, 3), (3, 3))
 """Of meshes side by side: each has both a colour and a dash of its own."""
 
+STOPS: tuple[tuple[float, str], ...] = (
+    (0.0, POOR),
+    (POOR_BELOW - 1e-7, POOR),
+    *((POOR_BELOW + (1.0 - POOR_BELOW) * n / (len(RAMP) - 1), code) for n, code in enumerate(RAMP)),
+)
+"""Colours of J_ENS from 0 to 1, linear between two stops."""
+
 
 def rgb(colour: str) -> NDArray[np.float64]:
     """``#rrggbb`` as three numbers, 0 to 1."""
     return np.array([int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)])
 
 
-def colours(values: NDArray[np.float64], scale: Scale | None = None) -> NDArray[np.float64]:
-    """The colour of each value.
+def colour(value: float) -> str:
+    """The colour of a value of J_ENS as ``#rrggbb``: `INVALID` below 0, `POOR` from 0, `UNKNOWN` for NaN."""
+    if value != value:
+        return UNKNOWN
+    if value < 0:
+        return INVALID
+    for (low, first), (high, last) in pairwise(STOPS):
+        if value <= high:
+            return _mixed(first, last, (value - low) / (high - low))
+    return STOPS[-1][1]
+
+
+def colours(
+    values: NDArray[np.float64],
+    acceptable: tuple[float, float] = (POOR_BELOW, 1.0),
+    *,
+    is_signed: bool = True,
+    lower_is_better: bool = False,
+) -> NDArray[np.float64]:
+    """The colour of each value of a metric.
 
     Parameters
     ----------
     values
-        ``(n,)`` values of a metric, NaN where it is undefined.
-    scale
-        Of the metric; None for J_ENS.
+        ``(n,)`` values, NaN where the metric is undefined.
+    acceptable
+        The metric's acceptable range; that of J_ENS unless given.
+    is_signed
+        Whether 0 and less stand for cells that are flat or inverted.
+    lower_is_better
+        Whether the lower end of the acceptable range is the best.
 
     Returns
     -------
@@ -46,18 +75,32 @@ def colours(values: NDArray[np.float64], scale: Scale | None = None) -> NDArray[
         Red, green and blue, 0 to 1: `INVALID` up to and with 0, `POOR` outside the acceptable range, `RAMP` inside it,
         `UNKNOWN` for NaN.
     """
-    low, high = scale.acceptable if scale is not None else (ACCEPTABLE, 1.0)
-    is_signed = scale is None or scale.low < 0
+    low, high = acceptable
     reach = high - low if np.isfinite(high - low) else 1.0
     part = np.clip((values - low) / reach if reach else values * 0.0 + 0.5, 0.0, 1.0)
-    if scale is not None and metric_row(scale.metric).better == "lower":
+    if lower_is_better:
         part = 1.0 - part
-    stops = np.array([rgb(colour) for colour in RAMP])
+    stops = np.array([rgb(code) for code in RAMP])
     at = np.linspace(0.0, 1.0, len(stops))
-    found = np.stack([np.interp(part, at, stops[:, channel]) for channel in range(3)], axis=1)
+    mixed = np.stack([np.interp(part, at, stops[:, channel]) for channel in range(3)], axis=1)
     with np.errstate(invalid="ignore"):
-        found[(values < low) | (values > high)] = rgb(POOR)
+        mixed[(values < low) | (values > high)] = rgb(POOR)
         if is_signed:
-            found[values <= 0.0] = rgb(INVALID)
-    found[np.isnan(values)] = rgb(UNKNOWN)
-    return found
+            mixed[values <= 0.0] = rgb(INVALID)
+    mixed[np.isnan(values)] = rgb(UNKNOWN)
+    return mixed
+
+
+def as_bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
+    """`colours` of J_ENS as bytes, ``(n, 3)``."""
+    return (255 * colours(np.asarray(values, np.float64))).round().astype(np.uint8)
+
+
+def css(values: NDArray[np.floating]) -> list[str]:
+    """`colours` of J_ENS as CSS writes them: ``#d1300f``."""
+    return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in as_bytes(values).tolist()]
+
+
+def _mixed(first: str, last: str, share: float) -> str:
+    pairs = ((int(first[i : i + 2], 16), int(last[i : i + 2], 16)) for i in (1, 3, 5))
+    return "#" + "".join(f"{round(a + (b - a) * share):02x}" for a, b in pairs)

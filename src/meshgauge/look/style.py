@@ -4,24 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 SPARKS = " ▁▂▃▄▅▆▇█"
 SPARKS_ASCII = " .:-=+*%#"
 EIGHTHS = " ▏▎▍▌▋▊▉█"
 
-
-@dataclass(frozen=True, slots=True)
-class Band:
-    """A band of quality: values from ``start`` (included) to that of the next band."""
-
-    name: str
-    start: float
-    style: str
-
-
-BANDS = (Band("inverted", -1.0, "red"), Band("poor", 0.0, "yellow"), Band("good", 0.2, "green"))
-"""The bands of J_ENS on a histogram; a degenerate cell is at the start of *poor*, where no bin can tell it apart."""
 
 STYLES = {"invalid": "bold red", "degenerate": "bold magenta", "poor": "yellow", "good": "green"}
 """Of the columns of counts, where the count is not 0."""
@@ -37,11 +24,6 @@ LEVELS = {
 
 MARKS = {"bad": "✗", "unknown": "?", "poor": "!", "good": "✓", "nothing": "?"}
 MARKS_ASCII = {"bad": "x", "unknown": "?", "poor": "!", "good": "ok", "nothing": "?"}
-
-
-def band(value: float) -> Band:
-    """The band of a value of J_ENS."""
-    return next((b for b in reversed(BANDS) if value >= b.start), BANDS[0])
 
 
 def number(n: int) -> str:

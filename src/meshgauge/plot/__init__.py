@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from .rows import types as types
     from .scene import plotter as plotter
     from .section import cut as cut
-    from .sides import compared as compared
 
 _HOME = {
     "histogram": "bars",  # modules have other names than functions, which they would hide
@@ -28,7 +27,6 @@ _HOME = {
     "worst": "gallery",
     "cut": "section",
     "plotter": "scene",
-    "compared": "sides",
     "save": "files",
 }
 """The module of each public name."""

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..look.colours import INK, INVALID, WORDS, colours
 from ..quality.measure import JENS
-from ..quality.summary import Tally
+from ..quality.metrics import metric
+from ..quality.summary import Scale, Tally
 from . import sheet
 from .series import Counts, Drawable, Series, Values, counts_in, edges_of, series
 
@@ -75,13 +77,21 @@ def _one(mesh: Series, edges: Values, log: bool) -> Figure:
     return figure
 
 
+def colours_on(values: Values, scale: Scale) -> NDArray[np.float64]:
+    """`colours` of a metric's values by the range and direction of its scale."""
+    lower_is_better = metric(scale.metric).better == "lower"
+    return colours(values, scale.acceptable, is_signed=scale.low < 0, lower_is_better=lower_is_better)
+
+
 def bars(axes: Axes, tally: Tally, edges: Values, counts: Counts, log: bool = False) -> None:
     """Bars in the colours of their values."""
     top = int(counts.max())
     heights = np.where(counts > 0, np.maximum(counts, 0 if log else LEAST * top), 0)
     middles = (edges[1:] + edges[:-1]) / 2
     width = np.diff(edges)
-    axes.bar(middles, heights, width=0.88 * width, color=colours(middles, tally.scale), edgecolor=INK, linewidth=0.35)
+    axes.bar(
+        middles, heights, width=0.88 * width, color=colours_on(middles, tally.scale), edgecolor=INK, linewidth=0.35
+    )
     if tally.n_degenerate and tally.scale.flat == 0.0:
         # Exactly flat cells are no better than inverted ones, though their bin begins what is poor.
         at = int(np.searchsorted(edges, 0.0, side="right")) - 1

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look.bands import POOR
 from ..look.colours import INK, WORDS
 from ..quality.measure import WorstCell
-from ..quality.metrics.jacobian import ACCEPTABLE
 from .sheet import number
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def colour_of(cell: WorstCell) -> str:
     """Of the text of a value."""
     if cell.status != "ok":
         return WORDS["invalid"]
-    return WORDS["poor"] if cell.quality < ACCEPTABLE else WORDS["good"]
+    return WORDS["poor"] if cell.quality < POOR else WORDS["good"]
 
 
 def labels(axes: Axes, cells: list[WorstCell], at: Array, x: float, height: float) -> None:

@@ -16,6 +16,7 @@ from ..errors import MeshgaugeError, MetricError
 from ..kernels.cells import aggregate, driver
 from ..kernels.threads import run
 from ..look import notebook
+from ..look.bands import POOR
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import read_only
 from ..mesh.topology import inner_faces
@@ -23,7 +24,6 @@ from ..status import STATUSES, Status
 from . import arrays, validity
 from .metrics import METRICS, Metric, metric
 from .metrics import tetra as tetra_metrics
-from .metrics.jacobian import ACCEPTABLE
 from .metrics.verdict import verdict_quality
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
@@ -254,7 +254,7 @@ class Quality:
         rows: list[list[notebook.Cell]] = []
         for cell in self.worst(5):
             told = notebook.quality(cell.quality)
-            bad = notebook.INVALID if cell.status != "ok" else notebook.POOR if cell.quality < ACCEPTABLE else ""
+            bad = notebook.INVALID if cell.status != "ok" else notebook.POOR if cell.quality < POOR else ""
             place = [f"{x:.6g}" for x in cell.coordinates]
             rows.append([str(cell.cell), cell.type, (told, bad), str(cell.node), str(cell.point), *place])
         table = notebook.table(head, rows, left=2) if rows else ""

@@ -212,8 +212,8 @@ def measure_polyhedra(
         At most this many; None: one for each processor. It has no influence on the values.
     inner_faces
         Tells, for entries of ``polyhedra.cell_faces``, whether a cell lies beyond that face, as
-        `meshgauge.mesh.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes hang by
-        what their own cell tells.
+        `meshgauge.mesh.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes
+        hang by what their own cell tells.
     """
     n_all = len(polyhedra.cell_offsets) - 1
     ids = np.arange(*cells.indices(n_all)) if isinstance(cells, slice) else np.asarray(cells, np.int64)

@@ -1,5 +1,6 @@
 """Reports for people and programs, from data: no reading, no measuring."""
 
-from .record import FailedFile, FileReport
+from ..errors import FailedFile
+from .record import FileReport
 
 __all__ = ["FailedFile", "FileReport"]

@@ -7,9 +7,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from .. import __version__
+from .._version import __version__
+from ..errors import FailedFile
 from .comparison import comparison_dict
-from .record import FailedFile, FileReport
+from .record import FileReport
 from .verdict import verdict
 
 SCHEMA = "meshgauge-report"

@@ -30,14 +30,6 @@ class FileReport:
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
 
 
-@dataclass(frozen=True)
-class FailedFile:
-    """A file that could not be read or measured, and why."""
-
-    path: str
-    reason: str
-
-
 def short_names(paths: list[str]) -> list[str]:
     """The last parts of each path, as many as it takes to tell the paths apart."""
     parts = [PurePath(path).parts for path in paths]

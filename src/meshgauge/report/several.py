@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.text import Text
 
+from ..errors import FailedFile
 from ..look import style
 from .comparison import compare, sentence
-from .record import FailedFile, FileReport, short_names
+from .record import FileReport, short_names
 from .text import STYLES_OF_COUNTS, colored, count, new_table
 
 

@@ -12,10 +12,12 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from ..doctor.text import DiagnosisText
 from ..look import style
+from ..look.bands import BANDS
+from ..look.bands import band as band_of
 from ..quality.summary import UNDEFINED, Summary, Tally
 from ..status import STATUSES
-from .doctor import DiagnosisText
 from .record import FileReport
 from .verdict import verdict
 
@@ -157,7 +159,7 @@ def spark(tally: Tally, ascii_only: bool, width: int = SPARK_WIDTH) -> Text:
     edges, counts = tally.histogram(width)
     text = Text("|" if ascii_only else "▕", "dim", no_wrap=True)
     for character, edge in zip(style.spark(counts.tolist(), ascii_only=ascii_only), edges, strict=False):
-        text.append(character, style.band(edge).style + " not dim")
+        text.append(character, band_of(edge).style + " not dim")
     return text.append("|" if ascii_only else "▏")
 
 
@@ -178,7 +180,7 @@ def bars(tally: Tally, bins: int, options: ConsoleOptions) -> Iterator[Renderabl
     named = ""
     for at in range(first, bins):
         low, high, n = float(edges[at]), float(edges[at + 1]), int(counts[at])
-        band = style.band(low)
+        band = band_of(low)
         bar = style.bar(n, top, width, ascii_only=options.ascii_only)
         table.add_row(
             Text(f"{low:.{digits}f}", "dim"),
@@ -304,5 +306,5 @@ def count(n: int, band: str) -> Text:
 
 def colored(value: float) -> Text:
     """A value of J_ENS, in the colour of its band unless it is good."""
-    bad = "bold magenta" if value == 0 else style.band(value).style
-    return Text(style.quality(value), "" if value >= style.BANDS[-1].start else bad)
+    bad = "bold magenta" if value == 0 else band_of(value).style
+    return Text(style.quality(value), "" if value >= BANDS[-1].start else bad)

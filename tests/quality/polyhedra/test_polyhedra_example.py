@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "polyhedra.py"
+EXAMPLE = Path(__file__).resolve().parents[3] / "examples" / "polyhedra.py"
 
 
 def test_voronoi_cells_improve_under_relaxation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

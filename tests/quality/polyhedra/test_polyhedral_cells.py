@@ -20,7 +20,7 @@ from meshgauge.quality.polyhedra import BROKEN, Fault, PolyhedralQuality, Refere
 from meshgauge.quality.reference import antiprism, prism, solid
 from meshgauge.status import Status
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "meshes"
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "meshes"
 MIXED = ("tetra", "pyramid", "wedge", "hexahedron", "penta_prism", "hexa_prism")
 
 

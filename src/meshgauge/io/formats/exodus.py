@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
-from ..plumbing import faces as faces
+from ..plumbing import face_based
 from ..plumbing.build import Ints, Kind, gathered
 from ..plumbing.format import Format
 from ..plumbing.merge import Part, merged
@@ -128,7 +128,7 @@ def _part(block: _Block, found: dict[str, Variable], points: NDArray[np.float64]
         ids = ids.ravel()
         if len(sizes) and (int(sizes.min()) < 3 or int(sizes.sum()) != len(ids)):
             raise ReadError(f"{path}: block {block.number}: its polygons do not have as many points as it states")
-        part = Part("", _NONE, np.full(len(sizes), 7, np.uint8), faces.offsets_of(sizes), ids - 1)
+        part = Part("", _NONE, np.full(len(sizes), 7, np.uint8), face_based.offsets_of(sizes), ids - 1)
     else:
         if ids.ndim != 2:
             raise ReadError(f"{path}: block {block.number}: its connectivity has {ids.ndim} dimensions, expected 2")
@@ -166,7 +166,9 @@ def _polyhedra(block: _Block, found: dict[str, Variable], points: NDArray[np.flo
             raise ReadError(f"{path}: block {block.number}: its polyhedra do not have as many items as they state")
     _in_range(nodes, len(points), f"{path}: a face refers to point")
     _in_range(faces, len(sizes), f"{path}: block {block.number}: face")
-    solids = faces.solids(faces.Faces(faces.offsets_of(n_faces), faces, faces.offsets_of(sizes), nodes), points)
+    solids = face_based.solids(
+        face_based.Faces(face_based.offsets_of(n_faces), faces, face_based.offsets_of(sizes), nodes), points
+    )
     return Part("", _NONE, solids.types, solids.offsets, solids.connectivity, solids.polyhedra)
 
 

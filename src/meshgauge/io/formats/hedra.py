@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...mesh import Mesh
-from ..plumbing import faces as faces
+from ..plumbing import face_based
 from ..plumbing.format import Format
 from ..plumbing.text import Ragged, Text
 
@@ -40,7 +40,7 @@ def read(path: Path) -> Mesh:
     cell_offsets, signed = _items(cells)
     _in_range(text, face_points, n_points, "a face refers to point")
     _in_range(text, np.abs(signed), n_faces, "a cell refers to face")
-    found = faces.solids(faces.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points)
+    found = face_based.solids(face_based.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points)
     return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path))
 
 
@@ -57,12 +57,12 @@ def _checked(text: Text, rows: Ragged, what: str, first: int) -> Ragged:
     return rows
 
 
-def _items(rows: Ragged) -> tuple[faces.Ints, faces.Ints]:
+def _items(rows: Ragged) -> tuple[face_based.Ints, face_based.Ints]:
     sizes = rows.sizes - 1
-    return faces.offsets_of(sizes), rows.values[faces.spans(rows.starts[:-1] + 1, sizes)]
+    return face_based.offsets_of(sizes), rows.values[face_based.spans(rows.starts[:-1] + 1, sizes)]
 
 
-def _in_range(text: Text, ids: faces.Ints, n: int, what: str) -> None:
+def _in_range(text: Text, ids: face_based.Ints, n: int, what: str) -> None:
     wrong = (ids < 1) | (ids > n)
     if wrong.any():
         raise text.fail(f"{what} {int(ids[np.argmax(wrong)])}, which is outside 1..{n}")

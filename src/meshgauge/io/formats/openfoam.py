@@ -16,7 +16,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ..plumbing import faces as faces
+from ..plumbing import face_based
 from ..plumbing.format import Format
 from ..plumbing.text import numbers
 
@@ -72,11 +72,13 @@ def read(path: Path) -> Mesh:
         zones.append((piece.name, cell_starts[i], cell_starts[i + 1]))
         for name, faces in piece.patches:
             patches.setdefault(name, []).append(faces + face_starts[i])
-    offsets, faces, is_neighbour = faces.of_cells(cell_starts[-1], np.concatenate(owner), np.concatenate(neighbour))
+    offsets, faces, is_neighbour = face_based.of_cells(
+        cell_starts[-1], np.concatenate(owner), np.concatenate(neighbour)
+    )
     sizes = np.concatenate([np.diff(piece.face_offsets) for piece in pieces])
-    whole = faces.Faces(offsets, faces, faces.offsets_of(sizes), np.concatenate(face_points), is_neighbour)
+    whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), np.concatenate(face_points), is_neighbour)
     sides = [(name, np.concatenate(parts)) for name, parts in patches.items()]
-    return faces.mesh(path, points, whole, zones, sides, notes)
+    return face_based.mesh(path, points, whole, zones, sides, notes)
 
 
 def _united(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
@@ -273,7 +275,7 @@ class _File:
         if len(sizes) != int(count.group(1)):
             raise self.fail(f"states {int(count.group(1))} faces, but holds {len(sizes)}")
         n = np.array(sizes, np.int64)
-        return faces.offsets_of(n), flat[faces.spans(np.array(firsts, np.int64), n)]
+        return face_based.offsets_of(n), flat[face_based.spans(np.array(firsts, np.int64), n)]
 
 
 _BRACKETS = bytes.maketrans(b"(){}", b"    ")

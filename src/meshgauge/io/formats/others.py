@@ -17,8 +17,8 @@ from ...errors import ReadError
 from ...mesh import Mesh
 from ...mesh.regions import KEYS
 from ..plumbing import meshio, vtk, within
-from ..plumbing import write as write
 from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
+from ..plumbing.writing import REGION
 
 
 def by_pyvista(path: Path) -> Mesh:
@@ -109,7 +109,7 @@ def _of_one_integer(module: str, key: str) -> Writer:
         name = next((known[k] for k in order if k in known), None)
         kept = {key: mesh.cell_data[name].astype(np.int64)} if name is not None else {}
         said = [f"The cell data {name!r} became the format's {key.split(':')[1]}."] if name not in (key, None) else []
-        gone = [n for n in mesh.cell_data if n not in (name, write.REGION)]
+        gone = [n for n in mesh.cell_data if n not in (name, REGION)]
         if gone:
             said.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
         return (*said, *meshio.write(path, mesh.replace(cell_data=kept), module))

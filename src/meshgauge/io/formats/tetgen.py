@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ..plumbing import faces as faces
+from ..plumbing import face_based
 from ..plumbing.build import Kind, gathered
 from ..plumbing.format import HEAD, Format
 from ..plumbing.ids import Index
@@ -120,13 +120,15 @@ def read_rf(path: Path) -> Mesh:
     n_more = head[1] if len(head) > 1 else 0
     values = ele.ragged(ele.n_left, "cells and their faces").values
     n_faces, first, sizes = _walked(ele, values.tolist(), n_cells, n_more)
-    ids = _places(ele, index, values[faces.spans(first, sizes)])
-    faces = faces.Faces(faces.offsets_of(n_faces), np.arange(len(first)), faces.offsets_of(sizes), ids)
-    found = faces.solids(faces, points)
+    ids = _places(ele, index, values[face_based.spans(first, sizes)])
+    faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(first)), face_based.offsets_of(sizes), ids)
+    found = face_based.solids(faces, points)
     return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path))
 
 
-def _walked(text: Text, values: list[int], n_cells: int, n_more: int) -> tuple[faces.Ints, faces.Ints, faces.Ints]:
+def _walked(
+    text: Text, values: list[int], n_cells: int, n_more: int
+) -> tuple[face_based.Ints, face_based.Ints, face_based.Ints]:
     """Faces of each cell; where the points of each face start, and how many they are.
 
     A cell is its number, how many faces it has, and its attributes; a face is its number, how many points it has, and

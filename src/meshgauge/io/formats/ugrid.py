@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
-from ..plumbing import write as write
+from ..plumbing import writing
 from ..plumbing.build import Ints, Kind, gathered
 from ..plumbing.format import Format, anything
 from ..plumbing.text import numbers
@@ -152,12 +152,12 @@ def _ascii(path: Path, data: bytes) -> _Found:
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """In the encoding that the name of the file tells; tags of surface cells are kept, solid ones have none."""
-    mesh = write.plain(mesh)
-    write.check_types(mesh, (k.name for k in _KINDS))
+    mesh = writing.plain(mesh)
+    writing.check_types(mesh, (k.name for k in _KINDS))
     by_type = [np.flatnonzero(mesh.types == BY_NAME[k.name].vtk_id) for k in _KINDS]
     lists = []
     for kind, cells in zip(_KINDS, by_type, strict=True):
-        nodes = write.nodes_of(mesh, cells) + 1
+        nodes = writing.nodes_of(mesh, cells) + 1
         lists.append(nodes[:, np.argsort(kind.order)] if kind.order and len(cells) else nodes)
     surfaces = np.concatenate(by_type[:_N_SURFACES])
     tags = mesh.cell_data.get(REF)
@@ -168,13 +168,13 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     encoding = _encoding(path)
     if encoding is None:
         tables = [head[None], *lists[:_N_SURFACES], own[:, None], *lists[_N_SURFACES:]]
-        texts = [write.rows(table) for table in tables]
-        path.write_text(texts[0] + write.rows(mesh.points) + "".join(texts[1:]), encoding="ascii")
+        texts = [writing.rows(table) for table in tables]
+        path.write_text(texts[0] + writing.rows(mesh.points) + "".join(texts[1:]), encoding="ascii")
     else:
         _write_binary(path, encoding, head, mesh, np.concatenate(flat))
     moved = np.any(np.diff(np.concatenate(by_type)) < 0)
     order = ("The format keeps cells by type: their order changed.",) if moved else ()
-    return (*order, *write.lost(mesh, cell=(REF,) if has_tags else ()))
+    return (*order, *writing.lost(mesh, cell=(REF,) if has_tags else ()))
 
 
 def _write_binary(path: Path, encoding: _Encoding, head: Ints, mesh: Mesh, flat: Ints) -> None:

@@ -5,14 +5,12 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from ...cells import SHAPES
+from ...look.bands import POOR
 from .row import Metric, Standard
 
 REPORT = (
     "C. Lobos, Towards a unified measurement of quality for mixed-elements, technical report, UTFSM, Santiago, Chile"
 )
-
-ACCEPTABLE = 0.2
-"""E_q from which a cell is good; a valid cell below it is poor (the report, section 2)."""
 
 JENS = Metric(
     name="jens",
@@ -20,7 +18,7 @@ JENS = Metric(
     text="1 only if every corner has the scaled Jacobian of the ideal cell, below 0 if a corner is inverted, "
     "0 if one is flat; the cell takes the worst corner, or the mildest negative one. Blind to stretching along edges.",
     range=(-1.0, 1.0),
-    acceptable=(ACCEPTABLE, 1.0),
+    acceptable=(POOR, 1.0),
     ideal=1.0,
     better="higher",
     source="meshgauge",
@@ -33,14 +31,14 @@ SCALED_JACOBIAN = Metric(
     text="Determinant of the unit edge vectors at a corner; the cell takes the smallest, or the mildest negative one. "
     "The ideal cell has k, which depends on the shape, so that types cannot be compared by it.",
     range=(-1.0, 1.0),
-    acceptable=(ACCEPTABLE, 1.0),
+    acceptable=(POOR, 1.0),
     ideal=1.0,
     better="higher",
     source="meshgauge",
     reference=f"{REPORT}, section 2; P. Knupp, Int. J. Numer. Meth. Engng 48 (2000) 1165-1185",
     where=("cell", "node"),
     # J_S = 0.2 k is J_ENS = 0.2.
-    per_shape=MappingProxyType({s.name: Standard(s.k, (ACCEPTABLE * s.k, 1.0)) for s in SHAPES.values()}),
+    per_shape=MappingProxyType({s.name: Standard(s.k, (POOR * s.k, 1.0)) for s in SHAPES.values()}),
 )
 
 ROWS = (JENS, SCALED_JACOBIAN)

@@ -6,8 +6,7 @@
 >>> text = html.page([html.section(quality)])
 """
 
-from .improve import improve_page, improve_section
 from .page import HtmlWriter, page, write
 from .section import Section, section
 
-__all__ = ["HtmlWriter", "Section", "improve_page", "improve_section", "page", "section", "write"]
+__all__ = ["HtmlWriter", "Section", "page", "section", "write"]

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...look import style
+from ...look.bands import POOR
+from ...look.colours import DEGENERATE, INVALID, STOPS, UNKNOWN
 from ...mesh.topology import topology
 from ...quality.summary import Summary
 from ...status import STATUSES
 from . import surface
 from .cells import WHOLE, WORST, Ids, arrays_of, chosen, drawable, kinds, nodes_of
-from .colours import DEGENERATE, INVALID, STOPS, UNKNOWN
 from .frame import Frame
 from .pack import packed
 
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
 TRIANGLES = 400_000
 """Triangles of a surface from which it is made coarser."""
 
-POOR = 0.2
 
 CHANGING = ("bin", "value", "status", "nodeValue", "xyz", "surfaceXyz", "surfaceValue", "surfaceStatus")
 """The arrays that differ between two states of a mesh; those of the state before are called so."""

@@ -12,11 +12,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from ... import __version__
-from ...errors import WriteError
-from ...look import style
-from ..record import FailedFile, FileReport
-from . import charts, colours
+from ..._version import __version__
+from ...errors import FailedFile, WriteError
+from ...look import colours, style
+from ..record import FileReport
+from . import charts
 from .section import BUDGET, Section, section
 from .sketch import sketch
 

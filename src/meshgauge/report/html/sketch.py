@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .colours import colour
+from ...look.colours import colour
 
 Values = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ....cells import CELL_TYPES
 from ....mesh import Mesh
 from ....mesh.regions import told_regions
-from ...plumbing import write
+from ...plumbing import writing
 
 _TYPES = {
     "tetra": "C3D4",
@@ -38,11 +38,11 @@ _PER_LINE = 16
 
 def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
     """Write a file; ``material`` is the name of the cell data that number materials."""
-    mesh = write.plain(mesh)
-    write.check_types(mesh, _TYPES)
+    mesh = writing.plain(mesh)
+    writing.check_types(mesh, _TYPES)
     ids, names = told_regions(mesh) or (np.zeros(mesh.n_cells, np.int64), ("",))
     sets = _names(names) if names != ("",) else [""]
-    told = {write.REGION.upper(), *(name.upper() for name in names)}
+    told = {writing.REGION.upper(), *(name.upper() for name in names)}
     members = {k: v for k, v in mesh.cell_data.items() if _is_set(v) and k.upper() not in told}
     materials = mesh.field_data.get(f"{material}:names") if material in mesh.cell_data else None
     with path.open("w", encoding="utf-8") as file:
@@ -55,7 +55,7 @@ def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
             name = CELL_TYPES[int(mesh.types[first])].name
             region = sets[int(ids[first])]
             file.write(f"*ELEMENT, TYPE={_TYPES[name]}" + (f", ELSET={region}\n" if region else "\n"))
-            nodes = write.nodes_of(mesh, np.arange(first, last)) + 1
+            nodes = writing.nodes_of(mesh, np.arange(first, last)) + 1
             nodes = nodes[:, _LINE3] if name == "line3" else nodes
             for number, row in enumerate(nodes.tolist(), first + 1):
                 file.write(_element(number, row))
@@ -70,7 +70,7 @@ def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
     kept += [material] if materials is not None else []
     renamed = [name for name, label in zip(names, sets, strict=False) if label and label != name]
     said = (f"Abaqus's names hold no commas or quotes: {', '.join(renamed[:8])} changed.",) if renamed else ()
-    return (*said, *write.lost(mesh, cell=kept, field=(*names, *(f"{k}:names" for k in kept))))
+    return (*said, *writing.lost(mesh, cell=kept, field=(*names, *(f"{k}:names" for k in kept))))
 
 
 def _told(mesh: Mesh, ids: NDArray[np.int64]) -> list[str]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ....cells import BY_NAME, CELL_TYPES
 from ....mesh.polyhedra import Polyhedra
-from ...plumbing import faces as faces
+from ...plumbing import face_based
 from ...plumbing.build import Cells, Ints, Kind, gathered
 from ...plumbing.merge import Part
 from .cells import KINDS, MIXED, NFACE, NGON
@@ -198,7 +198,7 @@ def _lists(node: Node, ids: Ints, starts: Ints | None, n: int) -> tuple[Ints, In
         if at != len(ids):
             raise node.fail(f"has {len(ids)} items, {at} expected")
         sizes = ids[places]
-        return faces.offsets_of(sizes), np.delete(ids, places)
+        return face_based.offsets_of(sizes), np.delete(ids, places)
     if len(starts) != n + 1 or starts[0] != 0 or starts[-1] != len(ids) or (np.diff(starts) < 0).any():
         raise node.fail(f"has offsets that do not fit {n} elements of {len(ids)} items")
     return starts, ids
@@ -256,7 +256,7 @@ def _unstructured(
     if wrong.any():
         bad = int(connectivity[np.argmax(wrong)]) + 1
         raise node.fail(f"an element refers to point {bad}, which is outside 1..{len(points)}")
-    part = Part("", points, types, faces.offsets_of(sizes), connectivity, _joined([(c, p) for c, p, _ in made]))
+    part = Part("", points, types, face_based.offsets_of(sizes), connectivity, _joined([(c, p) for c, p, _ in made]))
     lagrange = sorted({CELL_TYPES[int(t)].name for t in np.unique(types) if CELL_TYPES[int(t)].name.startswith("lagr")})
     if lagrange:
         part.notes.append(f"Of {', '.join(lagrange)} cells the corners are in place, the other nodes as filed.")
@@ -276,7 +276,7 @@ def _joined(made: list[tuple[Cells, Polyhedra | None]]) -> Polyhedra | None:
         sizes.append(np.diff(poly.face_offsets))
         items.append(np.asarray(poly.face_points))
     flat = np.concatenate(sizes)
-    return Polyhedra(faces.offsets_of(np.concatenate(n_faces)), np.arange(len(flat)), faces.offsets_of(flat),
+    return Polyhedra(face_based.offsets_of(np.concatenate(n_faces)), np.arange(len(flat)), face_based.offsets_of(flat),
                      np.concatenate(items))  # fmt: skip
 
 
@@ -286,7 +286,7 @@ def _all_faces(node: Node, faces: list[_Section]) -> tuple[Ints, Ints, Ints]:
     if len(sizes) and int(sizes.min()) < 3:
         raise node.fail("a face has less than three points")
     numbers = np.concatenate([_NONE, *(np.arange(s.first, s.first + s.n) for s in faces)])
-    return faces.offsets_of(sizes), np.concatenate([_NONE, *(section.items for section in faces)]) - 1, numbers
+    return face_based.offsets_of(sizes), np.concatenate([_NONE, *(section.items for section in faces)]) - 1, numbers
 
 
 def _checked(node: Node, ids: Ints, n: int, what: str) -> Ints:
@@ -307,7 +307,7 @@ def _polyhedra(
     asked = np.abs(cells.items)
     _checked(node, asked, len(order), "a polyhedron refers to face")
     of_cells = _checked(node, order[asked], len(numbers), "a polyhedron refers to face")
-    found = faces.solids(faces.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0), points)
+    found = face_based.solids(face_based.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0), points)
     return Cells(found.types, found.offsets, found.connectivity), found.polyhedra
 
 
@@ -321,15 +321,15 @@ def _by_parents(node: Node, faces: list[_Section], points: NDArray[Any]) -> tupl
     numbers = np.unique(np.concatenate([left, right]))
     numbers = numbers[numbers > 0]
     place = [np.where(side > 0, np.searchsorted(numbers, side), -1) for side in (left, right)]
-    cell_offsets, cell_faces, is_second = faces.of_cells(len(numbers), *place)
-    found = faces.solids(faces.Faces(cell_offsets, cell_faces, offsets, items, is_second), points)
+    cell_offsets, cell_faces, is_second = face_based.of_cells(len(numbers), *place)
+    found = face_based.solids(face_based.Faces(cell_offsets, cell_faces, offsets, items, is_second), points)
     return Cells(found.types, found.offsets, found.connectivity), found.polyhedra, numbers
 
 
 def _polygons(section: _Section, chosen: Ints) -> Cells:
     sizes = np.diff(section.offsets)[chosen]
-    items = section.items[faces.spans(section.offsets[chosen], sizes)] - 1
-    return Cells(faces.surface_types(sizes), faces.offsets_of(sizes), items)
+    items = section.items[face_based.spans(section.offsets[chosen], sizes)] - 1
+    return Cells(face_based.surface_types(sizes), face_based.offsets_of(sizes), items)
 
 
 def _boundaries(node: Node, last: int, families: dict[str, str]) -> tuple[Ints, list[str]]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ....errors import MeshgaugeError, ReadError
 from ...plumbing import within
-from ...plumbing.faces import offsets_of, spans
+from ...plumbing.face_based import offsets_of, spans
 
 _DENSEST = 1100
 """Bytes that a byte of a compressed file can stand for; more is not believed."""

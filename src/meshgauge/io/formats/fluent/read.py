@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ...plumbing import faces as faces
+from ...plumbing import face_based
 from ...plumbing.format import Format
 from ...plumbing.text import numbers
 from ..vtk.hdf import MAGIC
@@ -234,7 +234,7 @@ def _mesh(found: _Found, path: Path) -> Mesh:
     starts = ends - sizes - 2
     if len(flat) and (flat.min() < 0 or n_stated > len(flat)):
         raise ReadError(f"{path}: states {n_stated} cells, but has {len(sizes)} faces")
-    ids = flat[faces.spans(starts, sizes)] - 1
+    ids = flat[face_based.spans(starts, sizes)] - 1
     if len(ids) and not 0 <= int(ids.min()) <= int(ids.max()) < len(points):
         bad = int(ids[np.argmax((ids < 0) | (ids >= len(points)))]) + 1
         raise ReadError(f"{path}: a face refers to point {bad}, which is outside 1..{len(points)}")
@@ -252,8 +252,8 @@ def _mesh(found: _Found, path: Path) -> Mesh:
     face_ids = np.concatenate([np.arange(z[1], z[1] + len(z[3])) for z in found.faces])
     for first, last in found.parents:
         pair[:, (face_ids >= first) & (face_ids <= last)] = 0
-    offsets, faces, is_second = faces.of_cells(at, place[pair[0]], place[pair[1]])
-    whole = faces.Faces(offsets, faces, faces.offsets_of(sizes), ids, ~is_second)
+    offsets, faces, is_second = face_based.of_cells(at, place[pair[0]], place[pair[1]])
+    whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), ids, ~is_second)
     patches, begin = [], 0
     for zone, _, kind, own, _ in found.faces:
         if kind != _INTERIOR:
@@ -263,7 +263,7 @@ def _mesh(found: _Found, path: Path) -> Mesh:
     lacking = int(np.count_nonzero(np.diff(offsets) < 4))
     if lacking:
         raise ReadError(f"{path}: {lacking} of {at} cells have fewer than four faces; the file is not whole")
-    return faces.mesh(path, points, whole, zones, patches)
+    return face_based.mesh(path, points, whole, zones, patches)
 
 
 def _joined_points(found: _Found, path: Path) -> NDArray[np.float64]:

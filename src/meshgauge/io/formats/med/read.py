@@ -16,8 +16,7 @@ from ....cells import CELL_TYPES
 from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
 from ....mesh.regions import told_regions
-from ...plumbing import faces as faces
-from ...plumbing import meshio, within
+from ...plumbing import face_based, meshio, within
 from ...plumbing.build import Ints, Kind, gathered
 from ...plumbing.format import Format
 from ...plumbing.merge import Part, merged
@@ -161,15 +160,15 @@ def _counts(path: Path, index: Any, n: int) -> Ints:
 
 def _polygons(path: Path, group: Any, ids: Ints) -> Part:
     sizes = _counts(path, group["INN"][...], len(ids))
-    return Part("polygon", _NONE, np.full(len(sizes), 7, np.uint8), faces.offsets_of(sizes), ids)
+    return Part("polygon", _NONE, np.full(len(sizes), 7, np.uint8), face_based.offsets_of(sizes), ids)
 
 
 def _polyhedra(path: Path, group: Any, ids: Ints, points: NDArray[np.float64]) -> Part:
     """INN has where the nodes of each face start, IFN where the faces of each cell do."""
     sizes = _counts(path, group["INN"][...], len(ids))
     n_faces = _counts(path, group["IFN"][...], len(sizes))
-    faces = faces.Faces(faces.offsets_of(n_faces), np.arange(len(sizes)), faces.offsets_of(sizes), ids)
-    made = faces.solids(faces, points)
+    faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(sizes)), face_based.offsets_of(sizes), ids)
+    made = face_based.solids(faces, points)
     return Part("polyhedron", _NONE, made.types, made.offsets, made.connectivity, made.polyhedra)
 
 

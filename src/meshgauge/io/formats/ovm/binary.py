@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import ReadError
-from ...plumbing.faces import Ints, offsets_of
+from ...plumbing.face_based import Ints, offsets_of
 
 MAGIC = b"OVMB\n\r\n\xff"
 

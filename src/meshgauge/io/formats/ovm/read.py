@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ...plumbing import faces as faces
-from ...plumbing.faces import Ints
+from ...plumbing import face_based
+from ...plumbing.face_based import Ints
 from ...plumbing.format import Format
 from ...plumbing.text import Ragged, Text
 from . import binary
@@ -89,10 +89,10 @@ def _mesh(found: Content, path: Path) -> Mesh:
     _in_range(path, found.half_faces, 2 * n_faces, "a cell refers to half-face")
     corners = found.edges[found.half_edges // 2, found.half_edges % 2]
     inward = np.asarray(found.half_faces % 2 == 1)
-    faces = faces.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, inward)
+    faces = face_based.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, inward)
     if _most_are_inverted(faces, found.points):
-        faces = faces.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, ~inward)
-    cells = faces.solids(faces, found.points)
+        faces = face_based.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, ~inward)
+    cells = face_based.solids(faces, found.points)
     notes: tuple[str, ...] = ()
     if found.left_out:
         notes = (
@@ -130,7 +130,7 @@ def _items(text: Text, n: int, what: str) -> tuple[Ints, Ints]:
     if wrong.any():
         at = int(np.argmax(wrong))
         raise text.fail(f"a row does not hold as many {what} as it states", first + at)
-    return faces.offsets_of(sizes), rows.values[faces.spans(rows.starts[:-1] + 1, sizes)]
+    return face_based.offsets_of(sizes), rows.values[face_based.spans(rows.starts[:-1] + 1, sizes)]
 
 
 def _in_range(path: Path, ids: NDArray[np.int64], n: int, what: str) -> None:
@@ -139,8 +139,8 @@ def _in_range(path: Path, ids: NDArray[np.int64], n: int, what: str) -> None:
         raise ReadError(f"{path}: {what} {int(ids.flat[np.argmax(wrong)])}, which is outside 0..{n - 1}")
 
 
-def _most_are_inverted(faces: faces.Faces, points: NDArray[np.floating]) -> bool:
-    volume = faces.volumes(faces, points)
+def _most_are_inverted(faces: face_based.Faces, points: NDArray[np.floating]) -> bool:
+    volume = face_based.volumes(faces, points)
     return int((volume < 0).sum()) > int((volume > 0).sum())
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
 from ...plumbing.build import Cells, Kind, checked_codes, gathered
-from ...plumbing.faces import offsets_of
+from ...plumbing.face_based import offsets_of
 from ...plumbing.format import Format
 from ...plumbing.merge import Part, merged
 from ...plumbing.text import Text

@@ -12,7 +12,7 @@ from ....cells import CELL_TYPES
 from ....errors import WriteError
 from ....mesh import Mesh
 from ....mesh.regions import told_regions
-from ...plumbing import write
+from ...plumbing import writing
 
 _KNOWN = ("triangle", "quad", "tetra", "hexahedron", "wedge", "pyramid")
 _FLAT_KNOWN = ("line", "triangle", "quad")
@@ -21,10 +21,10 @@ _NAMES = ("su2:zone", "su2:marker")
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """Surface cells are markers of their region's name; surfaces alone, in the plane z = 0, are of two dimensions."""
-    mesh = write.plain(mesh)
+    mesh = writing.plain(mesh)
     dimension = np.array([CELL_TYPES[t].dimension if t in CELL_TYPES else -1 for t in range(256)])[mesh.types]
     inside = 3 if (dimension == 3).any() else 2
-    write.check_types(mesh, _KNOWN if inside == 3 else _FLAT_KNOWN)
+    writing.check_types(mesh, _KNOWN if inside == 3 else _FLAT_KNOWN)
     if inside == 2 and mesh.points[:, 2].any():
         raise WriteError("the format holds solid cells, or surfaces in the plane z = 0")
     ids, names = told_regions(mesh) or (np.zeros(mesh.n_cells, np.int64), ("marker",))
@@ -40,8 +40,8 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     order = np.concatenate([part for cells in zones for part in (cells[solid[cells]], *_by_marker(cells, solid, ids))])
     if np.any(np.diff(order) < 0):
         notes.append("The format keeps solid cells before the markers: the order of the cells changed.")
-    kept = {name for name in mesh.cell_data if name in _NAMES} | ({write.REGION} if len(zones) > 1 else set())
-    return (*notes, *write.lost(mesh, cell=kept))
+    kept = {name for name in mesh.cell_data if name in _NAMES} | ({writing.REGION} if len(zones) > 1 else set())
+    return (*notes, *writing.lost(mesh, cell=kept))
 
 
 def _zones(
@@ -86,7 +86,7 @@ def _zone(
     inner = cells[solid[cells]]
     file.write(f"NDIME= {dimension}\nNELEM= {len(inner)}\n")
     _cells(file, mesh, inner, place)
-    file.write(f"NPOIN= {len(points)}\n" + write.rows(mesh.points[points, :dimension]))
+    file.write(f"NPOIN= {len(points)}\n" + writing.rows(mesh.points[points, :dimension]))
     markers = _by_marker(cells, solid, ids)
     file.write(f"NMARK= {len(markers)}\n")
     for own in markers:

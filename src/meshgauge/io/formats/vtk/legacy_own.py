@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ....cells import CELL_TYPES
 from ....mesh import Mesh
-from ...plumbing.faces import offsets_of, spans
+from ...plumbing.face_based import offsets_of, spans
 from ...plumbing.text import numbers
 
 _HEAD = re.compile(rb"#[ \t]*vtk DataFile Version[ \t]*(\d+)\.\d+[^\n]*\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", re.I)

@@ -1,0 +1,28 @@
+"""The gate for programs (docs/check.md)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from ..._version import __version__
+from ...errors import FailedFile
+from ...report.json import finite
+from .. import Check
+
+SCHEMA, VERSION = "meshgauge-check", 1
+
+
+def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = ()) -> str:
+    """Checks as JSON text, indented, ASCII only; numbers that are undefined or infinite are null."""
+    plain = finite(
+        {
+            "schema": SCHEMA,
+            "version": VERSION,
+            "meshgauge": __version__,
+            "passed": not failures and all(check.is_passed for check in checks),
+            "files": [check.to_dict() for check in checks],
+            "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
+        }
+    )
+    return json.dumps(plain, indent=2, allow_nan=False)

@@ -1,0 +1,94 @@
+"""A diagnosis for people, as Rich renderables; for programs, `Diagnosis.to_dict` is plain data already."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.padding import Padding
+from rich.table import Table
+from rich.text import Text
+
+from .._version import __version__
+from ..errors import FailedFile
+from ..look import style
+
+if TYPE_CHECKING:
+    from . import Changes, Diagnosis, Finding
+
+SCHEMA, VERSION = "meshgauge-doctor", 1
+
+CHECKED = (
+    "cells numbered in reverse, repeated points, duplicate cells, faces of three cells, split faces, parts, "
+    "duplicate points and unused points"
+)
+
+_LEVELS = {"defect": "bad", "notice": "poor"}
+_NOTICE = ("•", "-")
+
+
+class DiagnosisText:
+    """A title and a line for each finding, defects first marked; one line if nothing was found."""
+
+    def __init__(self, diagnosis: Diagnosis, *, title: str = "diagnosis") -> None:
+        self.diagnosis = diagnosis
+        self.title = title
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        found = self.diagnosis
+        table = Table.grid(padding=(0, 1))
+        table.add_column(no_wrap=True)
+        table.add_column(overflow="fold")
+        for finding in found.findings:
+            table.add_row(*_line(finding, ascii_only=options.ascii_only))
+        for why in found.skipped:
+            table.add_row(Text("?", style.LEVELS["unknown"]), Text(why))
+        if not found.findings and not found.skipped:
+            marks = style.MARKS_ASCII if options.ascii_only else style.MARKS
+            table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(f"No {CHECKED.replace(' and ', ' or ')}."))
+        if found.n_interior_faces is not None:
+            faces = f"{found.n_interior_faces:,} interior faces, {found.n_boundary_faces:,} on the boundary"
+            table.add_row("", Text(faces, "dim"))
+        yield Text(self.title, "bold")
+        yield Padding(table, (0, 0, 0, 1), expand=False)
+
+
+class ChangesText:
+    """What `meshgauge orient` did, a line each, after what the reader noticed or did."""
+
+    def __init__(self, path: str, changes: Changes, *, notes: Sequence[str] = ()) -> None:
+        self.path = path
+        self.changes = changes
+        self.notes = notes
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        lines = list(self.changes.texts)
+        if len(self.changes.cells) == 0 and len(self.changes.left) == 0:
+            lines.insert(0, "No cell is numbered in reverse: nothing to renumber.")
+        yield Text(self.path, "bold", overflow="fold")
+        for line in lines:
+            yield Padding(Text(line), (0, 0, 0, 1), expand=False)
+        for note in self.notes:
+            yield Padding(Text(note, "dim"), (0, 0, 0, 1), expand=False)
+
+
+def diagnosis_json(diagnoses: Sequence[tuple[str, Diagnosis]], failures: Sequence[FailedFile] = ()) -> str:
+    """The diagnoses of several files as JSON text, indented, ASCII only (docs/doctor.md)."""
+    plain: dict[str, Any] = {
+        "schema": SCHEMA,
+        "version": VERSION,
+        "meshgauge": __version__,
+        "files": [{"path": path, **found.to_dict()} for path, found in diagnoses],
+        "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
+    }
+    return json.dumps(plain, indent=2, allow_nan=False)
+
+
+def _line(finding: Finding, *, ascii_only: bool) -> tuple[Text, Text]:
+    level = _LEVELS[finding.level]
+    if finding.level == "notice":
+        return Text(_NOTICE[ascii_only], style.LEVELS[level]), Text(finding.text)
+    marks = style.MARKS_ASCII if ascii_only else style.MARKS
+    return Text(marks[level], style.LEVELS[level]), Text(finding.text)

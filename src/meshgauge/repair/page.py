@@ -1,0 +1,114 @@
+"""A mesh before and after an improvement, as a section of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from ..report.html.charts import histograms, lowest
+from ..report.html.page import page
+from ..report.html.section import BUDGET, Section, report_of, section
+from ..report.verdict import verdict
+from .curves import curves
+from .page_certificate import claims, history, tree
+
+if TYPE_CHECKING:
+    from ..quality.measure import Quality
+
+SHOWN_APART = ("history", "before", "after", "verdict", "claims")
+"""Keys of a certificate that have a place of their own on the page."""
+
+
+class Change(NamedTuple):
+    """What became of the cells and points, each compared with itself."""
+
+    n_better: int
+    n_same: int
+    n_worse: int
+    cell: int  #: that lost most; -1 if none did
+    was: float
+    now: float
+    n_moved: int
+    n_points: int
+    farthest: float  #: longest way of a point
+    share: float  #: of the diagonal of the mesh
+
+
+def improve_page(certificate: Any, before: Quality, after: Quality, *, title: str = "", bins: int = 20) -> str:
+    """A page about one improvement: distributions, progress and shapes, before and after.
+
+    Parameters
+    ----------
+    certificate
+        What the improvement says of itself: a mapping, or an object with ``to_dict``. Its ``history`` is drawn if its
+        entries have ``seconds`` and ``worst`` (``mean`` and ``phase`` as well), its ``claims`` are listed if they have
+        ``holds``, ``name`` and ``text``, its ``verdict`` leads; every other key is shown as it is.
+    before, after
+        Of the same cells: only the points may differ.
+    title
+        Of the page; by default the name of the file.
+    bins
+        Bars of the histograms over -1 to 1.
+
+    Raises
+    ------
+    ValueError
+        If the two are not of the same cells.
+    """
+    return page([improve_section(certificate, before, after, bins=bins)], title=title)
+
+
+def improve_section(
+    certificate: Any, before: Quality, after: Quality, *, bins: int = 20, budget: int = BUDGET
+) -> Section:
+    """A section about one improvement; parameters and errors as `improve_page`."""
+    if not np.array_equal(before.mesh.connectivity, after.mesh.connectivity):
+        raise ValueError("before and after have different cells, expected the same with other points")
+    told = certificate.to_dict() if hasattr(certificate, "to_dict") else certificate
+    told = dict(told) if isinstance(told, Mapping) else {}
+    path = before.mesh.path or after.mesh.path or "mesh"
+    made = section(after, report_of(after, path=path), bins=bins, budget=budget, before=before)
+    was, now = before.summary(), made.summary
+    start = min(lowest(was, bins), lowest(now, bins))
+    return replace(
+        made,
+        kind="improve",
+        histograms=histograms(now, bins, start=start),
+        extra={
+            "was": was,
+            "was_verdict": verdict(was),
+            "was_histograms": histograms(was, bins, start=start),
+            "change": change(before, after),
+            "curves": curves(history(told.get("history"))),
+            "sentence": told["verdict"] if isinstance(told.get("verdict"), str) else "",
+            "claims": claims(told.get("claims")),
+            "certificate": tree({key: value for key, value in told.items() if key not in SHOWN_APART}),
+        },
+    )
+
+
+def change(before: Quality, after: Quality) -> Change:
+    """Compare every cell and every point with itself."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        gain = after.values - before.values
+        way = np.linalg.norm(after.mesh.points.astype(np.float64) - before.mesh.points.astype(np.float64), axis=1)
+        finite = before.mesh.points[np.isfinite(before.mesh.points).all(axis=1)].astype(np.float64)
+        diagonal = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
+    measured = gain[~np.isnan(gain)]
+    worst = int(np.nanargmin(gain)) if len(measured) and measured.min() < 0 else -1
+    farthest = float(np.nanmax(way, initial=0.0))
+    return Change(
+        n_better=int(np.count_nonzero(measured > 0)),
+        n_same=int(np.count_nonzero(measured == 0)),
+        n_worse=int(np.count_nonzero(measured < 0)),
+        cell=worst,
+        was=float(before.values[worst]) if worst >= 0 else np.nan,
+        now=float(after.values[worst]) if worst >= 0 else np.nan,
+        n_moved=int(np.count_nonzero(way > 0)),
+        n_points=len(way),
+        farthest=farthest,
+        share=farthest / diagonal if diagonal else 0.0,
+    )

@@ -1,0 +1,83 @@
+"""Raising the mean, without giving away what the worst cells have."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..energies import QualityEnergy
+from ..problem import Points
+from ..run import Guiding, Run
+from .worst import ON_RAILS
+
+SHARPNESS = (10.0, 20.0, 40.0)
+"""How near the smooth least of a cell's corners is to the true one, one after another."""
+
+ITERATIONS = 100
+LOSS = 3e-4
+"""Share of a quality that may be lost even where all of it is to be kept: without any, nothing could move."""
+
+STIFF = 1e-3
+"""Points of cells that are nearer to what they may not fall to stay: they would hold up all others."""
+
+BARRIER = 1e-3
+STRETCH = 1e-4
+LEAST_GAIN = 1e-5
+"""Weights of the barrier and of the lengths, and the gain in the mean that pays for what the worst lose."""
+
+
+def raise_mean(
+    run: Run,
+    points: Points,
+    lengths: NDArray[np.float32],
+    *,
+    phase: str = "mean",
+    guide: Guiding | None = None,
+) -> Points:
+    """Points of ``run.moving`` with the mean J_ENS of its cells as high as it goes.
+
+    No cell falls below ``floor`` times the worst, or times what it has if that is less than the target; none that
+    reaches the target falls below it. Parameters are those of `raise_worst`; reference lengths are brought nearer to
+    those of the edges as they are, in place.
+    """
+    part = run.moving
+    if part.n_cells == 0:
+        return points
+    lowest, thresholds = part.qualities(points)[0], floors(run, points)
+    is_stiff = np.repeat(lowest - thresholds < STIFF, np.diff(part.cells))
+    stiff = np.unique(part.corners[is_stiff])
+    descent = run.descent(part, np.arange(part.n_points), stiff)
+    # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.
+    part.draw_lengths(points, lengths)
+    energy = QualityEnergy(part, lengths, thresholds, barrier=BARRIER, mean=1.0, stretch=STRETCH)
+    start, before = points, _mean(run, points)
+
+    def watch(now: Points, value: float, least: float) -> bool:
+        run.tell(phase, now)
+        return run.is_over()
+
+    at_a_time = ON_RAILS if guide is not None and guide.bends else ITERATIONS
+    for sharpness in SHARPNESS:
+        energy.sharpness = sharpness
+        for _ in range(0, ITERATIONS, at_a_time):
+            reached = descent.run(energy, points, iterations=at_a_time, tolerance=3e-6, watch=watch)
+            run.evaluations += reached.evaluations
+            points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
+            if run.is_over():
+                break
+    return points if _mean(run, points) > before + LEAST_GAIN else start
+
+
+def _mean(run: Run, points: Points) -> float:
+    return float(run.moving.qualities(points)[1].mean())
+
+
+def floors(run: Run, points: Points) -> Points:
+    """``(n_cells,)`` what no corner of each cell may fall to."""
+    lowest, _ = run.moving.qualities(points)
+    worst = float(lowest.min(initial=1.0))
+    common = max(run.target, worst)
+    wanted = min(run.floor, 1.0 - LOSS) * np.minimum(lowest, common)
+    wanted = np.where(lowest > 0.0, wanted, lowest)
+    wanted = np.where(lowest >= run.target, np.maximum(wanted, run.target), wanted)
+    return np.minimum(wanted, lowest - 1e-6)

@@ -1,0 +1,57 @@
+"""Strictly: towards what was found, as far as no cell has less than it had in the mesh given."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kernels.repair import cells
+from ..problem import Points
+from ..run import Run
+
+ROUNDS = 100
+"""How often points are put back before all are."""
+
+SWEEPS = 30
+"""The most rounds over all points."""
+
+ENOUGH = 1e-3
+"""Ends when fewer than this share of the points move in a round."""
+
+
+def strictly(run: Run, given: Points, found: Points) -> Points:
+    """Points of ``run.moving`` on the way from those given to those found, no cell below the J_ENS that it had.
+
+    Points whose cells would lose are put back, as long as there are any. From there points go one by one: a cell that
+    has gained may give some of it back to its neighbours, so it takes several rounds. Each cell's own value is its
+    barrier from the start; what could only be reached through a worse mesh is not reached.
+    """
+    # Against all corners of the cells, also those that cannot change.
+    whole = run.whole
+    everywhere, guide = run.base.copy(), run.base.copy()
+    everywhere[run.points_of_moving], guide[run.points_of_moving] = given, found
+    _, floors = whole.qualities(everywhere)
+    old, of_cell = everywhere, whole.cell_of_corner()
+    everywhere = guide.copy()
+    for _ in range(ROUNDS):
+        lost = whole.qualities(everywhere)[1] < floors
+        if not lost.any():
+            break
+        back = whole.corners[lost[of_cell]]
+        everywhere[back] = old[back]
+    else:
+        everywhere = old.copy()
+    pairs = np.unique(whole.corners.reshape(-1).astype(np.int64) * whole.n_cells + np.repeat(of_cell, 4))
+    offsets = np.zeros(whole.n_points + 1, np.int64)
+    np.cumsum(np.bincount(pairs // whole.n_cells, minlength=whole.n_points), out=offsets[1:])
+    around = pairs % whole.n_cells
+    free = run.points_of_moving[run.freedom.kind == 3]
+    for _ in range(SWEEPS):
+        n = cells.swept(
+            everywhere, guide, whole.corners, whole.kinds, whole.constants, whole.cells, offsets, around, free, floors
+        )
+        run.evaluations += 1
+        run.tell("strict", everywhere[run.points_of_moving])
+        if n <= ENOUGH * len(free) or run.is_over():
+            break
+    reached: Points = everywhere[run.points_of_moving]
+    return reached

@@ -1,0 +1,143 @@
+"""Untangling: every corner positive, if it can be. Only cells that are inverted and those around them move, if that is
+enough."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..descent import Descent
+from ..energies import ShapeEnergy
+from ..problem import Points, Problem
+from ..run import Run
+
+RINGS = (3, 8)
+"""Cells around inverted ones that move with them, at first and then; all, if that is not enough."""
+
+FEW = 0.2
+"""Share of the cells up to which only a neighbourhood is untangled."""
+
+ROUNDS, ITERATIONS = 60, 20
+"""Values of ε, and iterations for each."""
+
+SMOOTH = 60
+"""Iterations on the shape once all corners are positive."""
+
+ANISOTROPIC, STRAIGHT = 8.0, 0.8
+"""Ratio of the longest to the shortest edge, and quality, from which on a cell is stretched on purpose."""
+
+NARROW, WIDE = 0.2, 5.0
+"""A reference length stays within these of the cell's mean length: lengths in tangled cells are accidents."""
+
+
+def untangle(run: Run, points: Points) -> tuple[Points, bool]:
+    """Points of ``run.moving`` with every corner positive; False, and what was reached, if there is no way to it.
+
+    Nothing is done if all are positive: shapes that a valid mesh has on purpose, such as flat cells at a wall, would
+    suffer.
+    """
+    lowest, _ = run.moving.qualities(points)
+    bad = lowest <= 0.0
+    if not bad.any():
+        return points, True
+    few = np.count_nonzero(bad) <= FEW * run.moving.n_cells
+    attempts: list[NDArray[np.bool_] | None] = []
+    if few:
+        for rings in RINGS:
+            near = run.moving.grown(bad, rings)
+            if np.count_nonzero(near) < 0.6 * run.moving.n_cells:
+                attempts.append(near)
+    attempts.append(None)
+    best, n_best = points, int(np.count_nonzero(bad))
+    for keep in attempts:
+        found = _attempt(run, points, keep)
+        n = int(np.count_nonzero(run.moving.qualities(found)[0] <= 0.0))
+        if n < n_best:
+            best, n_best = found, n
+        if n_best == 0 or run.is_over():
+            break
+    return best, n_best == 0
+
+
+def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points:
+    part, of_points, _ = run.problem_here(keep)
+    held = None
+    if keep is not None:
+        # Points of cells left out hold still, else those cells could be turned over.
+        outside = np.zeros(run.moving.n_points, bool)
+        outside[run.moving.corners[np.repeat(~keep, np.diff(run.moving.cells))]] = True
+        held = outside[of_points]
+    here = points[of_points]
+    descent = run.descent(part, of_points, held)
+    energy = ShapeEnergy(part, _references(part, here, local=keep is not None))
+    here = _positive(run, descent, energy, here, points, of_points)
+    out = points.copy()
+    out[of_points] = here
+    return out
+
+
+def _positive(
+    run: Run, descent: Descent, energy: ShapeEnergy, here: Points, points: Points, of_points: NDArray[np.int64]
+) -> Points:
+    """Continuation on ε until every corner is positive."""
+    whole = points.copy()
+
+    def watch(now: Points, value: float, least: float) -> bool:
+        whole[of_points] = now
+        run.tell("untangle", whole)
+        return run.is_over()
+
+    epsilon, least, stuck = 3e-5, -np.inf, 0
+    for _ in range(ROUNDS):
+        energy.epsilon2 = epsilon * epsilon
+        reached = descent.run(energy, here, iterations=ITERATIONS, first_step=0.05, tolerance=1e-5, watch=watch)
+        run.evaluations += reached.evaluations
+        here = reached.points
+        before, least = least, reached.least
+        if least > 0.0 or run.is_over():
+            break
+        epsilon = max(0.2 * abs(least), 1e-6)
+        stuck = stuck + 1 if reached.converged or least <= before + 1e-6 * abs(before) else 0
+        if stuck > 8:
+            break
+    return here
+
+
+def smoothed(run: Run, points: Points, given: Points) -> Points:
+    """Points of ``run.moving``, all of them smoothed by the shapes of their cells; for meshes that were tangled.
+
+    What is around a tangle was bent by it, and the phases that follow go further from even shapes. Cells are drawn
+    towards equal edges, but those that were flat or long and yet straight in the mesh given are so on purpose.
+    """
+    part = run.moving
+    lengths = part.edge_lengths(given)
+    starts = part.cells[:-1]
+    ratio = np.maximum.reduceat(lengths.max(axis=1), starts) / np.minimum.reduceat(lengths.min(axis=1), starts)
+    is_layer = (part.qualities(given)[0] > STRAIGHT) & (ratio > ANISOTROPIC)
+    own = np.flatnonzero(np.repeat(is_layer, np.diff(part.cells)))
+    own_lengths = lengths[own]
+    del lengths, ratio  # a tenth of all the memory that an improvement takes
+    references = _references(part, points, local=False)
+    references[own] = own_lengths
+    energy = ShapeEnergy(part, references)
+
+    def watch(now: Points, value: float, least: float) -> bool:
+        run.tell("smooth", now)
+        return run.is_over()
+
+    descent = run.descent(part, np.arange(part.n_points))
+    reached = descent.run(energy, points, iterations=SMOOTH, tolerance=1e-6, watch=watch)
+    run.evaluations += reached.evaluations
+    return reached.points
+
+
+def _references(part: Problem, points: Points, *, local: bool) -> NDArray[np.float32]:
+    """Reference lengths of the edges at each corner: the cell's mean; where few cells are tangled, its own lengths."""
+    lengths = part.edge_lengths(points)
+    sizes = part.point_sizes(lengths).astype(np.float32)[part.corners[:, 0]]
+    counts = np.diff(part.cells)
+    mean = np.repeat((np.add.reduceat(sizes, part.cells[:-1]) / counts).astype(np.float32), counts)[:, None]
+    if local:
+        return np.clip(lengths, NARROW * mean, WIDE * mean, out=lengths)
+    lengths[...] = mean
+    return lengths

@@ -1,0 +1,107 @@
+"""Raising the worst: the least J_S/k of all corners as high as it goes, then the next least, and so on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..energies import QualityEnergy
+from ..problem import Points
+from ..run import Guiding, Run
+
+START, END = 0.4, 5e-5
+"""Distance of the threshold below the least corner, at first and at last."""
+
+ITERATIONS = 25
+"""Iterations for each threshold."""
+
+ON_RAILS = 16
+"""The same where points slide on a surface that bends: the directions in which they may move change as they do."""
+
+GAIN, SHRINK = 0.2, 0.55
+"""The threshold comes nearer by the second where the least corner rose by less than the first of the distance."""
+
+LEVELS = 6
+"""How often what cannot be raised is set aside."""
+
+WELL = 0.4
+"""The next least are raised up to this, or twice the target."""
+
+SLACK = 0.2
+"""Share of the least at the start that no corner falls below on the way."""
+
+PERFECT = 0.9999
+
+
+def raise_worst(
+    run: Run,
+    points: Points,
+    lengths: NDArray[np.float32],
+    *,
+    offsets: Points | None = None,
+    goal: float = PERFECT,
+    phase: str = "worst",
+    guide: Guiding | None = None,
+) -> Points:
+    """Points of ``run.moving`` with its least corner as high as it goes, or up to the goal.
+
+    A barrier stands at a threshold t below the least corner; t follows it and comes nearer. Cells that can be raised
+    no more keep a threshold of their own just below what they have, and the others go on, up to twice the target.
+
+    Parameters
+    ----------
+    run, points
+        Where from; corners may be negative.
+    lengths
+        Reference lengths, see `QualityEnergy`.
+    offsets
+        ``(n_cells,)`` taken from the values of the cells first: to raise what cells have lost, give what they had.
+    goal
+        Enough for the least.
+    phase
+        What is told of the progress.
+    guide
+        Called after some steps, to put points back on the surface that they slide on.
+    """
+    part = run.moving
+    if part.n_cells == 0:
+        return points
+    zero = np.zeros(part.n_cells) if offsets is None else offsets
+    descent = run.descent(part, np.arange(part.n_points))
+    energy = QualityEnergy(part, lengths, np.empty(part.n_cells))
+    held = np.full(part.n_cells, np.inf)
+    values = part.qualities(points)[0] - zero
+
+    def watch(now: Points, value: float, least: float) -> bool:
+        run.tell(phase, now)
+        return run.is_over()
+
+    at_a_time = ON_RAILS if guide is not None and guide.bends else ITERATIONS
+    gap, levels, spent, most = START, 0, 0, 0
+    level = float(values.min())
+    # What is valid stays valid; only sliding, of which a worse result is dropped, may go through worse meshes.
+    least = SLACK * level if level > 0.0 and guide is None else -np.inf
+    while level < goal and not run.is_over():
+        energy.thresholds = np.where(np.isinf(held), zero + max(level - gap, least), held)
+        reached = descent.run(energy, points, iterations=at_a_time, tolerance=1e-7, watch=watch)
+        run.evaluations += reached.evaluations
+        spent += reached.evaluations
+        points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
+        values = part.qualities(points)[0] - zero
+        free = np.isinf(held)
+        before, level = level, float(values[free].min(initial=goal))
+        if level - before < GAIN * gap:
+            gap *= SHRINK
+        if gap >= END and not (levels and spent > most):
+            continue
+        # What can be raised no more is set aside; for the others together half as many evaluations again.
+        most = spent // 2 if levels == 0 else most
+        levels, spent = levels + 1, spent if levels else 0
+        if levels > LEVELS or spent > most or level >= max(2.0 * run.target, WELL) or level >= goal:
+            break
+        stuck = free & (values < level + 4.0 * gap)
+        least = max(least, level - END)
+        held[stuck] = zero[stuck] + values[stuck] - END
+        level = float(values[free & ~stuck].min(initial=goal))
+        gap = START / 4
+    return points

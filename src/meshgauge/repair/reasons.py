@@ -1,0 +1,110 @@
+"""One sentence on an improvement, and for each cell below the target the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..cells import type_name
+from ..quality.measure import Quality
+from ..status import Status
+from .ceiling import FOUR, THREE, Ceiling
+from .certificate import NAMED, Limited
+from .constraints import Setting
+from .run import Run
+
+ASIDE = "the cell takes no part: its type cannot be improved, or it could not be measured"
+ALL = "all points of the cell are fixed"
+INVERTED = "its corners could not be untangled: what is fixed around it contradicts itself, or it is in a knot"
+INSIDE = "its corners are positive, but it is inverted inside"
+ONE = "only one point of it can move, and what is fixed around that point leaves no better place"
+STRICT = "it could only gain if a cell near it lost, which is not wanted here (strict)"
+NEAR = "some of its points are fixed; they and its neighbours leave no better place that was found"
+FREE = "none of its points is fixed; its neighbours leave no better place that was found"
+
+
+@dataclass(frozen=True, slots=True)
+class Reasons:
+    """Why cells are below the target."""
+
+    counts: dict[str, int]
+    cells: tuple[Limited, ...]
+
+
+def reasons(
+    before: Quality, after: Quality, where: Setting, run: Run, limit: Ceiling, *, slides: bool, strict: bool
+) -> Reasons:
+    """For the solid cells that are invalid or below the target: how many for each reason, and the worst of them."""
+    mesh = after.mesh
+    with np.errstate(invalid="ignore"):
+        below = (after.values < run.target) | np.isnan(after.values)
+    below |= ~np.isin(after.status, (Status.OK, Status.UNDECIDED))
+    below &= after.status != Status.NOT_SOLID
+    cells = np.flatnonzero(below)
+    bounds, by_four = np.ones(mesh.n_cells), np.zeros(mesh.n_cells, bool)
+    bounds[run.whole.cell_ids], by_four[run.whole.cell_ids] = limit.bounds, limit.by_four
+    fixed = where.pinned if slides else where.fixed
+    why = np.empty(len(cells), object)
+    for n, cell in enumerate(cells):
+        why[n] = _why(after, int(cell), where, bounds, by_four, fixed, run.target, slides=slides, strict=strict)
+    counts = {text: int(np.count_nonzero(why == text)) for text in dict.fromkeys(why)}
+    order = np.argsort(np.nan_to_num(after.values[cells], nan=-2.0), kind="stable")[:NAMED]
+    named = tuple(
+        Limited(
+            int(cells[n]), type_name(int(mesh.types[cells[n]])), float(after.values[cells[n]]),
+            float(bounds[cells[n]]), str(why[n]),
+        )
+        for n in order
+    )  # fmt: skip
+    return Reasons(dict(sorted(counts.items(), key=lambda pair: -pair[1])), named)
+
+
+def _why(
+    after: Quality,
+    cell: int,
+    where: Setting,
+    bounds: np.ndarray,
+    by_four: np.ndarray,
+    fixed: np.ndarray,
+    target: float,
+    *,
+    slides: bool,
+    strict: bool,
+) -> str:
+    if not where.cells[cell]:
+        return ASIDE
+    held = fixed[after.mesh.nodes(cell)]
+    if held.all():
+        return ALL
+    if not slides and bounds[cell] < target:
+        return FOUR if by_four[cell] else THREE
+    if after.values[cell] <= 0.0 and not strict:
+        return INVERTED
+    if after.status[cell] == Status.INVERTED_INSIDE:
+        return INSIDE
+    if strict:
+        return STRICT
+    n_free = int(np.count_nonzero(~held))
+    return ONE if n_free == 1 else (NEAR if held.any() else FREE)
+
+
+def verdict(before: Quality, after: Quality, run: Run, limit: Ceiling, options: Mapping[str, Any]) -> tuple[str, str]:
+    """The outcome in a word, and in a sentence."""
+    solid = after.status != Status.NOT_SOLID
+    bad = [int(np.count_nonzero(solid & ~np.isin(q.status, (Status.OK, Status.UNDECIDED)))) for q in (before, after)]
+    worst = [float(np.nanmin(q.values)) for q in (before, after)]
+    mean = [float(np.nanmean(q.values[solid])) for q in (before, after)]
+    if np.array_equal(before.mesh.points, after.mesh.points):
+        return "unchanged", f"Nothing was changed: worst {worst[0]:.3f}, mean {mean[0]:.3f}, {bad[0]:,} cells invalid."
+    went = f"worst {worst[0]:.3f} → {worst[1]:.3f}, mean {mean[0]:.3f} → {mean[1]:.3f}"
+    if bad[1]:
+        return "not untangled", f"{bad[1]:,} cells are still invalid ({bad[0]:,} before): {went}."
+    text = f"All {int(np.count_nonzero(solid)):,} cells are valid: {went}."
+    if bad[0]:
+        text = f"{bad[0]:,} invalid cells were repaired. {text}"
+    if options["boundary"] == "fixed" and worst[1] > limit.worst - 1e-3 and limit.worst < 1.0:
+        text += f" The worst is at the ceiling that the fixed boundary sets ({limit.worst:.3f})."
+    return "improved", text

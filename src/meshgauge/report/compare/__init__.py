@@ -1,1 +1,0 @@
-"""A comparison of meshes, for people and for programs. Data in, text out."""

@@ -1,0 +1,171 @@
+"""Between what the page's controls hold and a `View`: plain values, which come from a browser and are not trusted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..look.colours import css
+from .camera import Camera, Vector
+from .card import Card, coordinate, number
+from .filters import AXES, Filters, Plane, others
+from .histogram import EDGES, bars, histogram
+from .link import View
+from .model import Model
+
+OFF, OBLIQUE = "off", "view"
+"""Choices of the slicing plane beside the axes: none, and along the line of sight."""
+
+WORST = 50
+"""Cells in the lists of the worst, together."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What the meshes offer to be chosen from: names, and the number of solid cells of each in the first mesh."""
+
+    types: dict[str, int]
+    statuses: dict[str, int]
+    regions: dict[str, int]
+
+    @classmethod
+    def of(cls, models: Sequence[Model]) -> Choices:
+        """Those of the first mesh, then those that only others have."""
+        found: list[dict[str, int]] = [{}, {}, {}]
+        for model in models:
+            for merged, counts in zip(
+                found, (model.counts("types"), model.counts("statuses"), model.counts("regions")), strict=True
+            ):
+                for name, n in counts.items():
+                    merged.setdefault(name, n)
+        return cls(*found)
+
+
+def controls(view: View, choices: Choices) -> dict[str, Any]:
+    """The values of the controls that stand for a view."""
+    filters, plane = view.filters, view.filters.plane
+    axis, flipped = OFF, False
+    if plane is not None:
+        minus = (-plane.normal[0], -plane.normal[1], -plane.normal[2])
+        axis = next((name for name, along in AXES.items() if along in (plane.normal, minus)), OBLIQUE)
+        flipped = axis in AXES and AXES[axis] == minus
+    return {
+        "quality": [filters.low, filters.high],
+        "with_undefined": filters.undefined,  # "undefined" is a word of the page's language
+        "types": _chosen(filters.types, choices.types),
+        "statuses": _chosen(filters.statuses, choices.statuses),
+        "regions": [] if filters.regions is None else sorted(filters.regions),
+        "axis": axis,
+        "flipped": flipped,
+        "at": plane.at if plane is not None else 0.5,
+        "peel": filters.peel,
+        "edges": view.edges,
+    }
+
+
+def filters(values: Mapping[str, Any], choices: Choices, *, sight: Vector) -> Filters:
+    """The filters that the controls stand for. Raises `ViewError`, TypeError or ValueError if they make no sense.
+
+    ``sight`` is the normal of a plane across the line of sight.
+    """
+    low, high = sorted(float(value) for value in values["quality"])
+    regions = frozenset(str(name) for name in values["regions"])
+    plane = None
+    if values["axis"] != OFF:
+        normal = sight if values["axis"] == OBLIQUE else AXES[values["axis"]]
+        if values["axis"] != OBLIQUE and values["flipped"]:
+            normal = (-normal[0], -normal[1], -normal[2])
+        plane = Plane(normal, float(values["at"]))
+    return Filters(
+        low=round(low, 4),
+        high=round(high, 4),
+        undefined=bool(values["with_undefined"]),
+        types=_names(values["types"], choices.types),
+        statuses=_names(values["statuses"], choices.statuses),
+        regions=regions or None,
+        plane=plane,
+        peel=int(values["peel"]),
+    )
+
+
+def bins(models: Sequence[Model], view: View) -> list[dict[str, Any]]:
+    """The bars of the histogram: of each bin its edges, colour, and for each mesh a height and how many cells."""
+    counts = [histogram(model.values[others(model, view.filters)]) for model in models]
+    heights = [bars(n) for n in counts]
+    fill = css((EDGES[:-1] + EDGES[1:]) / 2)
+    return [
+        {
+            "low": float(EDGES[i]),
+            "high": float(EDGES[i + 1]),
+            "colour": fill[i],
+            "heights": [h[i] for h in heights],
+            "text": f"{number(EDGES[i])} to {number(EDGES[i + 1])}: "
+            + ", ".join(f"{int(n[i]):,}" for n in counts)
+            + " cells",
+        }
+        for i in range(len(fill))
+    ]
+
+
+def worst(model: Model, n: int) -> list[dict[str, Any]]:
+    """Rows of the list of the n worst cells."""
+    return [
+        {
+            "cell": cell.cell,
+            "type": cell.type,
+            "quality": number(cell.quality),
+            "status": "" if cell.status == "ok" else cell.status.replace("_", " "),
+            "colour": css(np.array([cell.quality]))[0],
+        }
+        for cell in model.quality.worst(n)
+    ]
+
+
+def details(found: Card, mesh: int, name: str) -> dict[str, Any]:
+    """A cell for the page."""
+    values = np.array([found.quality, *(row.quality for row in found.nodes)])
+    fill = css(values)
+    return {
+        "cell": found.cell,
+        "mesh": mesh,
+        "name": name,
+        "type": found.type,
+        "quality": number(found.quality),
+        "colour": fill[0],
+        "status": found.status.replace("_", " "),
+        "text": found.text,
+        "region": found.region,
+        "layer": found.layer,
+        "nodes": [
+            {
+                "node": row.node,
+                "point": row.point,
+                "x": [coordinate(x) for x in row.coordinates],
+                "quality": number(row.quality),
+                "colour": colour,
+                "worst": row.is_worst,
+            }
+            for row, colour in zip(found.nodes, fill[1:], strict=True)
+        ],
+    }
+
+
+def changed(view: View, values: Mapping[str, Any], choices: Choices, camera: Camera) -> View:
+    """The view with what the controls say; a plane across the line of sight (of ``camera``) stays as it was set."""
+    plane = view.filters.plane
+    kept = plane is not None and controls(view, choices)["axis"] == OBLIQUE and values["axis"] == OBLIQUE
+    x, y, z = (round(-float(v), 6) for v in camera.forward)
+    sight = plane.normal if kept and plane is not None else (x, y, z)
+    return replace(view, filters=filters(values, choices, sight=sight), edges=bool(values["edges"]))
+
+
+def _chosen(names: frozenset[str] | None, known: Mapping[str, int]) -> list[str]:
+    return [name for name in known if names is None or name in names]
+
+
+def _names(chosen: Sequence[Any], known: Mapping[str, int]) -> frozenset[str] | None:
+    names = frozenset(str(name) for name in chosen)
+    return None if names >= set(known) else names

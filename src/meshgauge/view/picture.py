@@ -1,0 +1,83 @@
+"""The scene as a PNG, with its legend: what the colours mean, and how many cells are shown of how many."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..look.colours import as_bytes
+from .drawn import INK
+from .scene import Scene
+
+STRIP = 0.075
+"""Height of the legend, as a share of that of the picture; at least `LEAST` pixels."""
+LEAST = 54
+
+DARK_INK = "#e8ebee"
+
+
+def png(scene: Scene, *, theme: str = "light") -> bytes:
+    """The scene as it is, as a PNG of the size of its window."""
+    from PIL import Image
+
+    image = Image.fromarray(scene.picture())
+    _legend(image, scene, INK if theme == "light" else DARK_INK)
+    file = io.BytesIO()
+    image.save(file, "PNG", optimize=True)
+    return file.getvalue()
+
+
+def captions(scene: Scene) -> list[str]:
+    """Of each mesh its name, and how many of its solid cells are shown."""
+    return [
+        f"{model.name}   {shown:,} of {model.n_cells:,} cells"
+        for model, shown in zip(scene.models, scene.n_shown, strict=True)
+    ]
+
+
+def has_undefined(scene: Scene) -> bool:
+    """Whether a cell without a value is shown."""
+    return any(bool(np.isnan(model.values[mask]).any()) for model, mask in zip(scene.models, scene.masks, strict=True))
+
+
+def _legend(image: Any, scene: Scene, ink: str) -> None:
+    from PIL import ImageDraw, ImageFont
+
+    draw = ImageDraw.Draw(image)
+    width, height = image.size
+    strip = max(round(STRIP * height), LEAST)
+    size = max(round(strip * 0.27), 11)
+    font = ImageFont.load_default(size)
+    margin = round(strip * 0.4)
+    for n, caption in enumerate(captions(scene)):
+        left = n * width // len(scene.models)
+        draw.text((left + margin, margin * 0.7), caption, fill=ink, font=font)
+        if n:
+            draw.line([(left, 0), (left, height)], fill="#9aa3ab")
+    y, tall = height - margin - size * 2, round(size * 0.8)
+    x = float(margin)
+    entries: list[tuple[str, NDArray[Any]]] = [
+        ("invalid", as_bytes(np.array([-1.0]))),
+        ("poor < 0.2", as_bytes(np.array([0.1]))),
+        ("0.2", as_bytes(np.linspace(0.2, 1.0, 64))),
+        ("1 ideal", np.zeros((0, 3))),
+    ]
+    if has_undefined(scene):
+        entries.append(("undefined", as_bytes(np.array([np.nan]))))
+    for text, swatches in entries:
+        box = size * (9.0 if len(swatches) > 1 else 1.6 if len(swatches) else 0.0)
+        if text == "0.2":
+            draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
+            x += draw.textlength(text, font=font) + size * 0.5
+        for n, colour in enumerate(swatches):
+            left = x + box * n / len(swatches)
+            draw.rectangle(
+                [left, y, x + box * (n + 1) / len(swatches), y + tall], fill=tuple(int(channel) for channel in colour)
+            )
+        x += box + size * 0.5
+        if text != "0.2":
+            draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
+            x += draw.textlength(text, font=font) + size * 1.4

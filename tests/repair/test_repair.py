@@ -1,0 +1,249 @@
+"""Improvement of whole meshes: what it reaches, and what it never does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from repair_meshes import cells, on_boundary, shaken
+
+import meshgauge
+from meshgauge import Mesh, MeshError, Status
+
+KINDS = ("tetra", "pyramid", "wedge", "hexahedron", "mixed")
+
+
+def worst(quality: meshgauge.Quality) -> float:
+    return float(np.nanmin(quality.values))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_tangled_meshes_are_repaired(kind: str) -> None:
+    mesh = shaken(kind, 4, 0.5)
+    assert worst(meshgauge.measure(mesh)) < 0.0
+    result = meshgauge.improve(mesh)
+    assert (result.after.status == Status.OK).all()
+    assert worst(result.after) > (0.9 if kind == "hexahedron" else 0.15)
+    assert result.certificate.holds
+    assert result.certificate.outcome == "improved"
+    assert result.mesh.connectivity is not None
+    np.testing.assert_array_equal(result.mesh.points[on_boundary(mesh, 4)], mesh.points[on_boundary(mesh, 4)])
+    assert result.certificate.volume[1] == pytest.approx(result.certificate.volume[0])
+
+
+def test_cells_inverted_inside_are_untwisted() -> None:
+    result = meshgauge.improve(shaken("mixed", 4, 0.6))
+    assert "untwist" in {moment.phase for moment in result.history}
+    assert (result.after.status == Status.OK).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_valid_meshes_stay_valid_and_their_worst_does_not_fall(kind: str) -> None:
+    mesh = shaken(kind, 4, 0.15, seed=3)
+    before = meshgauge.measure(mesh)
+    assert (before.status == Status.OK).all()
+    result = meshgauge.improve(mesh)
+    assert (result.after.status == Status.OK).all()
+    assert worst(result.after) >= worst(before)
+    assert np.nanmean(result.after.values) > np.nanmean(before.values)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("by", [0.15, 0.6])
+def test_strict_makes_no_cell_worse(kind: str, by: float) -> None:
+    result = meshgauge.improve(shaken(kind, 3, by, seed=5), strict=True)
+    assert (result.after.values >= result.before.values - 1e-12).all()
+    assert result.certificate.n_worse == 0
+    assert result.certificate.holds
+
+
+def test_the_number_of_threads_changes_nothing() -> None:
+    mesh = shaken("mixed", 7, 0.6)
+    one, two = (meshgauge.improve(mesh, threads=n).mesh.points for n in (1, 2))
+    assert one.tobytes() == two.tobytes()
+
+
+def test_sliding_is_never_worse_and_stays_on_the_surface() -> None:
+    mesh = shaken("hexahedron", 4, 0.3)
+    points = np.array(mesh.points)
+    side = (points[:, 2] == 0.0) & (points[:, :2] > 0).all(axis=1) & (points[:, :2] < 4).all(axis=1)
+    points[side, :2] += np.random.default_rng(1).uniform(-0.4, 0.4, (int(side.sum()), 2))
+    mesh = mesh.replace(points=points)
+    fixed, slid = meshgauge.improve(mesh), meshgauge.improve(mesh, boundary="slide")
+    assert worst(slid.after) > worst(fixed.after) + 0.05
+    assert slid.certificate.moved.n_boundary > 0
+    at = on_boundary(mesh, 4)
+    still = np.asarray(slid.mesh.points)[at]
+    assert (np.isclose(still, 0.0, atol=1e-12) | np.isclose(still, 4.0, atol=1e-12)).any(axis=1).all()
+    corners = np.isin(mesh.points, (0.0, 4.0)).all(axis=1)
+    np.testing.assert_array_equal(slid.mesh.points[corners], mesh.points[corners])
+    assert slid.certificate.moved.deviation < 1e-12
+    assert slid.certificate.surface[1] == pytest.approx(slid.certificate.surface[0])
+
+
+def test_a_perfect_mesh_is_returned_as_it_is() -> None:
+    mesh = shaken("hexahedron", 3, 0.0)
+    result = meshgauge.improve(mesh)
+    assert result.mesh is mesh
+    assert result.certificate.outcome == "unchanged"
+    assert result.undo() is mesh
+
+
+def test_fixed_points_that_leave_no_way_are_named() -> None:
+    mesh = shaken("tetra", 3, 0.9)
+    result = meshgauge.improve(mesh, fixed=np.ones(mesh.n_points, bool))
+    assert result.mesh.points.tobytes() == mesh.points.tobytes()
+    certificate = result.certificate
+    assert certificate.outcome == "unchanged"
+    assert set(certificate.reasons) == {"all points of the cell are fixed"}
+    assert certificate.n_below == int((result.after.values < 0.2).sum())
+    assert certificate.ceiling == 0.0
+
+
+def test_the_ceiling_is_kept() -> None:
+    mesh = shaken("tetra", 4, 0.1)
+    points = np.array(mesh.points)
+    points[0] = 0.35, 0.35, 0.35  # the corner of the cube pushed in: its cells have fixed corners
+    result = meshgauge.improve(mesh.replace(points=points), floor=1.0)
+    assert result.certificate.ceiling < 1.0
+    assert worst(result.after) <= result.certificate.ceiling + 1e-9
+
+
+def test_data_and_regions_stay_and_so_do_the_faces_between_regions() -> None:
+    mesh = shaken("hexahedron", 4, 0.3)
+    material = (np.arange(mesh.n_cells) >= mesh.n_cells // 2).astype(np.int32)
+    mesh = mesh.replace(cell_data={"material": material}, point_data={"t": np.arange(float(mesh.n_points))})
+    between = np.intersect1d(*(mesh.connectivity.reshape(-1, 8)[material == m].ravel() for m in (0, 1)))
+    result = meshgauge.improve(mesh)
+    np.testing.assert_array_equal(result.mesh.points[between], mesh.points[between])
+    assert result.certificate.moved.n_points > 0
+    assert result.mesh.cell_data["material"] is not None
+    np.testing.assert_array_equal(result.mesh.point_data["t"], mesh.point_data["t"])
+
+
+def test_points_that_coincide_stay_together() -> None:
+    left, right = shaken("hexahedron", 3, 0.2), shaken("hexahedron", 3, 0.2)
+    points = np.concatenate([left.points, np.asarray(right.points) + np.array((3.0, 0.0, 0.0))])
+    cells_ = np.concatenate([left.connectivity, right.connectivity + left.n_points]).reshape(-1, 8)
+    mesh = Mesh.from_arrays(points, {"hexahedron": cells_})
+    result = meshgauge.improve(mesh, boundary="slide")
+    seam = np.flatnonzero(points[:, 0] == 3.0)
+    np.testing.assert_array_equal(result.mesh.points[seam], points[seam])
+    assert any("coincide" in note for note in result.certificate.notes)
+
+
+def test_nodes_between_corners_follow() -> None:
+    points, blocks = cells("tetra", 2)
+    tetra = blocks[0][1]
+    edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+    ends = np.sort(np.concatenate([tetra[:, list(edge)] for edge in edges]), axis=1)
+    unique, inverse = np.unique(ends, axis=0, return_inverse=True)
+    points[13] += 0.35  # the one point inside
+    middles = points[unique].mean(axis=1)
+    curved = np.concatenate([tetra, len(points) + inverse.reshape(len(edges), -1).T], axis=1)
+    mesh = Mesh.from_arrays(np.concatenate([points, middles]), {"tetra10": curved})
+    result = meshgauge.improve(mesh)
+    assert worst(result.after) > worst(result.before)
+    moved = np.asarray(result.mesh.points)
+    assert not np.array_equal(moved[13], mesh.points[13])
+    np.testing.assert_allclose(moved[len(points) :], moved[unique].mean(axis=1), atol=1e-12)
+    assert (result.after.status == Status.OK).all()
+
+
+def test_single_precision_is_kept_in_value() -> None:
+    mesh = shaken("hexahedron", 3, 0.5)
+    single = mesh.replace(points=np.asarray(mesh.points, np.float32))
+    result = meshgauge.improve(single)
+    assert (result.after.status == Status.OK).all()
+    at = on_boundary(mesh, 3)
+    np.testing.assert_array_equal(result.mesh.points[at], single.points[at])
+
+
+def test_time_and_stop_give_the_best_so_far() -> None:
+    mesh = shaken("tetra", 6, 0.3)
+    asked = []
+    stopped = meshgauge.improve(mesh, should_stop=lambda: bool(asked.append(0)) or len(asked) > 10)
+    assert stopped.certificate.stopped == "interrupted"
+    assert stopped.certificate.holds
+    short = meshgauge.improve(mesh, time=1e-6)
+    assert short.certificate.stopped == "time"
+    assert worst(short.after) >= worst(short.before)
+
+
+def test_progress_is_told() -> None:
+    told: list[meshgauge.repair.Progress] = []
+    result = meshgauge.improve(shaken("wedge", 4, 0.6), progress=told.append)
+    assert result.history == tuple(told)
+    assert (told[0].phase, told[-1].phase) == ("start", "end")
+    assert told[0].n_inverted > 0 == told[-1].n_inverted
+    assert told[-1].worst == pytest.approx(worst(result.after))
+
+
+def test_cells_that_are_not_finite_are_left_alone() -> None:
+    mesh = shaken("hexahedron", 3, 0.3)
+    points = np.array(mesh.points)
+    points[0] = np.nan
+    result = meshgauge.improve(mesh.replace(points=points))
+    assert np.isnan(result.mesh.points[0]).all()
+    assert result.certificate.status_after["non_finite"] == 1
+    assert "take no part" in " ".join(result.certificate.notes)
+
+
+def test_polyhedra_keep_their_faces_flat() -> None:
+    from meshgauge.mesh.polyhedra import Polyhedra
+    from meshgauge.repair.polyhedral import WARP, _warps
+
+    mesh = shaken("hexahedron", 3, 0.08)
+    faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+    nodes = mesh.connectivity.reshape(-1, 8)
+    flat = np.concatenate([nodes[:, list(face)] for face in faces], axis=1).ravel()
+    n = len(nodes)
+    poly = Polyhedra(6 * np.arange(n + 1), np.arange(6 * n), 4 * np.arange(6 * n + 1), flat)
+    types = np.full(n, 42, np.uint8)
+    solid = Mesh(mesh.points, types, mesh.offsets, mesh.connectivity, polyhedra=poly)
+    result = meshgauge.improve(solid)
+    assert result.certificate.moved.n_points > 0
+    assert worst(result.after) > worst(result.before)
+    was, now = _warps(poly, np.asarray(mesh.points)), _warps(poly, np.asarray(result.mesh.points))
+    assert (now <= np.maximum(was, WARP)).all()
+
+
+def test_what_cannot_be_improved_is_an_error() -> None:
+    surface = Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], {"triangle": [(0, 1, 2)]})
+    with pytest.raises(MeshError, match="no solid cell"):
+        meshgauge.improve(surface)
+    mesh = shaken("hexahedron", 2, 0.0)
+    backwards = mesh.connectivity.reshape(-1, 8).copy()
+    backwards[0] = backwards[0, [0, 3, 2, 1, 4, 7, 6, 5]]
+    with pytest.raises(MeshError, match="numbered in reverse"):
+        meshgauge.improve(Mesh.from_arrays(mesh.points, {"hexahedron": backwards}))
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"boundary": "free"}, "boundary"),
+        ({"target": 0.0}, "target"),
+        ({"floor": 1.5}, "floor"),
+        ({"time": -1.0}, "time"),
+        ({"fixed": [99]}, "outside"),
+        ({"fixed": [True]}, "mask"),
+        ({"surface": object()}, "slide"),
+    ],
+)
+def test_parameters_out_of_range(options: dict[str, object], match: str) -> None:
+    with pytest.raises(MeshError, match=match):
+        meshgauge.improve(shaken("hexahedron", 2, 0.1), **options)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.sampled_from(KINDS), st.floats(0.0, 1.2), st.integers(0, 1000), st.booleans())
+def test_never_worse(kind: str, by: float, seed: int, slides: bool) -> None:
+    mesh = shaken(kind, 2, by, seed)
+    result = meshgauge.improve(mesh, boundary="slide" if slides else "fixed")
+    was, now = result.before, result.after
+    assert ((was.status != Status.OK) | (now.status == Status.OK)).all()
+    assert int((now.status != Status.OK).sum()) <= int((was.status != Status.OK).sum())
+    assert worst(now) >= worst(was) - 1e-12
+    assert result.certificate.holds
