@@ -180,8 +180,8 @@ def interrupted(path: Path, out: Path, times: int) -> tuple[int, str]:
     """Run on a mesh that takes long, send SIGINT once it is at work, wait for its end."""
     program = (
         "import sys, os, signal\n"
-        "from meshgauge import improvement\n"
-        "real = improvement.improve\n"
+        "import meshgauge.repair as repair\n"
+        "real = repair.improve\n"
         "def slow(mesh, *, progress, should_stop, **options):\n"
         "    def told(now):\n"
         "        if now.phase != 'end' and not getattr(told, 'sent', False):\n"
@@ -189,7 +189,7 @@ def interrupted(path: Path, out: Path, times: int) -> tuple[int, str]:
         f"            for _ in range({times}): os.kill(os.getpid(), signal.SIGINT)\n"
         "        progress(now)\n"
         "    return real(mesh, progress=told, should_stop=should_stop, **options)\n"
-        "improvement.improve = slow\n"
+        "repair.improve = slow\n"
         "from meshgauge.cli.main import main\n"
         f"sys.exit(main(['improve', {str(path)!r}, '-o', {str(out)!r}]))\n"
     )
