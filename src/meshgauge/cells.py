@@ -26,6 +26,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 
+import numpy as np
+
 Triple = tuple[int, int, int, int]
 """A corner: node ``a`` and its neighbours ``i, j, k``, right-handed in a valid cell."""
 
@@ -203,6 +205,10 @@ BY_NAME: dict[str, CellType] = {row.name: row for row in _ROWS}
 """Every row, by name."""
 
 POLYHEDRON = CELL_TYPES[42]
+
+IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
+"""Whether a VTK id is that of a solid cell, ``(256,)``: ``IS_SOLID[mesh.types]``."""
+IS_SOLID.setflags(write=False)
 
 
 def cell_type(which: str | int | CellType) -> CellType:

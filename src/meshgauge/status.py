@@ -1,9 +1,19 @@
-"""What a cell is, one row a status. A cell has exactly one."""
+"""What a cell is, one row a status. A cell has exactly one.
+
+What is invalid, degenerate, undecided, measured or solid is defined here and nowhere else, as masks over status codes.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Purpose = Literal["fem", "fv"]
+"""What a mesh is for: finite elements or finite volumes. To finite volumes a concave, star-shaped cell is of use."""
 
 
 class Status(IntEnum):
@@ -20,6 +30,7 @@ class Status(IntEnum):
     UNDECIDED = 8
     BROKEN = 9
     CONCAVE = 10
+    GHOST = 11
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,6 +78,59 @@ STATUSES: dict[Status, StatusRow] = {
         StatusRow(Status.NON_FINITE, "non_finite", False, False, "a coordinate is NaN or infinite"),
         StatusRow(Status.UNSUPPORTED, "unsupported", False, False, "a solid cell of a type that is not measured"),
         StatusRow(Status.NOT_SOLID, "not_solid", False, False, "a surface, line or vertex cell: has no volume"),
+        StatusRow(Status.GHOST, "ghost", False, False, "a copy of a cell of another piece, or hidden: not looked at"),
     )
 }
 """Every row, by status."""
+
+
+Codes = NDArray[np.uint8]
+Mask = NDArray[np.bool_]
+
+
+def _table(*statuses: Status) -> Mask:
+    """A mask over all codes, true for these."""
+    table = np.zeros(256, np.bool_)
+    table[list(statuses)] = True
+    table.setflags(write=False)
+    return table
+
+
+_INVALID = {
+    "fem": _table(Status.INVERTED, Status.INVERTED_INSIDE, Status.BROKEN, Status.CONCAVE),
+    "fv": _table(Status.INVERTED, Status.INVERTED_INSIDE, Status.BROKEN),
+}
+_DEGENERATE = _table(Status.DEGENERATE, Status.REPEATED_POINTS)
+_MEASURED = _table(*(row.status for row in STATUSES.values() if row.is_measured))
+_APART = _table(Status.NOT_SOLID, Status.GHOST)
+
+
+def is_invalid(status: Codes, purpose: Purpose = "fem") -> Mask:
+    """True for cells that no solver takes: inverted, inverted inside or broken; concave ones too, unless the mesh is
+    for finite volumes."""
+    return _INVALID[purpose][status]
+
+
+def is_degenerate(status: Codes) -> Mask:
+    """True for cells that are exactly flat at a corner, or have a point twice."""
+    return _DEGENERATE[status]
+
+
+def is_undecided(status: Codes) -> Mask:
+    """True for cells of which only the corners are known to be valid."""
+    return np.equal(status, np.uint8(Status.UNDECIDED))
+
+
+def is_solid(status: Codes) -> Mask:
+    """True for cells that count: all but surfaces, lines, vertices and ghosts."""
+    return ~_APART[status]
+
+
+def is_measured(status: Codes) -> Mask:
+    """True for cells that have a value."""
+    return _MEASURED[status]
+
+
+def is_unmeasured(status: Codes) -> Mask:
+    """True for solid cells without a value: broken, unsupported, or with a coordinate that is not finite."""
+    return ~_MEASURED[status] & ~_APART[status]

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cells import IS_SOLID
 from ..kernels.topology import numpy_fallback
 from ..mesh import Mesh
 from ..mesh.cast import read_only
@@ -16,7 +17,7 @@ from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import Topology, topology
 from ..quality.measure import Quality, measure
 from . import cells, faces, points
-from .orientation import EXAMPLES, IS_SOLID, Orientation, orientation
+from .orientation import EXAMPLES, Orientation, orientation
 from .united import united_by_faces, united_by_points
 
 LIMIT = 5_000_000

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import BY_NAME, CELL_TYPES, TETRA, WEDGE, type_name
+from ..cells import BY_NAME, CELL_TYPES, IS_SOLID, TETRA, WEDGE, type_name
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.polyhedra import IndexArray
@@ -32,8 +32,6 @@ from .united import united_by_faces
 EXAMPLES = 5
 """Cell ids named in a finding."""
 
-IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
-"""By VTK id: whether cells have a volume."""
 
 _HAS_SHAPE = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is not None for t in range(256)])
 """By VTK id: whether cells have a numbering that can be right or reversed."""

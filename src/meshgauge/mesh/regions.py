@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import BY_NAME, CELL_TYPES
+from ..cells import BY_NAME, IS_SOLID
 from .mesh import Mesh
 
 KEYS: tuple[str, ...] = (
@@ -96,7 +96,7 @@ def told_regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]] | None
 def _chosen(mesh: Mesh, found: Sequence[_Partition | None]) -> _Partition | None:
     """The first partition that parts the solid cells, else the first there is."""
     candidates = [partition for partition in found if partition is not None]
-    is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
+    is_solid = IS_SOLID[mesh.types]
     for ids, names in candidates:
         solid = ids[is_solid]
         if len(solid) and (solid != solid[0]).any():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import BY_NAME, CELL_TYPES
+from ..cells import BY_NAME, IS_SOLID
 from ..errors import MeshgaugeError
 from ..io.plumbing.vtk import grid as vtk_grid
 from ..look.colours import FAINT, INVALID, colours, rgb
@@ -53,7 +53,7 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
     import pyvista
 
     mesh = _straight(quality.mesh.replace(point_data={}, cell_data={}, field_data={}))
-    is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
+    is_solid = IS_SOLID[mesh.types]
     cells = np.flatnonzero(is_solid & (quality.status != Status.NON_FINITE))
     if not len(cells):
         raise MeshgaugeError("there is nothing to draw: no solid cell with finite coordinates")

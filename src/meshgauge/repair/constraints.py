@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import CELL_TYPES
+from ..cells import CELL_TYPES, IS_SOLID
 from ..doctor import points as coincidence
 from ..errors import MeshError
 from ..mesh import Mesh
@@ -78,7 +78,7 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
     faces = topology(mesh)
     notes: list[str] = []
     n = mesh.n_points
-    is_solid = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[mesh.types]
+    is_solid = IS_SOLID[mesh.types]
     takes_part = is_solid & ~np.isin(quality.status, (Status.NON_FINITE, Status.UNSUPPORTED, Status.BROKEN))
     can = np.array(
         [(r := CELL_TYPES.get(t)) is not None and r.shape is not None and can_follow(r) for t in range(256)]

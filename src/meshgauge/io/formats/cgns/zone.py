@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....cells import BY_NAME, CELL_TYPES
+from ....cells import BY_NAME, CELL_TYPES, IS_SOLID
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import face_based
 from ...plumbing.build import Cells, Ints, Kind, gathered
@@ -20,7 +20,6 @@ from .tree import Node
 
 _CARTESIAN = ("CoordinateX", "CoordinateY", "CoordinateZ")
 _CYLINDRICAL = ("CoordinateR", "CoordinateTheta", "CoordinateZ")
-_IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
 _NONE = np.empty(0, np.int64)
 _SPARSEST = 64
 """Numbers of elements for each element there is: sections may leave gaps."""
@@ -364,7 +363,7 @@ def _runs(codes: Ints) -> list[tuple[int, int, int]]:
 
 def _solutions(node: Node, part: Part, shape: tuple[int, ...], notes: list[str]) -> None:
     """The first solution on points and the first on cells; those of cells belong to the solid ones."""
-    solid = np.flatnonzero(_IS_SOLID[part.types]) if _IS_SOLID[part.types].any() else np.arange(len(part.types))
+    solid = np.flatnonzero(IS_SOLID[part.types]) if IS_SOLID[part.types].any() else np.arange(len(part.types))
     seen: set[str] = set()
     left_out: list[str] = []
     for solution in node.children("FlowSolution_t"):
