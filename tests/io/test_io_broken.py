@@ -134,7 +134,7 @@ def test_unknown_format_lists_the_known(tmp_path: Path) -> None:
     with pytest.raises(ReadError, match=r"'\.xyz'.*\.vtu"):
         io.read(tmp_path / "a.xyz")
     with pytest.raises(ReadError, match=r"'nonsense'.*vtu"):
-        io.read(tmp_path / "a.xyz", format="nonsense")
+        io.read(tmp_path / "a.xyz", file_format="nonsense")
 
 
 @pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf"])

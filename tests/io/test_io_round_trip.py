@@ -255,10 +255,10 @@ def test_unknown_extension_and_missing_folder(tmp_path: Path, solid: Mesh) -> No
     with pytest.raises(WriteError, match="no folder"):
         io.write(tmp_path / "no" / "a.vtu", solid)
     with pytest.raises(WriteError, match="is a folder"):
-        io.write(tmp_path, solid, format="vtu")
+        io.write(tmp_path, solid, file_format="vtu")
 
 
 def test_format_by_name(tmp_path: Path, solid: Mesh) -> None:
-    io.write(tmp_path / "a.dat", solid, format="vtu")
-    assert_same_cells(solid, io.read(tmp_path / "a.dat", format="vtu"))
+    io.write(tmp_path / "a.dat", solid, file_format="vtu")
+    assert_same_cells(solid, io.read(tmp_path / "a.dat", file_format="vtu"))
     assert_same_cells(solid, io.read(tmp_path / "a.dat"))  # told by its content

@@ -101,7 +101,7 @@ def compare(
 
     def measured(path: str) -> Quality:
         with activity(f"reading {path}", shown=not quiet):
-            mesh = read(path, format=format, wedge_order=wedge_order.value)
+            mesh = read(path, file_format=format, wedge_order=wedge_order.value)
         with activity(f"measuring {path}", shown=not quiet):
             return measure(mesh, threads=threads)
 

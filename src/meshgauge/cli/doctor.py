@@ -64,7 +64,7 @@ def doctor(
 
     def diagnosed(path: str) -> Diagnosis:
         with activity(f"reading {path}", shown=not quiet):
-            mesh = read(path, format=format, wedge_order=AS_IN_THE_FILE)
+            mesh = read(path, file_format=format, wedge_order=AS_IN_THE_FILE)
         with activity(f"diagnosing {path}", shown=not quiet):
             return diagnosis(mesh, tolerance=tolerance)
 

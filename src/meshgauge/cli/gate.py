@@ -110,7 +110,7 @@ class Gate:
 
     def _quality(self, path: str) -> Quality:
         with activity(f"reading {path}", shown=self.shows_progress):
-            mesh = read(path, format=self.format, wedge_order=self.wedge_order)
+            mesh = read(path, file_format=self.format, wedge_order=self.wedge_order)
         with activity(f"measuring {path}", shown=self.shows_progress):
             return measure(mesh, metrics=metrics_of(self.rules), threads=self.threads)
 

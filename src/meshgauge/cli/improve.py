@@ -187,7 +187,7 @@ def improve(
     from .terminal import Output, activity, emit
 
     with activity(f"reading {mesh}", shown=not quiet):
-        before = read(mesh, format=format, wedge_order=wedge_order.value)
+        before = read(mesh, file_format=format, wedge_order=wedge_order.value)
     if restore is not None:
         return _restore(restore, before, target_path, in_place=in_place, quiet=quiet)
 

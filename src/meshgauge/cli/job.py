@@ -71,7 +71,7 @@ class Job:
     def _reported(self, path: str) -> tuple[Quality, FileReport]:
         """What is measured on a file, and the report on it."""
         with activity(f"reading {path}", shown=self.shows_progress):
-            mesh = read(path, format=self.format, wedge_order=self.wedge_order, limits=self.limits)
+            mesh = read(path, file_format=self.format, wedge_order=self.wedge_order, limits=self.limits)
         with activity(f"measuring {path}", shown=self.shows_progress):
             if self.loading is not None:
                 self.loading.join()

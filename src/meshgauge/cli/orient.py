@@ -56,7 +56,7 @@ def orient(
     from .terminal import Output, activity, warn
 
     with activity(f"reading {mesh}", shown=not quiet):
-        before = read(mesh, format=format, wedge_order=AS_IN_THE_FILE)
+        before = read(mesh, file_format=format, wedge_order=AS_IN_THE_FILE)
     with activity(f"renumbering {mesh}", shown=not quiet):
         after, changes = oriented(before)
     target = output if output is not None else Path(mesh)

@@ -150,7 +150,7 @@ def plot(
 
     def measured(path: str) -> Quality:
         with activity(f"reading {path}", shown=not quiet):
-            mesh = read(path, format=format, wedge_order=wedge_order.value)
+            mesh = read(path, file_format=format, wedge_order=wedge_order.value)
         with activity(f"measuring {path}", shown=not quiet):
             return measure(mesh, metrics=(metric,), threads=threads)
 

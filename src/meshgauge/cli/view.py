@@ -88,7 +88,7 @@ def view(
     models: list[Model] = []
     for path in meshes:
         with activity(f"reading {path}", shown=True):
-            mesh = read(path, format=format, wedge_order=wedge_order.value)
+            mesh = read(path, file_format=format, wedge_order=wedge_order.value)
         with activity(f"measuring {path}", shown=True):
             try:
                 models.append(Model.of(mesh, Path(path).name, frame=models[0].frame if models else None))

@@ -38,14 +38,16 @@ __all__ = [
 StrPath = str | os.PathLike[str]
 
 
-def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto", limits: Limits | None = None) -> Mesh:
+def read(
+    path: StrPath, *, file_format: str | None = None, wedge_order: str = "auto", limits: Limits | None = None
+) -> Mesh:
     """Read a mesh file.
 
     Parameters
     ----------
     path
         A file, plain or gzipped; or the folder of an OpenFOAM case, which has constant/polyMesh in it.
-    format
+    file_format
         A name of `FORMATS`; told by extension and content if None.
     wedge_order
         Order of the wedges in the file: "auto" (decided for each block by the sign of the volumes), "gmsh" (the normal
@@ -68,14 +70,14 @@ def read(path: StrPath, *, format: str | None = None, wedge_order: str = "auto",
     check_order(wedge_order)
     given = Path(path)
     if os.path.isdir(given):  # False, not an error, for a name that no file can have
-        return settled(registry.read_folder(given, format), wedge_order)
+        return settled(registry.read_folder(given, file_format), wedge_order)
     with files.opened(given) as (plain, head):
-        chosen = format_named(format) if format is not None else registry.told(plain, head)
+        chosen = format_named(file_format) if file_format is not None else registry.told(plain, head)
         mesh = settled(registry.read(chosen, plain, limits), wedge_order)
     return mesh if plain == given else mesh.replace(path=str(given))
 
 
-def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bool = False) -> tuple[str, ...]:
+def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrite: bool = False) -> tuple[str, ...]:
     """Write a mesh with its data.
 
     The file is written beside and renamed, so that it is whole or not there. Wedges are written in our order, which
@@ -84,8 +86,8 @@ def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bo
     Parameters
     ----------
     path
-        Where to; its extension tells the format unless ``format`` does.
-    format
+        Where to; its extension tells the format unless ``file_format`` does.
+    file_format
         A name of `FORMATS`.
     overwrite
         Allow to replace the file that the mesh was read from. Other files are replaced without asking.
@@ -101,7 +103,7 @@ def write(path: StrPath, mesh: Mesh, *, format: str | None = None, overwrite: bo
         If the format is unknown or cannot hold the cells, or the file cannot be written.
     """
     target = Path(path)
-    chosen = registry.for_writing(target, format)
+    chosen = registry.for_writing(target, file_format)
     assert chosen.write is not None
     if not overwrite and mesh.path is not None and _same_file(target, Path(mesh.path)):
         raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")

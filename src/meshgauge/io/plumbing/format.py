@@ -31,7 +31,7 @@ class Format:
     Attributes
     ----------
     name
-        Short name, as given to ``format=``.
+        Short name, as given to ``file_format=``.
     title
         What the format is called in messages.
     extensions
