@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from .mesh import CellBlock, CellIds, Mesh
+from .mesh import CellBlock, CellIds, Mesh, Precision
 
-__all__ = ["CellBlock", "CellIds", "Mesh"]
+__all__ = ["CellBlock", "CellIds", "Mesh", "Precision"]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,11 +13,21 @@ from numpy.typing import ArrayLike, NDArray
 from ..cells import CELL_TYPES, CellType, cell_type, type_name
 from ..errors import MeshError
 from ..look import notebook
+from ..status import Purpose
 from . import cast
 from .polyhedra import IndexArray, Polyhedra
 
 CellIds = slice | NDArray[np.int64]
 """Cells of a mesh: a slice if they follow one another, else their ids, ascending."""
+
+Precision = Literal["single", "double"]
+"""How exactly a file stores coordinates."""
+
+GHOST_TYPE = "vtkGhostType"
+"""Cell data that marks copies of cells of other pieces and hidden cells, by bits, as VTK does."""
+
+GHOST_BITS = 1 | 32
+"""Of `GHOST_TYPE`: a duplicate, a hidden cell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +65,11 @@ class Mesh:
         Where the mesh came from, or None.
     notes
         What was noticed or changed while reading, a sentence each.
+    purpose
+        "fem" (finite elements), or "fv" (finite volumes: formats that give cells by their faces), to which concave
+        cells are of use.
+    stored
+        "single" or "double": how exactly the file stores the coordinates; by the dtype of the points if not given.
     """
 
     points: NDArray[np.floating]
@@ -68,6 +83,8 @@ class Mesh:
     field_data: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     path: str | None = None
     notes: tuple[str, ...] = ()
+    purpose: Purpose = "fem"
+    stored: Precision | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -75,6 +92,11 @@ class Mesh:
         put(self, "types", cast.read_only(np.ascontiguousarray(self.types, dtype=np.uint8)))
         put(self, "offsets", cast.indices(self.offsets, "offsets"))
         put(self, "connectivity", cast.indices(self.connectivity, "connectivity"))
+        if self.stored is None:
+            put(self, "stored", "single" if self.points.dtype == np.float32 else "double")
+        for what, value, known in (("purpose", self.purpose, Purpose), ("stored", self.stored, Precision)):
+            if value not in get_args(known):
+                raise MeshError(f"{what} is {value!r}, expected one of {', '.join(get_args(known))}")
         cast.check_cells(self.types, self.offsets, self.connectivity, len(self.points))
         if self.polyhedra is not None:
             cast.check_polyhedra(self.polyhedra, self.n_cells, len(self.points))
@@ -164,9 +186,28 @@ class Mesh:
         """Point ids of one cell."""
         return self.connectivity[self.offsets[cell] : self.offsets[cell + 1]]
 
+    @property
+    def is_ghost(self) -> NDArray[np.bool_] | None:
+        """``(n_cells,)``: cells that are copies of those of another piece, or hidden; None if there are none.
+
+        They are those that cell data `GHOST_TYPE` marks with bit 1 or 32, whatever the format.
+        """
+        marks = self.cell_data.get(GHOST_TYPE)
+        if marks is None or marks.ndim != 1 or marks.dtype.kind not in "iufb":
+            return None
+        if marks.dtype.kind == "f":  # where pieces without the array were filled with NaN
+            marks = np.nan_to_num(marks, posinf=0, neginf=0)
+        is_ghost = np.asarray(marks.astype(np.uint8, copy=False) & GHOST_BITS, np.bool_)
+        return is_ghost if is_ghost.any() else None
+
     def replace(self, **changes: Any) -> Mesh:
         """A new mesh with some attributes changed."""
         return replace(self, **changes)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Mapping proxies cannot be pickled, and arrays come back writeable: made anew, both are as they were.
+        state = {own.name: getattr(self, own.name) for own in fields(self)}
+        return _restored, ({k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in state.items()},)
 
     def __repr__(self) -> str:
         cells = ", ".join(f"{n} {name}" for name, n in self.type_counts().items()) or "no cells"
@@ -187,6 +228,10 @@ class Mesh:
         ]
         where = f" from {self.path}" if self.path else ""
         return notebook.block(f"Mesh{where}", notebook.table((), rows), *data, *self.notes)
+
+
+def _restored(state: dict[str, Any]) -> Mesh:
+    return Mesh(**state)
 
 
 def _frozen_data(data: Mapping[str, Any], name: str, n: int | None) -> Mapping[str, NDArray[Any]]:

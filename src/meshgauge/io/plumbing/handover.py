@@ -18,8 +18,9 @@ from ...mesh import CellBlock, Mesh
 from ...mesh.polyhedra import Polyhedra
 
 _ALIGN = 64
-_POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points")
+_POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points", "flipped")
 _OWN = ("points", "types", "offsets", "connectivity")
+_WORDS = ("purpose", "stored")
 _DATA = ("point_data", "cell_data", "field_data")
 
 
@@ -38,10 +39,12 @@ def dump(file: BinaryIO, mesh: Mesh) -> None:
 
     head: dict[str, Any] = {name: put(getattr(mesh, name)) for name in _OWN}
     if mesh.polyhedra is not None:
-        head["polyhedra"] = [put(getattr(mesh.polyhedra, name)) for name in _POLY]
+        held = {name: getattr(mesh.polyhedra, name) for name in _POLY}
+        head["polyhedra"] = {name: put(values) for name, values in held.items() if values is not None}
     for name in _DATA:
         head[name] = [(key, put(values)) for key, values in getattr(mesh, name).items()]
     head |= {"blocks": [(b.name, b.start, b.stop) for b in mesh.blocks], "notes": mesh.notes, "arrays": arrays}
+    head |= {name: getattr(mesh, name) for name in _WORDS}
     _finish(file, head)
 
 
@@ -88,11 +91,12 @@ def _mesh(data: NDArray[np.uint8], head: dict[str, Any], path: str) -> Mesh:
 
     own: dict[str, Any] = {name: array(head[name]) for name in _OWN}
     own |= {name: {key: array(number) for key, number in head[name]} for name in _DATA}
-    poly = [array(number) for number in head.get("polyhedra", ())]
+    poly = {name: array(number) for name, number in head.get("polyhedra", {}).items()}
     return Mesh(
         **own,
-        polyhedra=Polyhedra(*poly) if poly else None,
+        polyhedra=Polyhedra(**poly) if poly else None,
         blocks=tuple(CellBlock(*block) for block in head["blocks"]),
         path=path,
         notes=tuple(head["notes"]),
+        **{name: head[name] for name in _WORDS},
     )
