@@ -187,7 +187,7 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
         path.parent.mkdir(parents=True)
         io.write(path, mesh)
         head = path.read_bytes()[:4096]
-        yield registry.told(path, head).name, path, [path]
+        yield registry.detect(path, head).name, path, [path]
     for number, (name, files) in enumerate(TEXTS.items()):
         paths = []
         for file, text in files.items():
@@ -207,7 +207,7 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
     for path in (mixed(folder / "classic" / "a.cgns", mesh), polyhedral(folder / "classic" / "b.cgns", mesh)):
         yield "cgns", path, [path]
     for file in sorted((HERE / "seeds").glob("*")) if (HERE / "seeds").is_dir() else []:
-        yield registry.told(file, file.read_bytes()[:4096]).name, file, [file]
+        yield registry.detect(file, file.read_bytes()[:4096]).name, file, [file]
 
 
 NUMBERS = (

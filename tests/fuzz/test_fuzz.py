@@ -20,7 +20,7 @@ def seeds(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, Path, lis
 
 def test_what_is_broken_was_whole(seeds: list[tuple[str, Path, list[Path]]]) -> None:
     for kind, path, _ in seeds:
-        assert registry.told(path, path.read_bytes()[:4096]).name == kind
+        assert registry.detect(path, path.read_bytes()[:4096]).name == kind
         assert io.read(path).n_cells > 0, path
 
 

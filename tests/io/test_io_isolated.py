@@ -75,15 +75,15 @@ def test_limits_are_an_option(bad_meshio: Path, tmp_path: Path) -> None:
 def test_limits_grow_with_the_file_and_bad_ones_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("MESHGAUGE_READ_SECONDS", "MESHGAUGE_READ_GB"):
         monkeypatch.delenv(name, raising=False)
-    small, large = io.Limits().settled(0), io.Limits().settled(1 << 30)
+    small, large = io.Limits().resolve(0), io.Limits().resolve(1 << 30)
     assert small[0] >= 30
     assert large[0] > 10 * small[0]
     assert large[1] > 10 * small[1]
-    assert io.Limits(seconds=3).settled(0) == (3, small[1])
-    assert io.Limits(memory=5).settled(0) == (small[0], 5)
+    assert io.Limits(seconds=3).resolve(0) == (3, small[1])
+    assert io.Limits(memory=5).resolve(0) == (small[0], 5)
     monkeypatch.setenv("MESHGAUGE_READ_GB", "much")
     with pytest.raises(ReadError, match=r"MESHGAUGE_READ_GB is 'much', expected a positive number"):
-        io.Limits().settled(0)
+        io.Limits().resolve(0)
 
 
 def test_the_program_of_the_caller_is_not_run_again(tmp_path: Path, solid: Mesh) -> None:

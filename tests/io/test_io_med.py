@@ -77,6 +77,14 @@ def test_files_of_meshio_have_vtks_order(tmp_path: Path) -> None:
     assert "VTK's was taken, as meshio writes" in back.notes[0]
 
 
+def test_a_mirrored_mesh_stays_mirrored(tmp_path: Path) -> None:
+    mesh = mesh_of("tetra", "wedge", "hexahedron", n=1)
+    io.write(tmp_path / "a.med", mesh.replace(points=mesh.points * (1, 1, -1)))
+    back = io.read(tmp_path / "a.med")
+    assert meshgauge.measure(back).values == pytest.approx(-np.ones(3))
+    assert not back.notes
+
+
 def med(path: Path, points: np.ndarray, cells: dict[str, dict[str, np.ndarray]], **attributes: Any) -> Path:
     """A file of one mesh, with the families that its cells name: -1 has two groups, -2 one."""
     with h5py.File(path, "w") as file:

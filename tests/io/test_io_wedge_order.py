@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from io_meshes import mesh_of
 
+import meshgauge
 from meshgauge import io
-from meshgauge.cells import CELL_TYPES, SHAPES, WEDGE
+from meshgauge.cells import BY_NAME, CELL_TYPES, SHAPES, WEDGE
 from meshgauge.errors import ReadError
-from meshgauge.io.plumbing.wedge_order import permutation, settled, volumes
+from meshgauge.io.plumbing.wedge_order import normalise, permutation, volumes
 from meshgauge.mesh import CellBlock, Mesh
 
 LEGACY = [0, 2, 1, 3, 5, 4]
@@ -70,62 +71,142 @@ def test_permutation_turns_every_node_with_the_triangle(vtk_id: int, n_nodes: in
 @pytest.mark.parametrize(("order", "turned"), [("auto", True), ("gmsh", False), ("vtk-legacy", True)])
 def test_legacy_file(order: str, turned: bool) -> None:
     mesh = wedges(4, legacy=4)
-    after = settled(mesh, order)
+    after = normalise(mesh, order)
     right = wedges(4)
     assert (after.connectivity.tolist() == right.connectivity.tolist()) == turned
     assert bool(after.notes) == turned
     if turned:
-        assert "4 of 4 wedges" in after.notes[0]
+        assert "4 wedges were turned" in after.notes[0]
 
 
 @pytest.mark.parametrize(("order", "turned"), [("auto", False), ("gmsh", False), ("vtk-legacy", True)])
 def test_file_in_our_order(order: str, turned: bool) -> None:
     mesh = wedges(4)
-    after = settled(mesh, order)
+    after = normalise(mesh, order)
     assert (after is mesh) != turned
     assert (after.connectivity.tolist() == mesh.connectivity.tolist()) != turned
 
 
-def test_a_few_inverted_wedges_stay_inverted() -> None:
-    mesh = wedges(5, mirrored=2)
-    assert settled(mesh, "auto") is mesh
-
-
-def test_a_tie_stays_and_is_said() -> None:
-    after = settled(wedges(4, mirrored=2), "auto")
-    assert after.connectivity.tolist() == wedges(4, mirrored=2).connectivity.tolist()
-    assert "As many wedges" in after.notes[0]
+@pytest.mark.parametrize("mirrored", [1, 2, 3])
+def test_without_other_solids_mixed_signs_stay_and_are_noted(mirrored: int) -> None:
+    mesh = wedges(4, mirrored=mirrored)
+    after = normalise(mesh, "auto")
+    assert after.connectivity.tolist() == mesh.connectivity.tolist()
+    assert f"{mirrored} are negative, {4 - mirrored} positive" in after.notes[0]
 
 
 def test_flat_and_non_finite_wedges_decide_nothing() -> None:
     flat = wedges(3)
     flat = flat.replace(points=flat.points * (1, 1, 0))
-    assert settled(flat, "auto") is flat
+    assert normalise(flat, "auto") is flat
     nan = wedges(3, legacy=3)
     points = nan.points.copy()
     points[6:] = np.nan
-    turned = settled(nan.replace(points=points), "auto")
+    turned = normalise(nan.replace(points=points), "auto")
     assert turned.connectivity.tolist() == wedges(3).connectivity.tolist()
 
 
-def test_each_block_is_decided_by_itself() -> None:
+def test_a_file_is_of_one_order_whatever_its_blocks() -> None:
     mesh = wedges(6, legacy=3).replace(blocks=(CellBlock("a", 0, 3), CellBlock("b", 3, 6)))
-    after = settled(mesh, "auto")
-    assert after.connectivity.tolist() == wedges(6).connectivity.tolist()
-    assert "3 of 6 wedges" in after.notes[0]
+    assert normalise(mesh, "auto").connectivity.tolist() == mesh.connectivity.tolist()
 
 
-def test_short_runs_of_one_type_are_decided_together() -> None:
-    mesh = wedges(5, mirrored=2)
-    mesh = mesh.replace(blocks=tuple(CellBlock("wedge", c, c + 1) for c in range(5)))
-    assert settled(mesh, "auto") is mesh
+OTHERS = [row.name for row in CELL_TYPES.values() if row.shape is not None and row.shape is not WEDGE and row.n_nodes]
+
+
+def legacy(mesh: Mesh) -> Mesh:
+    """The same file with its wedges in VTK's documented order."""
+    nodes = mesh.connectivity.copy()
+    for cell in np.flatnonzero(mesh.types == 13):
+        nodes[mesh.offsets[cell] : mesh.offsets[cell + 1]] = mesh.nodes(int(cell))[LEGACY]
+    return mesh.replace(connectivity=nodes)
+
+
+def mirror(mesh: Mesh) -> Mesh:
+    return mesh.replace(points=mesh.points * (1, 1, -1))
+
+
+def beside_wedges(name: str) -> Mesh:
+    """A cell of any type of solids, its nodes beside the corners in the middle of the cell, and two wedges."""
+    row = BY_NAME[name]
+    assert row.shape is not None
+    assert row.n_nodes is not None
+    corners = np.array(row.shape.points)
+    points = np.full((row.n_nodes, 3), corners.mean(axis=0))
+    points[list(row.corners)] = corners
+    pair = mesh_of("wedge", n=2)
+    ids = pair.connectivity.reshape(-1, 6) + row.n_nodes
+    return Mesh.from_arrays(
+        np.concatenate([points, pair.points + 9]), [(name, [np.arange(row.n_nodes)]), ("wedge", ids)]
+    )
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_sign_of_the_other_solids_decides_not_zero(name: str) -> None:
+    right = beside_wedges(name)
+    for whole in (right, mirror(right)):
+        assert normalise(whole, "auto") is whole
+        turned = normalise(legacy(whole), "auto")
+        assert turned.connectivity.tolist() == whole.connectivity.tolist()
+        assert "2 wedges were turned" in turned.notes[0]
+
+
+def layers(n: int) -> Mesh:
+    """``n`` pairs of a hexahedron with a wedge on top of its side, each pair apart from the others."""
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    own = np.array([(x, y, z) for z in (0, 1) for x, y in square] + [(0.5, 1.5, 0), (0.5, 1.5, 1)])
+    points = (own + 3.0 * np.arange(n)[:, None, None] * (1, 0, 0)).reshape(-1, 3)
+    first = 10 * np.arange(n)[:, None]
+    return Mesh.from_arrays(
+        points, [("hexahedron", first + np.arange(8)), ("wedge", first + np.array([3, 2, 8, 7, 6, 9]))]
+    )
+
+
+def test_where_the_others_are_of_both_signs_neighbours_over_faces_decide() -> None:
+    mesh = layers(4)
+    values = meshgauge.measure(mesh).values
+    assert (values > 0).all()
+    points = mesh.points.copy()
+    points[:20] *= (1, 1, -1)  # two of four pairs are mirrored, cells and neighbours alike
+    half = mesh.replace(points=points)
+    assert normalise(half, "auto") is half
+    turned = normalise(legacy(half), "auto")
+    assert turned.connectivity.tolist() == half.connectivity.tolist()
+    assert "run against their neighbours" in turned.notes[0]
+
+
+def test_others_of_both_signs_without_neighbours_decide_nothing() -> None:
+    mesh = mesh_of("tetra", "wedge", "tetra", "wedge", n=1)
+    nodes = mesh.connectivity.copy()
+    nodes[:4] = nodes[[0, 2, 1, 3]]
+    after = normalise(mesh.replace(connectivity=nodes), "auto")
+    assert after.connectivity.tolist() == nodes.tolist()
+    assert "as many of the other solid cells are negative as positive" in after.notes[0]
+
+
+def test_a_few_inverted_wedges_beside_others_stay_inverted() -> None:
+    mesh = mesh_of("tetra", "wedge", n=4)
+    nodes = mesh.connectivity.copy()
+    at = mesh.offsets[1]
+    nodes[at : at + 6] = nodes[at : at + 6][LEGACY]
+    bad = mesh.replace(connectivity=nodes)
+    assert normalise(bad, "auto") is bad
+    turned = normalise(legacy(bad), "auto")
+    assert turned.connectivity.tolist() == bad.connectivity.tolist()
+
+
+def test_surfaces_decide_nothing() -> None:
+    mesh = wedges(2, legacy=2)
+    points, nodes = mesh.points, mesh.connectivity.reshape(-1, 6)
+    whole = Mesh.from_arrays(points, [("triangle", [(0, 1, 2), (3, 4, 5)]), ("wedge", nodes)])
+    assert "no other solid cells to compare" in normalise(whole, "auto").notes[0]
 
 
 def test_other_cells_are_never_touched() -> None:
     mesh = mesh_of("tetra", "hexahedron", "pyramid")
-    mirrored = mesh.replace(points=mesh.points * (1, 1, -1))
+    mirrored = mirror(mesh)
     for order in ("auto", "vtk-legacy"):
-        assert settled(mirrored, order) is mirrored
+        assert normalise(mirrored, order) is mirrored
 
 
 def test_unknown_order_is_an_error(tmp_path: Path) -> None:
@@ -133,11 +214,74 @@ def test_unknown_order_is_an_error(tmp_path: Path) -> None:
         io.read(tmp_path / "a.vtu", wedge_order="vtk")
 
 
-@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf", ".msh", ".mesh"])
-def test_the_door_turns_what_it_reads(tmp_path: Path, extension: str) -> None:
-    path = tmp_path / f"a{extension}"
-    io.write(path, wedges(3, legacy=3))
+BOTH = {"vtu", "vtk", "vtkhdf", "su2", "xdmf"}
+WRITTEN = [one for one in io.FORMATS.values() if one.write is not None and one.name not in ("tecplot", "avs")]
+
+
+@pytest.mark.parametrize("chosen", WRITTEN, ids=lambda one: one.name)
+def test_the_door_turns_wedges_of_formats_of_two_orders_only(tmp_path: Path, chosen: io.Format) -> None:
+    path = tmp_path / f"a{chosen.extensions[0]}"
+    io.write(path, wedges(3, legacy=3), file_format=chosen.name)
     right = wedges(3).connectivity.tolist()
-    assert io.read(path).connectivity.tolist() == right
+    assert chosen.has_both_wedge_orders == (chosen.name in BOTH)
+    back = io.read(path)
+    assert (back.connectivity.tolist() == right) == (chosen.name in BOTH)
+    assert (meshgauge.measure(back).values > 0).all() == (chosen.name in BOTH)
     assert io.read(path, wedge_order="vtk-legacy").connectivity.tolist() == right
     assert io.read(path, wedge_order="gmsh").connectivity.tolist() != right
+
+
+def test_check_says_what_was_turned(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from meshgauge.cli.main import main
+
+    io.write(tmp_path / "a.vtu", wedges(3, legacy=3))
+    assert main(["check", str(tmp_path / "a.vtu")]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "3 wedges were turned from VTK's documented order into ours, because all are negative as read" in said
+
+
+INVERTED = """*NODE
+1,0.,0.,0.
+2,1.,0.,0.
+3,0.,1.,0.
+4,0.,0.,1.
+5,1.,0.,1.
+6,0.,1.,1.
+*ELEMENT, TYPE=C3D6
+1,1,3,2,4,6,5
+"""
+
+
+def test_an_inverted_wedge_of_abaqus_fails_the_gate(tmp_path: Path) -> None:
+    from meshgauge.cli.main import main
+
+    (tmp_path / "a.inp").write_text(INVERTED)
+    assert main(["check", "-q", str(tmp_path / "a.inp")]) == 1
+    (tmp_path / "a.inp").write_text(INVERTED.replace("1,1,3,2,4,6,5", "1,1,2,3,4,5,6"))
+    assert main(["check", "-q", str(tmp_path / "a.inp")]) == 0
+
+
+MIRRORED = """NDIME= 3
+NELEM= 2
+12 4 5 6 7 0 1 2 3 0
+13 9 6 5 8 2 1 1
+NPOIN= 10
+0 0 0 0
+1 0 0 1
+1 1 0 2
+0 1 0 3
+0 0 1 4
+1 0 1 5
+1 1 1 6
+0 1 1 7
+2 0.5 0 8
+2 0.5 1 9
+NMARK= 0
+"""
+
+
+def test_a_mirrored_mesh_of_su2_is_of_one_sign(tmp_path: Path) -> None:
+    (tmp_path / "a.su2").write_text(MIRRORED)
+    mesh = io.read(tmp_path / "a.su2")
+    assert (meshgauge.measure(mesh).values < 0).all()
+    assert not mesh.notes

@@ -87,7 +87,8 @@ def check(
     chosen = default_rules() if rules is None else [rule_of(r) if isinstance(r, str) else r for r in rules]
     name = path if path is not None else (quality.mesh.path or "mesh")
     judge = _Judge(quality, name, listed, dict(baselines or {}))
-    return Check(name, quality.mesh.n_points, quality.mesh.n_cells, tuple(judge.outcome(rule) for rule in chosen))
+    mesh = quality.mesh
+    return Check(name, mesh.n_points, mesh.n_cells, tuple(judge.outcome(rule) for rule in chosen), mesh.notes)
 
 
 class _Judge:

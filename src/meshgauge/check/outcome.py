@@ -122,6 +122,7 @@ class Check:
     n_points: int
     n_cells: int
     outcomes: tuple[Outcome, ...]
+    notes: tuple[str, ...] = ()  #: what was noticed or changed while reading, a sentence each
 
     @property
     def state(self) -> State:
@@ -146,6 +147,7 @@ class Check:
             "n_cells": self.n_cells,
             "state": self.state.value,
             "outcomes": [outcome.to_dict() for outcome in self.outcomes],
+            "notes": list(self.notes),
         }
 
 

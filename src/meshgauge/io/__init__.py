@@ -19,7 +19,7 @@ from . import registry
 from .plumbing import files
 from .plumbing.format import Format
 from .plumbing.isolate import Limits
-from .plumbing.wedge_order import WEDGE_ORDERS, check_order, settled
+from .plumbing.wedge_order import WEDGE_ORDERS, check_order, normalise
 from .plumbing.writing import REGION
 from .registry import FORMATS, format_named
 
@@ -48,10 +48,10 @@ def read(
     path
         A file, plain or gzipped; or the folder of an OpenFOAM case, which has constant/polyMesh in it.
     file_format
-        A name of `FORMATS`; told by extension and content if None.
+        A name of `FORMATS`; detected by extension and content if None.
     wedge_order
-        Order of the wedges in the file: "auto" (decided for each block by the sign of the volumes), "gmsh" (the normal
-        of (0, 1, 2) points to (3, 4, 5), also VTK's since 9.7) or "vtk-legacy" (it points away).
+        Order of the wedges in the file: "gmsh" (the normal of (0, 1, 2) points to (3, 4, 5), also VTK's since 9.7),
+        "vtk-legacy" (it points away) or "auto": in formats that exist in both, decided by the other solid cells.
     limits
         Time and memory of a reader that is not ours, which runs in a process of its own; by the size of the file if
         None.
@@ -70,10 +70,11 @@ def read(
     check_order(wedge_order)
     given = Path(path)
     if os.path.isdir(given):  # False, not an error, for a name that no file can have
-        return settled(registry.read_folder(given, file_format), wedge_order)
+        return normalise(registry.read_folder(given, file_format), wedge_order, has_both=False)
     with files.opened(given) as (plain, head):
-        chosen = format_named(file_format) if file_format is not None else registry.told(plain, head)
-        mesh = settled(registry.read(chosen, plain, limits), wedge_order)
+        chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
+        mesh = registry.read(chosen, plain, limits)
+        mesh = normalise(mesh, wedge_order, has_both=chosen.has_both_wedge_orders)
     return mesh if plain == given else mesh.replace(path=str(given))
 
 
@@ -152,7 +153,7 @@ def from_pyvista(grid: Any, *, wedge_order: str = "auto") -> Mesh:
     check_order(wedge_order)
     if not hasattr(grid, "IsA"):
         raise ReadError(f"a {type(grid).__name__} is not a PyVista or VTK data set")
-    return settled(vtk.mesh(grid), wedge_order)
+    return normalise(vtk.mesh(grid), wedge_order)
 
 
 def from_meshio(mesh: Any, *, wedge_order: str = "auto") -> Mesh:
@@ -165,4 +166,4 @@ def from_meshio(mesh: Any, *, wedge_order: str = "auto") -> Mesh:
     check_order(wedge_order)
     if not hasattr(mesh, "cells") or not hasattr(mesh, "points"):
         raise MeshError(f"a {type(mesh).__name__} is not a meshio mesh")
-    return settled(meshio.mesh(mesh), wedge_order)
+    return normalise(meshio.mesh(mesh), wedge_order)

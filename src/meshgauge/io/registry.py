@@ -79,7 +79,7 @@ def format_named(name: str) -> Format:
     return FORMATS[name]
 
 
-def told(path: Path, head: bytes) -> Format:
+def detect(path: Path, head: bytes) -> Format:
     """The format of a file by its extension and its first bytes."""
     extension = path.suffix.lower()
     here = [f for f in ALL if extension in f.extensions]

@@ -61,6 +61,10 @@ class CheckText:
         for outcome in check.of(State.FAIL, State.WARN):
             if outcome.cells:
                 yield from _cells(outcome, console, options)
+        for note in check.notes:
+            yield Padding(Text(f"note: {note}", "dim", overflow="fold"), (0, 0, 0, 1))
+        if check.notes:
+            yield ""
 
 
 class ChecksText:

@@ -149,15 +149,15 @@ _XDMF = _mark(rb"<Xdmf\b")
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
     Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"),
-           foreign=_checked(within.check_ensight, by_pyvista)),
+           foreign=_checked(within.check_ensight, by_pyvista), has_both_wedge_orders=True),
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
            foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
     Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"),
-           foreign=_checked(within.check_xml, by_pyvista)),
+           foreign=_checked(within.check_xml, by_pyvista), has_both_wedge_orders=True),
     # By either.
     Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
            foreign=_checked(within.check_xml, _first_of(_xdmf_by_vtk, _by_meshio("xdmf"))),
-           write=_write_xdmf),
+           write=_write_xdmf, has_both_wedge_orders=True),
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),
     Format("obj", "Wavefront OBJ", (".obj",), anything,

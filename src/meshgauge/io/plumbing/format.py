@@ -9,7 +9,7 @@ from pathlib import Path
 from ...mesh import Mesh
 
 Reader = Callable[[Path], Mesh]
-"""Reads a file. Wedges stay in the order of the file: `wedge_order.settled` turns them afterwards."""
+"""Reads a file. Wedges stay in the order of the file: `wedge_order.normalise` turns them afterwards."""
 
 OwnReader = Callable[[Path], Mesh | None]
 """Reads a file, or returns None for a kind of it that it leaves to the reader of others."""
@@ -48,6 +48,9 @@ class Format:
         None where the format cannot be written.
     by_content
         False if the bytes tell this format only together with its extension.
+    has_both_wedge_orders
+        True if files of the format hold wedges in either of two orders, without a mark: those of VTK, and formats that
+        are read by VTK's readers or written after its documentation.
     """
 
     name: str
@@ -58,6 +61,7 @@ class Format:
     foreign: Reader | None = None
     write: Writer | None = None
     by_content: bool = True
+    has_both_wedge_orders: bool = False
 
     @property
     def is_readable(self) -> bool:

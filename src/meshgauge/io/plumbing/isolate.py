@@ -44,7 +44,7 @@ class Limits:
     seconds: float | None = None
     memory: int | None = None
 
-    def settled(self, size: int) -> tuple[float, int]:
+    def resolve(self, size: int) -> tuple[float, int]:
         """Seconds and bytes for a file of ``size`` bytes; by default 60 s and 1 s a MB, 4 GB and 60 times the file.
 
         The environment variables ``MESHGAUGE_READ_SECONDS`` and ``MESHGAUGE_READ_GB`` replace the defaults. Readers of
@@ -81,7 +81,7 @@ def read(path: Path, format_name: str, limits: Limits | None = None) -> Mesh:
     """
     if not sys.executable:
         raise ReadError(f"{path}: needs a reader in a process of its own, but this interpreter does not know its path")
-    seconds, memory = (limits or Limits()).settled(path.stat().st_size)
+    seconds, memory = (limits or Limits()).resolve(path.stat().st_size)
     with _shared_file() as file:
         request = {
             "sys_path": [str(Path(entry).resolve()) for entry in sys.path],

@@ -1,8 +1,8 @@
-"""Which of the two node orders the wedges of a file are in, and turning them into ours.
+"""Which of two node orders the wedges of a file are in, and turning them into ours.
 
 Ours (also of Gmsh, Exodus and VTK since 9.7) has the normal of (0, 1, 2) pointing to (3, 4, 5); VTK's older
-documentation has it pointing away. Files carry no mark and exist in both orders. Read in the wrong one, every wedge is
-inverted; so *auto* looks at the sign of the volumes, block by block.
+documentation has it pointing away. Files of VTK and SU2 exist in both and carry no mark. Every other format has one
+order, so that a negative wedge in it is an inverted one, and stays.
 """
 
 from __future__ import annotations
@@ -13,15 +13,20 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import CELL_TYPES, WEDGE
+from ...cells import CELL_TYPES, IS_SOLID, WEDGE, CellType
 from ...errors import ReadError
+from ...look.style import plural
 from ...mesh import Mesh
 
 WedgeOrder = Literal["auto", "gmsh", "vtk-legacy"]
 WEDGE_ORDERS: tuple[str, ...] = get_args(WedgeOrder)
 
 CHUNK = 1 << 16
-"""Wedges treated at a time: their corners take 9 MB."""
+"""Cells treated at a time: the corners of wedges take 9 MB."""
+SAMPLE = 1 << 18
+"""Cells that are enough to know the sign of the others, or of neighbours; of more, as many spread evenly."""
+UNANIMOUS = 0.9
+"""Share of the other solids of one sign from which on it is the sign of the mesh; below, neighbours are asked."""
 
 _IS_WEDGE = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is WEDGE for t in range(256)])
 
@@ -34,8 +39,10 @@ _TURNED = {
     32: (*_CORNERS, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15),
 }
 
+Ids = NDArray[np.int64]
 
-def settled(mesh: Mesh, order: str) -> Mesh:
+
+def normalise(mesh: Mesh, order: str, *, has_both: bool = True) -> Mesh:
     """The mesh with its wedges in our order.
 
     Parameters
@@ -44,50 +51,62 @@ def settled(mesh: Mesh, order: str) -> Mesh:
         With wedges in the order of its file.
     order
         "gmsh": the file is in our order, nothing changes. "vtk-legacy": the file is in the other, all wedges are
-        turned. "auto": those blocks are turned (blocks of one name together) in which more wedges have a negative
-        volume than a positive one; where as many are negative as positive, nothing changes.
+        turned. "auto": all wedges are turned if they are of the other order by the solid cells around them: most wedges
+        have another sign than the other solids have or, where those are of both signs, run against their neighbours
+        over faces. Without other solids they are turned if all are negative.
+    has_both
+        Whether the format exists in both orders; in one that does not, "auto" changes nothing.
 
     Returns
     -------
     Mesh
-        The same object if nothing changed; else with a note that says what was done. Wedges that are inverted in a
-        block that is mostly right stay inverted. Other cells are never touched.
+        The same object if nothing was to decide; else with a note that says what was done. Other cells are never
+        touched. A file is of one order: wedges are turned all or none.
     """
     check_order(order)
-    if order == "gmsh":
+    if order == "gmsh" or (order == "auto" and not has_both):
         return mesh
     wedges = np.flatnonzero(_IS_WEDGE[mesh.types])
     if len(wedges) == 0:
         return mesh
     if order == "vtk-legacy":
         return _turned(mesh, wedges, "as asked (vtk-legacy)")
-    chosen, notes = [], []
-    for name, ids in _by_block(mesh, wedges).items():
-        negative, positive = _signs(mesh, ids)
-        if negative > positive:
-            chosen.append(ids)
-        elif negative and negative == positive:
-            where = f"block {name!r}" if name else "the mesh"
-            notes.append(f"As many wedges of {where} have a negative volume as a positive one: left as they are.")
-    if notes:
-        mesh = mesh.replace(notes=(*mesh.notes, *notes))
-    if not chosen:
-        return mesh
-    return _turned(mesh, np.concatenate(chosen), "because most have a negative volume as read")
+    negative, positive = _signs(mesh, wedges)
+    below, above = _signs_of_others(mesh)
+    if below + above == 0:
+        return _alone(mesh, wedges, negative, positive)
+    if max(below, above) < UNANIMOUS * (below + above):
+        against, along = _against_neighbours(mesh, wedges)
+        if against + along:
+            if against == along:
+                return _undecided(mesh, "their neighbours over faces disagree")
+            return _turned(mesh, wedges, "because they run against their neighbours") if against > along else mesh
+    if below == above:
+        return _undecided(mesh, "as many of the other solid cells are negative as positive")
+    is_mirrored = below > above
+    opposite, same = (positive, negative) if is_mirrored else (negative, positive)
+    if opposite > same:
+        signs = ("positive", "negative") if is_mirrored else ("negative", "positive")
+        return _turned(mesh, wedges, f"because most are {signs[0]} as read and the other solid cells {signs[1]}")
+    if opposite == same > 0:
+        return _undecided(mesh, "half of them have the sign of the other solid cells")
+    return mesh
 
 
-def _by_block(mesh: Mesh, wedges: NDArray[np.int64]) -> dict[str, NDArray[np.int64]]:
-    """Wedges by the name of their block.
+def _alone(mesh: Mesh, wedges: Ids, negative: int, positive: int) -> Mesh:
+    """Of a mesh without other solids: nothing but zero to compare with."""
+    if negative and not positive:
+        why = "because all are negative as read; with no other solid cells to compare, they may be inverted instead"
+        return _turned(mesh, wedges, f"{why} (--wedge-order gmsh)")
+    if negative:
+        return _undecided(mesh, f"{negative:,} are negative, {positive:,} positive, and there are no other solid cells")
+    return mesh
 
-    Blocks of one name are decided together: some readers make a block of every run of cells of one type, and a run may
-    be as short as one wedge, whose sign must stay what it is.
-    """
-    found: dict[str, list[NDArray[np.int64]]] = {}
-    for block in mesh.blocks:
-        first, last = np.searchsorted(wedges, (block.start, block.stop))
-        if last > first:
-            found.setdefault(block.name, []).append(wedges[first:last])
-    return {name: np.concatenate(ids) for name, ids in found.items()}
+
+def _undecided(mesh: Mesh, why: str) -> Mesh:
+    return mesh.replace(
+        notes=(*mesh.notes, f"The order of the wedges could not be decided: {why}. They are left as they are.")
+    )
 
 
 def check_order(order: str) -> None:
@@ -96,7 +115,7 @@ def check_order(order: str) -> None:
         raise ReadError(f"wedge order {order!r} is unknown; expected one of {', '.join(WEDGE_ORDERS)}")
 
 
-def _signs(mesh: Mesh, cells: NDArray[np.int64]) -> tuple[int, int]:
+def _signs(mesh: Mesh, cells: Ids) -> tuple[int, int]:
     """Number of wedges of negative and of positive volume; those that are flat or not finite count in neither."""
     negative = positive = 0
     for start in range(0, len(cells), CHUNK):
@@ -108,19 +127,85 @@ def _signs(mesh: Mesh, cells: NDArray[np.int64]) -> tuple[int, int]:
     return negative, positive
 
 
+def _others(mesh: Mesh, ids: Ids) -> list[tuple[CellType, Ids]]:
+    """Solid cells other than wedges that have a shape, by type."""
+    types = mesh.types[ids]
+    rows = (CELL_TYPES[int(t)] for t in np.unique(types) if IS_SOLID[t] and not _IS_WEDGE[t] and int(t) in CELL_TYPES)
+    return [(row, ids[types == row.vtk_id]) for row in rows if row.shape is not None]
+
+
+def _signs_of_others(mesh: Mesh) -> tuple[int, int]:
+    """Number of other solids whose corners have a negative and a positive sum of determinants, of a sample."""
+    solids = np.flatnonzero(IS_SOLID[mesh.types] & ~_IS_WEDGE[mesh.types])
+    negative = positive = 0
+    for row, cells in _others(mesh, solids[:: len(solids) // SAMPLE + 1]):
+        assert row.shape is not None
+        a, i, j, k = np.array(row.shape.triples).T
+        for start in range(0, len(cells), CHUNK):
+            at = mesh.offsets[cells[start : start + CHUNK], None] + np.array(row.corners)
+            with np.errstate(all="ignore"):
+                x = _scaled(mesh.points[mesh.connectivity[at]].astype(np.float64, copy=False))
+                edges = (x[:, other] - x[:, a] for other in (i, j, k))
+                u, v, w = edges
+                total = np.einsum("nij,nij->n", u, np.cross(v, w))
+            negative += int(np.count_nonzero(total < 0))
+            positive += int(np.count_nonzero(total > 0))
+    return negative, positive
+
+
+def _against_neighbours(mesh: Mesh, wedges: Ids) -> tuple[int, int]:
+    """Number of faces between a wedge and another solid that both have run in one direction, and in opposite ones.
+
+    Two cells of one handedness run round their common face in opposite directions, wherever the points are.
+    """
+    wedges = wedges[:: len(wedges) // SAMPLE + 1]
+    touched = np.zeros(mesh.n_points, bool)
+    corners = mesh.connectivity[mesh.offsets[wedges][:, None] + np.arange(6)]
+    touched[corners] = True
+    solids = np.flatnonzero(IS_SOLID[mesh.types] & ~_IS_WEDGE[mesh.types])
+    against = along = 0
+    for size in (3, 4):
+        mine = np.concatenate([corners[:, face] for face in WEDGE.faces if len(face) == size])
+        theirs = [np.empty((0, size), np.int64)]
+        for row, cells in _others(mesh, solids):
+            assert row.shape is not None
+            for start in range(0, len(cells), CHUNK):
+                first = mesh.offsets[cells[start : start + CHUNK], None]
+                for face in row.shape.faces:
+                    if len(face) == size:
+                        nodes = mesh.connectivity[first + np.array([row.corners[node] for node in face])]
+                        theirs.append(nodes[touched[nodes].all(axis=1)].astype(np.int64))
+        rings, is_mine = np.concatenate([mine, *theirs]), np.arange(len(mine) + sum(map(len, theirs))) < len(mine)
+        first = np.argmin(rings, axis=1)[:, None]
+        rings = np.take_along_axis(rings, (first + np.arange(size)) % size, axis=1)  # begin at the lowest point
+        forward = rings[:, 1] < rings[:, -1]
+        rings[~forward, 1:] = rings[~forward, :0:-1]
+        order = np.lexsort(rings.T[::-1])
+        a, b = order[:-1], order[1:]
+        pair = (rings[a] == rings[b]).all(axis=1) & (is_mine[a] != is_mine[b])
+        same = forward[a[pair]] == forward[b[pair]]
+        against, along = against + int(same.sum()), along + int((~same).sum())
+    return against, along
+
+
+def _scaled(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Corners ``(n, k, 3)`` of cells from their first, in units of their own size: no coordinate from 1e-200 to 1e300
+    loses the sign of a volume. NaN where a coordinate is not finite."""
+    largest = np.abs(corners).max(axis=(1, 2), keepdims=True)
+    d = corners / np.where(largest > 0, largest, 1.0)
+    d = d - d[:, :1]
+    size = np.abs(d).max(axis=(1, 2), keepdims=True)
+    return np.asarray(d / np.where(size > 0, size, 1.0))
+
+
 def volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Signed volumes of wedges ``(n, 6, 3)``, each in units of its own size cubed; positive in our order.
 
     Exact for straight edges and bilinear sides: the area vector of the triangle is quadratic from bottom to top, the
-    mean of the upright edges constant. Scaled, so that no coordinate from 1e-200 to 1e300 loses the sign. NaN where a
-    coordinate is not finite.
+    mean of the upright edges constant. NaN where a coordinate is not finite.
     """
     with np.errstate(all="ignore"):
-        largest = np.abs(corners).max(axis=(1, 2), keepdims=True)
-        d = corners / np.where(largest > 0, largest, 1.0)
-        d = d - d[:, :1]
-        size = np.abs(d).max(axis=(1, 2), keepdims=True)
-        d = d / np.where(size > 0, size, 1.0)
+        d = _scaled(corners)
         e1, e2 = d[:, 1] - d[:, 0], d[:, 2] - d[:, 0]
         f1, f2 = d[:, 4] - d[:, 3], d[:, 5] - d[:, 3]
         area = np.cross(e1, e2) + np.cross(f1, f2) + 0.5 * (np.cross(e1, f2) + np.cross(f1, e2))
@@ -128,7 +213,8 @@ def volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(np.einsum("ij,ij->i", area, upright) / 6.0)
 
 
-def _turned(mesh: Mesh, cells: NDArray[np.int64], why: str) -> Mesh:
+def _turned(mesh: Mesh, cells: Ids, why: str) -> Mesh:
+    """The mesh with these wedges, all there are, turned; a note says so and why."""
     connectivity = mesh.connectivity.copy()
     sizes = mesh.offsets[cells + 1] - mesh.offsets[cells]
     types = mesh.types[cells]
@@ -143,8 +229,8 @@ def _turned(mesh: Mesh, cells: NDArray[np.int64], why: str) -> Mesh:
             for start in range(0, len(first), CHUNK):
                 at = first[start : start + CHUNK, None]
                 connectivity[at + np.arange(n_nodes)] = mesh.connectivity[at + order]
-    n_wedges = int(np.count_nonzero(_IS_WEDGE[mesh.types]))
-    note = f"{len(cells)} of {n_wedges} wedges were turned from VTK's documented order into ours, {why}."
+    was = "was" if len(cells) == 1 else "were"
+    note = f"{plural(len(cells), 'wedge')} {was} turned from VTK's documented order into ours, {why}."
     if corners_only:
         note += f" Of {corners_only} curved ones only the corners were turned."
     return mesh.replace(connectivity=connectivity, notes=(*mesh.notes, note))

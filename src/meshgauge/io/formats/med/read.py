@@ -27,6 +27,8 @@ GROUP = "med:group"
 _NO_PROFILE = "MED_NO_PROFILE_INTERNAL"
 _NONE = np.empty((0, 3))
 _WIDTH = 80  # characters of the name of a group
+_MESHIO = "meshio"
+"""In the description of the meshes that meshio writes: it keeps VTK's order of nodes where it has that."""
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -85,7 +87,7 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
     dimension = int(group.attrs.get("ESP", group.attrs.get("DIM", 3)))
     points = _points(path, step, dimension)
     found = _cells(path, step, points, as_stated=True)
-    if _is_mirrored(found, points):
+    if _MESHIO in _text(group.attrs.get("DES", "")) and _is_mirrored(found, points):
         found = _cells(path, step, points, as_stated=False)
         notes.append("Most cells have a negative volume in MED's order of nodes: VTK's was taken, as meshio writes.")
     numbers, names = _groups(file, name)
@@ -253,6 +255,8 @@ def _text(value: Any) -> str:
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """By meshio's writer, in MED's order of nodes; regions become groups of cells."""
+    import h5py
+
     found = told_regions(mesh)
     ids, names = found if found is not None else (np.zeros(mesh.n_cells, np.int64), ())
     data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY)}
@@ -270,7 +274,11 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         source.cell_tags = {-1 - number: [name[:_WIDTH]] for number, name in enumerate(names)}
     moved = np.any(np.diff(mesh.types.astype(np.int64)) < 0)
     order_note = ("The format keeps cells by type: their order changed.",) if moved else ()
-    return (*order_note, *meshio.write_source(path, source, kept, "med"))
+    lost = meshio.write_source(path, source, kept, "med")
+    with h5py.File(path, "r+") as file:
+        for one in file["ENS_MAA"].values():
+            one.attrs["DES"] = np.bytes_("Written by meshgauge")
+    return (*order_note, *lost)
 
 
 _FAMILY = "cell_tags"  # as meshio calls it

@@ -145,4 +145,4 @@ def _check_ids(part: Part, zone: _Zone, path: Path) -> None:
         raise ReadError(f"{path}: an element of zone {zone.number} refers to point {bad}, which is outside 0..{n - 1}")
 
 
-SU2 = Format("su2", "SU2", (".su2",), sniff, read, write=write.write)
+SU2 = Format("su2", "SU2", (".su2",), sniff, read, write=write.write, has_both_wedge_orders=True)

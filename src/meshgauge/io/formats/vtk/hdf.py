@@ -288,4 +288,4 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
         lost.append(f"The {what} data {name!r} (of type {values.dtype}) cannot be held by VTKHDF.")
 
 
-VTKHDF = Format("vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, read, read_by_vtk, write)
+VTKHDF = Format("vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, read, read_by_vtk, write, has_both_wedge_orders=True)

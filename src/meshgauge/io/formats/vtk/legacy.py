@@ -76,4 +76,4 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return lost
 
 
-VTK_LEGACY = Format("vtk", "legacy VTK", (".vtk",), sniff, legacy_own.read, read, write)
+VTK_LEGACY = Format("vtk", "legacy VTK", (".vtk",), sniff, legacy_own.read, read, write, has_both_wedge_orders=True)

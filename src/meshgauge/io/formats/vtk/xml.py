@@ -86,11 +86,12 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return lost
 
 
-VTU = Format("vtu", "VTK XML", (".vtu",), sniff, vtu_raw.read, read, write)
+VTU = Format("vtu", "VTK XML", (".vtu",), sniff, vtu_raw.read, read, write, has_both_wedge_orders=True)
 VTK_XML = Format(
     "vtk-xml",
     "VTK XML (other than .vtu)",
     (".pvtu", ".vtm", ".vtmb", ".vtpd", ".vtpc", ".vtp", ".vts", ".vtr", ".vti", ".pvtp", ".pvts", ".pvtr", ".pvti"),
     sniff,
     foreign=read,
+    has_both_wedge_orders=True,
 )
