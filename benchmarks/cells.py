@@ -112,7 +112,7 @@ def contest(name: str, least: int, rounds: int, threads: int) -> None:
     def ours() -> None:
         list(
             pool.map(
-                lambda s: driver.cell_jens(points, cells[s : s + CHUNK], row, out[s : s + CHUNK], few=False), starts
+                lambda s: driver.cell_jens(points, cells[s : s + CHUNK], row, out[s : s + CHUNK], compiled=True), starts
             )
         )
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from meshgauge.kernels import path as kernels_path
 
 FLAGS = [
     "--no-sandbox",
@@ -41,6 +44,16 @@ def plain_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     """No test depends on the size and colours of the terminal that runs it (pytest-xdist sets COLUMNS)."""
     for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "CLICOLOR_FORCE"):
         monkeypatch.delenv(name, raising=False)
+
+
+@pytest.fixture(params=["numpy", "compiled"])
+def path(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Runs a test twice: all cells by NumPy, all by kernels (`meshgauge.kernels.path`), whatever their number.
+
+    Laws take it by ``pytestmark = pytest.mark.usefixtures("path")``.
+    """
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", {"numpy": sys.maxsize, "compiled": -1}[request.param])
+    return str(request.param)
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,6 @@ from meshgauge import Mesh
 from meshgauge.doctor import LIMIT, cells, diagnosis
 from meshgauge.doctor.points import duplicates, representatives
 from meshgauge.doctor.text import DiagnosisText
-from meshgauge.kernels.topology import numpy_fallback
 
 
 def names(mesh: Mesh) -> list[str]:
@@ -30,13 +29,7 @@ def only(mesh: Mesh, name: str) -> meshgauge.doctor.Finding:
     return finding
 
 
-@pytest.fixture(params=["plain", "kernels"])
-def _both(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    if request.param == "kernels":
-        monkeypatch.setattr(numpy_fallback, "FEW", -1)
-
-
-pytestmark = pytest.mark.usefixtures("_both")
+pytestmark = pytest.mark.usefixtures("path")
 
 
 @pytest.mark.parametrize("name", SPLITS)
@@ -195,10 +188,7 @@ def test_points_that_coincide_are_those_that_comparing_all_finds(
     expected = list(range(len(points)))
     for i in range(len(points)):
         expected[i] = min([i, *(j for j in range(i) if expected[j] == j and distance[i, j] <= 1.0)])
-    for few in (10_000, -1):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(numpy_fallback, "FEW", few)
-            assert representatives(points, tolerance=tolerance).tolist() == expected
+    assert representatives(points, tolerance=tolerance).tolist() == expected
 
 
 def test_of_points_that_coincide_one_stays() -> None:
@@ -261,7 +251,7 @@ CORPUS = [
 ]
 
 
-@pytest.mark.parametrize(("path", "expected"), CORPUS)
-def test_real_meshes(path: str, expected: dict[str, int], shared: Path) -> None:
-    found = diagnosis(meshgauge.read(shared / "meshes" / path))
+@pytest.mark.parametrize(("file", "expected"), CORPUS)
+def test_real_meshes(file: str, expected: dict[str, int], shared: Path) -> None:
+    found = diagnosis(meshgauge.read(shared / "meshes" / file))
     assert {finding.name: finding.count for finding in found.findings} == expected

@@ -15,8 +15,9 @@ from meshgauge import Mesh, measure
 from meshgauge.cells import CELL_TYPES
 from meshgauge.doctor import Numbering, diagnosis, orientation, oriented, reversal
 from meshgauge.doctor.oriented import DEGREES
-from meshgauge.kernels.topology import numpy_fallback
 from meshgauge.mesh.polyhedra import Polyhedra
+
+pytestmark = pytest.mark.usefixtures("path")
 
 CURVED = [(row.vtk_id, row.n_nodes) for row in CELL_TYPES.values() if row.is_curved and row.n_nodes is not None]
 LAGRANGE = {"tetra": (4, 10, 15, 20, 35), "hexahedron": (8, 27, 64), "wedge": (6, 18, 21, 40), "pyramid": (5,)}
@@ -69,10 +70,8 @@ def test_tangled_cells_are_not_a_matter_of_numbering(name: str) -> None:
     assert changes.texts[0].startswith("Left as they are: ")
 
 
-@pytest.mark.parametrize("few", [True, False])
 @pytest.mark.parametrize("name", ["tetra", "hexahedron"])
-def test_both_at_once_are_told_apart(name: str, few: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(numpy_fallback, "FEW", numpy_fallback.FEW if few else -1)
+def test_both_at_once_are_told_apart(name: str) -> None:
     mesh = tangled(name)
     inverted = set(np.flatnonzero(measure(mesh).values < 0).tolist())
     # A cell that is wholly turned inside out looks valid when it is numbered in reverse besides.
@@ -260,9 +259,9 @@ CORPUS = [
 ]
 
 
-@pytest.mark.parametrize(("path", "n_reversed", "n_tangled", "text"), CORPUS)
-def test_real_meshes(path: str, n_reversed: int, n_tangled: int, text: str, shared: Path) -> None:
-    mesh = meshgauge.read(shared / "meshes" / path, wedge_order="gmsh")
+@pytest.mark.parametrize(("file", "n_reversed", "n_tangled", "text"), CORPUS)
+def test_real_meshes(file: str, n_reversed: int, n_tangled: int, text: str, shared: Path) -> None:
+    mesh = meshgauge.read(shared / "meshes" / file, wedge_order="gmsh")
     found = orientation(measure(mesh))
     assert (found.n_reversed, found.n_tangled) == (n_reversed, n_tangled)
     assert found.n_contradictions == 0

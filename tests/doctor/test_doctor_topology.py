@@ -1,4 +1,4 @@
-"""Faces of cells, matched: by the kernels and without them."""
+"""Faces of cells, matched, on both paths."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from meshgauge import Mesh
 from meshgauge.cells import BY_NAME, cell_type
-from meshgauge.kernels.topology import numpy_fallback
+from meshgauge.kernels import path as kernels_path
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.mesh.topology import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME, topology
 
@@ -18,17 +18,9 @@ UP = np.array([0.0, 0.0, 1.0])
 TETRA_FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 
 
-@pytest.fixture(params=["plain", "kernels"])
-def _both(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Run a test without Numba and with it."""
-    if request.param == "kernels":
-        monkeypatch.setattr(numpy_fallback, "FEW", -1)
+pytestmark = pytest.mark.usefixtures("path")
 
 
-both = pytest.mark.usefixtures("_both")
-
-
-@both
 @pytest.mark.parametrize("name", SPLITS)
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_a_grid_has_the_faces_that_counting_gives(name: str, n: int) -> None:
@@ -40,10 +32,9 @@ def test_a_grid_has_the_faces_that_counting_gives(name: str, n: int) -> None:
     assert found.n_boundary == 6 * n * n * on_side == N_FACES[name] * n * n
     assert 2 * found.n_interior + found.n_boundary == mesh.n_cells * len(shape.faces)
     assert found.n_multiple == found.n_collapsed == 0
-    assert set(found.relations[found.mates >= 0].tolist()) <= {OPPOSITE}
+    assert set(found.windings[found.mates >= 0].tolist()) <= {OPPOSITE}
 
 
-@both
 def test_mates_are_mutual_and_have_the_same_points() -> None:
     found = topology(mixed())
     for a, b in found.pairs().tolist():
@@ -53,15 +44,13 @@ def test_mates_are_mutual_and_have_the_same_points() -> None:
     assert len(found.pairs()) == found.n_interior
 
 
-@both
-def test_a_cell_numbered_in_reverse_goes_round_its_faces_as_its_neighbours() -> None:
+def test_a_cell_numbered_in_reverse_winds_its_faces_as_its_neighbours() -> None:
     found = topology(reverse(grid("hexahedron"), [13]))
     touching = {frozenset((int(found.cells[a]), int(found.cells[b]))) for a, b in found.pairs(SAME).tolist()}
     assert len(touching) == 6
     assert all(13 in pair for pair in touching)
 
 
-@both
 def test_a_face_of_three_cells_has_no_mate() -> None:
     points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1), (0, 0, 2)]
     found = topology(Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (0, 2, 1, 4), (0, 1, 2, 5)])]))
@@ -71,7 +60,6 @@ def test_a_face_of_three_cells_has_no_mate() -> None:
     assert found.n_boundary == 9
 
 
-@both
 def test_the_same_points_in_another_order_are_crossed() -> None:
     mesh = grid("hexahedron", 1)
     points = np.concatenate([mesh.points, mesh.points[4:] + UP])
@@ -81,7 +69,6 @@ def test_the_same_points_in_another_order_are_crossed() -> None:
     assert len(found.pairs(CROSSED)) == found.n_interior == 1
 
 
-@both
 def test_a_collapsed_quadrilateral_is_a_triangle_and_a_collapsed_triangle_none() -> None:
     # A hexahedron with an edge of no length is a wedge; beside it a tetrahedron on the triangle.
     points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0.6, 0.3, -1)]
@@ -91,7 +78,6 @@ def test_a_collapsed_quadrilateral_is_a_triangle_and_a_collapsed_triangle_none()
     assert set(found.face(pair[0])) == {0, 1, 2}
 
 
-@both
 def test_polyhedra_match_cells_of_other_types() -> None:
     points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)]
     faces = [[(0, 1, 2, 3)[m] for m in face] for face in TETRA_FACES]
@@ -120,7 +106,7 @@ def test_a_single_cell_has_the_faces_of_its_table(name: str) -> None:
     assert shape is not None
     assert found.n_boundary == len(shape.faces)
     corners = {found.mesh.nodes(0)[m]: k for k, m in enumerate(cell_type(name).corners)}
-    assert [tuple(corners[p] for p in found.face(slot)) for slot in range(len(shape.faces))] == list(shape.faces)
+    assert [tuple(corners[p] for p in found.face(f)) for f in range(len(shape.faces))] == list(shape.faces)
 
 
 def test_curved_cells_match_linear_ones_by_their_corners() -> None:
@@ -130,7 +116,6 @@ def test_curved_cells_match_linear_ones_by_their_corners() -> None:
     assert topology(mesh).n_interior == 1
 
 
-@both
 def test_faces_may_be_matched_across_points_that_coincide() -> None:
     mesh = grid("hexahedron", 1)
     points = np.concatenate([mesh.points, mesh.points + UP])
@@ -162,12 +147,14 @@ CELLS = st.lists(
 @given(CELLS)
 def test_the_kernel_and_numpy_agree_on_any_cells(cells: list[tuple[str, list[int]]]) -> None:
     mesh = Mesh.from_arrays(np.zeros((9, 3)), [(name, [nodes]) for name, nodes in cells])
-    one = topology(mesh)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(numpy_fallback, "FEW", -1)
+        patch.setattr(kernels_path, "NUMPY_UP_TO", len(cells))
+        one = topology(mesh)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kernels_path, "NUMPY_UP_TO", -1)
         other = topology(mesh)
     assert one.mates.tolist() == other.mates.tolist()
-    assert one.relations.tolist() == other.relations.tolist()
+    assert one.windings.tolist() == other.windings.tolist()
     assert one.n_multiple == other.n_multiple
 
 
@@ -176,10 +163,10 @@ def test_the_kernel_and_numpy_agree_on_any_cells(cells: list[tuple[str, list[int
 def test_faces_are_those_that_a_dictionary_finds(cells: list[tuple[str, list[int]]]) -> None:
     mesh = Mesh.from_arrays(np.zeros((9, 3)), [(name, [nodes]) for name, nodes in cells])
     found = topology(mesh)
-    slots: dict[frozenset[int], list[int]] = {}
-    for slot in range(len(found.mates)):
-        slots.setdefault(frozenset(found.face(slot)), []).append(slot)
-    for points, here in slots.items():
+    by_points: dict[frozenset[int], list[int]] = {}
+    for half_face in range(len(found.mates)):
+        by_points.setdefault(frozenset(found.face(half_face)), []).append(half_face)
+    for points, here in by_points.items():
         expected = COLLAPSED if len(points) < 3 else {1: BOUNDARY, 2: None}.get(len(here), MULTIPLE)
-        for slot in here:
-            assert found.mates[slot] == (sum(here) - slot if expected is None else expected)
+        for half_face in here:
+            assert found.mates[half_face] == (sum(here) - half_face if expected is None else expected)

@@ -9,7 +9,7 @@ import pytest
 from meshgauge.cells import BY_NAME, SHAPES
 from meshgauge.kernels.cells import driver
 from meshgauge.kernels.certificate.certificate import Validity, certificate
-from meshgauge.kernels.certificate.inside_numpy import DIRECTIONS, validity
+from meshgauge.kernels.certificate.numpy_path import DIRECTIONS, validity
 
 N = 130  # two blocks and a bit
 
@@ -48,7 +48,7 @@ def cell_values(name: str, nodes: np.ndarray, dtype: type = np.float64) -> np.nd
     cells = np.arange(len(points)).reshape(nodes.shape[:2])
     out = np.full(len(nodes), 9.0)
     with np.errstate(all="ignore"):  # with the JIT off NumPy's scalars warn where compiled code goes on
-        driver.cell_jens(points, cells, BY_NAME[name], out, few=False)
+        driver.cell_jens(points, cells, BY_NAME[name], out, compiled=True)
     return out
 
 
@@ -81,7 +81,7 @@ def test_node_kernel_against_the_oracle(name: str) -> None:
     cells = np.arange(nodes.shape[0] * nodes.shape[1]).reshape(len(nodes), -1)
     out = np.full(cells.shape, 9.0)
     with np.errstate(all="ignore"):
-        driver.node_scaled_jacobian(nodes.reshape(-1, 3), cells, BY_NAME[name], out, few=False)
+        driver.node_scaled_jacobian(nodes.reshape(-1, 3), cells, BY_NAME[name], out, compiled=True)
     expected = np.array([oracle.exact_node_scaled_jacobian(name, cell) for cell in nodes])
     np.testing.assert_allclose(out, expected, rtol=1e-9, atol=1e-14)
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import meshgauge
 from meshgauge import Mesh, Quality, Status
 from meshgauge.cells import BY_NAME, SHAPES
-from meshgauge.kernels.cells import driver
+from meshgauge.kernels import path
 
 CUBE = np.array(SHAPES["hexahedron"].points, float)
 TETRA = np.array(SHAPES["tetra"].points, float)
@@ -35,7 +35,7 @@ def many(name: str, n: int, seed: int = 0) -> Mesh:
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_values_of_many_cells_are_those_of_the_oracle(name: str) -> None:
-    n = driver.FEW + 500  # enough for the compiled kernels
+    n = path.NUMPY_UP_TO + 500  # enough for the compiled kernels
     mesh = many(name, n)
     quality = meshgauge.measure(mesh)
     nodes = np.asarray(mesh.points)[mesh.connectivity].reshape(n, -1, 3)
@@ -54,7 +54,7 @@ def test_values_of_many_cells_are_those_of_the_oracle(name: str) -> None:
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_few_cells_and_many_have_the_same_values(name: str) -> None:
-    n = driver.FEW + 100
+    n = path.NUMPY_UP_TO + 100
     mesh = many(name, n, seed=1)
     size = SHAPES[name].n_nodes
     few = Mesh.from_arrays(mesh.points, [(name, mesh.connectivity[: 300 * size].reshape(300, size))])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import IS_SOLID
-from ..kernels.topology import numpy_fallback
+from ..kernels.topology import driver
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.polyhedra import IndexArray
-from ..mesh.topology import Topology, topology
+from ..mesh.topology import OPPOSITE, Topology, topology
 from ..quality.measure import Quality, measure
 from . import cells, faces, points
 from .orientation import EXAMPLES, Orientation, orientation
-from .united import united_by_faces, united_by_points
 
 LIMIT = 5_000_000
 """Cells up to which a report includes a diagnosis: it then takes at most about 3 s and 900 MB."""
@@ -139,13 +138,7 @@ def diagnosis(
         why = f"The mesh was not diagnosed: it has {mesh.n_cells:,} cells, more than {limit:,}."
         return Diagnosis((), None, None, (), None, None, tolerance, (why,))
     quality = quality if quality is not None else measure(mesh)
-    width: type[np.signedinteger] = np.int32 if max(mesh.n_cells, mesh.n_points) < 2**31 - 1 else np.int64
-    seen: IndexArray = np.zeros(mesh.n_points, width)
-    repeated = np.empty(mesh.n_cells, bool)
-    hashes = np.empty(mesh.n_cells, np.int64)
-    scan = numpy_fallback.scan if mesh.n_cells <= numpy_fallback.FEW else _compiled_scan()
-    scan(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, seen, repeated, hashes)
-    is_used = seen > 0
+    is_used, repeated, hashes = driver.signatures(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, mesh.n_points)
     if mesh.polyhedra is not None:
         is_used[mesh.polyhedra.face_points] = True
     representative = points.representatives(mesh.points, tolerance=tolerance)
@@ -153,7 +146,7 @@ def diagnosis(
     matched = topology(mesh)
     twice = cells.duplicates(mesh, hashes)
     oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None, ignored=twice)
-    sizes = _part_sizes(mesh, width)
+    sizes = _part_sizes(mesh)
     split = faces.split_quadrilaterals(matched)
     found = [
         *_orientation(oriented),
@@ -177,17 +170,10 @@ def diagnosis(
     )
 
 
-def _compiled_scan() -> Callable[..., None]:
-    from ..kernels.topology import scan  # loads Numba
-
-    return scan.cells
-
-
-def _part_sizes(mesh: Mesh, width: type[np.signedinteger]) -> list[int]:
+def _part_sizes(mesh: Mesh) -> list[int]:
     """Solid cells of each part, largest first."""
     solid = IS_SOLID[mesh.types]
-    parent = np.arange(mesh.n_points, dtype=width)
-    united_by_points(mesh, solid, parent)
+    parent = driver.components_by_points(solid, mesh.offsets, mesh.connectivity, mesh.n_points)
     first = mesh.offsets[:-1][solid & (np.diff(mesh.offsets) > 0)]
     counts = np.bincount(parent[mesh.connectivity[first]])
     return sorted(counts[counts > 0].tolist(), reverse=True)
@@ -232,10 +218,8 @@ def _hinges(matched: Topology, n_parts: int, *, conforms: bool) -> Finding | Non
     """Parts that touch at points or edges only; nothing is said where faces do not conform, nor of polyhedra alone."""
     if not conforms:
         return None
-    n_cells = matched.mesh.n_cells
-    parent = np.arange(n_cells, dtype=matched.cells.dtype)
-    none, alike = np.zeros(n_cells, np.int8), np.ones(len(matched.cells), np.int8)
-    united_by_faces(matched.cells, matched.mates, alike, none, parent, np.ones(n_cells, np.int8))
+    unknown, opposite = np.zeros(matched.mesh.n_cells, np.int8), np.full(len(matched.cells), OPPOSITE, np.int8)
+    parent, _, _ = driver.components_by_faces(matched.cells, matched.mates, opposite, unknown)
     with_faces = np.diff(matched.starts) > 0
     roots = np.unique(parent[with_faces])
     n = len(roots) - n_parts

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES, IS_SOLID, TETRA, WEDGE, type_name
+from ..kernels.topology import driver
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.polyhedra import IndexArray
@@ -27,7 +28,6 @@ from ..quality import arrays
 from ..quality.measure import Quality
 from .points import extent
 from .reversal import reversal
-from .united import united_by_faces
 
 EXAMPLES = 5
 """Cell ids named in a finding."""
@@ -163,16 +163,14 @@ def orientation(
     has_shape = _HAS_SHAPE[mesh.types]
     is_inverted = (quality.values < 0.0) & has_shape
     faces = faces if faces is not None else topology(mesh)
-    if not is_inverted.any() and not (faces.relations[faces.mates >= 0] == SAME).any():
+    if not is_inverted.any() and not (faces.windings[faces.mates >= 0] == SAME).any():
         return _all_right(mesh)
-    mates, relations = _links(faces, quality, points, ignored)
-    if not is_inverted.any() and not (relations[mates >= 0] == SAME).any():
+    mates, windings = _neighbours(faces, quality, points, ignored)
+    if not is_inverted.any() and not (windings[mates >= 0] == SAME).any():
         return _all_right(mesh)
     geometry = _handedness(quality, np.flatnonzero(is_inverted))
-    parent = np.arange(mesh.n_cells, dtype=faces.cells.dtype)
-    sign = np.ones(mesh.n_cells, np.int8)
-    n_contradictions = united_by_faces(faces.cells, mates, relations, geometry, parent, sign)
-    part_sign, likely = _part_signs(faces, mates, relations, parent, sign, geometry)
+    parent, sign, n_contradictions = driver.components_by_faces(faces.cells, mates, windings, geometry)
+    part_sign, likely = _part_signs(faces, mates, windings, parent, sign, geometry)
     handed = sign * part_sign[parent]
     numbering = np.zeros(mesh.n_cells, np.uint8)
     measured = np.isfinite(quality.values) & has_shape
@@ -192,26 +190,26 @@ def _all_right(mesh: Mesh) -> Orientation:
     return Orientation(read_only(np.zeros(mesh.n_cells, np.uint8)), False, (), 0)
 
 
-def _links(
+def _neighbours(
     faces: Topology, quality: Quality, points: IndexArray | None, ignored: IndexArray | None
 ) -> tuple[IndexArray, NDArray[np.int8]]:
-    """Mates and relations that tell about numbering: without polyhedra, across points that coincide."""
-    mates, relations = faces.mates, faces.relations.copy()
+    """Mates and windings that tell about numbering: without polyhedra, across points that coincide."""
+    mates, windings = faces.mates, faces.windings.copy()
     if points is not None and not np.array_equal(points, np.arange(len(points))):
         welded = topology(quality.mesh, points=points)
-        slots = np.flatnonzero((mates == BOUNDARY) & (welded.mates >= 0))
-        slots = slots[mates[welded.mates[slots]] == BOUNDARY]
+        joined = np.flatnonzero((mates == BOUNDARY) & (welded.mates >= 0))
+        joined = joined[mates[welded.mates[joined]] == BOUNDARY]
         mates = mates.copy()
-        mates[slots] = welded.mates[slots]
-        relations[slots] = welded.relations[slots]
+        mates[joined] = welded.mates[joined]
+        windings[joined] = welded.windings[joined]
     tells = _HAS_SHAPE[quality.mesh.types]
     if ignored is not None:
         tells[ignored] = False
     known = tells[faces.cells]
-    relations[~known] = 0
+    windings[~known] = 0
     paired = np.flatnonzero(mates >= 0)
-    relations[paired[~known[mates[paired]]]] = 0
-    return mates, relations
+    windings[paired[~known[mates[paired]]]] = 0
+    return mates, windings
 
 
 def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int8]:
@@ -237,7 +235,7 @@ def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int
 def _part_signs(
     faces: Topology,
     mates: IndexArray,
-    relations: NDArray[np.int8],
+    windings: NDArray[np.int8],
     parent: IndexArray,
     sign: NDArray[np.int8],
     geometry: NDArray[np.int8],
@@ -255,7 +253,7 @@ def _part_signs(
     paired = mates >= 0
     inside = np.zeros(len(mates), bool)
     b = a[mates[paired]]
-    inside[paired] = relations[paired] * sign[a[paired]] * sign[b] > 0
+    inside[paired] = windings[paired] * sign[a[paired]] * sign[b] > 0
     volumes = np.zeros(n)
     slots = np.flatnonzero(~inside)
     np.add.at(volumes, parent[a[slots]], sign[a[slots]] * _fluxes(faces, slots, parent))

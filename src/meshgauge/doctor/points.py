@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.topology import numpy_fallback
+from ..kernels.topology import driver
 from ..mesh.polyhedra import IndexArray
 
 TOLERANCE = 1e-9
@@ -67,21 +67,11 @@ def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANC
     """
     if not _LEAST <= tolerance <= 1.0:
         raise ValueError(f"tolerance is {tolerance:g}, expected {_LEAST:g} to 1")
-    width: type[np.signedinteger] = np.int32 if len(points) < 2**31 - 1 else np.int64
     factor = extent(points)[1]
     if not 1e-140 < factor < 1e140:
         points = points / factor
     origin, diagonal = _box(points)
-    out: IndexArray = np.empty(len(points), width)
-    if len(points) <= numpy_fallback.FEW:
-        numpy_fallback.coincident(points, origin, tolerance * diagonal, out)
-        return out
-    from ..kernels.topology import coincident  # loads Numba
-
-    bits = (len(points) - 1).bit_length()
-    head, after = np.full(1 << bits, -1, width), np.empty(len(points), width)
-    coincident.coincident(points, origin, tolerance * diagonal, bits, head, after, out)
-    return out
+    return driver.coincident(points, origin, tolerance * diagonal)
 
 
 def duplicates(representative: IndexArray, is_used: NDArray[np.bool_]) -> NDArray[np.int64]:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, POLYHEDRON
-from ..kernels.topology import numpy_fallback
-from ..kernels.topology.numpy_fallback import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
+from ..kernels.topology import driver
+from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .cast import read_only
 from .mesh import Mesh
 from .polyhedra import IndexArray, Polyhedra, ragged
@@ -22,25 +22,24 @@ __all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "
 class Topology:
     """Faces of cells, and which of them are one face.
 
-    A *slot* is a face of one solid cell, as its type's table lists them (curved cells by their corners, polyhedra by
-    their own faces); slots are numbered by cell. Two slots are one face if they have the same points.
+    A *half-face* is a face as one solid cell has it, in the order of its type's table (curved cells by their corners,
+    polyhedra by their own faces); half-faces are numbered by cell. Two are one face if they have the same points.
 
     Attributes
     ----------
     mesh
         Whose faces they are.
     starts
-        ``(n_cells + 1,)`` int64: slots of cell ``c`` are ``starts[c] <= slot < starts[c + 1]``; none for a cell that is
-        not solid or has no known faces.
+        ``(n_cells + 1,)`` int64: cell ``c`` has the half-faces from ``starts[c]`` up to ``starts[c + 1]``; none if it
+        is not solid or has no known faces.
     cells
-        ``(n_slots,)`` cell of each slot.
+        ``(n_half_faces,)`` cell of each half-face.
     mates
-        ``(n_slots,)`` the slot of the one other cell with this face; `BOUNDARY` if no other cell has it, `MULTIPLE` if
-        two or more others have it, `COLLAPSED` if it has fewer than three distinct points.
-    relations
-        ``(n_slots,)`` int8, where there is a mate: `OPPOSITE` if the two cells go round their face in opposite
-        directions, as cells of one handedness on either side of it do; `SAME`; or `CROSSED` if they
-        join its points in another order.
+        ``(n_half_faces,)`` the half-face of the one other cell with this face; `BOUNDARY` if no other cell has it,
+        `MULTIPLE` if two or more others have it, `COLLAPSED` if it has fewer than three distinct points.
+    windings
+        ``(n_half_faces,)`` int8, the winding relative to the mate: `OPPOSITE`, as of cells of one handedness on either
+        side of a face; `SAME`; or `CROSSED` if the two cells join the points in another order.
     n_multiple
         Number of faces that three or more cells have.
     """
@@ -49,7 +48,7 @@ class Topology:
     starts: NDArray[np.int64]
     cells: IndexArray
     mates: IndexArray
-    relations: NDArray[np.int8]
+    windings: NDArray[np.int8]
     n_multiple: int
 
     @property
@@ -67,23 +66,23 @@ class Topology:
         """Number of faces of cells that have fewer than three distinct points."""
         return int(np.count_nonzero(self.mates == COLLAPSED))
 
-    def pairs(self, relation: int | None = None) -> NDArray[np.int64]:
-        """``(n, 2)`` slots of the faces that two cells have, lower slot first; of one relation if given."""
-        slots = np.flatnonzero(self.mates > np.arange(len(self.mates)))
-        if relation is not None:
-            slots = slots[self.relations[slots] == relation]
-        return np.stack([slots, self.mates[slots].astype(np.int64)], axis=1)
+    def pairs(self, winding: int | None = None) -> NDArray[np.int64]:
+        """``(n, 2)`` half-faces of the faces that two cells have, the lower first; of one winding if given."""
+        lower = np.flatnonzero(self.mates > np.arange(len(self.mates)))
+        if winding is not None:
+            lower = lower[self.windings[lower] == winding]
+        return np.stack([lower, self.mates[lower].astype(np.int64)], axis=1)
 
-    def face(self, slot: int) -> tuple[int, ...]:
-        """Point ids of a slot, as its cell lists them: outward, counter-clockwise seen from outside."""
-        cell = int(self.cells[slot])
-        local = slot - int(self.starts[cell])
+    def face(self, half_face: int) -> tuple[int, ...]:
+        """Point ids of a half-face, as its cell lists them: outward, counter-clockwise seen from outside."""
+        cell = int(self.cells[half_face])
+        local = half_face - int(self.starts[cell])
         row = CELL_TYPES[int(self.mesh.types[cell])]
         if row.shape is not None:
             nodes = self.mesh.nodes(cell)
             return tuple(int(nodes[row.corners[m]]) for m in row.shape.faces[local])
         poly = self.mesh.polyhedra
-        assert poly is not None  # else the cell has no slots
+        assert poly is not None  # else the cell has no half-faces
         face = int(poly.cell_faces[int(poly.cell_offsets[cell]) + local])
         return tuple(int(p) for p in poly.face_points[poly.face_offsets[face] : poly.face_offsets[face + 1]])
 
@@ -111,24 +110,15 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
     n_faces = _numbers_of_faces(mesh)
     starts = np.zeros(mesh.n_cells + 1, np.int64)
     np.cumsum(n_faces, out=starts[1:])
-    n_slots = int(starts[-1])
-    width = np.int32 if max(n_slots, mesh.n_points) < 2**31 - 1 else np.int64
-    cells = np.repeat(np.arange(mesh.n_cells, dtype=width), n_faces)
-    mates = np.empty(n_slots, width)
-    relations = np.zeros(n_slots, np.int8)
+    width = driver.index_type(max(int(starts[-1]), mesh.n_points))
+    cells: IndexArray = np.repeat(np.arange(mesh.n_cells, dtype=width), n_faces)
     nodes = mesh.connectivity if points is None else points[mesh.connectivity]
     poly, longest = _polyhedra(mesh, points)
     longest = max(longest, table.shape[2] - 1)
-    common = (cells, starts, mesh.types, mesh.offsets, nodes, table, poly, longest)
-    if mesh.n_cells <= numpy_fallback.FEW:
-        n_multiple = numpy_fallback.match(*common, mates, relations)
-    else:
-        from ..kernels.topology import half_faces  # loads Numba
-
-        ends, slots = np.zeros(mesh.n_points + 1, width), np.empty(n_slots, width)
-        hashes = np.empty((2, n_slots), np.int32)
-        n_multiple = half_faces.match(*common, ends, slots, hashes[0], hashes[1], mates, relations)
-    return Topology(mesh, read_only(starts), read_only(cells), read_only(mates), read_only(relations), n_multiple)
+    mates, windings, n_multiple = driver.match(
+        cells, starts, mesh.types, mesh.offsets, nodes, table, poly, longest, mesh.n_points
+    )
+    return Topology(mesh, read_only(starts), read_only(cells), read_only(mates), read_only(windings), n_multiple)
 
 
 def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..cells import CellType, cell_type
 from ..errors import MetricError
+from ..kernels import path
 from ..kernels.cells import aggregate, driver
 from ..kernels.threads import run
 from ..mesh import cast
@@ -136,8 +137,12 @@ def _cells(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: C
     n = len(connectivity)
     driver.prepare(row, points, n)
     out = np.empty(n)
-    few = n <= driver.FEW
-    run(lambda here: driver.cell_jens(points, connectivity[here], row, out[here], few=few), _chunks(n), threads)
+    compiled = path.is_compiled(n)
+
+    def work(here: slice) -> None:
+        driver.cell_jens(points, connectivity[here], row, out[here], compiled=compiled)
+
+    run(work, _chunks(n), threads)
     return out
 
 
@@ -146,10 +151,10 @@ def _nodes(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: C
     n = len(connectivity)
     driver.prepare(row, points, n, with_nodes=True)
     out = np.empty((n, row.shape.n_nodes))
-    few = n <= driver.FEW
+    compiled = path.is_compiled(n)
 
     def work(here: slice) -> None:
-        driver.node_scaled_jacobian(points, connectivity[here], row, out[here], few=few)
+        driver.node_scaled_jacobian(points, connectivity[here], row, out[here], compiled=compiled)
 
     run(work, _chunks(n), threads)
     return out

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..cells import POLYHEDRON, CellType, Shape, cell_type, type_name
 from ..errors import MeshgaugeError, MetricError
+from ..kernels import path
 from ..kernels.cells import aggregate, driver
 from ..kernels.threads import run
 from ..look import notebook
@@ -240,7 +241,7 @@ class Quality:
         shape = _shape(row)
         ids = connectivity.picked(self.mesh, row, slice(cell, cell + 1), driver.columns(row))
         values = np.empty((1, shape.n_nodes))
-        driver.node_scaled_jacobian(self.mesh.points, ids, row, values, few=True)
+        driver.node_scaled_jacobian(self.mesh.points, ids, row, values, compiled=False)
         return aggregate.jens(values[0], shape.k)
 
     def __repr__(self) -> str:
@@ -308,15 +309,15 @@ def _measure_jens(
     mesh: Mesh, row: CellType, cells: CellIds, values: Values, status: NDArray[np.uint8], threads: int | None
 ) -> None:
     n = connectivity.count(cells)
-    few = n <= driver.FEW
+    compiled = path.is_compiled(n)
     columns = driver.columns(row)
     driver.prepare(row, mesh.points, n)
-    validity.prepare(row, mesh, n)
+    validity.prepare(row, mesh, compiled=compiled)
 
     def work(part: CellIds) -> None:
         ids = connectivity.picked(mesh, row, part, columns)
         into = values[part] if isinstance(part, slice) else np.empty(len(ids))
-        driver.cell_jens(mesh.points, ids, row, into, few=few)
+        driver.cell_jens(mesh.points, ids, row, into, compiled=compiled)
         codes = _status(into)
         if not isinstance(part, slice):
             values[part] = into
@@ -324,7 +325,7 @@ def _measure_jens(
         if len(flat):
             nodes = np.sort(ids[flat], axis=1)
             codes[flat[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]] = Status.REPEATED_POINTS
-        validity.inside(mesh, row, part, codes, n)
+        validity.inside(mesh, row, part, codes, compiled=compiled)
         status[part] = codes
 
     run(work, connectivity.chunks(cells), threads)
@@ -351,29 +352,29 @@ def _measure_other(mesh: Mesh, row: CellType, cells: CellIds, one: Metric, value
     driver.prepare(row, mesh.points, n, with_nodes=one.name == "scaled_jacobian")
 
     def work(part: CellIds) -> None:
-        values[part] = _OWN[one.name](mesh, row, part, n <= driver.FEW)
+        values[part] = _OWN[one.name](mesh, row, part, path.is_compiled(n))
 
     run(work, connectivity.chunks(cells), threads)
 
 
-def _scaled_jacobian(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
-    return aggregate.fold(_corner_js(mesh, row, part, few)) + 0.0
+def _scaled_jacobian(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
+    return aggregate.fold(_corner_js(mesh, row, part, compiled)) + 0.0
 
 
-def _corner_js(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
+def _corner_js(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
     """J_S of the corners of some cells: ``(n, n_corners)``."""
     ids = connectivity.picked(mesh, row, part, driver.columns(row))
     values = np.empty((len(ids), _shape(row).n_nodes))
-    driver.node_scaled_jacobian(mesh.points, ids, row, values, few=few)
+    driver.node_scaled_jacobian(mesh.points, ids, row, values, compiled=compiled)
     return values
 
 
-def _aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
+def _aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
     ids = connectivity.picked(mesh, row, part, row.corners)
     return tetra_metrics.aspect_ratio_gamma(mesh.points, ids, arrays.tetra_signs(mesh.points, ids, TETRA))
 
 
-def _scaled_aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, few: bool) -> Values:
+def _scaled_aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
     ids = connectivity.picked(mesh, row, part, row.corners)
     return tetra_metrics.scaled_aspect_ratio_gamma(mesh.points, ids, arrays.tetra_signs(mesh.points, ids, TETRA))
 
@@ -399,8 +400,8 @@ def _node_values(mesh: Mesh, threads: int | None) -> Values:
         n = connectivity.count(cells)
         driver.prepare(row, mesh.points, n, with_nodes=True)
 
-        def work(part: CellIds, row: CellType = row, few: bool = n <= driver.FEW) -> None:
-            out[connectivity.positions(mesh, row, part)] = _corner_js(mesh, row, part, few) + 0.0
+        def work(part: CellIds, row: CellType = row, compiled: bool = path.is_compiled(n)) -> None:
+            out[connectivity.positions(mesh, row, part)] = _corner_js(mesh, row, part, compiled) + 0.0
 
         run(work, connectivity.chunks(cells), threads)
     return read_only(out)

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from ..cells import CellType
 from ..kernels.cells import driver
-from ..kernels.certificate import inside_numpy
-from ..kernels.certificate.certificate import Validity, certificate
+from ..kernels.certificate.certificate import Validity, certificate, validity
 from ..kernels.threads import run
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import read_only
@@ -51,32 +50,32 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
     hexahedra and the quadratic types (Johnen, Remacle, Geuzaine 2013; Johnen, Weill, Remacle 2017). `measure` decides
     the signs as well, and faster; this adds the bounds.
     """
-    validity = np.full(mesh.n_cells, Validity.UNDEFINED, np.uint8)
+    codes = np.full(mesh.n_cells, Validity.UNDEFINED, np.uint8)
     lower, upper = np.full(mesh.n_cells, np.nan), np.full(mesh.n_cells, np.nan)
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
         kind = driver.certified_as(row)
         if kind is None:
-            validity[cells] = Validity.UNDECIDED
+            codes[cells] = Validity.UNDECIDED
             continue
 
         def work(part: CellIds, row: CellType = row, kind: str = kind) -> None:
             ids = connectivity.picked(mesh, row, part, driver.columns(row))
-            validity[part], lower[part], upper[part] = certificate(kind, mesh.points, ids)
+            codes[part], lower[part], upper[part] = certificate(kind, mesh.points, ids)
 
         run(work, connectivity.chunks(cells), threads)
-    return Certificate(read_only(validity), read_only(lower), read_only(upper))
+    return Certificate(read_only(codes), read_only(lower), read_only(upper))
 
 
-def prepare(row: CellType, mesh: Mesh, n_cells: int) -> None:
-    """Compile what `inside` needs for so many cells, on the calling thread."""
+def prepare(row: CellType, mesh: Mesh, *, compiled: bool) -> None:
+    """Compile what `inside` needs, on the calling thread."""
     kind = driver.certified_as(row)
-    if kind is not None and kind not in CORNERS_DECIDE and not _is_few(row, n_cells):
-        certificate(kind, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64))
+    if kind is not None and kind not in CORNERS_DECIDE:
+        validity(kind, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
 
 
-def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, n_cells: int) -> None:
+def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled: bool) -> None:
     """Change the status of cells that are valid at their corners but not, or not provably, inside.
 
     Parameters
@@ -85,8 +84,8 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, n_cells: int
         Some cells of one type.
     status
         Theirs, changed in place: OK becomes INVERTED_INSIDE or UNDECIDED where it must.
-    n_cells
-        How many cells of the type the mesh has.
+    compiled
+        Take the kernels, see `kernels.path`.
     """
     kind = driver.certified_as(row)
     if kind in CORNERS_DECIDE:
@@ -101,13 +100,6 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, n_cells: int
     ids = connectivity.picked(mesh, row, part, driver.columns(row))
     if len(ok) < len(ids):
         ids = ids[ok]
-    if _is_few(row, n_cells):
-        found = inside_numpy.validity(kind, np.asarray(mesh.points[ids], np.float64))
-    else:
-        found = certificate(kind, mesh.points, ids).status
-    status[ok[found == Validity.INVALID]] = Status.INVERTED_INSIDE
-    status[ok[found == Validity.UNDECIDED]] = Status.UNDECIDED
-
-
-def _is_few(row: CellType, n_cells: int) -> bool:
-    return n_cells <= driver.FEW and not driver.uses_all_nodes(row)
+    proved = validity(kind, mesh.points, ids, compiled=compiled)
+    status[ok[proved == Validity.INVALID]] = Status.INVERTED_INSIDE
+    status[ok[proved == Validity.UNDECIDED]] = Status.UNDECIDED

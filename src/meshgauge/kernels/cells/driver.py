@@ -1,7 +1,7 @@
 """Values of the cells and nodes of one type: the fast kernels, and the robust path for what they leave.
 
-A few cells are not worth a kernel: compiling one takes the first run most of a second, and loading Numba takes every
-run a quarter of one. They take the robust path from the start, which needs NumPy only. The two differ in the last bits.
+Few cells are not worth a kernel (`kernels.path`): they take the robust path from the start, which needs NumPy only. The
+two differ in the last bits.
 """
 
 from __future__ import annotations
@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import CellType, Shape
+from .. import path
 from ..certificate.tables import KINDS
 from . import aggregate, robust
 
 Values = NDArray[np.float64]
 Points = NDArray[np.floating]
 Cells = NDArray[np.int64]
-
-FEW = 20_000
-"""Up to so many cells of a type take the robust path: it takes them some hundredths of a second."""
 
 
 def uses_all_nodes(row: CellType) -> bool:
@@ -45,15 +43,15 @@ def prepare(row: CellType, points: Points, n_cells: int, *, with_nodes: bool = F
 
     Threads that were to compile would wait for one another, and for ever if the caller is itself being imported.
     """
-    if n_cells <= FEW and not uses_all_nodes(row):
+    if not path.is_compiled(n_cells) and not uses_all_nodes(row):
         return
     none = np.empty((0, len(columns(row))), np.int64)
-    cell_jens(points, none, row, np.empty(0), few=False)
+    cell_jens(points, none, row, np.empty(0), compiled=True)
     if with_nodes:
-        node_scaled_jacobian(points, none, row, np.empty((0, _shape(row).n_nodes)), few=False)
+        node_scaled_jacobian(points, none, row, np.empty((0, _shape(row).n_nodes)), compiled=True)
 
 
-def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *, few: bool) -> None:
+def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *, compiled: bool) -> None:
     """J_ENS of each cell: the fold of its node values.
 
     Parameters
@@ -66,14 +64,14 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *
         Type of the cells.
     out
         ``(n_cells,)`` contiguous; receives values in [-1, 1], or NaN where a coordinate is NaN or infinite.
-    few
-        The mesh has at most `FEW` cells of this type: do without kernels.
+    compiled
+        Take the kernels, see `kernels.path`.
     """
     shape = _shape(row)
-    fast = None if few or uses_all_nodes(row) else _fast(shape.name)
+    fast = _fast(shape.name) if compiled and not uses_all_nodes(row) else None
     if fast is None:
         values = np.empty((len(connectivity), shape.n_nodes))
-        node_scaled_jacobian(points, connectivity, row, values, few=few)
+        node_scaled_jacobian(points, connectivity, row, values, compiled=compiled)
         out[:] = aggregate.fold(aggregate.jens(values, shape.k))
     elif fast(_flat(points), _flat(connectivity), out, shape.k):
         left = np.flatnonzero(np.isnan(out))
@@ -81,7 +79,7 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
 
 
-def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out: Values, *, few: bool) -> None:
+def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out: Values, *, compiled: bool) -> None:
     """J_S of each corner of each cell; parameters as `cell_jens`, ``out`` is ``(n_cells, n_corners)``, C-contiguous."""
     shape = _shape(row)
     if uses_all_nodes(row):
@@ -89,7 +87,7 @@ def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out
 
         out[:] = corner_tangents_js(row.name, points, connectivity)
         return
-    if few:
+    if not compiled:
         out[:] = robust.node_scaled_jacobian(_coordinates(points, connectivity), shape)
         return
     from . import nodes

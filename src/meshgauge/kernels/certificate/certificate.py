@@ -20,9 +20,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from . import numpy_path
 from .tables import INVALID, KINDS, LANES, UNDECIDED, UNDEFINED, VALID, Table, table
 
-__all__ = ["KINDS", "Certificate", "Validity", "certificate"]
+__all__ = ["KINDS", "Certificate", "Validity", "certificate", "validity"]
 
 NODE_BYTES = 1 << 20
 """Size of the gathered nodes worked on at a time: they stay in the second-level cache."""
@@ -99,6 +100,18 @@ def certificate(
         part = Certificate(result.status[chunk], result.lower[chunk], result.upper[chunk])
         _certify(row, points, connectivity[chunk], part, max_splits)
     return result
+
+
+def validity(
+    name: str, points: NDArray[np.floating], connectivity: NDArray[np.integer], *, compiled: bool
+) -> NDArray[np.uint8]:
+    """`Validity` of each cell, without bounds; parameters as `certificate`.
+
+    ``compiled``: take the kernels, see `kernels.path`. Curved cells always do.
+    """
+    if compiled or name not in numpy_path.DIRECTIONS:
+        return certificate(name, points, connectivity).status
+    return numpy_path.validity(name, np.asarray(points[connectivity], np.float64))
 
 
 def _read_only(array: NDArray[Any]) -> NDArray[Any]:

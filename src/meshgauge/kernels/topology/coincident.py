@@ -1,4 +1,14 @@
-"""Points that coincide within a tolerance, through a hash table of the boxes of a grid."""
+"""Points that coincide within a tolerance, through a hash table of the boxes of a grid.
+
+A box is `BOX` tolerances wide. A point is compared with the points of its own box and, where it is within a tolerance
+of a side, with those of the box beyond; near an edge or a corner of its box with three or seven others::
+
+        +-----------+-----------+
+        |         b | a         |     a is looked for in both boxes, c in one
+        |           |           |
+        |           |     c     |
+        +-----------+-----------+
+"""
 
 from __future__ import annotations
 
@@ -6,8 +16,12 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Float64Array, FloatArray, IntArray
 from ..jit import inlined, kernel
-from .numpy_fallback import BOX
+from .numpy_path import BOX
+
+_MARGIN = 1.001 / BOX
+"""Of a box: a point so near to a side may coincide with one beyond; a tolerance, and what rounding may add to it."""
 
 _FAR = 9e15
 """Boxes farther than this are one."""
@@ -25,7 +39,13 @@ def _hash(i: Any, j: Any, k: Any, bits: Any) -> Any:
 
 @kernel
 def coincident(
-    points: Any, origin: Any, tolerance: float, bits: int, head: Any, after: Any, representative: Any
+    points: FloatArray,
+    origin: Float64Array,
+    tolerance: float,
+    bits: int,
+    head: IntArray,
+    after: IntArray,
+    representative: IntArray,
 ) -> None:
     """For each point the first within the tolerance of those that coincide with no earlier one.
 
@@ -49,7 +69,6 @@ def coincident(
     to = np.empty((3, 2), np.int64)
     number = np.empty(3, np.int64)
     scale = 1.0 / (BOX * tolerance)
-    margin = 1.001 / BOX
     for point in range(len(points)):
         representative[point] = point
         finite = True
@@ -65,10 +84,10 @@ def coincident(
             inside = place - box[axis]
             number[axis] = 1
             to[axis, 0] = box[axis]
-            if inside < margin:
+            if inside < _MARGIN:
                 to[axis, 1] = box[axis] - 1
                 number[axis] = 2
-            elif inside > 1.0 - margin:
+            elif inside > 1.0 - _MARGIN:
                 to[axis, 1] = box[axis] + 1
                 number[axis] = 2
         best = point

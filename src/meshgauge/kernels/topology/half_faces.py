@@ -1,7 +1,14 @@
-"""Which faces of cells are the same face, and whether their two cells go round it in opposite directions.
+"""Which faces of cells are the same face, and how the half-faces of two cells wind relative to each other.
 
-A *slot* is a face of one cell; slots are numbered by cell, in the order of the type's table. Slots are put into buckets
-by their lowest point id and compared inside the bucket, so that work and memory are linear and every match is exact.
+A *half-face* is a face as one cell has it, its points counter-clockwise seen from outside of the cell. The half-face of
+the cell beyond is its *mate*: the same points, wound the opposite way where both cells are numbered alike::
+
+        3-----2        cell a, before the page:  0 1 2 3
+        |     |
+        0-----1        cell b, behind the page:  0 3 2 1  OPPOSITE    0 1 2 3  SAME    0 2 1 3  CROSSED
+
+Half-faces are numbered by cell, in the order of the type's table. They are put into buckets by their lowest point id
+and compared inside the bucket, so that work and memory are linear and every match is exact.
 """
 
 from __future__ import annotations
@@ -10,23 +17,24 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Int8Array, Int32Array, Int64Array, IntArray, UInt8Array
 from ..jit import inlined, kernel
-from .numpy_fallback import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
+from .codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 
 DIFFERENT = 2
-"""What `_compared` says of faces that have not the same points."""
+"""Instead of a winding: the faces have not the same points."""
 
 _HASH = 0x7FFFFFFF
-_PAIRWISE = 40  # slots of a bucket up to which comparing all pairs is faster than sorting
+_PAIRWISE = 40  # half-faces of a bucket up to which comparing all pairs is faster than sorting
 
 
 @inlined
-def _load(
-    slot: Any, cells: Any, starts: Any, types: Any, offsets: Any, nodes: Any, table: Any, poly: Any, ring: Any
+def _points_of(
+    half_face: Any, cells: Any, starts: Any, types: Any, offsets: Any, nodes: Any, table: Any, poly: Any, ring: Any
 ) -> Any:
-    """The points of a slot as gone round, without repeats of neighbours, in ``ring``; returns their number."""
-    cell = cells[slot]
-    local = slot - starts[cell]
+    """Write the points of a half-face in order, without repeats of neighbours, to ``ring``; returns their number."""
+    cell = cells[half_face]
+    local = half_face - starts[cell]
     kind = types[cell]
     n = 0
     if table[kind, 0, 0] >= 0:
@@ -49,7 +57,7 @@ def _load(
 
 
 @inlined
-def _mixed(point: Any) -> Any:
+def _mix(point: Any) -> Any:
     """31 bits that are not linear in the id, so that sums of them tell sets of ids apart."""
     x = (point * 2654435761) & _HASH
     x ^= x >> 15
@@ -57,8 +65,8 @@ def _mixed(point: Any) -> Any:
 
 
 @inlined
-def _compared(ring: Any, n: Any, other: Any, n_other: Any) -> Any:
-    """How the same points are gone round by two faces; `DIFFERENT` if they are not the same points."""
+def _winding(ring: Any, n: Any, other: Any, n_other: Any) -> Any:
+    """The winding of one ring of points relative to another; `DIFFERENT` if they are not the same points."""
     if n != n_other:
         return DIFFERENT
     at = 0
@@ -81,22 +89,22 @@ def _compared(ring: Any, n: Any, other: Any, n_other: Any) -> Any:
     if same:
         return SAME
     for m in range(n):
-        found = False
+        is_shared = False
         for k in range(n):
-            found = found or other[k] == ring[m]
-        if not found:
+            is_shared = is_shared or other[k] == ring[m]
+        if not is_shared:
             return DIFFERENT
     return CROSSED
 
 
 @inlined
-def _quickly_compared(
-    slot: Any, mate: Any, cells: Any, starts: Any, types: Any, offsets: Any, nodes: Any, table: Any
+def _winding_by_table(
+    half_face: Any, mate: Any, cells: Any, starts: Any, types: Any, offsets: Any, nodes: Any, table: Any
 ) -> Any:
-    """`_compared` where it can be told from the tables alone, else `DIFFERENT`. Stores nothing: ten times as fast."""
-    a, b = cells[slot], cells[mate]
+    """`_winding` where the tables alone decide it, else `DIFFERENT`. Stores nothing: ten times as fast."""
+    a, b = cells[half_face], cells[mate]
     kind_a, kind_b = types[a], types[b]
-    face_a, face_b = slot - starts[a], mate - starts[b]
+    face_a, face_b = half_face - starts[a], mate - starts[b]
     n = table[kind_a, 0, 0]
     if n < 0 or table[kind_b, 0, 0] < 0:
         return DIFFERENT
@@ -124,70 +132,69 @@ def _quickly_compared(
 
 
 @inlined
-def _sort(slots: Any, hashes: Any, low: Any, high: Any) -> None:
-    """Sort a bucket by hash, and by slot where equal (Shell sort)."""
+def _sort(half_faces: Any, hashes: Any, low: Any, high: Any) -> None:
+    """Sort a bucket by hash, and by half-face where equal (Shell sort)."""
     gap = (high - low) // 2
     while gap > 0:
         for i in range(low + gap, high):
-            h, s = hashes[i], slots[i]
+            h, s = hashes[i], half_faces[i]
             j = i
-            while j >= low + gap and (hashes[j - gap] > h or (hashes[j - gap] == h and slots[j - gap] > s)):
-                hashes[j], slots[j] = hashes[j - gap], slots[j - gap]
+            while j >= low + gap and (hashes[j - gap] > h or (hashes[j - gap] == h and half_faces[j - gap] > s)):
+                hashes[j], half_faces[j] = hashes[j - gap], half_faces[j - gap]
                 j -= gap
-            hashes[j], slots[j] = h, s
+            hashes[j], half_faces[j] = h, s
         gap //= 2
 
 
 @kernel
 def match(
-    cells: Any,
-    starts: Any,
-    types: Any,
-    offsets: Any,
-    nodes: Any,
-    table: Any,
-    poly: Any,
+    cells: IntArray,
+    starts: Int64Array,
+    types: UInt8Array,
+    offsets: IntArray,
+    nodes: IntArray,
+    table: Int8Array,
+    poly: tuple[Int64Array, ...],
     longest: int,
-    ends: Any,
-    slots: Any,
-    hashes: Any,
-    hash_of: Any,
-    mate: Any,
-    relation: Any,
+    ends: IntArray,
+    buckets: IntArray,
+    hashes: Int32Array,
+    hash_of: Int32Array,
+    mates: IntArray,
+    windings: Int8Array,
 ) -> int:
-    """Match the slots; returns the number of faces that three or more cells have.
+    """Find the mate of each half-face; returns the number of faces that three or more cells have.
 
     Parameters
     ----------
     cells
-        ``(n_slots,)`` cell of each slot.
+        ``(n_half_faces,)`` cell of each half-face.
     starts
-        ``(n_cells + 1,)`` first slot of each cell.
+        ``(n_cells + 1,)`` first half-face of each cell.
     types, offsets, nodes
         The mesh: VTK ids, offsets, connectivity.
     table
-        ``(256, most_faces, most_nodes + 1)`` int: for a type and a face, the number of its nodes, then their
+        ``(256, most_faces, most_nodes + 1)``: for a type and a face, the number of its nodes, then their
         positions in the cell; -1 at ``[type, 0, 0]`` for a type whose faces are in ``poly``.
     poly
-        Cell offsets, cell faces, face offsets and face points of the polyhedra, four int64 arrays.
+        Cell offsets, cell faces, face offsets and face points of the polyhedra, four arrays.
     longest
         Most points of a face.
     ends
         ``(n_points + 1,)`` zeros; working space.
-    slots, hashes, hash_of
-        ``(n_slots,)``; working space: as wide as ``cells``, int32, int32.
-    mate
-        ``(n_slots,)``, wide enough for slots and for point ids, receives the slot that is the same face,
-        or `BOUNDARY`, `MULTIPLE`, `COLLAPSED`.
-    relation
-        ``(n_slots,)`` int8 zeros, receives `OPPOSITE`, `SAME` or `CROSSED` where there is a mate.
+    buckets, hashes, hash_of
+        ``(n_half_faces,)``; working space: as wide as ``cells``, int32, int32.
+    mates
+        ``(n_half_faces,)``, wide enough for half-faces and for point ids, receives the half-face that is the same
+        face, or `BOUNDARY`, `MULTIPLE`, `COLLAPSED`.
+    windings
+        ``(n_half_faces,)`` zeros, receives `OPPOSITE`, `SAME` or `CROSSED` where there is a mate.
     """
     ring, other = np.empty(longest, np.int64), np.empty(longest, np.int64)
-    n_slots = len(cells)
     for cell in range(len(starts) - 1):
         kind, first = types[cell], offsets[cell]
-        for slot in range(starts[cell], starts[cell + 1]):
-            local = slot - starts[cell]
+        for half_face in range(starts[cell], starts[cell + 1]):
+            local = half_face - starts[cell]
             is_simple = table[kind, 0, 0] > 0
             n = h = least = np.int64(0)
             if is_simple:
@@ -199,30 +206,30 @@ def match(
                     is_simple &= node != before
                     before = node
                     least = min(least, node)
-                    h += _mixed(node)
+                    h += _mix(node)
             if not is_simple:
-                n = _load(slot, cells, starts, types, offsets, nodes, table, poly, ring)
+                n = _points_of(half_face, cells, starts, types, offsets, nodes, table, poly, ring)
                 if n < 3:
-                    mate[slot] = COLLAPSED
+                    mates[half_face] = COLLAPSED
                     continue
                 least = ring[0]
                 h = n
                 for m in range(n):
                     least = min(least, ring[m])
-                    h += _mixed(ring[m])
-            mate[slot] = least  # until it is in its bucket
-            hash_of[slot] = h & _HASH
+                    h += _mix(ring[m])
+            mates[half_face] = least  # until it is in its bucket
+            hash_of[half_face] = h & _HASH
             ends[least + 1] += 1
     for point in range(len(ends) - 1):
         ends[point + 1] += ends[point]
-    for slot in range(n_slots):
-        least = mate[slot]
+    for half_face in range(len(cells)):
+        least = mates[half_face]
         if least != COLLAPSED:
             at = ends[least]
             ends[least] = at + 1
-            slots[at] = slot
-            hashes[at] = hash_of[slot]
-            mate[slot] = BOUNDARY
+            buckets[at] = half_face
+            hashes[at] = hash_of[half_face]
+            mates[half_face] = BOUNDARY
     # ends[p] is now the end of bucket p, hence the start of bucket p + 1.
     n_multiple = 0
     low = np.int64(0)
@@ -230,7 +237,7 @@ def match(
         high = np.int64(ends[point])
         is_sorted = high - low > _PAIRWISE
         if is_sorted:
-            _sort(slots, hashes, low, high)
+            _sort(buckets, hashes, low, high)
         for i in range(low, high):
             h = hashes[i]
             if h < 0:
@@ -241,28 +248,29 @@ def match(
                     if is_sorted and hashes[j] >= 0:
                         break
                     continue
-                direction = _quickly_compared(slots[i], slots[j], cells, starts, types, offsets, nodes, table)
-                if direction == DIFFERENT:
-                    n = _load(np.int64(slots[i]), cells, starts, types, offsets, nodes, table, poly, ring)
-                    n_other = _load(np.int64(slots[j]), cells, starts, types, offsets, nodes, table, poly, other)
-                    direction = _compared(ring, n, other, n_other)
-                if direction == DIFFERENT:
+                winding = _winding_by_table(buckets[i], buckets[j], cells, starts, types, offsets, nodes, table)
+                if winding == DIFFERENT:
+                    a, b = np.int64(buckets[i]), np.int64(buckets[j])
+                    n = _points_of(a, cells, starts, types, offsets, nodes, table, poly, ring)
+                    n_other = _points_of(b, cells, starts, types, offsets, nodes, table, poly, other)
+                    winding = _winding(ring, n, other, n_other)
+                if winding == DIFFERENT:
                     continue
                 hashes[j] = -1
                 n_same += 1
                 if n_same == 1:
-                    mate[slots[i]] = slots[j]
-                    mate[slots[j]] = slots[i]
-                    relation[slots[i]] = direction
-                    relation[slots[j]] = direction
+                    mates[buckets[i]] = buckets[j]
+                    mates[buckets[j]] = buckets[i]
+                    windings[buckets[i]] = winding
+                    windings[buckets[j]] = winding
                     continue
                 if n_same == 2:
                     n_multiple += 1
-                    first = mate[slots[i]]
-                    mate[slots[i]] = MULTIPLE
-                    mate[first] = MULTIPLE
-                    relation[slots[i]] = 0
-                    relation[first] = 0
-                mate[slots[j]] = MULTIPLE
+                    first = mates[buckets[i]]
+                    mates[buckets[i]] = MULTIPLE
+                    mates[first] = MULTIPLE
+                    windings[buckets[i]] = 0
+                    windings[first] = 0
+                mates[buckets[j]] = MULTIPLE
         low = high
     return n_multiple

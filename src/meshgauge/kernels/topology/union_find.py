@@ -1,4 +1,11 @@
-"""Cells that hang together: through shared points, and through shared faces with the direction they are gone round."""
+"""Connected components by union-find: of points through cells, and of cells through faces, with orientations.
+
+``parent[item]`` leads towards the root of an item's component, its lowest item. Over faces each cell also has a sign
+relative to its parent: 1 if both are numbered alike, -1 if in reverse of each other::
+
+    parent    0 <-- 3 <-- 7        sign of 7 relative to its root 0: (-1)(+1) = -1
+    sign         -1    +1
+"""
 
 from __future__ import annotations
 
@@ -6,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import BoolArray, Int8Array, IntArray
 from ..jit import inlined, kernel
 
 
@@ -19,17 +27,17 @@ def _root(parent: Any, item: Any) -> Any:
 
 
 @kernel
-def by_points(cells: Any, offsets: Any, nodes: Any, parent: Any) -> None:
-    """Unite the points of each cell: afterwards two points are in one part if their roots are equal.
+def components_by_points(cells: BoolArray, offsets: IntArray, nodes: IntArray, parent: IntArray) -> None:
+    """Connect the points of each cell: afterwards two points are in one component if their parents are equal.
 
     Parameters
     ----------
     cells
-        ``(n,)`` bool: cells that count.
+        ``(n_cells,)``: cells that count.
     offsets, nodes
         Of the mesh.
     parent
-        ``(n_points,)`` 0, 1, 2, ...; receives the lowest point of each point's part.
+        ``(n_points,)`` 0, 1, 2, ...; receives the lowest point of each point's component.
     """
     for cell in range(len(cells)):
         if not cells[cell] or offsets[cell] == offsets[cell + 1]:
@@ -60,33 +68,35 @@ def _signed_root(parent: Any, sign: Any, item: Any) -> Any:
 
 
 @kernel
-def by_faces(cells: Any, mates: Any, relations: Any, first: Any, parent: Any, sign: Any) -> int:
-    """Unite the cells on the two sides of each face; returns the number of faces that contradict the others.
+def components_by_faces(
+    cells: IntArray, mates: IntArray, windings: Int8Array, handedness: Int8Array, parent: IntArray, sign: Int8Array
+) -> int:
+    """Connect the cells on the two sides of each face; returns the number of faces that contradict the others.
 
     Parameters
     ----------
-    cells, mates, relations
-        ``(n_slots,)`` of the topology; faces of relation 0 count for nothing.
-    first
-        ``(n_cells,)`` int8, the sign that the geometry gives each cell, 0 where it gives none. Faces on which it agrees
-        with the relation go first, so that a contradiction is blamed on the others.
+    cells, mates, windings
+        ``(n_half_faces,)`` of the topology; faces of winding 0 connect nothing.
+    handedness
+        ``(n_cells,)`` the sign that the geometry gives each cell, 0 where it gives none. Faces on which it agrees
+        with the winding go first, so that a contradiction is blamed on the others.
     parent
-        ``(n_cells,)`` 0, 1, 2, ...; receives the lowest cell of each cell's part.
+        ``(n_cells,)`` 0, 1, 2, ...; receives the lowest cell of each cell's component.
     sign
-        ``(n_cells,)`` int8 ones; receives the handedness of each cell relative to the first of its part.
+        ``(n_cells,)`` ones; receives the orientation of each cell relative to the lowest of its component.
     """
     n_contradictions = 0
     for turn in range(2):
-        for slot in range(len(mates)):
-            if mates[slot] <= slot or relations[slot] == 0:
+        for half_face in range(len(mates)):
+            if mates[half_face] <= half_face or windings[half_face] == 0:
                 continue
-            a, b = cells[slot], cells[mates[slot]]
-            agrees = first[a] * first[b] == relations[slot]
+            a, b = cells[half_face], cells[mates[half_face]]
+            agrees = handedness[a] * handedness[b] == windings[half_face]
             if agrees != (turn == 0):
                 continue
             root_a, sign_a = _signed_root(parent, sign, np.int64(a))
             root_b, sign_b = _signed_root(parent, sign, np.int64(b))
-            relative = sign_a * sign_b * relations[slot]
+            relative = sign_a * sign_b * windings[half_face]
             if root_a == root_b:
                 if relative < 0:
                     n_contradictions += 1

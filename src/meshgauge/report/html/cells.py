@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import CELL_TYPES, POLYHEDRON
+from ...kernels import path
 from ...kernels.cells import aggregate, driver
 from ...mesh import connectivity
 from ...mesh.polyhedra import ragged
@@ -83,7 +84,7 @@ def nodes_of(quality: Quality, cells: Ids) -> Nodes:
         assert row.shape is not None
         ids = connectivity.picked(mesh, row, cells[at], driver.columns(row))
         scaled = np.empty((len(ids), row.shape.n_nodes))
-        driver.node_scaled_jacobian(mesh.points, ids, row, scaled, few=len(ids) <= driver.FEW)
+        driver.node_scaled_jacobian(mesh.points, ids, row, scaled, compiled=path.is_compiled(len(ids)))
         corners = connectivity.picked(mesh, row, cells[at], row.corners)
         sizes[at] = row.shape.n_nodes
         parts.append((at, corners.reshape(-1), aggregate.jens(scaled, row.shape.k).reshape(-1)))

@@ -1,0 +1,21 @@
+"""Names for the arrays that kernels take. To Numba annotations mean nothing; to a reader and mypy they do."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.floating]
+"""Coordinates as the file has them, float32 or float64."""
+
+Float64Array = NDArray[np.float64]
+
+IntArray = NDArray[np.signedinteger]
+"""Ids of points, cells, faces, int32 or int64."""
+
+Int64Array = NDArray[np.int64]
+Int32Array = NDArray[np.int32]
+Int8Array = NDArray[np.int8]
+UInt64Array = NDArray[np.uint64]
+UInt8Array = NDArray[np.uint8]
+BoolArray = NDArray[np.bool_]

@@ -1,0 +1,22 @@
+"""Which of two paths leads to a result: NumPy alone, or kernels that Numba compiles. The one place that decides.
+
+Compiling takes the first run one to three seconds and loading Numba every run a quarter of one, more than everything
+else for a small mesh. Both paths give the same result, up to the last bits of a value; the laws among the tests run on
+both (their fixture ``path`` sets `NUMPY_UP_TO`).
+
+What has one path only does not ask: curved cells and polyhedra always take the kernels.
+"""
+
+from __future__ import annotations
+
+NUMPY_UP_TO = 20_000
+"""Cells, or points, up to which NumPy is the faster path: it then takes a tenth of a second at the most."""
+
+
+def is_compiled(n: int) -> bool:
+    """True if so many cells (or points) take the compiled path.
+
+    To be asked once for all cells of a type in a mesh, not for each chunk of them, so that the values do not depend on
+    how the work is cut.
+    """
+    return n > NUMPY_UP_TO
