@@ -46,10 +46,10 @@ def row(name: str, mesh: meshgauge.Mesh, threads: int | None) -> str:
         start = seconds()
         result = meshgauge.improve(mesh, threads=threads, **way)  # type: ignore[arg-type]
         spent = seconds() - start
-        after, left = result.after.summary().all, sum(result.certificate.status_after.values())
-        left -= result.certificate.status_after.get("ok", 0) + result.certificate.status_after.get("undecided", 0)
+        after, left = result.after.summary().all, sum(result.report.status_after.values())
+        left -= result.report.status_after.get("ok", 0) + result.report.status_after.get("undecided", 0)
         columns.append(f"{after.min:.3f} / {after.mean:.3f}, {left:,} ({spent:.1f} s)")
-    before, ceiling = result.before.summary().all, result.certificate.ceiling
+    before, ceiling = result.before.summary().all, result.report.ceiling
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
     cells = [name, f"{mesh.n_cells:,}", f"{before.min:.3f} / {before.mean:.3f}", f"{ceiling:.3f}", *columns]
     return f"| {' | '.join(cells)} | {peak:,.0f} MB |"

@@ -163,7 +163,7 @@ def main(folder: Path | None = None) -> None:
     folder = folder or ROOT / "docs" / "pictures"
     folder.mkdir(parents=True, exist_ok=True)
     mesh = tangled(meshgauge.read(GOOD_MESH))
-    meshgauge.improve(mesh, time=1.0)  # so that no kernel is loaded on the clock
+    meshgauge.improve(mesh, seconds=1.0)  # so that no kernel is loaded on the clock
     found = meshgauge.improve(mesh)
     print(found)
     save(before_and_after(found), folder / "improve.png")

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from .quality.validity import Certificate as Certificate
     from .quality.validity import certify as certify
     from .repair import Improvement as Improvement
+    from .repair import RepairReport as RepairReport
     from .repair import improve as improve
     from .status import STATUSES as STATUSES
     from .status import Status as Status
@@ -66,6 +67,7 @@ _HOME = {
     "RuleError": "errors",
     "WriteError": "errors",
     "Improvement": "repair",
+    "RepairReport": "repair",
     "improve": "repair",
     "from_meshio": "io",
     "from_pyvista": "io",

@@ -1,4 +1,4 @@
-"""``meshgauge improve`` as a process: what is written, said and left alone."""
+"""``meshgauge improve`` as a process: what is written, printed and left alone."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ def repaired(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     return folder, done.stdout
 
 
-def test_the_bracket_is_repaired_and_told(repaired: tuple[Path, str]) -> None:
+def test_the_bracket_is_repaired(repaired: tuple[Path, str]) -> None:
     folder, text = repaired
     assert "3 invalid cells were repaired" in text
-    for told in ("before", "after", "2,976 tetra", "points moved", "volume", "surface", "checked on the result"):
-        assert told in text
+    for part in ("before", "after", "2,976 tetra", "points moved", "volume", "surface", "checked on the result"):
+        assert part in text
     assert "does NOT hold" not in text
     before, after = meshgauge.read(BRACKET), meshgauge.read(folder / "out.vtu")
     assert meshgauge.measure(after).values.min() > 0.2
@@ -69,9 +69,9 @@ def test_the_bracket_is_repaired_and_told(repaired: tuple[Path, str]) -> None:
     assert set(after.cell_data) == set(before.cell_data)
 
 
-def test_the_page_holds_the_certificate(repaired: tuple[Path, str]) -> None:
+def test_the_page_holds_the_repair_report(repaired: tuple[Path, str]) -> None:
     page = (repaired[0] / "page.html").read_text(encoding="utf-8")
-    assert "Certificate" in page
+    assert "Repair report" in page
     assert "to the last bit" in page
 
 
@@ -115,12 +115,12 @@ def test_json_is_strict_and_versioned(tangled: Path, tmp_path: Path) -> None:
     def refuse(text: str) -> None:
         raise AssertionError(f"{text} is not JSON")
 
-    told = json.loads(done.stdout, parse_constant=refuse)
-    assert (told["schema"], told["version"]) == ("meshgauge-improve", 1)
-    assert told["outcome"] == "improved"
-    assert told["after"]["status"] == {"ok": 125}
-    assert {claim["name"] for claim in told["claims"]} >= {"fixed", "valid", "worst", "topology", "strict"}
-    assert all(claim["holds"] for claim in told["claims"])
+    data = json.loads(done.stdout, parse_constant=refuse)
+    assert (data["schema"], data["version"]) == ("meshgauge-improve", 1)
+    assert data["outcome"] == "improved"
+    assert data["after"]["status"] == {"ok": 125}
+    assert {claim["name"] for claim in data["claims"]} >= {"fixed", "valid", "worst", "topology", "strict"}
+    assert all(claim["holds"] for claim in data["claims"])
 
 
 def test_fixed_points_by_data_region_and_box(tangled: Path, tmp_path: Path) -> None:
@@ -183,12 +183,12 @@ def interrupted(path: Path, out: Path, times: int) -> tuple[int, str]:
         "import meshgauge.repair as repair\n"
         "real = repair.improve\n"
         "def slow(mesh, *, progress, should_stop, **options):\n"
-        "    def told(now):\n"
-        "        if now.phase != 'end' and not getattr(told, 'sent', False):\n"
-        "            told.sent = True\n"
+        "    def once(now):\n"
+        "        if now.phase != 'end' and not getattr(once, 'sent', False):\n"
+        "            once.sent = True\n"
         f"            for _ in range({times}): os.kill(os.getpid(), signal.SIGINT)\n"
         "        progress(now)\n"
-        "    return real(mesh, progress=told, should_stop=should_stop, **options)\n"
+        "    return real(mesh, progress=once, should_stop=should_stop, **options)\n"
         "repair.improve = slow\n"
         "from meshgauge.cli.main import main\n"
         f"sys.exit(main(['improve', {str(path)!r}, '-o', {str(out)!r}]))\n"

@@ -20,7 +20,7 @@ WHAT, FIXED = "What to reach", "What must stay"
 
 HELP = """Repair a mesh: move its points so that no cell is inverted, the worst are as good as they can be, and the mean is high.
 
-Cells, their numbering, data and regions stay. Three phases: untangling (only if a cell is inverted), raising the worst, raising the mean. What was reached is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is told with the reason.
+Cells, their numbering, data and regions stay. Three phases: untangling (only if a cell is inverted), raising the worst, raising the mean. What was reached is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. Cells that stay below the target are listed with the reason.
 
 [bold]Ctrl-C[/bold] stops at any time and writes the best so far; a second one ends the program, and nothing is written.
 
@@ -69,7 +69,7 @@ def improve(
         typer.Option("--report", metavar="FILE", help="Write a page: before and after.", rich_help_panel=WRITING),
     ] = None,
     json: Annotated[
-        bool, typer.Option("--json", help="Print the certificate as JSON.", rich_help_panel=WRITING)
+        bool, typer.Option("--json", help="Print the repair report as JSON.", rich_help_panel=WRITING)
     ] = False,
     undo: Annotated[
         Path | None,
@@ -201,13 +201,13 @@ def improve(
     slides_on = _surface(surface) if surface is not None else None
     with live.stoppable() as stop:
         with live.Told(shown=not quiet) as told:
-            found = repair.improve(
+            result = repair.improve(
                 before,
                 boundary=boundary.value,
                 target=target,
                 floor=floor,
                 strict=strict,
-                time=time,
+                seconds=time,
                 fixed=mask,
                 surface=slides_on,
                 feature_angle=feature_angle,
@@ -215,29 +215,29 @@ def improve(
                 should_stop=stop,
                 threads=threads,
             )
-        _write(found, target_path, in_place=in_place, quiet=quiet)
+        _write(result, target_path, in_place=in_place, quiet=quiet)
         if undo is not None:
             _keep(undo, before, target_path, wedge_order.value)
         if report is not None:
             with activity(f"drawing {report}", shown=not quiet):
-                _page(report, found)
+                _page(report, result)
     if json:
-        emit(telling.dumps(mesh, str(target_path), found.certificate))
+        emit(telling.dumps(mesh, str(target_path), result.report))
     elif quiet:
-        emit(f"{mesh}: {found.certificate.verdict}")
+        emit(f"{mesh}: {result.report.verdict}")
     else:
-        Output().show(telling.ImproveText(mesh, found.certificate, output=str(target_path)))
-    return 1 if n_invalid(found.after) else 0
+        Output().show(telling.ImproveText(mesh, result.report, output=str(target_path)))
+    return 1 if n_invalid(result.after) else 0
 
 
-def _write(found: Improvement, target: Path, *, in_place: bool, quiet: bool) -> None:
+def _write(result: Improvement, target: Path, *, in_place: bool, quiet: bool) -> None:
     from ..io import write
     from .terminal import activity, warn
 
-    if in_place and found.mesh is found.before.mesh:
+    if in_place and result.mesh is result.before.mesh:
         return
     with activity(f"writing {target}", shown=not quiet):
-        for lost in write(target, found.mesh, overwrite=in_place):
+        for lost in write(target, result.mesh, overwrite=in_place):
             warn("note", f"{target}: {lost}")
 
 
@@ -260,11 +260,11 @@ def _restore(undo: Path, mesh: Mesh, target: Path, *, in_place: bool, quiet: boo
     return 0
 
 
-def _page(path: Path, found: Improvement) -> None:
+def _page(path: Path, result: Improvement) -> None:
     from ..repair.page import improve_page
     from ..report.html.page import write
 
-    write(path, improve_page(found.certificate, found.before, found.after))
+    write(path, improve_page(result.report, result.before, result.after))
 
 
 def _surface(path: Path) -> Any:
@@ -277,7 +277,7 @@ def _surface(path: Path) -> Any:
         import pyvista
     except ImportError:
         raise MeshgaugeError(f"{path}: surfaces are read by PyVista: pip install pyvista") from None
-    found = pyvista.read(path)
-    if not isinstance(found, pyvista.PolyData) or found.n_cells == 0:
+    result = pyvista.read(path)
+    if not isinstance(result, pyvista.PolyData) or result.n_cells == 0:
         raise ReadError(f"{path}: holds no surface")
-    return found.triangulate()
+    return result.triangulate()

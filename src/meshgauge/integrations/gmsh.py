@@ -115,15 +115,15 @@ def view(quality: Quality, metric: str = JENS) -> int:
     return tag
 
 
-def improve(*, boundary: str = "fixed", time: float | None = None) -> Quality:
+def improve(*, boundary: str = "fixed", seconds: float | None = None) -> Quality:
     """Improve the current model by moving its nodes, which are written back; returns the quality reached.
 
     Parameters
     ----------
     boundary
         "fixed": nodes of the boundary stay; "slide": they move on it. See `meshgauge.improve`.
-    time
-        Seconds after which the best so far is the result; None: no limit.
+    seconds
+        Time after which the best so far is the result; None: no limit.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def improve(*, boundary: str = "fixed", time: float | None = None) -> Quality:
     """
     from ..repair import improve as improve_mesh
 
-    after = improve_mesh(mesh(), boundary=boundary, time=time).mesh
+    after = improve_mesh(mesh(), boundary=boundary, seconds=seconds).mesh
     put(after)
     return measure_mesh(after)
 

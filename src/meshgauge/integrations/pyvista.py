@@ -139,15 +139,15 @@ class Gauge:
             made.show()
         return made
 
-    def improve(self, *, boundary: str = "fixed", time: float | None = None) -> Any:
+    def improve(self, *, boundary: str = "fixed", seconds: float | None = None) -> Any:
         """A copy of the data set with its points moved so that its quality is better.
 
         Parameters
         ----------
         boundary
             "fixed": points of the boundary stay; "slide": they move on it. See `meshgauge.improve`.
-        time
-            Seconds after which the best so far is the result; None: no limit.
+        seconds
+            Time after which the best so far is the result; None: no limit.
 
         Raises
         ------
@@ -158,7 +158,7 @@ class Gauge:
             raise MeshgaugeError(f"the points of a {type(self._dataset).__name__} cannot be moved")
         from ..repair import improve
 
-        better = improve(from_pyvista(self._dataset), boundary=boundary, time=time)
+        better = improve(from_pyvista(self._dataset), boundary=boundary, seconds=seconds)
         copy = self._dataset.copy()
         copy.points = np.array(better.mesh.points)
         return copy

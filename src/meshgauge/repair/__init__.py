@@ -2,8 +2,18 @@
 
 from __future__ import annotations
 
-from .certificate import Certificate, Claim, Limited, Moved, Worse
 from .engine import BOUNDARIES, Improvement, improve
+from .report import Claim, Displacement, LimitedCell, RepairReport, WorsenedCell
 from .run import Progress
 
-__all__ = ["BOUNDARIES", "Certificate", "Claim", "Improvement", "Limited", "Moved", "Progress", "Worse", "improve"]
+__all__ = [
+    "BOUNDARIES",
+    "Claim",
+    "Displacement",
+    "Improvement",
+    "LimitedCell",
+    "Progress",
+    "RepairReport",
+    "WorsenedCell",
+    "improve",
+]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..quality.measure import Quality, measure
 from ..status import STATUSES, Status
-from .polyhedral import warped
+from .polyhedral import is_warped
 
 ROUNDS = 40
 """How often points are put back before all are."""
@@ -16,7 +16,7 @@ SAME = 1e-12
 """Differences of values below this are rounding."""
 
 
-def accepted(
+def accept(
     before: Quality,
     points: NDArray[np.float64],
     *,
@@ -51,7 +51,7 @@ def accepted(
     sizes = np.diff(mesh.offsets)
     for _ in range(ROUNDS):
         after = measure(mesh.replace(points=points), metrics=tuple(before.metrics), threads=threads)
-        cells = offending(before, after, strict=strict) | warped(before, points)
+        cells = violations(before, after, strict=strict) | is_warped(before, points)
         if not cells.any():
             return after, int(np.count_nonzero(is_back))
         nodes = mesh.connectivity[np.repeat(cells, sizes)]
@@ -60,7 +60,7 @@ def accepted(
     return back, len(points)
 
 
-def offending(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.bool_]:
+def violations(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for cells that have lost what they may not lose."""
     ok, undecided = int(Status.OK), int(Status.UNDECIDED)
     lost: NDArray[np.bool_] = (before.status == ok) & (after.status != ok)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .problem import Points, Problem, gathered
+from .problem import Points, Problem, gather
 
 FOUR = "all four points of a corner are fixed"
 THREE = "three points of a corner are fixed, and the fourth has no better place"
@@ -47,7 +47,7 @@ def ceiling(problem: Problem, points: Points, fixed: NDArray[np.bool_]) -> Ceili
     fixed
         ``(n_points,)`` of the problem.
     """
-    held = gathered(fixed, problem.corners)
+    held = gather(fixed, problem.corners)
     n_held = held.sum(axis=1)
     bounds, by_four = np.ones(problem.n_cells), np.zeros(problem.n_cells, bool)
     of_cell = problem.cell_of_corner()

@@ -17,13 +17,13 @@ from ..quality.measure import Quality
 from ..quality.polyhedra import PolyhedralQuality
 from ..status import Status
 from .curved import can_follow
-from .faces import face_points, marked
+from .faces import face_points, mask_of
 
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Setting:
+class Constraints:
     """What an improvement may touch. Arrays are of the whole mesh.
 
     Attributes
@@ -42,7 +42,7 @@ class Setting:
         ``(n_points,)`` points that never move: asked for by the user, coinciding ones, those of cells that take no
         part.
     notes
-        What is said of it, a sentence each.
+        Notes for the report, a sentence each.
     """
 
     quality: Quality
@@ -60,7 +60,7 @@ class Setting:
         return self.boundary | self.interface | self.pinned
 
 
-def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
+def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Constraints:
     """Find out what may move.
 
     Parameters
@@ -89,13 +89,13 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
     left = int(np.count_nonzero(is_solid & ~takes_part))
     pinned = _asked(fixed, n)
     if left:
-        pinned |= marked(n, mesh.connectivity[np.repeat(~takes_part & is_solid, np.diff(mesh.offsets))])
+        pinned |= mask_of(n, mesh.connectivity[np.repeat(~takes_part & is_solid, np.diff(mesh.offsets))])
         notes.append(
             f"{left:,} solid cells take no part (of high order, with hanging nodes, not measured): their points stay."
         )
 
     alone = np.flatnonzero(faces.mates < 0)
-    boundary = marked(n, face_points(faces, alone)[0])
+    boundary = mask_of(n, face_points(faces, alone)[0])
     n_multiple = int(np.count_nonzero(faces.mates == MULTIPLE))
     if n_multiple:
         notes.append(f"{faces.n_multiple:,} faces belong to three cells or more: their points stay like the boundary.")
@@ -103,11 +103,11 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
     region_ids, _ = regions(mesh)
     pairs = faces.pairs()
     between = region_ids[faces.cells[pairs[:, 0]]] != region_ids[faces.cells[pairs[:, 1]]]
-    interface = marked(n, face_points(faces, pairs[between, 0])[0]) & ~boundary
+    interface = mask_of(n, face_points(faces, pairs[between, 0])[0]) & ~boundary
     if between.any():
         notes.append(f"{int(between.sum()):,} faces between regions are kept where they are.")
-    embedded = marked(n, mesh.connectivity[np.repeat(~is_solid, np.diff(mesh.offsets))]) & ~boundary
-    used = marked(n, mesh.connectivity[np.repeat(takes_part, np.diff(mesh.offsets))])
+    embedded = mask_of(n, mesh.connectivity[np.repeat(~is_solid, np.diff(mesh.offsets))]) & ~boundary
+    used = mask_of(n, mesh.connectivity[np.repeat(takes_part, np.diff(mesh.offsets))])
     n_embedded = int(np.count_nonzero(embedded & used & ~interface))
     if n_embedded:
         notes.append(f"{n_embedded:,} points inside belong to surface, line or vertex cells and stay.")
@@ -116,9 +116,9 @@ def setting(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Setting:
     representative = coincidence.representatives(mesh.points)
     twice = coincidence.duplicates(representative, used)
     if len(twice):
-        pinned |= marked(n, np.concatenate([twice, np.asarray(representative, np.int64)[twice]]))
+        pinned |= mask_of(n, np.concatenate([twice, np.asarray(representative, np.int64)[twice]]))
         notes.append(f"{len(twice):,} points coincide with another: parts that touch there stay together, unmoved.")
-    return Setting(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
+    return Constraints(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
 
 
 def can_move(measured: PolyhedralQuality) -> NDArray[np.int64]:
@@ -138,4 +138,4 @@ def _asked(fixed: ArrayLike | None, n: int) -> Mask:
         raise MeshError(f"fixed points have shape {array.shape} and dtype {array.dtype}, expected a mask or ids")
     if len(array) and (int(array.min()) < 0 or int(array.max()) >= n):
         raise MeshError(f"a fixed point's id is outside 0..{n - 1}")
-    return marked(n, array.astype(np.int64))
+    return mask_of(n, array.astype(np.int64))

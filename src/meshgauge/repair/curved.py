@@ -19,7 +19,7 @@ def can_follow(row: CellType) -> bool:
     return not row.is_curved or row.name in ROWS
 
 
-def followed(mesh: Mesh, points: NDArray[np.float64], cells: NDArray[np.bool_]) -> NDArray[np.float64]:
+def move_nodes_between(mesh: Mesh, points: NDArray[np.float64], cells: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Points with the nodes between corners moved by the mean of what the corners of their edge or face moved by.
 
     So a curved edge keeps its form, and one whose corners stay does not move.

@@ -59,11 +59,11 @@ class Workers:
 @contextmanager
 def workers(threads: int | None) -> Iterator[Workers]:
     """Threads for a ``with`` block."""
-    found = Workers(threads)
+    team = Workers(threads)
     try:
-        yield found
+        yield team
     finally:
-        found.close()
+        team.close()
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,12 +92,12 @@ class Watch(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Descended:
+class DescentResult:
     """Where a descent ended."""
 
     points: Points
     energy: float
-    least: float  #: the least value that the energy's kernel found
+    least: float  #: the least value that the energy's kernel saw
     evaluations: int
     converged: bool  #: no step went further down
 
@@ -125,7 +125,7 @@ class Descent:
         first_step: float = 0.02,
         tolerance: float = 1e-7,
         watch: Watch | None = None,
-    ) -> Descended:
+    ) -> DescentResult:
         """Descend for at most so many iterations.
 
         Parameters
@@ -143,7 +143,7 @@ class Descent:
         """
         here, there = points.copy(), self._spare[2]
         before, after = self._spare[0], self._spare[1]
-        value, least, pull = self._evaluated(energy, here, before)
+        value, least, pull = self._evaluate(energy, here, before)
         n, converged = 1, not (np.isfinite(value) and pull > 0.0)
         gram = np.zeros((2 * MEMORY + 1, 2 * MEMORY + 1))
         kept, newest, slow = 0, MEMORY - 1, 0
@@ -154,26 +154,26 @@ class Descent:
             factors = _direction(gram, kept, newest)
             if kept == 0:
                 factors[-1] = -first_step / pull
-            slope = self._combined(factors, before)
+            slope = self._combine(factors, before)
             if not slope < 0.0:
                 if kept == 0:
                     converged = True
                 kept = 0
                 continue
             step, low, high = 1.0, 0.0, np.inf
-            reached, moved, turned, ahead, found = np.inf, 0, 0, least, False
+            reached, moved, turned, ahead, holds = np.inf, 0, 0, least, False
             newest_next = (newest + 1) % MEMORY
             moved, turned = self._history[newest_next], self._history[MEMORY + newest_next]
             for _ in range(30):
-                self._stepped(here, step, there)
-                reached, ahead, pull_ahead = self._evaluated(energy, there, after)
+                self._step(here, step, there)
+                reached, ahead, pull_ahead = self._evaluate(energy, there, after)
                 n += 1
                 if not reached <= value + ENOUGH * step * slope:
                     high = step
                 else:
                     slope_ahead = self._changes(before, after, step, moved, turned)
                     if slope_ahead >= FLATTER * slope or (low > 0.0 and high < np.inf and high - low < 0.1 * low):
-                        found = True
+                        holds = True
                         break
                     low = step
                 if high == np.inf:
@@ -181,7 +181,7 @@ class Descent:
                 else:
                     # Back from beyond a barrier in longer strides.
                     step = low + (high - low) * (0.5 if np.isfinite(reached) else 0.3)
-            if not found:
+            if not holds:
                 if kept:
                     kept = 0
                     continue
@@ -195,9 +195,9 @@ class Descent:
             converged = slow >= PATIENCE or not pull > 0.0
             if watch is not None and watch(here, value, least):
                 break
-        return Descended(here.copy(), value, least, n, converged)
+        return DescentResult(here.copy(), value, least, n, converged)
 
-    def _evaluated(self, energy: Energy, points: Points, gradient: Points) -> tuple[float, float, float]:
+    def _evaluate(self, energy: Energy, points: Points, gradient: Points) -> tuple[float, float, float]:
         """Energy, the least value and the largest component of the gradient, which is set."""
 
         def of_part(n: int) -> tuple[float, float]:
@@ -205,17 +205,17 @@ class Descent:
             buffer[...] = 0.0
             return energy(points, self.problem.parts[n], buffer)
 
-        found = self.team.map(of_part, list(range(len(self._parts))))
-        value = float(sum(one for one, _ in found))
-        least = min(one for _, one in found)
+        results = self.team.map(of_part, list(range(len(self._parts))))
+        value = float(sum(one for one, _ in results))
+        least = min(one for _, one in results)
         if not np.isfinite(value):
             return np.inf, least, 0.0
 
         def of_range(bounds: tuple[int, int]) -> float:
             gradient[bounds[0] : bounds[1]] = 0.0
             for part, buffer in zip(self.problem.parts, self._parts, strict=True):
-                steps.added(buffer, part.low, *bounds, gradient)
-            return steps.constrained(self.freedom.kind, self.freedom.axes, self.freedom.scale, *bounds, gradient)
+                steps.accumulate(buffer, part.low, *bounds, gradient)
+            return steps.constrain(self.freedom.kind, self.freedom.axes, self.freedom.scale, *bounds, gradient)
 
         return value, least, max(self.team.map(of_range, self._ranges))
 
@@ -227,20 +227,20 @@ class Descent:
             steps.products(self._history, gradient, new, *bounds, out)
             return out
 
-        found = np.sum(self.team.map(of_range, self._ranges), axis=0)
-        for row, vector in zip(found, (2 * MEMORY, *new), strict=True):
+        sums = np.sum(self.team.map(of_range, self._ranges), axis=0)
+        for row, vector in zip(sums, (2 * MEMORY, *new), strict=True):
             gram[vector, :] = row
             gram[:, vector] = row
 
-    def _combined(self, factors: Points, gradient: Points) -> float:
+    def _combine(self, factors: Points, gradient: Points) -> float:
         def of_range(bounds: tuple[int, int]) -> float:
-            return steps.combined(self._history, gradient, factors, *bounds, self._direction)
+            return steps.combine(self._history, gradient, factors, *bounds, self._direction)
 
         return float(sum(self.team.map(of_range, self._ranges)))
 
-    def _stepped(self, points: Points, step: float, out: Points) -> None:
+    def _step(self, points: Points, step: float, out: Points) -> None:
         def of_range(bounds: tuple[int, int]) -> None:
-            steps.stepped(points, self.freedom.scale, self._direction, step, *bounds, out)
+            steps.step(points, self.freedom.scale, self._direction, step, *bounds, out)
 
         self.team.map(of_range, self._ranges)
 

@@ -13,7 +13,7 @@ from .problem import Part, Points, Problem
 
 @dataclass(eq=False)
 class ShapeEnergy:
-    """How far corners are from ideal ones; see `kernels.improve_shape`.
+    """How far corners are from ideal ones; see `kernels.repair.shape`.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class ShapeEnergy:
 
 @dataclass(eq=False)
 class QualityEnergy:
-    """A barrier under the quality of every corner, and the qualities of cells; see `kernels.improve_quality`.
+    """A barrier under the quality of every corner, and the qualities of cells; see `kernels.repair.quality`.
 
     Attributes
     ----------

@@ -1,8 +1,8 @@
-"""Improving a mesh: the phases one after another, acceptance, and the certificate."""
+"""Improving a mesh: the phases one after another, acceptance, and the report."""
 
 from __future__ import annotations
 
-import time as clock
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,23 +15,22 @@ from ..errors import MeshError
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from ..status import Status
-from . import certificate as records
-from .acceptance import accepted, is_better, n_invalid, status_counts
+from . import report as records
+from .acceptance import accept, is_better, n_invalid, status_counts
 from .ceiling import Ceiling, ceiling
-from .certificate import Certificate, Claim
-from .constraints import Setting, setting
-from .curved import followed
+from .constraints import Constraints, constraints_of
+from .curved import move_nodes_between
 from .descent import workers
 from .phases.mean import raise_mean
-from .phases.strict import strictly
-from .phases.untangle import smoothed, untangle
-from .phases.untwist import untwisted
+from .phases.strict import keep_every_cell
+from .phases.untangle import smooth, untangle
+from .phases.untwist import untwist
 from .phases.worst import raise_worst
 from .polyhedral import corners
-from .prepared import prepared
 from .problem import Points, problem
 from .reasons import reasons, verdict
-from .run import Progress, Run
+from .report import Claim, RepairReport
+from .run import Progress, Run, begin_run
 
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
@@ -54,26 +53,26 @@ class Improvement:
         mesh given if nothing better was found.
     before, after
         What was measured on the mesh given, and on ``mesh``.
-    certificate
+    report
         What was checked, what it cost, and what is left.
     """
 
     mesh: Mesh
     before: Quality
     after: Quality
-    certificate: Certificate
+    report: RepairReport
 
     @property
     def history(self) -> tuple[Progress, ...]:
         """Worst and mean quality over time."""
-        return self.certificate.history
+        return self.report.history
 
     def undo(self) -> Mesh:
         """The mesh as it was given, to the last bit."""
         return self.before.mesh
 
     def __repr__(self) -> str:
-        return f"<Improvement: {self.certificate.verdict}>"
+        return f"<Improvement: {self.report.verdict}>"
 
 
 def improve(
@@ -83,7 +82,7 @@ def improve(
     target: float = 0.2,
     floor: float = 0.9,
     strict: bool = False,
-    time: float | None = None,
+    seconds: float | None = None,
     fixed: ArrayLike | None = None,
     surface: Any = None,
     feature_angle: float = 40.0,
@@ -95,7 +94,7 @@ def improve(
 
     Topology, numbering, data and regions stay. Three phases: untangling, if a cell is inverted (regularised energy of
     Garanzha et al., ACM TOG 2021); raising the least J_S/k of all corners, by a barrier that follows it; raising the
-    mean without giving the worst away. What was reached stands only where no cell pays for it: see `Certificate`.
+    mean without giving the worst away. What was reached stands only where no cell pays for it: see `RepairReport`.
 
     Parameters
     ----------
@@ -106,13 +105,13 @@ def improve(
         "fixed": points of the boundary stay to the last bit. "slide": they move on the surface that the boundary is
         now, edges of it along themselves, corners not at all; if that is not better, the result for "fixed" stands.
     target
-        J_ENS in (0, 1) that every cell should have; what is below it in the end is told with the reason.
+        J_ENS in (0, 1) that every cell should have; cells that stay below it are listed with the reason.
     floor
         In [0, 1]: the share of the worst quality that raising the mean must keep.
     strict
         No cell ends with less than it began with.
-    time
-        Seconds after which the best so far is the result; None: no limit.
+    seconds
+        Time after which the best so far is the result; None: no limit.
     fixed
         Further points that must not move: a mask ``(n_points,)`` or ids.
     surface
@@ -129,7 +128,7 @@ def improve(
     Returns
     -------
     Improvement
-        The new mesh, the certificate and the history.
+        The new mesh, the repair report and the history.
 
     Raises
     ------
@@ -137,64 +136,64 @@ def improve(
         If there is nothing to improve: no solid cell that can be measured; if cells are numbered in reverse, which
         moving points would ruin; if a parameter is out of its range.
     """
-    _check(boundary, target, floor, time, surface)
-    start = clock.monotonic()
+    _check(boundary, target, floor, seconds, surface)
+    start = time.monotonic()
     before = measure(mesh, threads=threads)
-    found = _diagnosed(before)
-    where = setting(mesh, before, fixed)
+    faults = _diagnose(before)
+    constraints = constraints_of(mesh, before, fixed)
     of_polyhedra = corners(before)
-    whole = problem(mesh, where.cells, (of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants))
+    whole = problem(mesh, constraints.cells, (of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants))
     if whole.n_cells == 0:
         raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
-    options = {"boundary": boundary, "target": target, "floor": floor, "strict": strict, "time": time}
+    options = {"boundary": boundary, "target": target, "floor": floor, "strict": strict, "seconds": seconds}
     with workers(threads) as team:
-        run = prepared(where, whole, team, target, floor, start, time, progress, should_stop)
+        run = begin_run(constraints, whole, team, target, floor, start, seconds, progress, should_stop)
         points = run.base[run.points_of_moving].copy()
-        limit = ceiling(whole, run.base, where.fixed[whole.point_ids])
-        run.tell("start", points, now=True)
+        limit = ceiling(whole, run.base, constraints.fixed[whole.point_ids])
+        run.record("start", points, now=True)
         points = _phases(run, points, limit, strict=strict)
-        after, notes = _accepted(before, run, points, where, strict=strict, threads=threads)
+        after, notes = _accept(before, run, points, constraints, strict=strict, threads=threads)
         if not run.stopped:
-            after = untwisted(before, after, where, run, strict=strict, threads=threads)
+            after = untwist(before, after, constraints, run, strict=strict, threads=threads)
         deviation = 0.0
         if boundary == "slide" and not run.stopped:
             from .phases.slide import slide
 
-            slid = slide(before, after, where, run, surface, feature_angle, strict=strict, threads=threads)
+            slid = slide(before, after, constraints, run, surface, feature_angle, strict=strict, threads=threads)
             after, deviation, notes = slid.quality, slid.deviation, (*notes, *slid.notes)
-        run.tell("end", np.asarray(after.mesh.points, np.float64)[whole.point_ids[run.points_of_moving]], now=True)
-    return _result(before, after, where, run, limit, options, (*found, *notes), deviation)
+        run.record("end", np.asarray(after.mesh.points, np.float64)[whole.point_ids[run.points_of_moving]], now=True)
+    return _result(before, after, constraints, run, limit, options, (*faults, *notes), deviation)
 
 
-def _diagnosed(before: Quality) -> tuple[str, ...]:
+def _diagnose(before: Quality) -> tuple[str, ...]:
     """What is wrong with a mesh that has invalid cells beside their shapes: nothing that moving points can mend.
 
-    Raises `MeshError` if cells are numbered in reverse: they would be turned over for their numbers' sake.
+    Raises `MeshError` if cells are numbered in reverse: moving points would invert them to suit their numbering.
     """
     if n_invalid(before) == 0:
         return ()
-    found = diagnosis(before.mesh, before, limit=LIMIT)
-    n_reversed = len(found.orientation.reversed_cells) if found.orientation is not None else 0
+    result = diagnosis(before.mesh, before, limit=LIMIT)
+    n_reversed = len(result.orientation.reversed_cells) if result.orientation is not None else 0
     if n_reversed > REVERSED * n_invalid(before):
         raise MeshError(
             f"{before.mesh.path or 'the mesh'}: {n_reversed:,} cells are numbered in reverse, not inverted: moving "
             "points would ruin them. Renumber them first, with 'meshgauge orient' or meshgauge.doctor.oriented"
         )
-    notes = [one.text for one in found.findings if one.level == "defect" and one.name != "orientation"]
+    notes = [one.text for one in result.findings if one.level == "defect" and one.name != "orientation"]
     if n_reversed:
         notes.append(f"{n_reversed:,} of the invalid cells look numbered in reverse; they were taken for inverted.")
     return tuple(notes)
 
 
-def _check(boundary: str, target: float, floor: float, time: float | None, surface: Any) -> None:
+def _check(boundary: str, target: float, floor: float, seconds: float | None, surface: Any) -> None:
     if boundary not in BOUNDARIES:
         raise MeshError(f"boundary is {boundary!r}, expected one of {', '.join(BOUNDARIES)}")
     if not 0.0 < target < 1.0:
         raise MeshError(f"target is {target}, expected a quality between 0 and 1")
     if not 0.0 <= floor <= 1.0:
         raise MeshError(f"floor is {floor}, expected a share from 0 to 1")
-    if time is not None and not time > 0.0:
-        raise MeshError(f"time is {time}, expected seconds above 0")
+    if seconds is not None and not seconds > 0.0:
+        raise MeshError(f"seconds is {seconds}, expected a time above 0")
     if surface is not None and boundary != "slide":
         raise MeshError("a surface to slide on needs boundary='slide'")
 
@@ -211,7 +210,7 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
     given = points
     points, is_untangled = untangle(run, points)
     if was_tangled and is_untangled:
-        points = smoothed(run, points, given)
+        points = smooth(run, points, given)
     lengths = run.moving.reference_lengths(points)
     until("worst")
     # Once the cells that can move are better than one that cannot, the rest is for the mean.
@@ -222,19 +221,19 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
     points = raise_mean(run, points, lengths)
     if strict:
         points = raise_worst(run, points, lengths, offsets=np.minimum(had, 1.0), goal=1e-9, phase="strict")
-        points = strictly(run, given, points)
+        points = keep_every_cell(run, given, points)
     return points
 
 
-def _accepted(
-    before: Quality, run: Run, points: Points, where: Setting, *, strict: bool, threads: int | None
+def _accept(
+    before: Quality, run: Run, points: Points, constraints: Constraints, *, strict: bool, threads: int | None
 ) -> tuple[Quality, tuple[str, ...]]:
-    """The mesh with the points that were reached as far as they are acceptable, and what is to be said of it."""
+    """The mesh with the points that were reached as far as they are acceptable, and notes on it."""
     mesh = before.mesh
     moved = np.asarray(mesh.points, np.float64).copy()
     moved[run.whole.point_ids[run.points_of_moving]] = points
-    moved = followed(mesh, moved, where.cells)
-    after, n_back = accepted(before, moved, strict=strict, threads=threads)
+    moved = move_nodes_between(mesh, moved, constraints.cells)
+    after, n_back = accept(before, moved, strict=strict, threads=threads)
     notes = (f"{n_back:,} points were put back, since a cell of theirs would have paid.",) if n_back else ()
     if is_better(after, before):
         return after, notes
@@ -244,7 +243,7 @@ def _accepted(
 def _result(
     before: Quality,
     after: Quality,
-    where: Setting,
+    constraints: Constraints,
     run: Run,
     limit: Ceiling,
     options: Mapping[str, Any],
@@ -254,14 +253,14 @@ def _result(
     old, new = before.mesh.points, after.mesh.points
     slides = options["boundary"] == "slide"
     n_worse, worse, largest, mean = records.losses(before, after)
-    why = reasons(before, after, where, run, limit, slides=slides, strict=bool(options["strict"]))
+    why = reasons(before, after, constraints, run, limit, slides=slides, strict=bool(options["strict"]))
     status = status_counts(before), status_counts(after)
-    held = where.pinned if slides else where.fixed
-    moved = records.moved(old, new, where.boundary, deviation)
-    volume_before, surface_before = records.volume_and_surface(where.topology, old)
-    volume_after, surface_after = records.volume_and_surface(where.topology, new)
+    held = constraints.pinned if slides else constraints.fixed
+    displacement = records.displacement(old, new, constraints.boundary, deviation)
+    volume_before, surface_before = records.volume_and_surface(constraints.topology, old)
+    volume_after, surface_after = records.volume_and_surface(constraints.topology, new)
     outcome, text = verdict(before, after, run, limit, options)
-    found = Certificate(
+    report = RepairReport(
         verdict=text,
         outcome=outcome,
         stopped=run.stopped,
@@ -278,16 +277,16 @@ def _result(
         worse=worse,
         largest_loss=largest,
         mean_loss=mean,
-        moved=moved,
+        displacement=displacement,
         volume=(volume_before, volume_after),
         surface=(surface_before, surface_after),
         history=tuple(run.history),
-        seconds=clock.monotonic() - run.start,
+        seconds=time.monotonic() - run.start,
         evaluations=run.evaluations,
-        notes=(*where.notes, *notes),
+        notes=(*constraints.notes, *notes),
         options=dict(options),
     )
-    return Improvement(after.mesh, before, after, found)
+    return Improvement(after.mesh, before, after, report)
 
 
 def _claims(before: Quality, after: Quality, held: NDArray[np.bool_], *, strict: bool) -> tuple[Claim, ...]:

@@ -42,14 +42,14 @@ def face_points(topology: Topology, slots: Ids) -> tuple[Ids, Ids]:
     return points, offsets
 
 
-def next_round(offsets: Ids) -> Ids:
+def next_in_face(offsets: Ids) -> Ids:
     """For each entry of faces one after another the next round its face; ``offsets`` are those of the faces."""
     following = np.arange(int(offsets[-1])) + 1
     following[offsets[1:] - 1] = offsets[:-1]
     return following
 
 
-def marked(n_points: int, points: Ids) -> NDArray[np.bool_]:
+def mask_of(n_points: int, points: Ids) -> NDArray[np.bool_]:
     """``(n_points,)`` True for the points named."""
     mark = np.zeros(n_points, bool)
     mark[points] = True

@@ -64,8 +64,8 @@ def _of_regions(mesh: Mesh, patterns: Sequence[str]) -> Mask:
     for pattern in patterns:
         fits = np.array([name == pattern or fnmatch.fnmatchcase(name, pattern) for name in names], np.bool_)
         if not fits.any():
-            told = ", ".join(map(repr, names[:8])) or "none"
-            raise MeshgaugeError(f"{mesh.path}: the mesh has no region {pattern!r} for --fixed-region; it has {told}")
+            known = ", ".join(map(repr, names[:8])) or "none"
+            raise MeshgaugeError(f"{mesh.path}: the mesh has no region {pattern!r} for --fixed-region; it has {known}")
         chosen |= fits
     at = np.repeat(chosen[ids] & (ids >= 0), np.diff(mesh.offsets))
     mask = np.zeros(mesh.n_points, np.bool_)

@@ -12,14 +12,14 @@ from ..report.html.charts import histograms, lowest
 from ..report.html.page import page
 from ..report.html.section import BUDGET, Section, report_of, section
 from ..report.verdict import verdict
-from .curves import curves
-from .page_certificate import claims, history, tree
+from .page_progress import progress_chart
+from .page_report import claims, history, tree
 
 if TYPE_CHECKING:
     from ..quality.measure import Quality
 
 SHOWN_APART = ("history", "before", "after", "verdict", "claims")
-"""Keys of a certificate that have a place of their own on the page."""
+"""Keys of a repair report that have a place of their own on the page."""
 
 
 class Change(NamedTuple):
@@ -37,13 +37,13 @@ class Change(NamedTuple):
     share: float  #: of the diagonal of the mesh
 
 
-def improve_page(certificate: Any, before: Quality, after: Quality, *, title: str = "", bins: int = 20) -> str:
-    """A page about one improvement: distributions, progress and shapes, before and after.
+def improve_page(report: Any, before: Quality, after: Quality, *, title: str = "", bins: int = 20) -> str:
+    """A page about one repair: distributions, progress and shapes, before and after.
 
     Parameters
     ----------
-    certificate
-        What the improvement says of itself: a mapping, or an object with ``to_dict``. Its ``history`` is drawn if its
+    report
+        The repair report: a mapping, or an object with ``to_dict``. Its ``history`` is drawn if its
         entries have ``seconds`` and ``worst`` (``mean`` and ``phase`` as well), its ``claims`` are listed if they have
         ``holds``, ``name`` and ``text``, its ``verdict`` leads; every other key is shown as it is.
     before, after
@@ -58,17 +58,15 @@ def improve_page(certificate: Any, before: Quality, after: Quality, *, title: st
     ValueError
         If the two are not of the same cells.
     """
-    return page([improve_section(certificate, before, after, bins=bins)], title=title)
+    return page([improve_section(report, before, after, bins=bins)], title=title, templates=__package__)
 
 
-def improve_section(
-    certificate: Any, before: Quality, after: Quality, *, bins: int = 20, budget: int = BUDGET
-) -> Section:
+def improve_section(report: Any, before: Quality, after: Quality, *, bins: int = 20, budget: int = BUDGET) -> Section:
     """A section about one improvement; parameters and errors as `improve_page`."""
     if not np.array_equal(before.mesh.connectivity, after.mesh.connectivity):
         raise ValueError("before and after have different cells, expected the same with other points")
-    told = certificate.to_dict() if hasattr(certificate, "to_dict") else certificate
-    told = dict(told) if isinstance(told, Mapping) else {}
+    plain = report.to_dict() if hasattr(report, "to_dict") else report
+    plain = dict(plain) if isinstance(plain, Mapping) else {}
     path = before.mesh.path or after.mesh.path or "mesh"
     made = section(after, report_of(after, path=path), bins=bins, budget=budget, before=before)
     was, now = before.summary(), made.summary
@@ -82,10 +80,10 @@ def improve_section(
             "was_verdict": verdict(was),
             "was_histograms": histograms(was, bins, start=start),
             "change": change(before, after),
-            "curves": curves(history(told.get("history"))),
-            "sentence": told["verdict"] if isinstance(told.get("verdict"), str) else "",
-            "claims": claims(told.get("claims")),
-            "certificate": tree({key: value for key, value in told.items() if key not in SHOWN_APART}),
+            "progress": progress_chart(history(plain.get("history"))),
+            "sentence": plain["verdict"] if isinstance(plain.get("verdict"), str) else "",
+            "claims": claims(plain.get("claims")),
+            "facts": tree({key: value for key, value in plain.items() if key not in SHOWN_APART}),
         },
     )
 

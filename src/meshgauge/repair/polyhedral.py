@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..mesh.polyhedra import Polyhedra, ragged
 from ..quality.measure import Quality
 from ..quality.polyhedra import corner_triples
-from .faces import next_round
+from .faces import next_in_face
 from .problem import Ids, Points
 
 WARP = 0.01
@@ -53,7 +53,7 @@ def corners(quality: Quality) -> Corners:
     )
 
 
-def warped(before: Quality, points: Points) -> NDArray[np.bool_]:
+def is_warped(before: Quality, points: Points) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for polyhedra with a face that is further from flat than it was, and than `WARP`."""
     mesh = before.mesh
     out = np.zeros(mesh.n_cells, bool)
@@ -74,7 +74,7 @@ def _warps(poly: Polyhedra, points: Points) -> Points:
     offsets = np.asarray(poly.face_offsets, np.int64)
     sizes: Ids = offsets[1:] - offsets[:-1]
     owner = np.repeat(np.arange(len(sizes)), sizes)
-    following = next_round(offsets)
+    following = next_in_face(offsets)
     mean = np.zeros((len(sizes), 3))
     np.add.at(mean, owner, points[ids])
     mean /= np.maximum(sizes, 1)[:, None]

@@ -136,7 +136,7 @@ class Problem:
             return self, np.arange(self.n_points), np.arange(self.n_cells)
         sizes = np.add.reduceat(keep, self.cells[:-1], dtype=np.int64) if self.n_cells else np.empty(0, np.int64)
         chosen = np.flatnonzero(sizes)
-        used, corners = _renumbered(self.corners[keep])
+        used, corners = _renumber(self.corners[keep])
         part = _problem(
             self.point_ids[used],
             self.cell_ids[chosen],
@@ -147,14 +147,14 @@ class Problem:
         )
         return part, used, chosen
 
-    def grown(self, cells: NDArray[np.bool_], rings: int) -> NDArray[np.bool_]:
+    def grow(self, cells: NDArray[np.bool_], rings: int) -> NDArray[np.bool_]:
         """Some cells, and those that share a point with them, and so on, so many times."""
         of_cell = self.cell_of_corner()
         touched = np.zeros(self.n_points, bool)
         for _ in range(rings):
             touched[self.corners[cells[of_cell]]] = True
             cells = np.zeros(self.n_cells, bool)
-            cells[of_cell[gathered(touched, self.corners).any(axis=1)]] = True
+            cells[of_cell[gather(touched, self.corners).any(axis=1)]] = True
         return cells
 
 
@@ -205,7 +205,7 @@ def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Po
             np.concatenate([tables[1], [_even_corner(float(k)) for k in known]]),
             np.concatenate([tables[2], known > 0.0]),
         )
-    used, local = _renumbered(corners)
+    used, local = _renumber(corners)
     return _problem(used, order, numbers[order], local, kinds, tables)
 
 
@@ -242,11 +242,11 @@ def _problem(
 @cache
 def _kinds() -> dict[str, NDArray[np.int32]]:
     """For each shape the kinds of its corners."""
-    found, n = {}, 0
+    kinds, n = {}, 0
     for shape in SHAPES.values():
-        found[shape.name] = np.arange(n, n + len(shape.triples), dtype=np.int32)
+        kinds[shape.name] = np.arange(n, n + len(shape.triples), dtype=np.int32)
         n += len(shape.triples)
-    return found
+    return kinds
 
 
 @cache
@@ -278,7 +278,7 @@ def _counts() -> NDArray[np.bool_]:
     return counts
 
 
-def gathered(values: NDArray[Any], ids: NDArray[np.integer]) -> NDArray[Any]:
+def gather(values: NDArray[Any], ids: NDArray[np.integer]) -> NDArray[Any]:
     """``values[ids]``, some rows at a time: NumPy makes a copy of all ids, as int64, first."""
     out = np.empty(ids.shape, values.dtype)
     for start in range(0, len(ids), CHUNK):
@@ -286,7 +286,7 @@ def gathered(values: NDArray[Any], ids: NDArray[np.integer]) -> NDArray[Any]:
     return out
 
 
-def _renumbered(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
+def _renumber(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
     """The points used, in the order of their first use, and the corners with points numbered so."""
     flat = corners.reshape(-1)
     first = np.full(int(flat.max(initial=-1)) + 1, -1, np.int64)
@@ -297,7 +297,7 @@ def _renumbered(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
     used = used[np.argsort(first[used])]
     local = np.empty(len(first), np.int32)
     local[used] = np.arange(len(used), dtype=np.int32)
-    return used, gathered(local, corners)
+    return used, gather(local, corners)
 
 
 def _along_a_curve(mesh: Mesh, cells: Ids) -> Ids:

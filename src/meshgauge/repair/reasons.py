@@ -12,18 +12,20 @@ from ..cells import type_name
 from ..quality.measure import Quality
 from ..status import Status
 from .ceiling import FOUR, THREE, Ceiling
-from .certificate import NAMED, Limited
-from .constraints import Setting
+from .constraints import Constraints
+from .report import NAMED, LimitedCell
 from .run import Run
 
 ASIDE = "the cell takes no part: its type cannot be improved, or it could not be measured"
 ALL = "all points of the cell are fixed"
-INVERTED = "its corners could not be untangled: what is fixed around it contradicts itself, or it is in a knot"
+INVERTED = (
+    "its corners could not be untangled: no valid places of its points were reached, or the fixed points allow none"
+)
 INSIDE = "its corners are positive, but it is inverted inside"
 ONE = "only one point of it can move, and what is fixed around that point leaves no better place"
 STRICT = "it could only gain if a cell near it lost, which is not wanted here (strict)"
-NEAR = "some of its points are fixed; they and its neighbours leave no better place that was found"
-FREE = "none of its points is fixed; its neighbours leave no better place that was found"
+NEAR = "some of its points are fixed; they and its neighbours leave no better place that was reached"
+FREE = "none of its points is fixed; its neighbours leave no better place that was reached"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +33,11 @@ class Reasons:
     """Why cells are below the target."""
 
     counts: dict[str, int]
-    cells: tuple[Limited, ...]
+    cells: tuple[LimitedCell, ...]
 
 
 def reasons(
-    before: Quality, after: Quality, where: Setting, run: Run, limit: Ceiling, *, slides: bool, strict: bool
+    before: Quality, after: Quality, constraints: Constraints, run: Run, limit: Ceiling, *, slides: bool, strict: bool
 ) -> Reasons:
     """For the solid cells that are invalid or below the target: how many for each reason, and the worst of them."""
     mesh = after.mesh
@@ -46,14 +48,14 @@ def reasons(
     cells = np.flatnonzero(below)
     bounds, by_four = np.ones(mesh.n_cells), np.zeros(mesh.n_cells, bool)
     bounds[run.whole.cell_ids], by_four[run.whole.cell_ids] = limit.bounds, limit.by_four
-    fixed = where.pinned if slides else where.fixed
+    fixed = constraints.pinned if slides else constraints.fixed
     why = np.empty(len(cells), object)
     for n, cell in enumerate(cells):
-        why[n] = _why(after, int(cell), where, bounds, by_four, fixed, run.target, slides=slides, strict=strict)
+        why[n] = _why(after, int(cell), constraints, bounds, by_four, fixed, run.target, slides=slides, strict=strict)
     counts = {text: int(np.count_nonzero(why == text)) for text in dict.fromkeys(why)}
     order = np.argsort(np.nan_to_num(after.values[cells], nan=-2.0), kind="stable")[:NAMED]
     named = tuple(
-        Limited(
+        LimitedCell(
             int(cells[n]), type_name(int(mesh.types[cells[n]])), float(after.values[cells[n]]),
             float(bounds[cells[n]]), str(why[n]),
         )
@@ -65,7 +67,7 @@ def reasons(
 def _why(
     after: Quality,
     cell: int,
-    where: Setting,
+    constraints: Constraints,
     bounds: np.ndarray,
     by_four: np.ndarray,
     fixed: np.ndarray,
@@ -74,7 +76,7 @@ def _why(
     slides: bool,
     strict: bool,
 ) -> str:
-    if not where.cells[cell]:
+    if not constraints.cells[cell]:
         return ASIDE
     held = fixed[after.mesh.nodes(cell)]
     if held.all():

@@ -1,4 +1,4 @@
-"""One improvement while it runs: the problem, the clock, and what is told of the progress."""
+"""One improvement while it runs: the problem, the clock, and its progress."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from typing import Protocol
 
 import numpy as np
 
+from .constraints import Constraints
 from .descent import Descent, Freedom, Workers
-from .problem import Points, Problem
+from .problem import Points, Problem, gather
 
-TELL, DEAR, RARER = 0.02, 20.0, 0.01
-"""Seconds between two entries of the history, so many times what one takes to make, and the share of the time since the
-start: a long improvement has some hundreds of them."""
+INTERVAL, COST_FACTOR, TIME_SHARE = 0.02, 20.0, 0.01
+"""Between two entries of the history: least seconds, least multiple of what an entry takes to make, and least share of
+the time since the start, so that a long improvement has some hundreds of entries."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,13 +30,13 @@ class Progress:
     evaluations: int  #: of the energy and its gradient, on all or some of the cells
 
 
-class Guiding(Protocol):
+class PointConstraint(Protocol):
     """From points before and after some steps, those that stand: back on their surface, every cell above its floor.
 
-    ``bends`` is False if all that is slid on is flat or straight: points then stay on it by themselves.
+    ``is_curved`` is False if all that is slid on is flat or straight: points then stay on it by themselves.
     """
 
-    bends: bool
+    is_curved: bool
 
     def __call__(self, before: Points, after: Points, floors: Points, /) -> Points: ...
 
@@ -71,8 +72,8 @@ class Run:
     start: float
     deadline: float
     base: Points
-    told: Callable[[Progress], object] | None = None
-    asked_to_stop: Callable[[], bool] | None = None
+    on_progress: Callable[[Progress], object] | None = None
+    should_stop: Callable[[], bool] | None = None
     history: list[Progress] = field(default_factory=list)
     raised: Points | None = None  #: of ``moving``, with the worst raised and the mean not yet
     evaluations: int = 0
@@ -97,16 +98,16 @@ class Run:
     def is_over(self) -> bool:
         """True if time is up or the user asks to stop."""
         if not self.stopped:
-            if self.asked_to_stop is not None and self.asked_to_stop():
+            if self.should_stop is not None and self.should_stop():
                 self.stopped = "interrupted"
             elif time.monotonic() > self.deadline:
                 self.stopped = "time"
         return bool(self.stopped) or time.monotonic() > self.phase_end
 
-    def tell(self, phase: str, points: Points, *, now: bool = False) -> None:
+    def record(self, phase: str, points: Points, *, now: bool = False) -> None:
         """Add to the history and tell the caller, unless that was done just before."""
         clock = time.monotonic()
-        if not now and clock - self._last < max(TELL, DEAR * self._cost, RARER * (clock - self.start)):
+        if not now and clock - self._last < max(INTERVAL, COST_FACTOR * self._cost, TIME_SHARE * (clock - self.start)):
             return
         self.base[self.points_of_moving] = points
         _, jens = self.whole.qualities(self.base)
@@ -121,5 +122,41 @@ class Run:
         self.history.append(progress)
         self._last = time.monotonic()
         self._cost = self._last - clock
-        if self.told is not None:
-            self.told(progress)
+        if self.on_progress is not None:
+            self.on_progress(progress)
+
+
+def begin_run(
+    constraints: Constraints,
+    whole: Problem,
+    team: Workers,
+    target: float,
+    floor: float,
+    start: float,
+    seconds: float | None,
+    on_progress: Callable[[Progress], object] | None,
+    should_stop: Callable[[], bool] | None,
+) -> Run:
+    """A run at its start; points are those of ``constraints.quality.mesh``."""
+    base = np.asarray(constraints.quality.mesh.points, np.float64)[whole.point_ids].copy()
+    fixed = constraints.fixed[whole.point_ids]
+    moving, of_points, of_cells = whole.of_corners(np.asarray(~gather(fixed, whole.corners).all(axis=1)))
+    lengths = moving.edge_lengths(base[of_points])
+    freedom = Freedom(
+        np.where(fixed[of_points], 0, 3).astype(np.uint8), np.zeros((len(of_points), 3)), moving.point_sizes(lengths)
+    )
+    return Run(
+        whole=whole,
+        moving=moving,
+        points_of_moving=of_points,
+        cells_of_moving=of_cells,
+        freedom=freedom,
+        team=team,
+        target=target,
+        floor=floor,
+        start=start,
+        deadline=np.inf if seconds is None else start + seconds,
+        base=base,
+        on_progress=on_progress,
+        should_stop=should_stop,
+    )

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..kernels.repair import surface
-from .constraints import Setting
-from .faces import face_points, next_round
+from ..kernels.repair import projection
+from .constraints import Constraints
+from .faces import face_points, next_in_face
 from .problem import Ids, Points
 
 CORNER, EDGE, FACE, INSIDE = 0, 1, 2, 3
@@ -19,7 +19,7 @@ CORNER, EDGE, FACE, INSIDE = 0, 1, 2, 3
 
 
 @dataclass(frozen=True, eq=False)
-class Rails:
+class Projection:
     """Items to slide on: triangles of patches, and segments of feature curves.
 
     Attributes
@@ -44,16 +44,16 @@ class Rails:
     around: Ids
 
     def nearest(self, queries: Points, start: Ids) -> tuple[Points, Points]:
-        """Nearest places, and the axes there; ``start`` is set to the items found."""
+        """Nearest places, and the axes there; ``start`` is set to the items that they are on."""
         place, weights = np.empty_like(queries), np.empty_like(queries)
-        surface.walked(
+        projection.project(
             np.ascontiguousarray(queries), start, self.points, self.items, self.groups, self.offsets, self.around,
             place, weights,
         )  # fmt: skip
         axes = np.einsum("qm,qmx->qx", weights, self.axes[start])
         return place, _unit(axes)
 
-    def bend(self, items: Ids) -> bool:
+    def is_curved(self, items: Ids) -> bool:
         """False if the groups of some items are all flat or straight."""
         chosen = np.isin(self.groups, np.unique(self.groups[items]))
         axes, groups = self.axes[chosen].reshape(-1, 3), np.repeat(self.groups[chosen], 3)
@@ -68,7 +68,7 @@ class Surface:
 
     Attributes
     ----------
-    rails
+    projection
         The items.
     kind
         ``(n_points,)`` of the mesh: `CORNER`, `EDGE`, `FACE` or `INSIDE`.
@@ -80,7 +80,7 @@ class Surface:
         How many.
     """
 
-    rails: Rails
+    projection: Projection
     kind: NDArray[np.uint8]
     item: Ids
     faces: Ids
@@ -94,7 +94,7 @@ class Surface:
         ids, offsets = self.faces, self.face_offsets
         sizes = np.diff(offsets)
         owner = np.repeat(np.arange(len(sizes)), sizes)
-        following = next_round(offsets)
+        following = next_in_face(offsets)
         middles = 0.5 * (points[ids] + points[ids[following]])
         centres = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None] if len(ids) else np.empty((0, 3))
         # From the item of a point of the face, which is nearer by now than where the face was.
@@ -103,12 +103,12 @@ class Surface:
         start = np.where(best >= 0, best, self.face_items)
         far = np.zeros(len(sizes))
         for queries, at in ((middles, owner), (centres, np.arange(len(sizes)))):
-            place, _ = self.rails.nearest(queries, start[at].copy())
+            place, _ = self.projection.nearest(queries, start[at].copy())
             np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))
         return far
 
 
-def surface_of(where: Setting, points: Points, feature_angle: float) -> Surface:
+def surface_of(constraints: Constraints, points: Points, feature_angle: float) -> Surface:
     """The boundary and the faces between regions, with their features.
 
     An edge is a feature if not two faces have it, if they meet at more than the angle, or if they do not part the same
@@ -116,24 +116,24 @@ def surface_of(where: Setting, points: Points, feature_angle: float) -> Surface:
 
     Parameters
     ----------
-    where
+    constraints
         Of the mesh.
     points
         ``(n_points, 3)`` as they were.
     feature_angle
         In degrees.
     """
-    faces = where.topology
+    faces = constraints.topology
     outer = np.flatnonzero(faces.mates < 0)
     pairs = faces.pairs()
-    a, b = where.region_ids[faces.cells[pairs[:, 0]]], where.region_ids[faces.cells[pairs[:, 1]]]
+    a, b = constraints.region_ids[faces.cells[pairs[:, 0]]], constraints.region_ids[faces.cells[pairs[:, 1]]]
     inner = pairs[a != b, 0]
-    n_regions = int(where.region_ids.max(initial=0)) + 1
-    label = np.concatenate([where.region_ids[faces.cells[outer]], (n_regions + a * n_regions + b)[a != b]])
+    n_regions = int(constraints.region_ids.max(initial=0)) + 1
+    label = np.concatenate([constraints.region_ids[faces.cells[outer]], (n_regions + a * n_regions + b)[a != b]])
     ids, offsets = face_points(faces, np.concatenate([outer, inner]))
     sizes = np.diff(offsets)
     owner = np.repeat(np.arange(len(sizes)), sizes)
-    following = next_round(offsets)
+    following = next_in_face(offsets)
     centre = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None]
     normals = np.zeros((len(sizes), 3))
     np.add.at(normals, owner, np.cross(points[ids] - centre[owner], points[ids[following]] - centre[owner]))
@@ -166,7 +166,7 @@ def surface_of(where: Setting, points: Points, feature_angle: float) -> Surface:
     vertices, items, item_patch, item_face = _triangles(points, centre, ids, following, owner, sizes)
     n_patches = int(patch.max(initial=-1)) + 1
     groups = np.concatenate([patch[item_patch], n_patches + curve])
-    rails = _rails(vertices, np.concatenate([items, features[:, [0, 1, 1]]]), groups, len(items))
+    projection = _projection(vertices, np.concatenate([items, features[:, [0, 1, 1]]]), groups, len(items))
     item = np.full(len(points), -1)
     for m in range(3):
         mine = items[:, m] < len(points)
@@ -177,10 +177,10 @@ def surface_of(where: Setting, points: Points, feature_angle: float) -> Surface:
     face_items = np.full(len(sizes), -1)
     face_items[item_face] = np.arange(len(items))
     n_curves = int(curve.max(initial=-1)) + 1
-    return Surface(rails, kind, item, ids, offsets, face_items, n_patches, n_curves)
+    return Surface(projection, kind, item, ids, offsets, face_items, n_patches, n_curves)
 
 
-def target_surface(found: Surface, given: Any, points: Points) -> Surface:
+def target_surface(own: Surface, given: Any, points: Points) -> Surface:
     """The surface with the patches replaced by triangles that the user gives; features stay as they are.
 
     Raises `MeshError` if what is given has no triangles.
@@ -194,22 +194,22 @@ def target_surface(found: Surface, given: Any, points: Points) -> Surface:
     triangles = poly.triangulate().clean()
     if triangles.n_cells == 0 or len(triangles.faces) != 4 * triangles.n_cells:
         raise MeshError("the surface to slide on has no triangles")
-    base = len(found.rails.points)
+    base = len(own.projection.points)
     items = np.asarray(triangles.faces, np.int64).reshape(-1, 4)[:, 1:]
-    is_segment = found.rails.items[:, 1] == found.rails.items[:, 2]
-    segments, n = found.rails.items[is_segment], len(items)
-    vertices = np.concatenate([found.rails.points, np.asarray(triangles.points, np.float64)])
-    groups = np.concatenate([np.zeros(n, np.int64), 1 + found.rails.groups[is_segment]])
-    rails = _rails(vertices, np.concatenate([items + base, segments]), groups, n)
+    is_segment = own.projection.items[:, 1] == own.projection.items[:, 2]
+    segments, n = own.projection.items[is_segment], len(items)
+    vertices = np.concatenate([own.projection.points, np.asarray(triangles.points, np.float64)])
+    groups = np.concatenate([np.zeros(n, np.int64), 1 + own.projection.groups[is_segment]])
+    projection = _projection(vertices, np.concatenate([items + base, segments]), groups, n)
     item = np.full(len(points), -1)
     place = np.cumsum(is_segment) - 1 + n
-    on_edge = found.kind == EDGE
-    item[on_edge] = place[found.item[on_edge]]
-    on_face = np.flatnonzero(found.kind == FACE)
+    on_edge = own.kind == EDGE
+    item[on_edge] = place[own.item[on_edge]]
+    on_face = np.flatnonzero(own.kind == FACE)
     item[on_face] = [triangles.find_closest_cell(x) for x in points[on_face]]
-    face_items = np.array([triangles.find_closest_cell(x) for x in points[found.faces[found.face_offsets[:-1]]]])
+    face_items = np.array([triangles.find_closest_cell(x) for x in points[own.faces[own.face_offsets[:-1]]]])
     return Surface(
-        rails, found.kind, item, found.faces, found.face_offsets, face_items.astype(np.int64), 1, found.n_curves
+        projection, own.kind, item, own.faces, own.face_offsets, face_items.astype(np.int64), 1, own.n_curves
     )
 
 
@@ -244,7 +244,7 @@ def _triangles(
     return np.concatenate([points, centre]), np.concatenate([plain, fans]), faces, faces
 
 
-def _rails(vertices: Points, items: Ids, groups: Ids, n_triangles: int) -> Rails:
+def _projection(vertices: Points, items: Ids, groups: Ids, n_triangles: int) -> Projection:
     a, b, c = (vertices[items[:, m]] for m in range(3))
     axis = np.where((np.arange(len(items)) < n_triangles)[:, None], np.cross(b - a, c - a), b - a)
     # At a vertex the sum over the items of the group; tangents of a curve point one way first.
@@ -262,7 +262,7 @@ def _rails(vertices: Points, items: Ids, groups: Ids, n_triangles: int) -> Rails
     used = used[np.argsort(used[:, 0], kind="stable")]
     offsets = np.zeros(len(vertices) + 1, np.int64)
     np.cumsum(np.bincount(used[:, 0], minlength=len(vertices)), out=offsets[1:])
-    return Rails(
+    return Projection(
         np.ascontiguousarray(vertices), np.ascontiguousarray(items, np.int64), np.ascontiguousarray(groups, np.int64),
         axes, offsets, np.ascontiguousarray(used[:, 1]),
     )  # fmt: skip

@@ -18,7 +18,7 @@ from ..report.json import finite
 from ..report.text import colored, count, fits, new_table, spark
 
 if TYPE_CHECKING:
-    from . import Certificate
+    from . import RepairReport
 
 SCHEMA = "meshgauge-improve"
 VERSION = 1
@@ -31,8 +31,8 @@ ROUNDING = 1e-9
 LEVELS = {"improved": "good", "unchanged": "good", "not untangled": "bad"}
 
 
-def improve_dict(path: str, output: str | None, certificate: Certificate) -> dict[str, Any]:
-    """A certificate as plain data; numbers that are undefined or infinite are None."""
+def improve_dict(path: str, output: str | None, report: RepairReport) -> dict[str, Any]:
+    """A repair report as plain data; numbers that are undefined or infinite are None."""
     plain: dict[str, Any] = finite(
         {
             "schema": SCHEMA,
@@ -40,62 +40,62 @@ def improve_dict(path: str, output: str | None, certificate: Certificate) -> dic
             "meshgauge": __version__,
             "path": path,
             "output": output,
-            **certificate.to_dict(),
+            **report.to_dict(),
         }
     )
     return plain
 
 
-def dumps(path: str, output: str | None, certificate: Certificate) -> str:
+def dumps(path: str, output: str | None, report: RepairReport) -> str:
     """The same as JSON text, indented, ASCII only."""
-    return json.dumps(improve_dict(path, output, certificate), indent=2, allow_nan=False)
+    return json.dumps(improve_dict(path, output, report), indent=2, allow_nan=False)
 
 
 class ImproveText:
     """One improvement: verdict, before and after by type, what is left and why, what it cost, what was checked."""
 
-    def __init__(self, path: str, certificate: Certificate, *, output: str | None = None) -> None:
+    def __init__(self, path: str, report: RepairReport, *, output: str | None = None) -> None:
         self.path = path
-        self.certificate = certificate
+        self.report = report
         self.output = output
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        found = self.certificate
+        report = self.report
         yield Text(self.path, "bold", overflow="fold")
-        yield verdict_line(found, ascii_only=options.ascii_only)
-        yield by_type(found, console, options)
-        if found.n_below:
-            yield from below(found)
-        if found.n_worse:
-            yield from worse(found)
-        yield from cost(found)
-        yield from claims(found, ascii_only=options.ascii_only)
-        if found.notes:
+        yield verdict_line(report, ascii_only=options.ascii_only)
+        yield by_type(report, console, options)
+        if report.n_below:
+            yield from below(report)
+        if report.n_worse:
+            yield from worse(report)
+        yield from cost(report)
+        yield from claims(report, ascii_only=options.ascii_only)
+        if report.notes:
             yield Text("notes", "bold")
-            yield _lines(("-", note, "dim") for note in found.notes)
+            yield _lines(("-", note, "dim") for note in report.notes)
         if self.output is not None:
             yield Text(f"written to {self.output}", overflow="fold")
 
 
-def verdict_line(found: Certificate, *, ascii_only: bool = False) -> RenderableType:
+def verdict_line(report: RepairReport, *, ascii_only: bool = False) -> RenderableType:
     """The verdict with its mark, in its colour."""
-    level = LEVELS.get(found.outcome, "unknown")
-    if not found.holds or found.after.all.n_invalid:
+    level = LEVELS.get(report.outcome, "unknown")
+    if not report.holds or report.after.all.n_invalid:
         level = "bad"
-    elif level == "good" and found.n_below:
+    elif level == "good" and report.n_below:
         level = "poor"
     marks = style.MARKS_ASCII if ascii_only else style.MARKS
-    return _lines([(marks[level], found.verdict, style.LEVELS[level])], indent=0)
+    return _lines([(marks[level], report.verdict, style.LEVELS[level])], indent=0)
 
 
-def by_type(found: Certificate, console: Console, options: ConsoleOptions) -> RenderableType:
+def by_type(report: RepairReport, console: Console, options: ConsoleOptions) -> RenderableType:
     """Two rows for each type: before and after."""
-    was, now = dict(found.before.types), dict(found.after.types)
+    was, now = dict(report.before.types), dict(report.after.types)
     rows = [
         (name, was[name], now[name]) for name in now if name in was and (was[name].n_measured or now[name].n_measured)
     ]
     if len(rows) > 1:
-        rows.append(("all", found.before.all, found.after.all))
+        rows.append(("all", report.before.all, report.after.all))
     wide = _by_type(rows, ascii_only=options.ascii_only, bars=True)
     if fits(wide, console, options):
         return wide
@@ -123,33 +123,33 @@ def _by_type(rows: list[tuple[str, Tally, Tally]], *, ascii_only: bool, bars: bo
     return table
 
 
-def below(found: Certificate) -> Iterator[RenderableType]:
+def below(report: RepairReport) -> Iterator[RenderableType]:
     """The cells below the target, by reason, and the worst of them."""
-    target = found.options.get("target")
-    yield Text(f"still invalid or below {target:g}: {style.plural(found.n_below, 'cell')}", "bold")
-    yield _lines((style.number(n), why, "") for why, n in sorted(found.reasons.items(), key=lambda item: -item[1]))
+    target = report.options.get("target")
+    yield Text(f"still invalid or below {target:g}: {style.plural(report.n_below, 'cell')}", "bold")
+    yield _lines((style.number(n), why, "") for why, n in sorted(report.reasons.items(), key=lambda item: -item[1]))
     table = new_table("cell", "type", "quality", "at most")
     table.columns[1].justify = "left"
-    for cell in found.below[:NAMED]:
+    for cell in report.below[:NAMED]:
         bound = style.quality(cell.bound) if cell.bound < 1.0 else "-"
         table.add_row(str(cell.cell), cell.type, colored(cell.quality), bound)
     yield Padding(table, (0, 0, 0, 2), expand=False)
 
 
-def worse(found: Certificate) -> Iterator[RenderableType]:
+def worse(report: RepairReport) -> Iterator[RenderableType]:
     """The cells that paid."""
-    lost = f"by {style.quality(found.mean_loss)} on average, at most {style.quality(found.largest_loss)}"
-    yield Text(f"cells made worse: {style.number(found.n_worse)}, {lost}", "bold")
+    lost = f"by {style.quality(report.mean_loss)} on average, at most {style.quality(report.largest_loss)}"
+    yield Text(f"cells made worse: {style.number(report.n_worse)}, {lost}", "bold")
     table = new_table("cell", "type", "before", "after")
     table.columns[1].justify = "left"
-    for cell in found.worse[:NAMED]:
+    for cell in report.worse[:NAMED]:
         table.add_row(str(cell.cell), cell.type, colored(cell.before), colored(cell.after))
     yield Padding(table, (0, 0, 0, 2), expand=False)
 
 
-def cost(found: Certificate) -> Iterator[RenderableType]:
+def cost(report: RepairReport) -> Iterator[RenderableType]:
     """How far points moved, what became of volume and surface, and the time."""
-    moved = found.moved
+    moved = report.displacement
     lines = [f"{style.plural(moved.n_points, 'point')} moved, by at most {moved.largest:.4g} "
              f"({100 * moved.largest_share:.2g} % of the diagonal)"]  # fmt: skip
     if moved.n_boundary:
@@ -157,25 +157,25 @@ def cost(found: Certificate) -> Iterator[RenderableType]:
             f"{style.number(moved.n_boundary)} of them on the boundary, by at most {moved.boundary_largest:.4g}; "
             f"it is at most {moved.deviation:.3g} ({100 * moved.deviation_share:.2g} % of the diagonal) off the old one"
         )
-    for name, (was, now) in (("volume", found.volume), ("surface", found.surface)):
+    for name, (was, now) in (("volume", report.volume), ("surface", report.surface)):
         change = f"{100 * (now - was) / was:+.2g} %" if was and abs(now - was) > ROUNDING * abs(was) else "unchanged"
         lines.append(f"{name} {now:.6g} ({change})")
-    if found.ceiling < 1.0:
-        lines.append(f"with these points fixed the worst cell can have at most {style.quality(found.ceiling)}")
-    stopped = {"time": ", stopped when the time was up", "interrupted": ", interrupted"}.get(found.stopped, "")
-    lines.append(f"{found.seconds:.1f} s, {style.plural(found.evaluations, 'evaluation')}{stopped}")
+    if report.ceiling < 1.0:
+        lines.append(f"with these points fixed the worst cell can have at most {style.quality(report.ceiling)}")
+    stopped = {"time": ", stopped when the time was up", "interrupted": ", interrupted"}.get(report.stopped, "")
+    lines.append(f"{report.seconds:.1f} s, {style.plural(report.evaluations, 'evaluation')}{stopped}")
     yield Text("cost", "bold")
     yield _lines(("-", line, "dim") for line in lines)
 
 
-def claims(found: Certificate, *, ascii_only: bool) -> Iterator[RenderableType]:
+def claims(report: RepairReport, *, ascii_only: bool) -> Iterator[RenderableType]:
     """What was checked on the result."""
     marks = style.MARKS_ASCII if ascii_only else style.MARKS
     yield Text("checked on the result", "bold")
     yield _lines(
         (marks["good" if claim.holds else "bad"], claim.text if claim.holds else f"does NOT hold: {claim.text}",
          style.LEVELS["good" if claim.holds else "bad"])
-        for claim in found.claims
+        for claim in report.claims
     )  # fmt: skip
 
 

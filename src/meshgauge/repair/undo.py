@@ -61,14 +61,14 @@ def restored(path: Path, mesh: Mesh) -> Mesh:
     """
     try:
         with np.load(path, allow_pickle=False) as data:
-            kind, told, ids, points = (data[name] for name in ("kind", "checksum", "ids", "points"))
+            kind, stored, ids, points = (data[name] for name in ("kind", "checksum", "ids", "points"))
     except OSError as error:
         raise ReadError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (KeyError, ValueError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
         raise ReadError(f"{path}: not a file of undo data") from error
     if str(kind) != KIND:
         raise ReadError(f"{path}: undo data of the kind {str(kind)!r}, expected {KIND!r}")
-    if str(told) != checksum(mesh):
+    if str(stored) != checksum(mesh):
         raise ReadError(f"{path}: undo data of a mesh with other cells than {mesh.path or 'this one'}")
     all_points = np.array(mesh.points, dtype=points.dtype)
     all_points[ids] = points

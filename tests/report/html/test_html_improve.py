@@ -1,4 +1,4 @@
-"""The page of an improvement: what changed, and a certificate shown whatever it holds."""
+"""The page of an improvement: what changed, and a report shown whatever it holds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from html_pages import BRACKET, EVIL, ROOT, grid, unpacked
 
 import meshgauge
 from meshgauge.repair.page import change, improve_page, improve_section
-from meshgauge.repair.page_certificate import history, tree
+from meshgauge.repair.page_report import history, tree
 from meshgauge.report import html
 
 HISTORY = [
@@ -28,7 +28,7 @@ HISTORY = [
     }
     for n in range(60)
 ]
-CERTIFICATE = {
+REPORT = {
     "stopped": "",
     "strict": False,
     "verdict": "Three cells were repaired.",
@@ -50,7 +50,7 @@ def states() -> tuple[meshgauge.Quality, meshgauge.Quality]:
 
 @pytest.fixture(scope="module")
 def text(states: tuple[meshgauge.Quality, meshgauge.Quality]) -> str:
-    return improve_page(CERTIFICATE, *states)
+    return improve_page(REPORT, *states)
 
 
 def test_numbers_before_and_after_are_shown(text: str, states: tuple[meshgauge.Quality, meshgauge.Quality]) -> None:
@@ -66,7 +66,7 @@ def test_numbers_before_and_after_are_shown(text: str, states: tuple[meshgauge.Q
     assert f"{counted.n_moved} of 2,754 points moved" in plain
 
 
-def test_the_certificate_is_shown_whatever_it_holds(text: str) -> None:
+def test_the_report_is_shown_whatever_it_holds(text: str) -> None:
     plain = unescape(text)
     for part in ("all four points of a corner are fixed", "0.0012345", "… (100 in all)", "<dt>strict</dt><dd>no"):
         assert part in plain
@@ -79,12 +79,10 @@ def test_the_certificate_is_shown_whatever_it_holds(text: str) -> None:
     assert text.count("<polyline") == 2
 
 
-@pytest.mark.parametrize(
-    "certificate", [{}, None, {"history": "none"}, {"history": [{"seconds": 1}]}, {"a": {1: {2: ()}}}]
-)
-def test_a_certificate_may_say_nothing(certificate: Any) -> None:
+@pytest.mark.parametrize("report", [{}, None, {"history": "none"}, {"history": [{"seconds": 1}]}, {"a": {1: {2: ()}}}])
+def test_a_report_may_say_nothing(report: Any) -> None:
     quality = meshgauge.measure(grid(2))
-    text = improve_page(certificate, quality, quality)
+    text = improve_page(report, quality, quality)
     assert "<polyline" not in text
     assert "0 cells better" in text
 
@@ -114,7 +112,7 @@ def test_a_record_is_shown_like_a_mapping() -> None:
 
 def test_both_states_are_in_the_page(states: tuple[meshgauge.Quality, meshgauge.Quality]) -> None:
     before, after = states
-    arrays = unpacked(improve_section(CERTIFICATE, before, after))
+    arrays = unpacked(improve_section(REPORT, before, after))
     np.testing.assert_array_equal(arrays["valueBefore"], before.values)
     np.testing.assert_array_equal(arrays["value"], after.values)
     moved = (arrays["xyz"] != arrays["xyzBefore"]).reshape(-1, 3).any(axis=1)

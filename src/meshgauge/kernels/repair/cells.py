@@ -53,9 +53,9 @@ def cell_quality(points: Any, corners: Any, kinds: Any, constants: Any, cells: A
 
 
 @fused_kernel
-def swept(
+def sweep(
     points: Any,
-    guide: Any,
+    goal: Any,
     corners: Any,
     kinds: Any,
     constants: Any,
@@ -67,14 +67,14 @@ def swept(
 ) -> int:
     """Move each free point once to where its cells are best together, if none of them falls below its floor.
 
-    Tried are places on the way to its guide and to the mean of its neighbours. The sum of the least J_S/k of its cells
+    Tried are places on the way to its goal and to the mean of its neighbours. The sum of the least J_S/k of its cells
     must grow. Points that moved are used at once.
 
     Parameters
     ----------
     points
         ``(n_points, 3)``, changed in place.
-    guide
+    goal
         ``(n_points, 3)`` where points would like to be.
     offsets, around
         Cells at each point: ``around[offsets[p]:offsets[p + 1]]``.
@@ -100,7 +100,7 @@ def swept(
                         m0, m1, m2, n = m0 + points[q, 0], m1 + points[q, 1], m2 + points[q, 2], n + 1
         if n == 0:
             continue
-        target[0, 0], target[0, 1], target[0, 2] = guide[p, 0], guide[p, 1], guide[p, 2]
+        target[0, 0], target[0, 1], target[0, 2] = goal[p, 0], goal[p, 1], goal[p, 2]
         target[1, 0], target[1, 1], target[1, 2] = m0 / n, m1 / n, m2 / n
         best, b0, b1, b2 = sum0 + 1e-6, x, y, z
         for t in range(2):

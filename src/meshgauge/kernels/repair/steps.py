@@ -13,7 +13,7 @@ from ..jit import summing_kernel
 
 
 @summing_kernel
-def added(part: Any, low: int, first: int, last: int, out: Any) -> None:
+def accumulate(part: Any, low: int, first: int, last: int, out: Any) -> None:
     """Add a part, whose row 0 is point ``low``, to rows ``first <= p < last`` of ``out``."""
     for p in range(max(first, low), min(last, low + len(part))):
         out[p, 0] += part[p - low, 0]
@@ -22,7 +22,7 @@ def added(part: Any, low: int, first: int, last: int, out: Any) -> None:
 
 
 @summing_kernel
-def constrained(freedom: Any, axes: Any, scale: Any, first: int, last: int, out: Any) -> float:
+def constrain(freedom: Any, axes: Any, scale: Any, first: int, last: int, out: Any) -> float:
     """Scale rows ``first <= p < last`` of a gradient and keep of it what each point is free to do.
 
     Parameters
@@ -93,7 +93,7 @@ def products(history: Any, gradient: Any, newest: Any, first: int, last: int, ou
 
 
 @summing_kernel
-def combined(history: Any, gradient: Any, factors: Any, first: int, last: int, out: Any) -> float:
+def combine(history: Any, gradient: Any, factors: Any, first: int, last: int, out: Any) -> float:
     """Rows of ``out`` = Σ factors · history + last factor · gradient; returns their dot product with the gradient."""
     n = len(history)
     dot = 0.0
@@ -108,7 +108,7 @@ def combined(history: Any, gradient: Any, factors: Any, first: int, last: int, o
 
 
 @summing_kernel
-def stepped(points: Any, scale: Any, direction: Any, step: float, first: int, last: int, out: Any) -> None:
+def step(points: Any, scale: Any, direction: Any, step: float, first: int, last: int, out: Any) -> None:
     """Rows of ``out`` = points + step · scale · direction; a point that does not move keeps its bits."""
     for p in range(first, last):
         s = step * scale[p]

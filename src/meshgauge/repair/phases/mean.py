@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ..energies import QualityEnergy
 from ..problem import Points
-from ..run import Guiding, Run
-from .worst import ON_RAILS
+from ..run import PointConstraint, Run
+from .worst import ON_CURVED
 
 SHARPNESS = (10.0, 20.0, 40.0)
 """How near the smooth least of a cell's corners is to the true one, one after another."""
@@ -32,7 +32,7 @@ def raise_mean(
     lengths: NDArray[np.float32],
     *,
     phase: str = "mean",
-    guide: Guiding | None = None,
+    constraint: PointConstraint | None = None,
 ) -> Points:
     """Points of ``run.moving`` with the mean J_ENS of its cells as high as it goes.
 
@@ -53,16 +53,16 @@ def raise_mean(
     start, before = points, _mean(run, points)
 
     def watch(now: Points, value: float, least: float) -> bool:
-        run.tell(phase, now)
+        run.record(phase, now)
         return run.is_over()
 
-    at_a_time = ON_RAILS if guide is not None and guide.bends else ITERATIONS
+    at_a_time = ON_CURVED if constraint is not None and constraint.is_curved else ITERATIONS
     for sharpness in SHARPNESS:
         energy.sharpness = sharpness
         for _ in range(0, ITERATIONS, at_a_time):
             reached = descent.run(energy, points, iterations=at_a_time, tolerance=3e-6, watch=watch)
             run.evaluations += reached.evaluations
-            points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
+            points = reached.points if constraint is None else constraint(points, reached.points, energy.thresholds)
             if run.is_over():
                 break
     return points if _mean(run, points) > before + LEAST_GAIN else start

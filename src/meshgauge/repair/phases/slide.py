@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...quality.measure import Quality
-from ..acceptance import accepted, is_better
-from ..constraints import Setting
+from ..acceptance import accept, is_better
+from ..constraints import Constraints
 from ..descent import Freedom
-from ..problem import Points, Problem, gathered
+from ..problem import Points, Problem, gather
 from ..run import Run
 from ..surface import EDGE, FACE, INSIDE, Surface, surface_of, target_surface
 from .mean import raise_mean
@@ -33,16 +33,16 @@ ATTEMPTS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Slid:
-    """The result of sliding: what stands in the end, the largest deviation from the surface, and what is said of it."""
+class SlideResult:
+    """The result of sliding: the mesh as it stands, the largest deviation from the surface, and notes."""
 
     quality: Quality
     deviation: float
     notes: tuple[str, ...]
 
 
-class Guide:
-    """Keeps points of the surface on it, and tells the descent in which directions they may move."""
+class SlideConstraint:
+    """Keeps points of the surface on it, and sets the directions in which the descent may move them."""
 
     def __init__(self, problem: Problem, of_points: NDArray[np.int64], surface: Surface, freedom: Freedom) -> None:
         ids = problem.point_ids
@@ -52,13 +52,13 @@ class Guide:
         kind = freedom.kind
         self.on = np.flatnonzero((kind == EDGE) | (kind == FACE))
         self.ids = ids[self.on]
-        self.bends = surface.rails.bend(surface.item[self.ids])
+        self.is_curved = surface.projection.is_curved(surface.item[self.ids])
 
-    def aim(self, points: Points) -> Points:
+    def project(self, points: Points) -> Points:
         """Points with those of the surface put on it; the axes of the freedom are those there."""
         out = points.copy()
         start = self.surface.item[self.ids].copy()
-        out[self.on], axes = self.surface.rails.nearest(points[self.on], start)
+        out[self.on], axes = self.surface.projection.nearest(points[self.on], start)
         self.surface.item[self.ids] = start
         self.freedom.axes[self.on] = axes
         return out
@@ -68,24 +68,24 @@ class Guide:
         start = self.surface.item[self.ids].copy()
         for stride in STRIDES:
             self.surface.item[self.ids] = start
-            found = self.aim(before + stride * (after - before))
-            if (self.problem.qualities(found)[0] > floors).all():
-                return found
+            trial = self.project(before + stride * (after - before))
+            if (self.problem.qualities(trial)[0] > floors).all():
+                return trial
         self.surface.item[self.ids] = start
-        return self.aim(before)
+        return self.project(before)
 
 
 def slide(
     before: Quality,
     fixed: Quality,
-    where: Setting,
+    constraints: Constraints,
     run: Run,
     given: Any,
     feature_angle: float,
     *,
     strict: bool,
     threads: int | None,
-) -> Slid:
+) -> SlideResult:
     """Release the boundary of a mesh that was improved with it fixed.
 
     Parameters
@@ -94,7 +94,7 @@ def slide(
         Of the mesh as it was given: its boundary is the surface.
     fixed
         Of the mesh as it is.
-    where, run
+    constraints, run
         As it was improved so far.
     given
         A surface to slide on instead, or None.
@@ -108,41 +108,41 @@ def slide(
     if run.raised is not None and fixed is not before:
         # Raising the mean goes away from where the worst can be raised further.
         here[run.whole.point_ids[run.points_of_moving]] = run.raised
-    surface = surface_of(where, old, feature_angle)
+    surface = surface_of(constraints, old, feature_angle)
     if given is not None:
         surface = target_surface(surface, given, old)
     kind = surface.kind.copy()
-    embedded = where.interface & (kind == INSIDE)
-    kind[where.pinned | embedded] = 0
-    said = (
+    embedded = constraints.interface & (kind == INSIDE)
+    kind[constraints.pinned | embedded] = 0
+    summary = (
         f"The boundary has {surface.n_patches:,} patches and {surface.n_curves:,} edges at {feature_angle:g}°; "
         f"{int(np.count_nonzero(kind == FACE)):,} points slide on patches and "
         f"{int(np.count_nonzero(kind == EDGE)):,} along edges."
     )
     if not ((kind == FACE) | (kind == EDGE)).any():
-        return Slid(fixed, 0.0, ("No point of the boundary can slide.",))
+        return SlideResult(fixed, 0.0, ("No point of the boundary can slide.",))
     sizes = run.whole.point_sizes(run.whole.edge_lengths(old[run.whole.point_ids]))
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
     for _ in range(ATTEMPTS):
-        points = _released(here, run, surface, kind)
-        found, n_back = accepted(before, points, strict=strict, threads=threads, back=fixed)
-        far = surface.deviations(np.asarray(found.mesh.points, np.float64))
+        points = _slide(here, run, surface, kind)
+        slid, n_back = accept(before, points, strict=strict, threads=threads, back=fixed)
+        far = surface.deviations(np.asarray(slid.mesh.points, np.float64))
         owner = np.repeat(np.arange(len(far)), np.diff(surface.face_offsets))
         limit = DEVIATION * np.minimum.reduceat(size[surface.faces], surface.face_offsets[:-1])
         too_far = far > limit if given is None else np.zeros(len(far), bool)
         if not too_far.any() or run.is_over():
             break
         kind[surface.faces[too_far[owner]]] = 0
-    notes = [said]
+    notes = [summary]
     if n_back:
         notes.append(f"{n_back:,} points were put back to where they were with the boundary fixed.")
-    if too_far.any() or not is_better(found, fixed):
-        return Slid(fixed, 0.0, (said, "Sliding is not better: the result with the boundary fixed stands."))
-    return Slid(found, float(far.max(initial=0.0)), tuple(notes))
+    if too_far.any() or not is_better(slid, fixed):
+        return SlideResult(fixed, 0.0, (summary, "Sliding is not better: the result with the boundary fixed stands."))
+    return SlideResult(slid, float(far.max(initial=0.0)), tuple(notes))
 
 
-def _released(
+def _slide(
     here: Points,
     run: Run,
     surface: Surface,
@@ -151,7 +151,7 @@ def _released(
     """Points of the mesh after both phases with the surface released."""
     whole = run.whole
     mine = kind[whole.point_ids]
-    moving, of_points, of_cells = whole.of_corners(np.asarray(gathered(mine > 0, whole.corners).any(axis=1)))
+    moving, of_points, of_cells = whole.of_corners(np.asarray(gather(mine > 0, whole.corners).any(axis=1)))
     points = here[whole.point_ids[of_points]].copy()
     lengths = moving.edge_lengths(points)
     freedom = Freedom(mine[of_points].copy(), np.zeros((len(points), 3)), moving.point_sizes(lengths))
@@ -164,16 +164,16 @@ def _released(
         base=here[whole.point_ids].copy(),
         phase_end=np.inf,
     )
-    guide = Guide(moving, of_points, surface, freedom)
-    # Where each point is on the surface is told from where it was; walking there first keeps the walks short.
-    points = guide(points, points, np.full(moving.n_cells, -np.inf))
+    constraint = SlideConstraint(moving, of_points, surface, freedom)
+    # A search starts from where a point was last: to go there first keeps searches short.
+    points = constraint(points, points, np.full(moving.n_cells, -np.inf))
     references = moving.reference_lengths(points)
     for _ in range(PASSES):
         before = float(moving.qualities(points)[0].min(initial=1.0))
-        points = raise_worst(released, points, references, phase="slide", guide=guide)
+        points = raise_worst(released, points, references, phase="slide", constraint=constraint)
         if moving.qualities(points)[0].min(initial=1.0) < before + GAIN or released.is_over():
             break
-    points = raise_mean(released, points, references, phase="slide", guide=guide)
+    points = raise_mean(released, points, references, phase="slide", constraint=constraint)
     run.evaluations, run.stopped = released.evaluations, released.stopped
     out = here.copy()
     out[whole.point_ids[of_points]] = points

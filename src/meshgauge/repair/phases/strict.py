@@ -1,4 +1,4 @@
-"""Strictly: towards what was found, as far as no cell has less than it had in the mesh given."""
+"""Strictly: towards what was reached, as far as no cell has less than it had in the mesh given."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ ENOUGH = 1e-3
 """Ends when fewer than this share of the points move in a round."""
 
 
-def strictly(run: Run, given: Points, found: Points) -> Points:
-    """Points of ``run.moving`` on the way from those given to those found, no cell below the J_ENS that it had.
+def keep_every_cell(run: Run, given: Points, reached: Points) -> Points:
+    """Points of ``run.moving`` on the way from those given to those reached, no cell below the J_ENS that it had.
 
     Points whose cells would lose are put back, as long as there are any. From there points go one by one: a cell that
     has gained may give some of it back to its neighbours, so it takes several rounds. Each cell's own value is its
@@ -27,11 +27,11 @@ def strictly(run: Run, given: Points, found: Points) -> Points:
     """
     # Against all corners of the cells, also those that cannot change.
     whole = run.whole
-    everywhere, guide = run.base.copy(), run.base.copy()
-    everywhere[run.points_of_moving], guide[run.points_of_moving] = given, found
+    everywhere, goal = run.base.copy(), run.base.copy()
+    everywhere[run.points_of_moving], goal[run.points_of_moving] = given, reached
     _, floors = whole.qualities(everywhere)
     old, of_cell = everywhere, whole.cell_of_corner()
-    everywhere = guide.copy()
+    everywhere = goal.copy()
     for _ in range(ROUNDS):
         lost = whole.qualities(everywhere)[1] < floors
         if not lost.any():
@@ -46,12 +46,12 @@ def strictly(run: Run, given: Points, found: Points) -> Points:
     around = pairs % whole.n_cells
     free = run.points_of_moving[run.freedom.kind == 3]
     for _ in range(SWEEPS):
-        n = cells.swept(
-            everywhere, guide, whole.corners, whole.kinds, whole.constants, whole.cells, offsets, around, free, floors
+        n = cells.sweep(
+            everywhere, goal, whole.corners, whole.kinds, whole.constants, whole.cells, offsets, around, free, floors
         )
         run.evaluations += 1
-        run.tell("strict", everywhere[run.points_of_moving])
+        run.record("strict", everywhere[run.points_of_moving])
         if n <= ENOUGH * len(free) or run.is_over():
             break
-    reached: Points = everywhere[run.points_of_moving]
-    return reached
+    result: Points = everywhere[run.points_of_moving]
+    return result

@@ -44,16 +44,16 @@ def untangle(run: Run, points: Points) -> tuple[Points, bool]:
     attempts: list[NDArray[np.bool_] | None] = []
     if few:
         for rings in RINGS:
-            near = run.moving.grown(bad, rings)
+            near = run.moving.grow(bad, rings)
             if np.count_nonzero(near) < 0.6 * run.moving.n_cells:
                 attempts.append(near)
     attempts.append(None)
     best, n_best = points, int(np.count_nonzero(bad))
     for keep in attempts:
-        found = _attempt(run, points, keep)
-        n = int(np.count_nonzero(run.moving.qualities(found)[0] <= 0.0))
+        attempt = _attempt(run, points, keep)
+        n = int(np.count_nonzero(run.moving.qualities(attempt)[0] <= 0.0))
         if n < n_best:
-            best, n_best = found, n
+            best, n_best = attempt, n
         if n_best == 0 or run.is_over():
             break
     return best, n_best == 0
@@ -84,7 +84,7 @@ def _positive(
 
     def watch(now: Points, value: float, least: float) -> bool:
         whole[of_points] = now
-        run.tell("untangle", whole)
+        run.record("untangle", whole)
         return run.is_over()
 
     epsilon, least, stuck = 3e-5, -np.inf, 0
@@ -103,7 +103,7 @@ def _positive(
     return here
 
 
-def smoothed(run: Run, points: Points, given: Points) -> Points:
+def smooth(run: Run, points: Points, given: Points) -> Points:
     """Points of ``run.moving``, all of them smoothed by the shapes of their cells; for meshes that were tangled.
 
     What is around a tangle was bent by it, and the phases that follow go further from even shapes. Cells are drawn
@@ -122,7 +122,7 @@ def smoothed(run: Run, points: Points, given: Points) -> Points:
     energy = ShapeEnergy(part, references)
 
     def watch(now: Points, value: float, least: float) -> bool:
-        run.tell("smooth", now)
+        run.record("smooth", now)
         return run.is_over()
 
     descent = run.descent(part, np.arange(part.n_points))

@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 from ...cells import CELL_TYPES, SHAPES
 from ...quality.measure import Quality
 from ...status import Status
-from ..acceptance import accepted, is_better
-from ..constraints import Setting
-from ..faces import marked
+from ..acceptance import accept, is_better
+from ..constraints import Constraints
+from ..faces import mask_of
 from ..polyhedral import Corners
-from ..prepared import prepared
 from ..problem import problem
-from ..run import Run
+from ..run import Run, begin_run
 from .worst import raise_worst
 
 RINGS = 3
@@ -35,8 +34,8 @@ ENOUGH = 0.2
 ATTEMPTS = 3
 
 
-def untwisted(
-    before: Quality, after: Quality, where: Setting, run: Run, *, strict: bool, threads: int | None
+def untwist(
+    before: Quality, after: Quality, constraints: Constraints, run: Run, *, strict: bool, threads: int | None
 ) -> Quality:
     """The mesh with fewer cells inverted inside, if it can be; points of the boundary stay."""
     for _ in range(ATTEMPTS):
@@ -44,22 +43,24 @@ def untwisted(
         if not len(rows.cells) or run.is_over():
             break
         mesh = after.mesh
-        whole = problem(mesh, where.cells, (rows.cells, rows.points, rows.constants))
-        near = whole.grown(np.isin(whole.cell_ids, rows.cells), RINGS)
+        whole = problem(mesh, constraints.cells, (rows.cells, rows.points, rows.constants))
+        near = whole.grow(np.isin(whole.cell_ids, rows.cells), RINGS)
         corners = whole.corners[np.repeat(near, np.diff(whole.cells))]
-        inside = marked(mesh.n_points, whole.point_ids[np.unique(corners)])
-        here = replace(where, quality=after, pinned=where.pinned | ~inside)
-        local = prepared(here, whole, run.team, run.target, run.floor, run.start, None, run.told, run.asked_to_stop)
+        inside = mask_of(mesh.n_points, whole.point_ids[np.unique(corners)])
+        here = replace(constraints, quality=after, pinned=constraints.pinned | ~inside)
+        local = begin_run(
+            here, whole, run.team, run.target, run.floor, run.start, None, run.on_progress, run.should_stop
+        )
         local.deadline, local.history, local.evaluations = run.deadline, run.history, run.evaluations
         points = local.base[local.points_of_moving].copy()
         points = raise_worst(local, points, local.moving.reference_lengths(points), goal=ENOUGH, phase="untwist")
         run.evaluations, run.stopped = local.evaluations, local.stopped
         moved = np.asarray(mesh.points, np.float64).copy()
         moved[whole.point_ids[local.points_of_moving]] = points
-        found, _ = accepted(before, moved, strict=strict, threads=threads, back=after)
-        if not is_better(found, after):
+        better, _ = accept(before, moved, strict=strict, threads=threads, back=after)
+        if not is_better(better, after):
             break
-        after = found
+        after = better
     return after
 
 

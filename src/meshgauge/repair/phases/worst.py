@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..energies import QualityEnergy
 from ..problem import Points
-from ..run import Guiding, Run
+from ..run import PointConstraint, Run
 
 START, END = 0.4, 5e-5
 """Distance of the threshold below the least corner, at first and at last."""
@@ -15,8 +15,8 @@ START, END = 0.4, 5e-5
 ITERATIONS = 25
 """Iterations for each threshold."""
 
-ON_RAILS = 16
-"""The same where points slide on a surface that bends: the directions in which they may move change as they do."""
+ON_CURVED = 16
+"""The same where points slide on a curved surface: the directions in which they may move change as they do."""
 
 GAIN, SHRINK = 0.2, 0.55
 """The threshold comes nearer by the second where the least corner rose by less than the first of the distance."""
@@ -41,7 +41,7 @@ def raise_worst(
     offsets: Points | None = None,
     goal: float = PERFECT,
     phase: str = "worst",
-    guide: Guiding | None = None,
+    constraint: PointConstraint | None = None,
 ) -> Points:
     """Points of ``run.moving`` with its least corner as high as it goes, or up to the goal.
 
@@ -59,8 +59,8 @@ def raise_worst(
     goal
         Enough for the least.
     phase
-        What is told of the progress.
-    guide
+        Name of the phase, for the progress.
+    constraint
         Called after some steps, to put points back on the surface that they slide on.
     """
     part = run.moving
@@ -73,20 +73,20 @@ def raise_worst(
     values = part.qualities(points)[0] - zero
 
     def watch(now: Points, value: float, least: float) -> bool:
-        run.tell(phase, now)
+        run.record(phase, now)
         return run.is_over()
 
-    at_a_time = ON_RAILS if guide is not None and guide.bends else ITERATIONS
+    at_a_time = ON_CURVED if constraint is not None and constraint.is_curved else ITERATIONS
     gap, levels, spent, most = START, 0, 0, 0
     level = float(values.min())
     # What is valid stays valid; only sliding, of which a worse result is dropped, may go through worse meshes.
-    least = SLACK * level if level > 0.0 and guide is None else -np.inf
+    least = SLACK * level if level > 0.0 and constraint is None else -np.inf
     while level < goal and not run.is_over():
         energy.thresholds = np.where(np.isinf(held), zero + max(level - gap, least), held)
         reached = descent.run(energy, points, iterations=at_a_time, tolerance=1e-7, watch=watch)
         run.evaluations += reached.evaluations
         spent += reached.evaluations
-        points = reached.points if guide is None else guide(points, reached.points, energy.thresholds)
+        points = reached.points if constraint is None else constraint(points, reached.points, energy.thresholds)
         values = part.qualities(points)[0] - zero
         free = np.isinf(held)
         before, level = level, float(values[free].min(initial=goal))

@@ -31,7 +31,9 @@ SCRIPTS = ("shaders.js", "model.js", "stage.js", "gallery.js", "meshview.js", "p
 LIBRARY = "vendor/three.min.js"
 
 
-def page(sections: Sequence[Section], failures: Sequence[FailedFile] = (), *, title: str = "") -> str:
+def page(
+    sections: Sequence[Section], failures: Sequence[FailedFile] = (), *, title: str = "", templates: str | None = None
+) -> str:
     """A page of sections: the whole text of an HTML file that needs nothing else.
 
     Parameters
@@ -42,11 +44,13 @@ def page(sections: Sequence[Section], failures: Sequence[FailedFile] = (), *, ti
         Files that could not be read or measured; they are named.
     title
         Of the page; by default the names of the files.
+    templates
+        A package with a folder ``templates`` of its own, where the template of a section may be: ``{kind}.html.jinja``.
     """
     scripts = [_file(LIBRARY), "\n".join(_file(f"assets/{name}") for name in SCRIPTS)]
     has_models = any(one.model is not None or one.cards for one in sections)
     text = (
-        _environment()
+        _environment(templates)
         .get_template("page.html.jinja")
         .render(
             title=title or _title(sections, failures),
@@ -140,11 +144,13 @@ def _hash(script: str) -> str:
 
 
 @cache
-def _environment() -> jinja2.Environment:
+def _environment(package: str | None) -> jinja2.Environment:
     import jinja2
 
+    packages = [name for name in (__package__, package) if name is not None]
+
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader(__package__),
+        loader=jinja2.ChoiceLoader([jinja2.PackageLoader(name) for name in packages]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

@@ -1,4 +1,4 @@
-"""The nearest place on a surface of triangles or a curve of segments, by walking from where a point was last."""
+"""The nearest place on a surface of triangles or a curve of segments, over neighbours from where a point was last."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from ..jit import inlined, kernel
 
 STEPS = 200
-"""Items that a walk may cross."""
+"""Items that a search may cross."""
 
 
 @inlined
@@ -48,7 +48,7 @@ def _nearest(x: float, y: float, z: float, points: Any, i: int, j: int, k: int, 
 
 
 @kernel
-def walked(
+def project(
     queries: Any,
     start: Any,
     points: Any,
@@ -59,18 +59,18 @@ def walked(
     place: Any,
     weights: Any,
 ) -> None:
-    """For each query the nearest place on its item's group, found by walking to ever nearer items.
+    """For each query the nearest place on its item's group, reached over ever nearer items.
 
     Parameters
     ----------
     queries
         ``(n, 3)``.
     start
-        ``(n,)`` the item to start from; set to the item found.
+        ``(n,)`` the item to start from; set to the item that the place is on.
     points, items
         Vertices, and ``(n_items, 3)`` their ids; a segment has its second twice.
     groups
-        ``(n_items,)``: only items of the group of the first are walked on.
+        ``(n_items,)``: only items of the group of the first are searched.
     offsets, around
         Items at each vertex: ``around[offsets[v]:offsets[v + 1]]``.
     place, weights

@@ -1,4 +1,4 @@
-"""What an improvement tells of itself: before and after, what was checked, what was paid, what is left and why."""
+"""The report of a repair: before and after, what was checked, what was paid, what is left and why."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..doctor.points import extent
 from ..mesh.topology import Topology
 from ..quality.measure import Quality
 from ..quality.summary import Summary
-from .faces import face_points, next_round
+from .faces import face_points, next_in_face
 from .run import Progress
 
 NAMED = 20
@@ -21,7 +21,7 @@ NAMED = 20
 
 
 @dataclass(frozen=True, slots=True)
-class Limited:
+class LimitedCell:
     """A cell below the target, and what keeps it there."""
 
     cell: int
@@ -32,7 +32,7 @@ class Limited:
 
 
 @dataclass(frozen=True, slots=True)
-class Worse:
+class WorsenedCell:
     """A cell that has lost quality."""
 
     cell: int
@@ -51,7 +51,7 @@ class Claim:
 
 
 @dataclass(frozen=True, slots=True)
-class Moved:
+class Displacement:
     """How far points have moved, in the unit of the mesh."""
 
     n_points: int
@@ -66,7 +66,7 @@ class Moved:
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class RepairReport:
     """What was reached, at what price, and what was checked.
 
     Attributes
@@ -93,8 +93,8 @@ class Certificate:
         Cells that have lost quality: how many, and those that lost the most.
     largest_loss, mean_loss
         Of the cells that lost.
-    moved
-        Displacement.
+    displacement
+        How far points moved.
     volume, surface
         Before and after: the volume inside the boundary and its area.
     history
@@ -117,13 +117,13 @@ class Certificate:
     claims: tuple[Claim, ...]
     ceiling: float
     n_below: int
-    below: tuple[Limited, ...]
+    below: tuple[LimitedCell, ...]
     reasons: dict[str, int]
     n_worse: int
-    worse: tuple[Worse, ...]
+    worse: tuple[WorsenedCell, ...]
     largest_loss: float
     mean_loss: float
-    moved: Moved
+    displacement: Displacement
     volume: tuple[float, float]
     surface: tuple[float, float]
     history: tuple[Progress, ...]
@@ -150,7 +150,7 @@ class Certificate:
             "claims": [asdict(one) for one in self.claims],
             "below": [asdict(one) for one in self.below],
             "worse": [asdict(one) for one in self.worse],
-            "moved": asdict(self.moved),
+            "displacement": asdict(self.displacement),
             "volume": list(self.volume),
             "surface": list(self.surface),
             "history": [asdict(one) for one in self.history],
@@ -162,14 +162,14 @@ class Certificate:
         return plain
 
 
-def losses(before: Quality, after: Quality) -> tuple[int, tuple[Worse, ...], float, float]:
+def losses(before: Quality, after: Quality) -> tuple[int, tuple[WorsenedCell, ...], float, float]:
     """How many cells lost quality, those that lost the most, the largest and the mean loss."""
     with np.errstate(invalid="ignore"):
         loss = before.values - after.values
     cells = np.flatnonzero(loss > 1e-12)
     order = cells[np.argsort(-loss[cells], kind="stable")][:NAMED]
     worse = tuple(
-        Worse(int(c), type_name(int(before.mesh.types[c])), float(before.values[c]), float(after.values[c]))
+        WorsenedCell(int(c), type_name(int(before.mesh.types[c])), float(before.values[c]), float(after.values[c]))
         for c in order
     )
     if not len(cells):
@@ -177,9 +177,9 @@ def losses(before: Quality, after: Quality) -> tuple[int, tuple[Worse, ...], flo
     return len(cells), worse, float(loss[cells].max()), float(loss[cells].mean())
 
 
-def moved(
+def displacement(
     before: NDArray[np.floating], after: NDArray[np.floating], boundary: NDArray[np.bool_], deviation: float
-) -> Moved:
+) -> Displacement:
     """Displacements of points; the share is that of the diagonal of the points before."""
     with np.errstate(invalid="ignore"):
         way = np.linalg.norm(np.asarray(after, np.float64) - np.asarray(before, np.float64), axis=1)
@@ -187,7 +187,7 @@ def moved(
     diagonal = extent(before)[1]
     has_moved = way > 0.0
     largest, at_boundary = float(way.max(initial=0.0)), float(way[boundary].max(initial=0.0))
-    return Moved(
+    return Displacement(
         n_points=int(np.count_nonzero(has_moved)),
         n_boundary=int(np.count_nonzero(has_moved & boundary)),
         largest=largest,
@@ -210,7 +210,7 @@ def volume_and_surface(faces: Topology, points: NDArray[np.floating]) -> tuple[f
     x = x - np.nanmean(x, axis=0)  # volumes of far meshes would cancel
     owner = np.repeat(np.arange(len(sizes)), sizes)
     centre = np.add.reduceat(x[ids], offsets[:-1]) / sizes[:, None]
-    following = next_round(offsets)
+    following = next_in_face(offsets)
     a, b, c = centre[owner], x[ids], x[ids[following]]
     normal = np.cross(b - a, c - a)
     return float(np.einsum("ij,ij->", a, normal)) / 6.0, float(np.linalg.norm(normal, axis=1).sum()) / 2.0

@@ -8,14 +8,14 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from ..report.html.charts import HEIGHT, WIDTH, Tick
-from .page_certificate import Moment
+from .page_report import Moment
 
 
-class Curves(NamedTuple):
+class ProgressChart(NamedTuple):
     """Worst and mean quality over time, as points of two lines."""
 
     worst: str
-    mean: str  #: empty if it was not told
+    mean: str  #: empty if it is not known
     end: tuple[float, float, float]  #: where the lines end: x, y of the worst, y of the mean
     last: tuple[float, float]  #: the values there
     phases: list[tuple[float, float, str]]  #: x, width and name
@@ -23,8 +23,8 @@ class Curves(NamedTuple):
     y_ticks: list[Tick]
 
 
-def curves(moments: Sequence[Moment]) -> Curves | None:
-    """The progress of an improvement; None if less than two moments were told."""
+def progress_chart(moments: Sequence[Moment]) -> ProgressChart | None:
+    """The progress of an improvement; None if less than two moments are given."""
     if len(moments) < 2 or moments[-1].seconds <= moments[0].seconds:
         return None
     zero, end = moments[0].seconds, moments[-1].seconds
@@ -45,7 +45,7 @@ def curves(moments: Sequence[Moment]) -> Curves | None:
     with_mean = [moment for moment in moments if math.isfinite(moment.mean)]
     step = _step(end - zero)
     last = moments[-1]
-    return Curves(
+    return ProgressChart(
         worst=" ".join(f"{x(m.seconds)},{y(m.worst)}" for m in moments),
         mean=" ".join(f"{x(m.seconds)},{y(m.mean)}" for m in with_mean),
         end=(WIDTH, y(last.worst), y(last.mean) if with_mean else 0.0),

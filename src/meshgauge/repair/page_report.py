@@ -1,4 +1,4 @@
-"""What an improvement says of itself, made ready to be shown whatever keys there are."""
+"""A repair report made ready to be shown whatever keys there are."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ class Moment(NamedTuple):
 
     seconds: float
     worst: float
-    mean: float  #: NaN if it was not told
+    mean: float  #: NaN if it is not known
     phase: str
 
 
-def history(told: Any) -> list[Moment]:
+def history(entries: Any) -> list[Moment]:
     """The entries that have a time and a worst quality: of a list of mappings or records, or of a mapping of lists."""
-    if isinstance(told, Mapping):
-        columns = {key: value for key, value in told.items() if isinstance(value, Sequence | np.ndarray)}
+    if isinstance(entries, Mapping):
+        columns = {key: value for key, value in entries.items() if isinstance(value, Sequence | np.ndarray)}
         length = min((len(column) for column in columns.values()), default=0)
-        told = [{key: column[n] for key, column in columns.items()} for n in range(length)]
-    if not isinstance(told, Sequence) or isinstance(told, str):
+        entries = [{key: column[n] for key, column in columns.items()} for n in range(length)]
+    if not isinstance(entries, Sequence) or isinstance(entries, str):
         return []
     moments = []
-    for entry in told:
+    for entry in entries:
         seconds, worst, mean = (_number(_of(entry, key)) for key in ("seconds", "worst", "mean"))
         if math.isfinite(seconds) and math.isfinite(worst):
             moments.append(Moment(seconds, worst, mean, str(_of(entry, "phase") or "")))
@@ -50,7 +50,7 @@ def _number(value: Any) -> float:
 
 
 class Node(NamedTuple):
-    """A part of a certificate: a text, named parts, or a table."""
+    """A part of a repair report: a text, named parts, or a table."""
 
     kind: str  #: "text", "parts" or "table"
     text: str = ""
@@ -85,13 +85,13 @@ class Claim(NamedTuple):
     text: str
 
 
-def claims(told: Any) -> list[Claim]:
+def claims(entries: Any) -> list[Claim]:
     """The entries that say whether something holds."""
-    if not isinstance(told, Sequence) or isinstance(told, str):
+    if not isinstance(entries, Sequence) or isinstance(entries, str):
         return []
     return [
         Claim(_name(_of(entry, "name") or ""), bool(_of(entry, "holds")), str(_of(entry, "text") or ""))
-        for entry in told
+        for entry in entries
         if _of(entry, "holds") is not None
     ]
 
