@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 
 FLOORS = (
     ("_version", "errors", "cells", "status", "look"),
+    ("files",),
     ("kernels",),
     ("mesh",),
     ("quality", "io"),

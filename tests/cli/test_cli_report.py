@@ -136,7 +136,7 @@ def test_output_holds_quality_and_what_the_input_carried(good: Path, tmp_path: P
         (["-o", "{tmp}/x.vtu", "--csv", "{tmp}/x.vtu"], "x.vtu: is given for two outputs"),
         (["{bad}", "-o", "{tmp}/x.vtu"], "x.vtu: --output takes one mesh, 2 are given"),
         (["-o", "{tmp}/x.nothing"], "x.nothing: no format to write"),
-        (["--csv", "{tmp}/none/x.csv"], "x.csv: No such file or directory"),
+        (["--csv", "{tmp}/none/x.csv"], "x.csv: there is no folder"),
         (["--metric", "beauty"], "no metric 'beauty'; there are jens"),
         (["--compare-metric", "beauty"], "no metric 'verdict_beauty'"),
         (["--bins", "0"], "--bins"),

@@ -54,5 +54,5 @@ def test_a_failure_leaves_what_was_there(tmp_path: Path) -> None:
 
 
 def test_a_folder_that_is_not_there_is_a_clear_error(tmp_path: Path) -> None:
-    with pytest.raises(WriteError, match=r"o\.csv: No such file or directory"):
+    with pytest.raises(WriteError, match=r"o\.csv: there is no folder"):
         CsvWriter(tmp_path / "none" / "o.csv", ("jens",), with_file=False).__enter__()

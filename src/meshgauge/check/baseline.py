@@ -11,6 +11,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ..errors import BaselineError
+from ..files import sources
 from ..quality.summary import CRITERIA, ROUNDING, Criterion, Standing, Summary
 from .outcome import Change
 
@@ -38,6 +39,7 @@ class Baseline:
         BaselineError
             If the file cannot be read or is something else.
         """
+        sources.note(path)
         try:
             document = json.loads(Path(path).read_bytes())
         except OSError as error:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MeshgaugeError
+from ..files import sources
 
 OWN, PROJECT = "meshgauge.toml", "pyproject.toml"
 KEYS = ("meshes", "fail", "warn")
@@ -55,6 +56,7 @@ def load(path: Path) -> CheckSettings:
     SettingsError
         If it cannot be read, or holds something unknown.
     """
+    sources.note(path)
     table = _table(path)
     if table is None:
         raise SettingsError(f"{path}: has no [tool.meshgauge]")

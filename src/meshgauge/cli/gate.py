@@ -18,8 +18,9 @@ from ..check.output.json import checks_json
 from ..check.output.markdown import markdown
 from ..check.output.text import ChecksText, CheckText, verdict
 from ..errors import FailedFile
+from ..files.output import check as check_output
+from ..files.output import replacing
 from ..io import read
-from ..io.plumbing.files import replacing
 from ..quality.measure import Quality, measure
 from ..report import FileReport
 from ..report.json import dumps
@@ -56,6 +57,8 @@ class Gate:
         """
         # Before anything is measured: a file that is missing is known at once.
         baselines = {r.path: Baseline.from_file(r.path) for r in self.rules if isinstance(r, NoWorse)}
+        for target in targets.values():
+            check_output(target, text=True)
         output = Output()
         several, is_read = len(paths) > 1, True
         checks: list[Check] = []
@@ -139,5 +142,5 @@ def _print(lines: Iterable[str]) -> None:
 
 
 def _write(path: Path, text: str) -> None:
-    with replacing(path) as beside:
+    with replacing(path, text=True) as beside:
         beside.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")

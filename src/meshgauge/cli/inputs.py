@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import ReadError, WriteError
+from ..files import output
 
 
 def expanded(arguments: Iterable[str]) -> list[str]:
@@ -31,7 +32,7 @@ def expanded(arguments: Iterable[str]) -> list[str]:
 
 
 def check_targets(inputs: Iterable[str], targets: Iterable[Path | None]) -> None:
-    """Make sure that outputs are neither inputs nor one file. Raises `WriteError`."""
+    """Make sure that outputs can be written, and are neither inputs nor one file. Raises `WriteError`."""
     taken: list[tuple[Path, str]] = [(Path(path), "is an input; it is not overwritten") for path in inputs]
     for target in targets:
         if target is None:
@@ -40,6 +41,7 @@ def check_targets(inputs: Iterable[str], targets: Iterable[Path | None]) -> None
             if _is_same(target, path):
                 raise WriteError(f"{target}: {reason}")
         taken.append((target, "is given for two outputs"))
+        output.check(target, text=True)
 
 
 def _is_same(a: Path, b: Path) -> bool:

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
+from ..files import sources
 from . import check, compare, doctor, improve, metrics, orient, paraview, plot, report, view
 
 DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
@@ -64,7 +65,8 @@ def main(arguments: list[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")
     try:
-        code = app(args=arguments, prog_name="meshgauge", standalone_mode=False)
+        with sources.guarded():
+            code = app(args=arguments, prog_name="meshgauge", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED
     except SystemExit:

@@ -121,7 +121,7 @@ def _require() -> None:
 
 def _draw(models: list[Model], link: str, target: Path, width: int, height: int) -> None:
     """Write a picture of the view."""
-    from ..io.plumbing.files import replacing
+    from ..files.output import replacing
     from ..view.link import view as understood
     from ..view.picture import png
     from ..view.scene import Scene

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import MeshError, ReadError, WriteError
+from ..files import sources
+from ..files.output import STANDARD_OUTPUT, replacing
 from ..mesh import Mesh
 from ..mesh.regions import named_blocks
 from . import registry
@@ -69,19 +71,28 @@ def read(
     """
     check_order(wedge_order)
     given = Path(path)
+    with sources.recorded() as used:
+        mesh = _read(given, file_format, wedge_order, limits)
+    for source in mesh.sources:  # those of a reader in a process of its own
+        sources.note(source)
+        used[source] = None
+    sources.check_pending(used)
+    return mesh.replace(path=str(given), sources=tuple(used))
+
+
+def _read(given: Path, file_format: str | None, wedge_order: str, limits: Limits | None) -> Mesh:
     if os.path.isdir(given):  # False, not an error, for a name that no file can have
         return normalise(registry.read_folder(given, file_format), wedge_order, has_both=False)
     with files.opened(given) as (plain, head):
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         mesh = registry.read(chosen, plain, limits)
-        mesh = normalise(mesh, wedge_order, has_both=chosen.has_both_wedge_orders)
-    return mesh if plain == given else mesh.replace(path=str(given))
+        return normalise(mesh, wedge_order, has_both=chosen.has_both_wedge_orders)
 
 
 def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrite: bool = False) -> tuple[str, ...]:
     """Write a mesh with its data.
 
-    The file is written beside and renamed, so that it is whole or not there. Wedges are written in our order, which
+    The file is whole or not there, see `meshgauge.files.output.replacing`. Wedges are written in our order, which
     readers of every format written here expect today.
 
     Parameters
@@ -91,7 +102,8 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
     file_format
         A name of `FORMATS`.
     overwrite
-        Allow to replace the file that the mesh was read from. Other files are replaced without asking.
+        Allow to replace the file that the mesh was read from. Other files are replaced without asking, but those that
+        belong to what was read (its pieces, what it includes) never.
 
     Returns
     -------
@@ -104,11 +116,12 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
         If the format is unknown or cannot hold the cells, or the file cannot be written.
     """
     target = Path(path)
+    if target == STANDARD_OUTPUT:
+        raise WriteError(f"{target}: standard output takes text only; name a file")
     chosen = registry.for_writing(target, file_format)
     assert chosen.write is not None
-    if not overwrite and mesh.path is not None and _same_file(target, Path(mesh.path)):
-        raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
-    with files.replacing(target) as beside:
+    _check_sources(target, mesh, overwrite=overwrite)
+    with replacing(target, overwrite=overwrite) as beside:
         try:
             return chosen.write(beside, _with_regions(mesh))
         except WriteError as error:
@@ -133,6 +146,15 @@ def _with_regions(mesh: Mesh) -> Mesh:
         cell_data={**mesh.cell_data, REGION: (ids + 1).astype(np.int32)},
         field_data={**mesh.field_data, f"{REGION}:names": np.array(names)},
     )
+
+
+def _check_sources(target: Path, mesh: Mesh, *, overwrite: bool) -> None:
+    """Raise if the target is a file that the mesh was read from, but for the one that may be replaced."""
+    if mesh.path is not None and _same_file(target, Path(mesh.path)):
+        if not overwrite:
+            raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
+    elif any(_same_file(target, Path(source)) for source in mesh.sources):
+        raise WriteError(f"{target}: is part of {mesh.path}, which the mesh was read from; it is not overwritten")
 
 
 def _same_file(a: Path, b: Path) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import MeshgaugeError, ReadError, WriteError
+from ..files import sources
 from ..mesh import Mesh
 from .formats import openfoam
 from .formats.abaqus.read import ABAQUS
@@ -124,10 +125,11 @@ def read_folder(folder: Path, name: str | None) -> Mesh:
 
 def read_here(chosen: Format, path: Path) -> Mesh:
     """Read a file by the reader of others in this process."""
-    mesh = _guarded(chosen, path, chosen.foreign)
+    with sources.recorded() as used:
+        mesh = _guarded(chosen, path, chosen.foreign)
     if mesh is None:
         raise ReadError(f"{path}: {chosen.title} has no reader for it")
-    return mesh
+    return mesh.replace(sources=tuple(used))
 
 
 def _guarded(chosen: Format, path: Path, reader: Callable[[Path], Mesh | None] | None) -> Mesh | None:

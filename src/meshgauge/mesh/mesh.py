@@ -70,6 +70,8 @@ class Mesh:
         cells are of use.
     stored
         "single" or "double": how exactly the file stores the coordinates; by the dtype of the points if not given.
+    sources
+        Absolute paths of all files that were read for it: pieces, includes, files beside.
     """
 
     points: NDArray[np.floating]
@@ -85,6 +87,7 @@ class Mesh:
     notes: tuple[str, ...] = ()
     purpose: Purpose = "fem"
     stored: Precision | None = None
+    sources: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         put = object.__setattr__

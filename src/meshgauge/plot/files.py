@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import WriteError
+from ..files.output import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,10 +18,10 @@ FORMATS = ("png", "svg", "pdf")
 
 def format_of(path: Path) -> str:
     """The format that a name asks for. Raises `WriteError` if it is none of `FORMATS`."""
-    told = path.suffix.lower().removeprefix(".")
-    if told not in FORMATS:
+    extension = path.suffix.lower().removeprefix(".")
+    if extension not in FORMATS:
         raise WriteError(f"{path}: pictures are written as {', '.join(FORMATS)}; the name must end in one of these")
-    return told
+    return extension
 
 
 def save(figure: Figure, path: str | os.PathLike[str]) -> None:
@@ -33,14 +34,7 @@ def save(figure: Figure, path: str | os.PathLike[str]) -> None:
     """
     target = Path(path)
     kind = format_of(target)
-    beside = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        with warnings.catch_warnings():
-            # A name in letters that no font has is shown as boxes; that is no reason to talk.
-            warnings.filterwarnings("ignore", message="Glyph .* missing")
-            figure.savefig(beside, format=kind)
-        os.replace(beside, target)
-    except OSError as error:
-        raise WriteError(f"{target}: cannot be written: {error.strerror or error}") from error
-    finally:
-        beside.unlink(missing_ok=True)
+    with replacing(target) as beside, warnings.catch_warnings():
+        # A name in letters that no font has is shown as boxes; that is no reason to talk.
+        warnings.filterwarnings("ignore", message="Glyph .* missing")
+        figure.savefig(beside, format=kind)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import ReadError, WriteError
-from ..io.plumbing.files import replacing
+from ..files.output import replacing
 from ..mesh import Mesh
 
 KIND = "meshgauge-undo-1"

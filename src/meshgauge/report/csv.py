@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import TextIO
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..cells import type_name
 from ..errors import WriteError
+from ..files.output import replacing
 from ..status import STATUSES, Status
 
 CHUNK = 1 << 16
@@ -23,6 +24,8 @@ CHUNK = 1 << 16
 
 class CsvWriter:
     """Writes cells to a CSV file; the file appears, whole, when the ``with`` block ends without an exception.
+
+    An older file stays if no mesh was added. ``-`` means standard output.
 
     Columns: ``file`` (if asked for), ``cell`` (position in the file, from 0), ``type``, ``status``, and each metric.
     Numbers are the shortest that read back to the same double; a cell without a value has an empty field.
@@ -37,15 +40,18 @@ class CsvWriter:
         self.path = Path(path)
         self.metrics = metrics
         self.with_file = with_file
-        self._partial = self.path.with_name(f".{self.path.name}.{os.getpid()}.partial")
+        self._stack = ExitStack()
+        self._is_empty = True
 
     def __enter__(self) -> CsvWriter:
         try:
+            beside = self._stack.enter_context(replacing(self.path, text=True))
             # newline: rows end the same way on every system.
-            self._stream: TextIO = open(self._partial, "w", encoding="utf-8", errors="surrogateescape", newline="\n")
+            self._stream: TextIO = open(beside, "w", encoding="utf-8", errors="surrogateescape", newline="\n")
             columns = ("cell", "type", "status", *self.metrics)
             self._stream.write(",".join(("file", *columns) if self.with_file else columns) + "\n")
         except OSError as error:
+            self._stack.__exit__(OSError, error, None)
             raise WriteError(f"{self.path}: {error.strerror or error}") from error
         return self
 
@@ -57,6 +63,7 @@ class CsvWriter:
         values: Mapping[str, NDArray[np.float64]],
     ) -> None:
         """Append the cells of one mesh: VTK ids, status codes and the values of each metric, ``(n_cells,)`` each."""
+        self._is_empty = False
         prefix = f"{_quoted(file)}," if self.with_file else ""
         # Type and status together have few values: one lookup a row in a table of ready text.
         texts = [f",{type_name(t)},{STATUSES[s].name}," for t in range(256) for s in Status]
@@ -80,12 +87,17 @@ class CsvWriter:
     ) -> None:
         try:
             self._stream.close()
-            if kind is None:
-                self._partial.replace(self.path)
         except OSError as failure:
-            raise WriteError(f"{self.path}: {failure.strerror or failure}") from failure
-        finally:
-            self._partial.unlink(missing_ok=True)
+            error = WriteError(f"{self.path}: {failure.strerror or failure}")
+            self._stack.__exit__(WriteError, error, None)
+            raise error from failure
+        if kind is None and self._is_empty:
+            kind, error = _Nothing, _Nothing()
+        self._stack.__exit__(kind, error, trace)
+
+
+class _Nothing(Exception):
+    """No mesh was added."""
 
 
 def _texts(values: NDArray[np.float64]) -> list[str]:

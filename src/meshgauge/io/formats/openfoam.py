@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ...errors import ReadError
+from ...files import sources
 from ...mesh import Mesh
 from ..plumbing import face_based
 from ..plumbing.format import Format
@@ -291,6 +292,7 @@ def _present(folder: Path, name: str) -> Path:
 
 def _bytes(path: Path) -> bytes:
     packed = path.with_name(path.name + ".gz")
+    sources.note(path if path.is_file() else packed)
     if path.is_file():
         data = path.read_bytes()
         if not data.startswith(b"\x1f\x8b"):

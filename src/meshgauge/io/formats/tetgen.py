@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ReadError
+from ...files import sources
 from ...mesh import Mesh
 from ..plumbing import face_based
 from ..plumbing.build import Kind, gathered
@@ -51,6 +52,8 @@ def _pair(path: Path) -> tuple[Text, Text]:
     for file in files:
         if not file.is_file():
             raise ReadError(f"{path}: needs {file.name} beside it")
+    for file in files:
+        sources.note(file)
     node, ele = (Text(file, file.read_bytes(), b"#") for file in files)
     return node, ele
 

@@ -1,18 +1,17 @@
-"""Files at the door: what is checked before a reader sees one, and how one is written, whole or not at all."""
+"""Files at the door: what is checked before a reader sees one."""
 
 from __future__ import annotations
 
 import contextlib
 import gzip
-import os
-import secrets
 import shutil
 import tempfile
 import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...errors import ReadError, WriteError
+from ...errors import ReadError
+from ...files import sources
 from .format import HEAD
 
 _GZIP = b"\x1f\x8b"
@@ -28,6 +27,7 @@ def opened(path: Path) -> Iterator[tuple[Path, bytes]]:
         If there is no such file, it is a folder, it may not be read, or it is not a whole gzip file.
     """
     head = _head(path)
+    sources.note(path)
     if not head.startswith(_GZIP):
         yield path, head
         return
@@ -59,33 +59,3 @@ def _head(path: Path) -> bytes:
         raise ReadError(f"{path}: may not be read (permission denied)") from None
     except (OSError, ValueError) as error:  # a name too long, or with a zero byte in it
         raise ReadError(f"{path}: cannot be opened: {getattr(error, 'strerror', None) or error}") from error
-
-
-@contextlib.contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """A path beside ``path`` to write to; renamed to it at the end, removed if anything went wrong.
-
-    Raises
-    ------
-    WriteError
-        If the folder is missing or may not be written to, or the disk is full.
-    """
-    if not path.parent.is_dir():
-        raise WriteError(f"{path}: there is no folder {path.parent}")
-    if path.is_dir():
-        raise WriteError(f"{path}: is a folder")
-    suffixes = "".join(path.suffixes[-2:]) if path.suffix.lower() == ".ugrid" else path.suffix
-    beside = path.with_name(f".{path.name[:80]}.{secrets.token_hex(4)}{suffixes}")
-    try:
-        # Tells at once, in our words, if the folder may not be written to.
-        beside.touch(exist_ok=False)
-        beside.unlink()
-        yield beside
-        if path.exists():
-            shutil.copymode(path, beside)
-        os.replace(beside, path)
-    except OSError as error:
-        raise WriteError(f"{path}: cannot be written: {error.strerror or error}") from error
-    finally:
-        with contextlib.suppress(OSError):
-            beside.unlink(missing_ok=True)

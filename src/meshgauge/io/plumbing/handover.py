@@ -43,7 +43,8 @@ def dump(file: BinaryIO, mesh: Mesh) -> None:
         head["polyhedra"] = {name: put(values) for name, values in held.items() if values is not None}
     for name in _DATA:
         head[name] = [(key, put(values)) for key, values in getattr(mesh, name).items()]
-    head |= {"blocks": [(b.name, b.start, b.stop) for b in mesh.blocks], "notes": mesh.notes, "arrays": arrays}
+    head |= {"blocks": [(b.name, b.start, b.stop) for b in mesh.blocks], "notes": mesh.notes}
+    head |= {"sources": mesh.sources, "arrays": arrays}
     head |= {name: getattr(mesh, name) for name in _WORDS}
     _finish(file, head)
 
@@ -98,5 +99,6 @@ def _mesh(data: NDArray[np.uint8], head: dict[str, Any], path: str) -> Mesh:
         blocks=tuple(CellBlock(*block) for block in head["blocks"]),
         path=path,
         notes=tuple(head["notes"]),
+        sources=tuple(head["sources"]),
         **{name: head[name] for name in _WORDS},
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import ReadError
+from ...files import sources
 
 _ENTITY = re.compile(rb"<!(?:ENTITY|DOCTYPE[^>]*(?:PUBLIC|SYSTEM\s+[\"'](?!Xdmf\.dtd[\"'])))", re.IGNORECASE)
 _HEAVY = re.compile(rb">\s*([^<>\s][^<>]{0,4000}?\.(?:h5|hdf5?|xmf|bin|raw|dat))(?=\s*[:<])", re.IGNORECASE)
@@ -18,7 +19,8 @@ _MOST_LINKS = 100_000
 
 
 def check(path: Path, names: Iterable[str]) -> None:
-    """Raise `ReadError` if a name, taken from the folder of the file, is of a file elsewhere."""
+    """Raise `ReadError` if a name, taken from the folder of the file, is of a file elsewhere; the others are noted as
+    read."""
     folders = {path.parent.resolve(), path.resolve().parent}
     for name in names:
         if _SCHEME.match(name):
@@ -26,6 +28,7 @@ def check(path: Path, names: Iterable[str]) -> None:
         target = (path.parent / name).resolve()
         if not any(target.is_relative_to(folder) for folder in folders):
             raise ReadError(f"{path}: refers to {target}, which is outside its folder")
+        sources.note(target)
 
 
 def check_xml(path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import os
 from collections.abc import Sequence
 from functools import cache
 from importlib.resources import files
@@ -13,7 +12,9 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from ..._version import __version__
-from ...errors import FailedFile, WriteError
+from ...errors import FailedFile
+from ...files import output
+from ...files.output import replacing
 from ...look import colours, style
 from ..record import FileReport
 from . import charts
@@ -77,19 +78,14 @@ def write(path: str | Path, text: str) -> None:
     WriteError
         If it cannot be written; nothing is left half-written then.
     """
-    path = Path(path)
-    partial = path.with_name(f".{path.name[:80]}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8", newline="\n")
-        partial.replace(path)
-    except OSError as error:
-        raise WriteError(f"{path}: {error.strerror or error}") from error
-    finally:
-        partial.unlink(missing_ok=True)
+    with replacing(path, text=True) as beside:
+        beside.write_text(text, encoding="utf-8", newline="\n")
 
 
 class HtmlWriter:
     """Gathers a section for each mesh; the page appears, whole, when the ``with`` block ends without an exception.
+
+    An older page stays if no mesh was added. ``-`` means standard output.
 
     Raises
     ------
@@ -105,10 +101,7 @@ class HtmlWriter:
         self._failures: list[FailedFile] = []
 
     def __enter__(self) -> HtmlWriter:
-        # Told before an hour of measuring, not after.
-        if self.path.is_dir() or not self.path.absolute().parent.is_dir():
-            where = "is a folder" if self.path.is_dir() else f"there is no folder {self.path.parent}"
-            raise WriteError(f"{self.path}: {where}")
+        output.check(self.path, text=True)  # known before an hour of measuring, not after
         return self
 
     def add(self, quality: Quality, report: FileReport) -> None:
@@ -122,7 +115,7 @@ class HtmlWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is None:
+        if kind is None and self._sections:
             write(self.path, page(self._sections, self._failures))
 
 

@@ -1,0 +1,251 @@
+"""How a file is written: whole or not at all, never through a link that somebody else put there.
+
+Whatever is written, a mesh, a table, a page or a picture, is written to a folder of its own beside the target, which no
+other user can look into, and takes the place of the target at the end. What a process that was killed left behind is
+removed by the next one that writes to the same folder.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import re
+import shutil
+import socket
+import stat
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..errors import WriteError
+from . import sources
+
+STANDARD_OUTPUT = Path("-")
+"""Names standard output, for outputs that are text."""
+
+_OWN_STREAM = re.compile(r"/dev/(?:fd/(\d+)|(stdin|stdout|stderr))|/proc/(?:self|\d+)/fd/(\d+)")
+_STREAMS = {"stdin": 0, "stdout": 1, "stderr": 2}
+_LONGEST_NAME = 255
+
+
+@contextlib.contextmanager
+def replacing(path: str | os.PathLike[str], *, overwrite: bool = False, text: bool = False) -> Iterator[Path]:
+    """A path to write to; what stands there at the end takes the place of ``path``, and nothing if anything went wrong.
+
+    The mode of a file that is replaced is kept, its owner where the system allows. A link is followed: what it points
+    to is replaced. Devices, pipes and open descriptors (``/dev/stdout``, ``>(...)``) are written into.
+
+    Parameters
+    ----------
+    path
+        The target.
+    overwrite
+        Allow a file that this run reads, see `sources.guarded`.
+    text
+        Let ``-`` mean standard output.
+
+    Raises
+    ------
+    WriteError
+        If the folder is missing or may not be written to, the disk is full, or the target belongs to an input.
+    """
+    path = Path(path)
+    try:
+        with _standard_output(path) if text and path == STANDARD_OUTPUT else _replacing(path, overwrite) as beside:
+            yield beside
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def check(path: str | os.PathLike[str], *, text: bool = False) -> None:
+    """Raise `WriteError` if a target could not be written to: so that it is known before the work, not after."""
+    path = Path(path)
+    if text and path == STANDARD_OUTPUT:
+        return
+    try:
+        target = _target(path)
+        if _is_stream(target):
+            return
+        sources.check(target)
+        folder = target.parent
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise WriteError(f"{path}: the folder {folder} may not be written to")
+    except OSError as error:
+        raise WriteError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+@contextlib.contextmanager
+def _replacing(path: Path, overwrite: bool) -> Iterator[Path]:
+    target = _target(path)
+    if _is_stream(target):
+        with _copied_into(target) as beside:
+            yield beside
+        return
+    with sources.pending(target, overwrite=overwrite), _private_folder(target.parent) as folder:
+        beside = folder / target.name
+        yield beside
+        if not overwrite:
+            sources.check(target)
+        _like(beside, target)
+        _sync(beside)
+        os.replace(beside, target)
+        _sync(target.parent)
+
+
+def _target(path: Path) -> Path:
+    """The file that is meant, links followed; a stream as it is named."""
+    if path == STANDARD_OUTPUT:
+        raise WriteError("-: standard output takes text only; name a file")
+    if _OWN_STREAM.fullmatch(os.path.abspath(path)):
+        return path
+    if not path.parent.is_dir():
+        raise WriteError(f"{path}: there is no folder {path.parent}")
+    if path.is_dir():
+        raise WriteError(f"{path}: is a folder")
+    if path.is_symlink():
+        followed = path
+        for _ in range(40):
+            followed = followed.parent / os.readlink(followed)
+            if _OWN_STREAM.fullmatch(os.path.abspath(followed)):
+                return followed
+            if not followed.is_symlink():
+                return _target(followed)
+        raise WriteError(f"{path}: is a link that leads to itself")
+    if len(os.fsencode(path.name)) > _LONGEST_NAME:
+        raise WriteError(f"{path.name[:40]}...: cannot be written: File name too long")
+    return path
+
+
+def _is_stream(target: Path) -> bool:
+    """A device, a pipe or a descriptor: it has no content that could be replaced."""
+    if _OWN_STREAM.fullmatch(os.path.abspath(target)):
+        return True
+    try:
+        return not stat.S_ISREG(os.stat(target).st_mode)
+    except FileNotFoundError:
+        return False
+
+
+@contextlib.contextmanager
+def _standard_output(path: Path) -> Iterator[Path]:
+    with _scratch("out") as beside:
+        yield beside
+        with contextlib.suppress(BrokenPipeError):  # nobody reads any more
+            binary = getattr(sys.stdout, "buffer", None)
+            sys.stdout.flush()
+            if binary is None:
+                sys.stdout.write(beside.read_text(encoding="utf-8", errors="surrogateescape"))
+            else:
+                with beside.open("rb") as file:
+                    shutil.copyfileobj(file, binary)
+            sys.stdout.flush()
+
+
+@contextlib.contextmanager
+def _copied_into(target: Path) -> Iterator[Path]:
+    own = _OWN_STREAM.fullmatch(os.path.abspath(target))
+    with _scratch(target.name) as beside:
+        yield beside
+        if own is not None:
+            number = int(own[1] or own[3]) if own[2] is None else _STREAMS[own[2]]
+            if number in (1, 2):
+                (sys.stdout if number == 1 else sys.stderr).flush()
+            into = os.dup(number)  # opened anew it would begin at its first byte
+        else:
+            into = os.open(target, os.O_WRONLY)
+        with contextlib.suppress(BrokenPipeError), os.fdopen(into, "wb") as sink, beside.open("rb") as file:
+            shutil.copyfileobj(file, sink)
+
+
+@contextlib.contextmanager
+def _scratch(name: str) -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
+        yield Path(folder, name)
+
+
+def _like(beside: Path, target: Path) -> None:
+    """Owner and mode of the file that is to be replaced."""
+    try:
+        old = os.stat(target)
+    except FileNotFoundError:
+        return
+    new, mode = os.stat(beside), stat.S_IMODE(old.st_mode)
+    if hasattr(os, "chown") and (old.st_uid, old.st_gid) != (new.st_uid, new.st_gid):
+        try:
+            os.chown(beside, old.st_uid, old.st_gid)
+        except OSError:
+            mode &= ~(stat.S_ISUID | stat.S_ISGID)
+            with contextlib.suppress(OSError):
+                os.chown(beside, -1, old.st_gid)
+    os.chmod(beside, mode)
+
+
+def _sync(path: Path) -> None:
+    """Have the system write a file, or the names in a folder, to the disk."""
+    if path.is_dir() and os.name != "posix":
+        return
+    number = os.open(path, os.O_RDONLY if os.name == "posix" else os.O_RDWR | getattr(os, "O_BINARY", 0))
+    try:
+        os.fsync(number)
+    except OSError as error:
+        if not path.is_dir():  # some file systems know no such thing of folders
+            raise error
+    finally:
+        os.close(number)
+
+
+def _prefix() -> str:
+    """Of the folders that this host makes, so that on a disk of a network no other host's are touched."""
+    host = hashlib.sha256(socket.gethostname().encode("utf-8", "replace")).hexdigest()[:8]
+    return f".meshgauge-{host}-"
+
+
+@contextlib.contextmanager
+def _private_folder(parent: Path) -> Iterator[Path]:
+    """A folder that only this user can enter, locked as long as this process has it, removed at the end."""
+    _remove_leftovers(parent)
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=_prefix(), dir=parent))
+        lock = _locked(folder, wait=True)
+        if lock is None or folder.exists():  # else another process took it for a leftover just before
+            break
+        os.close(lock)
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def _remove_leftovers(parent: Path) -> None:
+    """Folders of processes of this host that were killed: nobody holds their lock."""
+    prefix = _prefix()
+    with contextlib.suppress(OSError), os.scandir(parent) as entries:
+        for entry in [e for e in entries if e.name.startswith(prefix)]:
+            lock = _locked(Path(entry.path), wait=False)
+            if lock is not None:
+                shutil.rmtree(entry.path, ignore_errors=True)
+                os.close(lock)
+
+
+def _locked(folder: Path, *, wait: bool) -> int | None:
+    """A descriptor that locks a folder; None if another process has it, it is not ours, or locks are not known."""
+    if os.name != "posix":
+        return None
+    import fcntl
+
+    try:
+        number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except OSError:
+        return None
+    try:
+        if os.fstat(number).st_uid == os.geteuid():
+            fcntl.flock(number, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+            return number
+    except OSError:
+        pass
+    os.close(number)
+    return None
