@@ -8,16 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..doctor.diagnosis import LIMIT, diagnosis
 from ..errors import MeshError
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
-from ..status import Status
 from . import report as records
 from .acceptance import accept, is_better, n_invalid, status_counts
 from .ceiling import Ceiling, ceiling
+from .claims import claims_of
 from .constraints import Constraints, constraints_of
 from .curved import move_nodes_between
 from .descent import workers
@@ -29,7 +29,7 @@ from .phases.worst import raise_worst
 from .polyhedral import corners
 from .problem import Points, problem
 from .reasons import reasons, verdict
-from .report import Claim, RepairReport
+from .report import RepairReport
 from .run import Progress, Run, begin_run
 
 BOUNDARIES = ("fixed", "slide")
@@ -268,7 +268,7 @@ def _result(
         after=after.summary(),
         status_before=status[0],
         status_after=status[1],
-        claims=_claims(before, after, held, strict=bool(options["strict"])),
+        claims=claims_of(before, after, held, strict=bool(options["strict"])),
         ceiling=limit.worst,
         n_below=sum(why.counts.values()),
         below=why.cells,
@@ -287,31 +287,3 @@ def _result(
         options=dict(options),
     )
     return Improvement(after.mesh, before, after, report)
-
-
-def _claims(before: Quality, after: Quality, held: NDArray[np.bool_], *, strict: bool) -> tuple[Claim, ...]:
-    """Checked on the two meshes as they are, whatever made them."""
-    old, new = before.mesh, after.mesh
-    same = np.array_equal(
-        np.asarray(old.points, np.float64)[held], np.asarray(new.points, np.float64)[held], equal_nan=True
-    )
-    was_valid = np.isin(before.status, (Status.OK, Status.UNDECIDED))
-    is_valid = np.isin(after.status, (Status.OK, Status.UNDECIDED))
-    lost = int(np.count_nonzero(was_valid & ~is_valid))
-    worst = float(np.nanmin(before.values)), float(np.nanmin(after.values))
-    n_held = int(np.count_nonzero(held))
-    claims = [
-        Claim("fixed", same, f"the {n_held:,} points that must stay are where they were, to the last bit"),
-        Claim("valid", lost == 0, "no cell that was valid is invalid, inside too"),
-        Claim("worst", worst[1] >= worst[0] - 1e-12, "the worst quality has not fallen"),
-        Claim(
-            "topology",
-            np.array_equal(new.connectivity, old.connectivity),
-            "cells, their numbering and data are the same",
-        ),
-    ]
-    if strict:
-        with np.errstate(invalid="ignore"):
-            fell = int(np.count_nonzero(after.values < before.values - 1e-12))
-        claims.append(Claim("strict", fell == 0, "no cell has less than it began with"))
-    return tuple(claims)

@@ -1,0 +1,172 @@
+"""The promises of repair, by forcing what they forbid: made-up bad results are handed in, and must be refused."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from repair_meshes import shaken
+
+import meshgauge
+from meshgauge import Mesh, Quality, Status, measure
+from meshgauge.repair.acceptance import accept
+from meshgauge.repair.claims import claims_of
+from meshgauge.repair.phases import slide
+from meshgauge.repair.problem import problem
+
+BOX = np.array(
+    [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (-1, -1, 10), (1, -1, 10), (1, 1, 10), (-1, 1, 10)], float
+)
+"""A hexahedron, 2 by 2 by 10."""
+
+X = np.array((1.0, 0.0, 0.0))
+
+SKEW = np.array([(0, 0, 0)] * 4 + [(8, 0, 0)] * 4, float)
+"""Makes `BOX` a valid cell of .78, below the crossed one that is inverted inside."""
+
+
+def crossed() -> NDArray[np.float64]:
+    """`BOX` with its top turned: every corner is at .94, and the Jacobian determinant is negative inside."""
+    points = BOX.copy()
+    points[4:, :2] = BOX[4:, :2] * (-1.0, -2.0)
+    return points
+
+
+def hexahedra(*cells: NDArray[np.float64]) -> Mesh:
+    """Cells that share no point, far from each other."""
+    points = np.concatenate([cell + 100.0 * n * X for n, cell in enumerate(cells)])
+    return Mesh.from_arrays(points, {"hexahedron": np.arange(len(points)).reshape(-1, 8)})
+
+
+def moved(quality: Quality, points: NDArray[np.float64]) -> Quality:
+    return measure(quality.mesh.replace(points=points))
+
+
+def test_a_valid_cell_that_becomes_inverted_inside_is_put_back() -> None:
+    before = measure(hexahedra(BOX + SKEW, BOX + SKEW))
+    proposed = np.concatenate([BOX, crossed() + 100.0 * X])
+    trial = moved(before, proposed)
+    assert trial.values.min() > before.values.min()
+    assert trial.status.tolist() == [Status.OK, Status.INVERTED_INSIDE]
+    after, n_back = accept(before, proposed, strict=False, threads=1)
+    assert (after.status == Status.OK).all()
+    np.testing.assert_array_equal(after.mesh.points[:8], proposed[:8])
+    np.testing.assert_array_equal(after.mesh.points[8:], before.mesh.points[8:])
+    assert n_back == 4  # the bottom is where it was
+
+
+def test_an_undecided_cell_that_becomes_invalid_is_put_back() -> None:
+    before = measure(hexahedra(BOX + SKEW))
+    undecided = dataclasses.replace(before, status=np.array([Status.UNDECIDED], np.uint8))
+    after, _ = accept(undecided, crossed(), strict=False, threads=1)
+    assert after.mesh.points.tobytes() == before.mesh.points.tobytes()
+
+
+def test_a_cell_that_falls_below_the_worst_is_put_back() -> None:
+    worst = BOX + 2.0 * SKEW
+    before = measure(hexahedra(worst, BOX))
+    proposed = np.concatenate([BOX, BOX + 3.0 * SKEW + 100.0 * X])
+    trial = moved(before, proposed)
+    assert (trial.status == Status.OK).all()
+    assert trial.values[1] < before.values.min()
+    after, _ = accept(before, proposed, strict=False, threads=1)
+    assert after.values.tolist() == pytest.approx([1.0, 1.0])
+
+
+def test_a_cell_may_lose_but_not_where_that_is_excluded() -> None:
+    before = measure(hexahedra(BOX + 2.0 * SKEW, BOX))
+    proposed = np.concatenate([BOX, BOX + SKEW + 100.0 * X])
+    after, n_back = accept(before, proposed, strict=False, threads=1)
+    assert n_back == 0
+    assert after.values[1] < before.values[1]
+    after, _ = accept(before, proposed, strict=True, threads=1)
+    assert after.values.tolist() == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize("upward", [1.0, -1.0])
+def test_a_cell_that_loses_its_value_is_put_back(upward: float) -> None:
+    before = measure(hexahedra(BOX * (1.0, 1.0, upward)))
+    after, _ = accept(before, np.full((8, 3), np.nan), strict=False, threads=1)
+    assert after.mesh.points.tobytes() == before.mesh.points.tobytes()
+
+
+def holding(before: Quality, after: Quality, held: NDArray[np.bool_], *, strict: bool = True) -> dict[str, bool]:
+    return {claim.name: claim.holds for claim in claims_of(before, after, held, strict=strict)}
+
+
+def broken(before: Quality, after: Quality, held: NDArray[np.bool_]) -> set[str]:
+    """Names of the claims that do not hold."""
+    return {name for name, holds in holding(before, after, held).items() if not holds}
+
+
+def test_each_claim_can_be_false() -> None:
+    before = measure(hexahedra(BOX + SKEW, BOX + SKEW))
+    free = np.zeros(16, bool)
+    assert broken(before, before, ~free) == set()
+    far = np.asarray(before.mesh.points).copy()
+    far[0] = np.nextafter(far[0], 9.0)
+    assert broken(before, moved(before, far), ~free) == {"fixed"}
+    assert broken(before, moved(before, far), free) == set()
+    inside = np.concatenate([BOX, crossed() + 100.0 * X])
+    assert broken(before, moved(before, inside), free) == {"valid"}
+    turned = np.concatenate([BOX, BOX * (1.0, 1.0, -1.0) + 100.0 * X])
+    assert broken(before, moved(before, turned), free) == {"valid", "worst", "strict"}
+    lower = np.concatenate([BOX, BOX + 2.0 * SKEW + 100.0 * X])
+    assert broken(before, moved(before, lower), free) == {"worst", "strict"}
+    assert "strict" not in holding(before, moved(before, lower), free, strict=False)
+    mesh = before.mesh
+    other = Mesh.from_arrays(mesh.points, {"hexahedron": np.roll(np.arange(16).reshape(2, 8), 1, axis=0)})
+    assert broken(before, measure(other), free) == {"topology"}
+
+
+def test_strict_compares_each_cell_with_itself() -> None:
+    before = measure(hexahedra(BOX + 2.0 * SKEW, BOX))
+    lower = np.concatenate([BOX, BOX + SKEW + 100.0 * X])
+    assert broken(before, moved(before, lower), np.zeros(16, bool)) == {"strict"}
+
+
+def test_points_of_surface_and_line_cells_inside_stay() -> None:
+    mesh = shaken("hexahedron", 4, 0.4)
+    inside = np.flatnonzero(((mesh.points > 0.4) & (mesh.points < 3.6)).all(axis=1))
+    ids = {tuple(np.round(np.asarray(mesh.points)[p]).astype(int)): p for p in inside}
+    quad = [ids[1, 1, 1], ids[2, 1, 1], ids[2, 2, 1], ids[1, 2, 1]]
+    line = [ids[3, 3, 2], ids[3, 3, 3]]
+    cells = mesh.connectivity.reshape(-1, 8)
+    both = Mesh.from_arrays(mesh.points, [("hexahedron", cells), ("quad", [quad]), ("line", [line])])
+    for boundary in ("fixed", "slide"):
+        result = meshgauge.improve(both, boundary=boundary)
+        np.testing.assert_array_equal(result.mesh.points[[*quad, *line]], mesh.points[[*quad, *line]])
+        assert (result.mesh.points[inside] != mesh.points[inside]).any()
+        assert "6 points inside belong to surface, line or vertex cells and stay." in result.report.notes
+
+
+def ball(n: int) -> Mesh:
+    """A grid of hexahedra bent to a ball, the points of its surface moved along it."""
+    mesh = shaken("hexahedron", n, 0.1, seed=2)
+    points = 2.0 * np.asarray(mesh.points) / n - 1.0
+    largest = np.abs(points).max(axis=1)
+    round_ = points * (largest / np.maximum(np.linalg.norm(points, axis=1), 1e-9))[:, None]
+    return mesh.replace(points=round_)
+
+
+def test_the_surface_is_left_by_no_more_than_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = ball(4)
+    free = meshgauge.improve(mesh, boundary="slide", feature_angle=80.0)
+    assert free.report.displacement.n_boundary > 0
+    edge = 0.3  # the shortest of the surface
+    assert free.report.displacement.deviation > 0.02 * edge
+    monkeypatch.setattr(slide, "DEVIATION", 0.02)
+    kept = meshgauge.improve(mesh, boundary="slide", feature_angle=80.0)
+    assert kept.report.displacement.deviation <= 0.02 * 0.6  # a mean edge
+
+
+def test_a_cell_with_an_exactly_flat_corner_is_not_positive() -> None:
+    points = BOX.copy()
+    points[6] = 0.5 * (points[2] + points[5])  # in the plane of 1, 2 and 5
+    mesh = hexahedra(points)
+    part = problem(mesh, np.ones(1, bool))
+    lowest, folded = part.qualities(np.array(mesh.points[part.point_ids]))
+    assert measure(mesh).values[0] == 0.0
+    assert folded[0] == lowest[0] == 0.0
