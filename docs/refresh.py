@@ -98,7 +98,7 @@ def metrics() -> str:
                 standards(row, lambda standard: number(standard.ideal)),
                 row.better,
                 row.unit,
-                "all" if row.shapes is None else ", ".join(row.shapes),
+                row.cell_types,
             )
             for row in METRICS.values()
         ),

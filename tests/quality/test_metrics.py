@@ -16,7 +16,9 @@ import meshgauge
 from meshgauge.cells import CELL_TYPES, SHAPES, CellType, Shape
 from meshgauge.errors import MetricError
 from meshgauge.kernels.certificate.tables import KINDS, edges
+from meshgauge.mesh import connectivity
 from meshgauge.quality.metrics import METRICS, Metric, metric, tetra
+from meshgauge.status import is_invalid
 
 Floats = NDArray[np.float64]
 OURS = [row for row in METRICS.values() if row.source == "meshgauge"]
@@ -38,11 +40,21 @@ def one_by_one(x: Floats) -> tuple[Floats, NDArray[np.int64]]:
     return x.reshape(-1, 3), np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
 
 
-def cell_values(row: Metric, shape: str, x: Floats) -> Floats:
-    """The metric of each cell ``(n_cells, n_nodes, 3)``, through the public function of its name."""
+both_paths = pytest.mark.usefixtures("path")
+
+
+def cell_values(row: Metric, shape: str, x: Floats, threads: int | None = 1) -> Floats:
+    """The metric of each cell ``(n_cells, n_nodes, 3)``, measured on a mesh of them."""
     points, cells = one_by_one(np.asarray(x, float))
+    mesh = meshgauge.Mesh.from_arrays(points, {shape: cells})
+    return meshgauge.measure(mesh, metrics=row, threads=threads).values_of(row.name)
+
+
+def public_values(row: Metric, shape: str, x: Floats, ids: NDArray[np.integer] | None = None) -> Floats:
+    """The same, through the public function on arrays that has the metric's name."""
+    points, cells = one_by_one(x)
     function: Callable[..., Floats] = getattr(meshgauge, row.name)
-    return function(points, cells) if row.shapes == ("tetra",) else function(points, cells, shape)
+    return function(points, cells if ids is None else ids, *(() if row.shapes == ("tetra",) else (shape,)))
 
 
 def node_values(row: Metric, shape: str, x: Floats) -> Floats:
@@ -79,13 +91,13 @@ def symmetries(shape: Shape) -> list[tuple[int, ...]]:
     return found
 
 
-def oracle_cells(row: Metric, shape: str, x: Floats) -> Floats:
-    if row.name == "jens":
-        return oracle.cell_jens(shape, x)
-    if row.name == "scaled_jacobian":
-        return oracle.cell_scaled_jacobian(shape, x)
-    scaled = oracle.scaled_aspect_ratio_gamma(x)
-    return scaled if row.name == "scaled_aspect_ratio_gamma" else 1 / scaled
+ORACLES: dict[str, Callable[[str, Floats], Floats]] = {
+    "jens": oracle.cell_jens,
+    "scaled_jacobian": oracle.cell_scaled_jacobian,
+    "aspect_ratio_gamma": lambda _, x: 1 / oracle.scaled_aspect_ratio_gamma(x),
+    "scaled_aspect_ratio_gamma": lambda _, x: oracle.scaled_aspect_ratio_gamma(x),
+}
+"""An independent value of each metric of ours, by name."""
 
 
 def oracle_nodes(row: Metric, shape: str, x: Floats) -> Floats:
@@ -116,6 +128,26 @@ def test_a_row_is_complete_and_consistent(row: Metric) -> None:
         assert lowest - 1e-12 <= ideal <= highest + 1e-12
 
 
+@pytest.mark.parametrize("row", OURS, ids=lambda row: row.name)
+def test_a_metric_of_ours_has_an_oracle(row: Metric) -> None:
+    assert row.name in ORACLES
+
+
+@rows
+def test_only_what_is_signed_goes_below_0_and_only_for_invalid_cells(row: Metric) -> None:
+    if not row.is_signed:
+        assert row.range[0] >= 0
+        return
+    n_below = 0
+    for shape in (shape for shape in SHAPES.values() if row.is_defined_for(shape.name)):
+        points, cells = one_by_one(random_cells(shape))
+        quality = meshgauge.measure(meshgauge.Mesh.from_arrays(points, {shape.name: cells}), metrics=row)
+        below = quality.values_of(row.name) < 0
+        assert is_invalid(quality.status)[below].all()
+        n_below += below.sum()
+    assert n_below > N / 20
+
+
 def test_what_is_not_there_is_an_error() -> None:
     with pytest.raises(MetricError, match=r"no metric 'beauty'; there are jens, "):
         metric("beauty")
@@ -126,6 +158,7 @@ def test_what_is_not_there_is_an_error() -> None:
 # --- laws -------------------------------------------------------------------------------------------------------------
 
 
+@both_paths
 @pairs
 def test_ideal_cell_has_the_ideal_value(row: Metric, shape: Shape) -> None:
     x = np.array([shape.points])
@@ -134,6 +167,7 @@ def test_ideal_cell_has_the_ideal_value(row: Metric, shape: Shape) -> None:
         np.testing.assert_allclose(node_values(row, shape.name, x), row.standard(shape.name).ideal, atol=1e-14)
 
 
+@both_paths
 @pairs
 def test_random_cells_are_in_range(row: Metric, shape: Shape) -> None:
     values = cell_values(row, shape.name, random_cells(shape))
@@ -143,10 +177,11 @@ def test_random_cells_are_in_range(row: Metric, shape: Shape) -> None:
     assert values.max() <= row.range[1]
 
 
+@both_paths
 @pairs
 def test_the_oracle_agrees(row: Metric, shape: Shape) -> None:
     x = np.concatenate([random_cells(shape, noise=noise, seed=m) for m, noise in enumerate((0.05, 0.3, 0.8, 3.0))])
-    got, expected = cell_values(row, shape.name, x), oracle_cells(row, shape.name, x)
+    got, expected = cell_values(row, shape.name, x), ORACLES[row.name](shape.name, x)
     # The oracle is rounded: where a corner is flat to rounding, a fold may pick another node.
     sure = np.abs(oracle.triple_scaled_jacobian(shape.name, x)).min(axis=1) > 1e-12
     assert sure.sum() > 0.99 * len(x)
@@ -157,30 +192,33 @@ def test_the_oracle_agrees(row: Metric, shape: Shape) -> None:
         )
 
 
+@both_paths
 @pairs
 def test_rotation_translation_and_scaling_change_nothing(row: Metric, shape: Shape) -> None:
     x = random_cells(shape, 500)
     q, _ = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))
     q *= np.sign(np.linalg.det(q))
     moved = 7.3 * (x @ q) + (3, -2, 5)
-    np.testing.assert_allclose(
-        cell_values(row, shape.name, moved), cell_values(row, shape.name, x), rtol=1e-9, atol=1e-12
-    )
+    expected = cell_values(row, shape.name, x) * 7.3**row.length_power
+    np.testing.assert_allclose(cell_values(row, shape.name, moved), expected, rtol=1e-9, atol=1e-12)
 
 
+@both_paths
 @pairs
-def test_reflection_negates(row: Metric, shape: Shape) -> None:
+def test_reflection_negates_what_is_signed_and_nothing_else(row: Metric, shape: Shape) -> None:
     """For cells that are not tangled: of nodes (-.3, .1, .5) the fold is -.3, of their mirror image it is -.1."""
+    sign = -1 if row.is_signed else 1
     x = random_cells(shape)
     signs = np.sign(oracle.triple_scaled_jacobian(shape.name, x))
     x = x[(signs == signs[:, :1]).all(axis=1)]
     assert len(x) > N / 5
     mirrored = x * (1, 1, -1)
-    np.testing.assert_array_equal(cell_values(row, shape.name, mirrored), -cell_values(row, shape.name, x))
+    np.testing.assert_array_equal(cell_values(row, shape.name, mirrored), sign * cell_values(row, shape.name, x))
     if "node" in row.where:
         np.testing.assert_array_equal(node_values(row, shape.name, mirrored), -node_values(row, shape.name, x))
 
 
+@both_paths
 @pairs
 def test_the_cells_own_renumberings_change_nothing(row: Metric, shape: Shape) -> None:
     x = random_cells(shape, 300)
@@ -225,6 +263,7 @@ def test_jens_falls_off_on_both_sides_of_k(shape: Shape) -> None:
 # --- special values ---------------------------------------------------------------------------------------------------
 
 
+@both_paths
 @pairs
 @pytest.mark.parametrize("scale", [1e-200, 1e-160, 1e-30, 1e160, 1e290])
 def test_any_size(row: Metric, shape: Shape, scale: float) -> None:
@@ -239,18 +278,19 @@ def test_any_size(row: Metric, shape: Shape, scale: float) -> None:
     np.testing.assert_allclose(cell_values(row, shape.name, x * scale), expected, rtol=1e-9, atol=1e-13)
 
 
+@both_paths
 @pairs
 def test_flat_cells_are_zero(row: Metric, shape: Shape) -> None:
     # Of a prism laid on its base the two rims coincide, so that edges vanish as well.
     flat = np.array([shape.points])
     flat[..., 2] = 0
     point = np.zeros_like(flat)
-    expected = inf if row.range[1] == inf else 0.0
     values = cell_values(row, shape.name, np.concatenate([flat, point]))
-    np.testing.assert_array_equal(values, expected)
+    np.testing.assert_array_equal(values, row.flat)
     assert not np.signbit(values).any(), "-0.0"
 
 
+@both_paths
 @pairs
 @pytest.mark.parametrize("bad", [nan, inf, -inf])
 def test_a_coordinate_that_is_no_number_makes_the_cell_undefined(row: Metric, shape: Shape, bad: float) -> None:
@@ -428,9 +468,24 @@ def test_quadratic_cells_are_measured_with_the_tangents_of_their_edges(row: Cell
 @pairs
 def test_float32_points_are_taken_at_their_exact_value(row: Metric, shape: Shape) -> None:
     narrow = random_cells(shape, 200).astype(np.float32)
-    points, cells = one_by_one(narrow)  # type: ignore[arg-type]
-    function: Callable[..., Floats] = getattr(meshgauge, row.name)
-    arguments = () if row.shapes == ("tetra",) else (shape.name,)
+    _, cells = one_by_one(narrow)  # type: ignore[arg-type]
     for ids in (cells, cells.astype(np.int32), cells.astype(np.uint16)):
-        got = function(points, ids, *arguments)
+        got = public_values(row, shape.name, narrow, ids)  # type: ignore[arg-type]
         np.testing.assert_array_equal(got, cell_values(row, shape.name, narrow.astype(np.float64)))
+
+
+@both_paths
+@pairs
+def test_arrays_and_meshes_have_the_same_values(row: Metric, shape: Shape) -> None:
+    x = random_cells(shape, 300)
+    np.testing.assert_array_equal(public_values(row, shape.name, x), cell_values(row, shape.name, x))
+
+
+@pairs
+def test_slices_and_threads_change_nothing(row: Metric, shape: Shape) -> None:
+    x = random_cells(shape)
+    many = np.tile(x, (connectivity.CHUNK // N + 2, 1, 1))
+    one, two = (cell_values(row, shape.name, many, threads) for threads in (1, 2))
+    np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(one.reshape(-1, N), np.broadcast_to(one[:N], (len(many) // N, N)))
+    np.testing.assert_allclose(one[:N], cell_values(row, shape.name, x), rtol=1e-9, atol=1e-14)

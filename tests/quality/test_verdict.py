@@ -50,7 +50,11 @@ def raw_verdict(shape: str, x: NDArray[np.float64], measure: str) -> NDArray[np.
 @rows
 def test_ideal_value(row: Metric, shape: str) -> None:
     # The condition of wedges rounds a constant of its ideal cell.
-    rounded = shape == "wedge" and row.name in ("verdict_condition", "verdict_max_aspect_frobenius")
+    rounded = shape == "wedge" and row.name in (
+        "verdict_condition",
+        "verdict_max_aspect_frobenius",
+        "verdict_mean_aspect_frobenius",
+    )
     value = verdict(shape, np.array([SHAPES[shape].points]), row.name)
     assert value == pytest.approx(row.standard(shape).ideal, abs=4e-6 if rounded else 1e-12)
     lowest, highest = row.standard(shape).acceptable
@@ -85,7 +89,7 @@ def test_no_mark_of_verdict_is_a_value(row: Metric, shape: str) -> None:
 @pytest.mark.parametrize("scale", [1e-30, 1e-12, 1e9, 1e60])
 def test_any_unit_of_length(row: Metric, shape: str, scale: float) -> None:
     x = cells_of(shape, 200)
-    power = {"1": 0, "degree": 0, "length": 1, "length³": 3}[row.unit]
+    power = row.length_power
     expected = verdict(shape, x, row.name)
     # Products of rounded lengths: what is huge or nearly 0 is less exact. A scale that is not a power of two rounds.
     np.testing.assert_allclose(
@@ -163,6 +167,117 @@ def test_aspect_gamma_is_the_inverse_of_unsigned_arg_s() -> None:
     np.testing.assert_allclose(verdict("tetra", x, "aspect_gamma") * ours, 1, atol=1e-10)
 
 
+def lengths(shape: str, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Of the edges: ``(n_cells, n_edges)``."""
+    a, b = np.array(SHAPES[shape].edges).T
+    return np.asarray(np.linalg.norm(x[:, a] - x[:, b], axis=-1))
+
+
+def tetra_volumes(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.linalg.det(x[:, 1:] - x[:, :1]) / 6)
+
+
+def face_vectors(shape: str, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Outward normals of triangles, as long as twice their area: ``(n_faces, n_cells, 3)``."""
+    return np.array([np.cross(x[:, b] - x[:, a], x[:, c] - x[:, a]) for a, b, c in SHAPES[shape].faces])
+
+
+def skew_of_angles(shape: str, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Largest deviation of a face's angle from 60 or 90 degrees, over the most that there can be."""
+    worst = np.zeros(len(x))
+    for face in SHAPES[shape].faces:
+        corners = x[:, face]
+        one, other = np.roll(corners, 1, axis=1) - corners, np.roll(corners, -1, axis=1) - corners
+        cosines = (one * other).sum(-1) / np.linalg.norm(one, axis=-1) / np.linalg.norm(other, axis=-1)
+        angles, ideal = np.degrees(np.arccos(np.clip(cosines, -1, 1))), 60.0 if len(face) == 3 else 90.0
+        deviations = np.maximum((angles - ideal) / (180 - ideal), (ideal - angles) / ideal)
+        worst = np.maximum(worst, deviations.max(axis=1))
+    return worst
+
+
+@pytest.mark.parametrize("shape", ["tetra", "wedge"])
+def test_edge_ratio_is_longest_over_shortest(shape: str) -> None:
+    x = cells_of(shape)
+    edges = lengths(shape, x)
+    np.testing.assert_allclose(verdict(shape, x, "edge_ratio"), edges.max(1) / edges.min(1), rtol=1e-12)
+
+
+def test_spheres_of_tetrahedra() -> None:
+    x = cells_of("tetra")
+    volumes, normals = tetra_volumes(x), face_vectors("tetra", x)
+    inradius = 6 * volumes / np.linalg.norm(normals, axis=-1).sum(axis=0)
+    np.testing.assert_allclose(verdict("tetra", x, "inradius"), inradius, rtol=1e-9)
+    a, b, c = (x[:, m] - x[:, 0] for m in (1, 2, 3))
+    squares = [(v * v).sum(1)[:, None] for v in (a, b, c)]
+    circumcentre = squares[0] * np.cross(b, c) + squares[1] * np.cross(c, a) + squares[2] * np.cross(a, b)
+    circumradius = np.linalg.norm(circumcentre, axis=1) / (12 * np.abs(volumes))
+    regular = 8 / 27 * np.sqrt(3) * circumradius**3
+    np.testing.assert_allclose(verdict("tetra", x, "equivolume_skew"), 1 - np.abs(volumes) / regular, atol=1e-9)
+    # Of the pieces that the midpoints cut off at the corners the inradius is half that of the cell, so is the radius.
+    assert (verdict("tetra", x, "normalized_inradius") <= 3 * inradius / circumradius + 1e-9).all()
+
+
+def test_mean_ratio_is_arg_s() -> None:
+    x = cells_of("tetra")
+    np.testing.assert_allclose(verdict("tetra", x, "mean_ratio"), oracle.scaled_aspect_ratio_gamma(x), atol=1e-12)
+
+
+def test_squish_index_is_of_the_normals() -> None:
+    x = cells_of("tetra")
+    ways = np.array([x[:, face].mean(axis=1) - x.mean(axis=1) for face in SHAPES["tetra"].faces])
+    normals = face_vectors("tetra", x)
+    cosines = (normals * ways).sum(-1) / np.linalg.norm(normals, axis=-1) / np.linalg.norm(ways, axis=-1)
+    np.testing.assert_allclose(verdict("tetra", x, "squish_index"), 1 - cosines.min(axis=0), atol=1e-9)
+
+
+@pytest.mark.parametrize("shape", ["pyramid", "wedge", "hexahedron"])
+def test_equiangle_skew_is_of_the_angles_of_faces_that_are_not_concave(shape: str) -> None:
+    x = cells_of(shape)
+    got, expected = verdict(shape, x, "equiangle_skew"), skew_of_angles(shape, x)
+    is_convex = got <= 1
+    assert N / 10 < is_convex.sum() < N
+    np.testing.assert_allclose(got[is_convex], expected[is_convex], atol=1e-7)
+    assert (got >= expected - 1e-7).all()
+
+
+def test_equiangle_skew_of_tetrahedra_is_of_dihedral_angles_too() -> None:
+    x = cells_of("tetra")
+    normals = face_vectors("tetra", x)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+    dihedral = [180 - np.degrees(np.arccos((normals[a] * normals[b]).sum(1))) for a in range(4) for b in range(a)]
+    ideal = np.degrees(np.arccos(1 / 3))
+    of_edges = np.maximum((np.array(dihedral) - ideal) / (180 - ideal), (ideal - np.array(dihedral)) / ideal)
+    expected = np.maximum(of_edges.max(axis=0), skew_of_angles("tetra", x))
+    np.testing.assert_allclose(verdict("tetra", x, "equiangle_skew"), expected, atol=1e-7)
+
+
+def test_largest_stretch_is_of_the_quadrilaterals() -> None:
+    x = cells_of("wedge")
+    expected = np.zeros(len(x))
+    for face in (face for face in SHAPES["wedge"].faces if len(face) == 4):
+        corners = x[:, face]
+        sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+        diagonals = np.linalg.norm(corners[:, :2] - corners[:, 2:], axis=-1)
+        expected = np.maximum(expected, np.sqrt(2) * sides.min(axis=1) / diagonals.max(axis=1))
+    np.testing.assert_allclose(verdict("wedge", x, "max_stretch"), expected, rtol=1e-12)
+
+
+def test_mean_aspect_frobenius_is_of_the_corner_tetrahedra() -> None:
+    x = cells_of("wedge")
+    corners = [x[:, triple] for triple in SHAPES["wedge"].triples]
+    expected = np.mean([raw_verdict("tetra", corner, "aspect_frobenius") for corner in corners], axis=0) / 1.16477
+    np.testing.assert_allclose(verdict("wedge", x, "mean_aspect_frobenius"), expected.clip(1), rtol=1e-9)
+
+
+def test_nodal_jacobian_ratio_is_least_over_greatest() -> None:
+    x = cells_of("hexahedron")
+    determinants = np.array([np.linalg.det(x[:, [i, j, k]] - x[:, [a]]) for a, i, j, k in SHAPES["hexahedron"].triples])
+    least, greatest = determinants.min(axis=0), determinants.max(axis=0)
+    got = verdict("hexahedron", x, "nodal_jacobian_ratio")
+    np.testing.assert_array_equal(np.isnan(got), greatest <= 0)
+    np.testing.assert_allclose(got[greatest > 0], (least / greatest)[greatest > 0], rtol=1e-6, atol=1e-9)
+
+
 def test_wedges_are_in_our_order() -> None:
     ideal = np.array([SHAPES["wedge"].points])
     assert verdict("wedge", ideal, "volume") == pytest.approx(np.sqrt(3) / 4)
@@ -230,6 +345,25 @@ def test_disagreement_nan_is_skipped() -> None:
     cube[0, 0] = nan
     assert raw_verdict("hexahedron", cube, "jacobian") == pytest.approx(1)
     assert np.isnan(verdict("hexahedron", cube, "jacobian"))
+
+
+def test_disagreement_the_edge_ratio_of_hexahedra_passes_over_edges() -> None:
+    """Which is why there is no such metric."""
+    missed = []
+    for a, b in SHAPES["hexahedron"].edges:
+        x = np.array([SHAPES["hexahedron"].points])
+        x[0, b] = x[0, a] + 0.1 * (x[0, b] - x[0, a])
+        edges = lengths("hexahedron", x)
+        if raw_verdict("hexahedron", x, "edge_ratio")[0] < edges.max() / edges.min() - 1e-9:
+            missed.append((a, b))
+    assert len(missed) == 3
+    assert not METRICS["verdict_edge_ratio"].is_defined_for("hexahedron")
+
+
+def test_disagreement_an_edge_of_length_0_has_no_angle() -> None:
+    flat = np.array([SHAPES["hexahedron"].points]) * FLAT
+    assert raw_verdict("hexahedron", flat, "equiangle_skew") == pytest.approx(0, abs=1e-12)
+    assert np.isnan(verdict("hexahedron", flat, "equiangle_skew"))
 
 
 def test_disagreement_short_lengths_are_zero() -> None:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ..look.colours import INK, INVALID, WORDS, colours
 from ..quality.measure import JENS
-from ..quality.metrics import metric
 from ..quality.summary import Scale, Tally
 from . import sheet
 from .series import Counts, Drawable, Series, Values, counts_in, edges_of, series
@@ -79,8 +78,8 @@ def _one(mesh: Series, edges: Values, log: bool) -> Figure:
 
 def colours_on(values: Values, scale: Scale) -> NDArray[np.float64]:
     """`colours` of a metric's values by the range and direction of its scale."""
-    lower_is_better = metric(scale.metric).better == "lower"
-    return colours(values, scale.acceptable, is_signed=scale.low < 0, lower_is_better=lower_is_better)
+    lower_is_better = scale.better == "lower"
+    return colours(values, scale.acceptable, is_signed=scale.is_signed, lower_is_better=lower_is_better)
 
 
 def bars(axes: Axes, tally: Tally, edges: Values, counts: Counts, log: bool = False) -> None:
@@ -108,7 +107,7 @@ def _count_bands(axes: Axes, tally: Tally, edges: Values) -> None:
     """How many cells are in each band, above it."""
     low, high = float(edges[0]), float(edges[-1])
     start, end = tally.scale.acceptable
-    zero = 0.0 if tally.scale.low < 0 else low
+    zero = 0.0 if tally.scale.is_signed else low
     middle = {
         "invalid": (low + zero) / 2,
         "degenerate": zero,

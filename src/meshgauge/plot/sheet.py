@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from ..look.colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, WORDS
-from ..quality.metrics import metric as metric_row
 from ..quality.summary import Summary, Tally
 from ..quality.summary.scale import Scale
 
@@ -51,7 +50,7 @@ def axes(on: Figure, box: tuple[float, float, float, float]) -> Axes:
 def shade(on: Axes, scale: Scale, low: float, high: float) -> None:
     """Tint what is invalid and what is poor."""
     start, end = scale.acceptable
-    zero = max(low, 0.0) if scale.low < 0 else low
+    zero = max(low, 0.0) if scale.is_signed else low
     tints: tuple[tuple[float, float, str], ...] = ((low, zero, INVALID), (zero, start, POOR), (end, high, POOR))
     for left, right, colour in tints:
         if right > left:
@@ -71,11 +70,9 @@ def title(on: Figure, text: str, below: str = "") -> None:
 
 def named(scale: Scale) -> str:
     """The metric in a few words, for an axis."""
-    row = metric_row(scale.metric)
-    if row.name == "jens":
+    if scale.metric == "jens":
         return "quality $J_{ENS}$"
-    unit = "" if row.unit == "1" else f" ({row.unit})"
-    return f"{row.name}{unit}"
+    return scale.metric if scale.unit == "1" else f"{scale.metric} ({scale.unit})"
 
 
 def stroke(n: int) -> tuple[str, Any]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..cells import CellType, cell_type
 from ..errors import MetricError
 from ..kernels import path
-from ..kernels.cells import aggregate, driver
+from ..kernels.cells import driver
 from ..kernels.threads import run
 from ..mesh import cast
-from .metrics import tetra
+from .metrics import METRICS, Cells
 
 Values = NDArray[np.float64]
 CHUNK = 1 << 16
@@ -63,10 +65,10 @@ def jens(
     >>> meshgauge.jens(cube, [range(8)], "hexahedron")
     array([1.])
     """
-    x, connectivity, row = _checked(points, cells, cell_type)
-    if not nodes:
-        return _cells(x, connectivity, row, threads)
-    return aggregate.jens(_nodes(x, connectivity, row, threads), _k(row))
+    given = _checked(points, cells, cell_type)
+    if nodes:
+        return _in_slices(Cells.node_jens, given, (given.shape.n_nodes,), threads)
+    return _in_slices(Cells.jens, given, (), threads)
 
 
 def scaled_jacobian(
@@ -82,9 +84,10 @@ def scaled_jacobian(
     Parameters, errors and special values as `jens`. The cell value is the fold of its nodes: the least if all are
     positive, else the greatest of the negative ones. In [-1, 1]; the ideal cell has its k (1 for hexahedra only).
     """
-    x, connectivity, row = _checked(points, cells, cell_type)
-    values = _nodes(x, connectivity, row, threads)
-    return values if nodes else aggregate.fold(values) + 0.0
+    given = _checked(points, cells, cell_type)
+    if nodes:
+        return _in_slices(Cells.node_scaled_jacobian, given, (given.shape.n_nodes,), threads)
+    return _in_slices(Cells.scaled_jacobian, given, (), threads)
 
 
 def aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
@@ -93,8 +96,7 @@ def aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
     ``R³√2 / (12 V)``, R² the mean squared edge, V the signed volume (Lobos, section 3). Parameters, errors and NaN
     as `jens`.
     """
-    x, connectivity, row = _checked(points, cells, "tetra")
-    return tetra.aspect_ratio_gamma(x, connectivity, tetra_signs(x, connectivity, row))
+    return METRICS["aspect_ratio_gamma"].of_cells(_checked(points, cells, "tetra"))
 
 
 def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
@@ -102,18 +104,10 @@ def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
 
     Parameters, errors and NaN as `jens`.
     """
-    x, connectivity, row = _checked(points, cells, "tetra")
-    return tetra.scaled_aspect_ratio_gamma(x, connectivity, tetra_signs(x, connectivity, row))
+    return METRICS["scaled_aspect_ratio_gamma"].of_cells(_checked(points, cells, "tetra"))
 
 
-def tetra_signs(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: CellType) -> NDArray[np.int8]:
-    """Exact sign of each tetrahedron's volume; 0 where a coordinate is not finite."""
-    return np.sign(np.nan_to_num(_cells(points, connectivity, row, None))).astype(np.int8)
-
-
-def _checked(
-    points: ArrayLike, cells: ArrayLike, which: str | int | CellType
-) -> tuple[NDArray[np.floating], NDArray[np.int64], CellType]:
+def _checked(points: ArrayLike, nodes: ArrayLike, which: str | int | CellType) -> Cells:
     try:
         row = cell_type(which)
     except KeyError as error:
@@ -121,45 +115,23 @@ def _checked(
     if row.shape is None:
         raise MetricError(f"cells of type {row.name} are not measured: they are not solid cells with known corners")
     x = cast.points(points)
-    connectivity = cast.connectivity(cells, row)
+    connectivity = cast.connectivity(nodes, row)
     cast.check_ids(connectivity, len(x), row.name)
     wanted = driver.columns(row)
     if wanted != tuple(range(connectivity.shape[1])):
         connectivity = connectivity[:, list(wanted)]
-    return x, np.ascontiguousarray(connectivity, np.int64), row
+    return Cells(row, x, np.ascontiguousarray(connectivity, np.int64), path.is_compiled(len(connectivity)))
 
 
-def _chunks(n: int) -> list[slice]:
-    return [slice(start, min(start + CHUNK, n)) for start in range(0, n, CHUNK)]
-
-
-def _cells(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: CellType, threads: int | None) -> Values:
-    n = len(connectivity)
-    driver.prepare(row, points, n)
-    out = np.empty(n)
-    compiled = path.is_compiled(n)
+def _in_slices(
+    function: Callable[[Cells], Values], cells: Cells, shape: tuple[int, ...], threads: int | None
+) -> Values:
+    """The function's values, computed on threads, ``(n_cells, *shape)``."""
+    function(cells.part(slice(0, 1)))  # what it compiles, it compiles here
+    out = np.empty((cells.n_cells, *shape))
 
     def work(here: slice) -> None:
-        driver.cell_jens(points, connectivity[here], row, out[here], compiled=compiled)
+        out[here] = function(cells.part(here))
 
-    run(work, _chunks(n), threads)
+    run(work, [slice(start, start + CHUNK) for start in range(0, cells.n_cells, CHUNK)], threads)
     return out
-
-
-def _nodes(points: NDArray[np.floating], connectivity: NDArray[np.int64], row: CellType, threads: int | None) -> Values:
-    assert row.shape is not None
-    n = len(connectivity)
-    driver.prepare(row, points, n, with_nodes=True)
-    out = np.empty((n, row.shape.n_nodes))
-    compiled = path.is_compiled(n)
-
-    def work(here: slice) -> None:
-        driver.node_scaled_jacobian(points, connectivity[here], row, out[here], compiled=compiled)
-
-    run(work, _chunks(n), threads)
-    return out
-
-
-def _k(row: CellType) -> float:
-    assert row.shape is not None
-    return row.shape.k

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any
@@ -21,11 +21,9 @@ from ..look.bands import POOR
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import read_only
 from ..mesh.topology import inner_faces
-from ..status import STATUSES, Status
-from . import arrays, validity
-from .metrics import METRICS, Metric, metric
-from .metrics import tetra as tetra_metrics
-from .metrics.verdict import verdict_quality
+from ..status import STATUSES, Status, is_unmeasured
+from . import evaluate, validity
+from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
 from .validity import Certificate, certify
@@ -33,7 +31,6 @@ from .validity import Certificate, certify
 Values = NDArray[np.float64]
 
 JENS = "jens"
-TETRA = cell_type("tetra")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +75,8 @@ class Quality:
         are none.
     metrics
         ``(n_cells,)`` values by name of metric, ``"jens"`` among them; NaN where a metric is not defined for a type.
+    rows
+        The row of each of these metrics, by name.
     """
 
     mesh: Mesh
@@ -85,6 +84,7 @@ class Quality:
     status: NDArray[np.uint8]
     metrics: Mapping[str, Values]
     polyhedra: PolyhedralQuality | None = None
+    rows: Mapping[str, Metric] = field(default_factory=lambda: METRICS)
 
     @property
     def n_cells(self) -> int:
@@ -155,7 +155,7 @@ class Quality:
 
     def summary(self, name: str = JENS) -> Summary:
         """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
-        return summarise(self.values_of(name), self.status, self.mesh.types, name)
+        return summarise(self.values_of(name), self.status, self.mesh.types, self.rows[name])
 
     def worst(self, n: int = 10) -> list[WorstCell]:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
@@ -262,7 +262,7 @@ class Quality:
         return notebook.block(repr(self).strip("<>"), notebook.Raw(self.summary()._repr_html_()), table)
 
 
-def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None = None) -> Quality:
+def measure(mesh: Mesh, *, metrics: str | Metric | Iterable[str | Metric] = (), threads: int | None = None) -> Quality:
     """Measure every cell of a mesh.
 
     Parameters
@@ -270,17 +270,20 @@ def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None
     mesh
         From `meshgauge.read`, `meshgauge.from_pyvista`, `meshgauge.from_meshio` or `Mesh.from_arrays`.
     metrics
-        Names of metrics to measure beside ``"jens"``; `meshgauge.METRICS` lists them.
+        What to measure beside ``"jens"``: a name or several (`meshgauge.METRICS` lists them), or a `Metric` of one's
+        own.
     threads
         At most this many; None: one for each processor. It has no influence on the values.
 
     Raises
     ------
     MetricError
-        If there is no such metric.
+        If there is no such metric, two have one name, or the function of one returns no array of ``(n_cells,)``.
     """
-    rows = [metric(name) for name in dict.fromkeys((JENS, *metrics))]
-    values = {row.name: np.full(mesh.n_cells, np.nan) for row in rows}
+    rows = metric_rows(metrics)
+    rows = {JENS: METRICS[JENS], **rows}
+    values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
+    others = [row for name, row in rows.items() if name != JENS]
     status = np.full(mesh.n_cells, Status.NOT_SOLID, np.uint8)
     polyhedra: PolyhedralQuality | None = None
     for row, _, cells in mesh.groups():
@@ -290,18 +293,25 @@ def measure(mesh: Mesh, *, metrics: Iterable[str] = (JENS,), threads: int | None
             polyhedra = measure_polyhedra(
                 mesh.points, mesh.polyhedra, cells, threads=threads, inner_faces=partial(inner_faces, mesh)
             )
-            values[JENS][cells], status[cells] = polyhedra.values, polyhedra.status
+            status[cells] = polyhedra.status
+            given = PolyhedralCells(mesh.points, mesh.polyhedra, polyhedra)
+            for one in rows.values():
+                if one.polyhedra is not None:
+                    values[one.name][cells] = evaluate.of_polyhedra(one, given, threads)
         if row is not None and row.shape is not None:
             _measure_jens(mesh, row, cells, values[JENS], status, threads)
-            for one in rows[1:]:
+            for one in others:
                 if one.is_defined_for(row.shape.name):
-                    _measure_other(mesh, row, cells, one, values[one.name], threads)
+                    evaluate.of_cells(one, mesh, row, cells, values[one.name], threads)
+    for one in others:
+        values[one.name][is_unmeasured(status)] = np.nan
     return Quality(
         mesh=mesh,
         values=read_only(values[JENS]),
         status=read_only(status),
         metrics=MappingProxyType({name: read_only(array) for name, array in values.items()}),
         polyhedra=polyhedra,
+        rows=MappingProxyType(rows),
     )
 
 
@@ -341,52 +351,6 @@ def _status(values: Values) -> NDArray[np.uint8]:
     )
 
 
-def _measure_other(mesh: Mesh, row: CellType, cells: CellIds, one: Metric, values: Values, threads: int | None) -> None:
-    shape = _shape(row)
-    if one.source == "verdict":
-        # Verdict takes its cells in one call and threads as VTK is set to.
-        ids = mesh.connectivity[connectivity.positions(mesh, row, cells)]
-        values[cells] = verdict_quality(mesh.points, ids, cell_type(shape.name).vtk_id, one.name)
-        return
-    n = connectivity.count(cells)
-    driver.prepare(row, mesh.points, n, with_nodes=one.name == "scaled_jacobian")
-
-    def work(part: CellIds) -> None:
-        values[part] = _OWN[one.name](mesh, row, part, path.is_compiled(n))
-
-    run(work, connectivity.chunks(cells), threads)
-
-
-def _scaled_jacobian(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
-    return aggregate.fold(_corner_js(mesh, row, part, compiled)) + 0.0
-
-
-def _corner_js(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
-    """J_S of the corners of some cells: ``(n, n_corners)``."""
-    ids = connectivity.picked(mesh, row, part, driver.columns(row))
-    values = np.empty((len(ids), _shape(row).n_nodes))
-    driver.node_scaled_jacobian(mesh.points, ids, row, values, compiled=compiled)
-    return values
-
-
-def _aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
-    ids = connectivity.picked(mesh, row, part, row.corners)
-    return tetra_metrics.aspect_ratio_gamma(mesh.points, ids, arrays.tetra_signs(mesh.points, ids, TETRA))
-
-
-def _scaled_aspect_ratio_gamma(mesh: Mesh, row: CellType, part: CellIds, compiled: bool) -> Values:
-    ids = connectivity.picked(mesh, row, part, row.corners)
-    return tetra_metrics.scaled_aspect_ratio_gamma(mesh.points, ids, arrays.tetra_signs(mesh.points, ids, TETRA))
-
-
-_OWN = {
-    "scaled_jacobian": _scaled_jacobian,
-    "aspect_ratio_gamma": _aspect_ratio_gamma,
-    "scaled_aspect_ratio_gamma": _scaled_aspect_ratio_gamma,
-}
-assert {JENS, *_OWN} == {row.name for row in METRICS.values() if row.source == "meshgauge"}
-
-
 def _shape(row: CellType) -> Shape:
     assert row.shape is not None
     return row.shape
@@ -400,8 +364,9 @@ def _node_values(mesh: Mesh, threads: int | None) -> Values:
         n = connectivity.count(cells)
         driver.prepare(row, mesh.points, n, with_nodes=True)
 
-        def work(part: CellIds, row: CellType = row, compiled: bool = path.is_compiled(n)) -> None:
-            out[connectivity.positions(mesh, row, part)] = _corner_js(mesh, row, part, compiled) + 0.0
+        def work(part: CellIds, row: CellType = row, n: int = n) -> None:
+            some = evaluate.mesh_cells(mesh, row, part, n)
+            out[connectivity.positions(mesh, row, part)] = some.node_scaled_jacobian() + 0.0
 
         run(work, connectivity.chunks(cells), threads)
     return read_only(out)

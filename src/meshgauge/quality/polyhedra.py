@@ -131,6 +131,15 @@ class PolyhedralQuality:
         counts = {str(fault.name): int(np.count_nonzero(self.faults & fault)) for fault in Fault}
         return {name: n for name, n in counts.items() if n}
 
+    def part(self, cells: slice) -> PolyhedralQuality:
+        """That of some of the cells, which follow one another."""
+        first, last, _ = cells.indices(len(self.cells))
+        nodes = slice(int(self.node_offsets[first]), int(self.node_offsets[last]))
+        arrays = {f.name: getattr(self, f.name) for f in fields(self)}
+        parts = {name: array[nodes if name.startswith("node_") else cells] for name, array in arrays.items()}
+        parts["node_offsets"] = self.node_offsets[first : last + 1] - self.node_offsets[first]
+        return PolyhedralQuality(**parts)
+
     def along(self, offsets: NDArray[np.integer], connectivity: NDArray[np.integer], values: Values) -> Values:
         """Node values in the order of a mesh's connectivity: one for each of its entries, NaN where there is none.
 
@@ -284,7 +293,8 @@ def _face_entries(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> NDArray[np.
     return ragged(starts, polyhedra.cell_offsets[cells + 1].astype(np.int64) - starts)
 
 
-def _faces(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
+def faces_of(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
+    """The faces of some cells, cell after cell."""
     at = _face_entries(polyhedra, cells)
     faces = polyhedra.cell_faces[at]
     first = polyhedra.face_offsets[faces].astype(np.int64)
@@ -308,7 +318,7 @@ def _measured(
     inner: NDArray[np.uint8] | None = None,
 ) -> _Part:
     """Measure cells; ``inner`` is 1 for each face of a cell that is known to have another cell beyond it."""
-    faces, entries = _faces(polyhedra, cells), _face_entries(polyhedra, cells)
+    faces, entries = faces_of(polyhedra, cells), _face_entries(polyhedra, cells)
     whole = driver.links(points, faces)
     links, doubt = driver.without_hanging(points, faces, whole, None if inner is None else inner[entries])
     k = np.full(len(links.node_ids), np.nan)
@@ -427,7 +437,7 @@ def corner_triples(
     ids, at = measured.cells[wanted], 0
     for start in range(0, len(ids), CHUNK):
         part = ids[start : start + CHUNK]
-        links = driver.links(points, _faces(polyhedra, part))
+        links = driver.links(points, faces_of(polyhedra, part))
         d, first = links.valences, links.starts
         n = np.where(d > 3, d, (d == 3).astype(np.int64))
         node = np.repeat(np.arange(len(d)), n)

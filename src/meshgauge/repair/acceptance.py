@@ -49,8 +49,9 @@ def accept(
     points = points.copy()
     is_back = np.zeros(len(points), bool)
     sizes = np.diff(mesh.offsets)
+    metrics = [before.rows[name] for name in before.metrics]
     for _ in range(ROUNDS):
-        after = measure(mesh.replace(points=points), metrics=tuple(before.metrics), threads=threads)
+        after = measure(mesh.replace(points=points), metrics=metrics, threads=threads)
         cells = violations(before, after, strict=strict) | is_warped(before, points)
         if not cells.any():
             return after, int(np.count_nonzero(is_back))

@@ -37,7 +37,7 @@ class MetricsText:
                 f"{row.ideal:.4g}",
                 row.better,
                 f"[{references.index(row.reference) + 1}]",
-                _cells(row),
+                row.cell_types,
             )
         yield table
         sources = Table.grid(padding=(0, 1))
@@ -67,7 +67,3 @@ def _details(row: Metric) -> RenderResult:
 
 def _interval(ends: tuple[float, float]) -> str:
     return f"{ends[0]:.4g} to {ends[1]:.4g}"
-
-
-def _cells(row: Metric) -> str:
-    return "all" if row.shapes is None else ", ".join(row.shapes)

@@ -1,4 +1,4 @@
-"""The rows of the report's two corner metrics. Their values come from `meshgauge.kernels`."""
+"""The report's two corner metrics: rows; the kernels compute their values."""
 
 from __future__ import annotations
 
@@ -6,14 +6,23 @@ from types import MappingProxyType
 
 from ...cells import SHAPES
 from ...look.bands import POOR
-from .row import Metric, Standard
+from .inputs import Cells, PolyhedralCells
+from .row import Metric, Standard, Values
 
 REPORT = (
     "C. Lobos, Towards a unified measurement of quality for mixed-elements, technical report, UTFSM, Santiago, Chile"
 )
 
+
+def _jens_of_polyhedra(cells: PolyhedralCells) -> Values:
+    return cells.quality.values
+
+
 JENS = Metric(
     name="jens",
+    values=Cells.jens,
+    polyhedra=_jens_of_polyhedra,
+    is_signed=True,
     title="J_ENS, element normalized scaled Jacobian",
     text="1 only if every corner has the scaled Jacobian of the ideal cell, below 0 if a corner is inverted, "
     "0 if one is flat; the cell takes the worst corner, or the mildest negative one. Blind to stretching along edges.",
@@ -27,6 +36,8 @@ JENS = Metric(
 )
 SCALED_JACOBIAN = Metric(
     name="scaled_jacobian",
+    values=Cells.scaled_jacobian,
+    is_signed=True,
     title="J_S, scaled Jacobian",
     text="Determinant of the unit edge vectors at a corner; the cell takes the smallest, or the mildest negative one. "
     "The ideal cell has k, which depends on the shape, so that types cannot be compared by it.",

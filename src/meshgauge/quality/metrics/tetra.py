@@ -1,10 +1,11 @@
-"""Aspect ratio gamma of tetrahedra, signed, and its inverse: rows and formula."""
+"""Aspect ratio gamma of tetrahedra, signed, and its inverse: formula and rows."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .inputs import Cells
 from .jacobian import REPORT
 from .row import Metric
 
@@ -12,34 +13,6 @@ _REFERENCE = (
     f"{REPORT}, section 3; V. N. Parthasarathy, C. M. Graichen, A. F. Hathaway, Finite Elem. Anal. Des. 15 (1994) "
     "255-261, https://doi.org/10.1016/0168-874X(94)90033-7"
 )
-
-ASPECT_RATIO_GAMMA = Metric(
-    name="aspect_ratio_gamma",
-    title="ARG, aspect ratio gamma",
-    text="Cube of the root mean square edge over the signed volume, 1 for the regular tetrahedron; "
-    "below -1 if inverted, infinite if flat.",
-    range=(-np.inf, np.inf),
-    acceptable=(1.0, 3.0),
-    ideal=1.0,
-    better="lower",
-    source="meshgauge",
-    reference=_REFERENCE,
-    shapes=("tetra",),
-)
-SCALED_ASPECT_RATIO_GAMMA = Metric(
-    name="scaled_aspect_ratio_gamma",
-    title="ARG_S, scaled aspect ratio gamma",
-    text="1/ARG: 1 for the regular tetrahedron, 0 if flat, negative if inverted.",
-    range=(-1.0, 1.0),
-    acceptable=(1.0 / 3.0, 1.0),
-    ideal=1.0,
-    better="higher",
-    source="meshgauge",
-    reference=_REFERENCE,
-    shapes=("tetra",),
-)
-
-ROWS = (ASPECT_RATIO_GAMMA, SCALED_ASPECT_RATIO_GAMMA)
 
 CHUNK = 1 << 14
 """Cells at a time: the temporaries then stay in the processor's cache."""
@@ -118,3 +91,44 @@ def _scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
     _, exponent = np.frexp(np.abs(x).max(axis=(1, 2)))
     scaled: NDArray[np.float64] = np.ldexp(x, -exponent[:, None, None])
     return scaled
+
+
+def _scaled_aspect_ratio_gamma(cells: Cells) -> NDArray[np.float64]:
+    return scaled_aspect_ratio_gamma(cells.points, cells.corners, cells.signs())
+
+
+def _aspect_ratio_gamma(cells: Cells) -> NDArray[np.float64]:
+    return aspect_ratio_gamma(cells.points, cells.corners, cells.signs())
+
+
+ASPECT_RATIO_GAMMA = Metric(
+    name="aspect_ratio_gamma",
+    values=_aspect_ratio_gamma,
+    is_signed=True,
+    title="ARG, aspect ratio gamma",
+    text="Cube of the root mean square edge over the signed volume, 1 for the regular tetrahedron; "
+    "below -1 if inverted, infinite if flat.",
+    range=(-np.inf, np.inf),
+    acceptable=(1.0, 3.0),
+    ideal=1.0,
+    better="lower",
+    source="meshgauge",
+    reference=_REFERENCE,
+    shapes=("tetra",),
+)
+SCALED_ASPECT_RATIO_GAMMA = Metric(
+    name="scaled_aspect_ratio_gamma",
+    values=_scaled_aspect_ratio_gamma,
+    is_signed=True,
+    title="ARG_S, scaled aspect ratio gamma",
+    text="1/ARG: 1 for the regular tetrahedron, 0 if flat, negative if inverted.",
+    range=(-1.0, 1.0),
+    acceptable=(1.0 / 3.0, 1.0),
+    ideal=1.0,
+    better="higher",
+    source="meshgauge",
+    reference=_REFERENCE,
+    shapes=("tetra",),
+)
+
+ROWS = (ASPECT_RATIO_GAMMA, SCALED_ASPECT_RATIO_GAMMA)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...status import Status
+from ..metrics import Metric
 from .exact import exact_sum
 from .scale import HALF, Counts, Scale, Values
 from .tally import EXACT, Tally
@@ -14,7 +15,7 @@ BLOCK = 1 << 15
 """Values worked on at a time, so that temporaries stay in the cache; exact sums rely on it being at most 2**16."""
 
 
-def tallies(values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8], metric: str) -> dict[int, Tally]:
+def tallies(values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8], metric: Metric) -> dict[int, Tally]:
     """Tallies by VTK id of one chunk."""
     builders: dict[int, _Builder] = {}
     for start in range(0, len(values), BLOCK):
@@ -38,7 +39,8 @@ class _Builder:
 
     def __init__(self, scale: Scale, acceptable: tuple[float, float]) -> None:
         self.scale = scale
-        self.acceptable = acceptable
+        low, high = acceptable
+        self.acceptable = (max(low, 0.0) if scale.is_signed else low, high)  # below 0 it is invalid, not good
         self.n_cells = self.n_values = self.n_invalid = self.n_degenerate = self.n_good = self.total = 0
         self.by_status = np.zeros(len(Status), np.int64)
         self.missing = np.zeros(len(Status), np.int64)
@@ -69,7 +71,7 @@ class _Builder:
 
     def _take_back(self, values: Values) -> None:
         """Count cells that are turned inside out in the middle as invalid, whatever their corners say."""
-        self.n_invalid += int(np.count_nonzero(values >= 0))
+        self.n_invalid += int(np.count_nonzero(values >= 0)) if self.scale.is_signed else len(values)
         self.n_degenerate -= int(np.count_nonzero(values == self.scale.flat))
         self.n_good -= self._count_good(values)
 
@@ -79,7 +81,7 @@ class _Builder:
         self.n_values += len(values)
         # Adding 0 turns -0 into 0.
         self.low, self.high = min(self.low, low + 0.0), max(self.high, high + 0.0)
-        if low < 0:
+        if low < 0 and self.scale.is_signed:
             self.n_invalid += int(np.count_nonzero(values < 0))
         if low <= flat <= high:
             self.n_degenerate += int(np.count_nonzero(values == flat))
@@ -100,7 +102,7 @@ class _Builder:
 
     def _count_good(self, values: Values) -> int:
         a, b = self.acceptable
-        return int(np.count_nonzero((values >= max(a, 0)) & (values <= b) & (values != self.scale.flat)))
+        return int(np.count_nonzero((values >= a) & (values <= b) & (values != self.scale.flat)))
 
     def _add_sum(self, values: Values, largest: float) -> None:
         if np.isinf(largest):

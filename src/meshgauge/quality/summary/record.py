@@ -14,6 +14,8 @@ from ...cells import CELL_TYPES, type_name
 from ...kernels.cells.driver import certified_as
 from ...kernels.threads import run
 from ...look import notebook
+from ..metrics import Metric
+from ..metrics import metric as metric_row
 from .builder import tallies
 from .scale import Scale, Values
 from .tally import Tally
@@ -122,7 +124,7 @@ def summarise(
     values: Values,
     status: NDArray[np.uint8],
     types: NDArray[np.uint8],
-    metric: str = "jens",
+    metric: str | Metric = "jens",
     *,
     chunk: int = 1 << 20,
     threads: int | None = None,
@@ -136,7 +138,7 @@ def summarise(
     status, types
         ``(n_cells,)`` uint8: codes of `Status`, VTK ids.
     metric
-        Name of its row.
+        Its name, or its row.
     chunk
         Cells of one partial result. It has no influence on the answer.
     threads
@@ -144,9 +146,12 @@ def summarise(
 
     Raises
     ------
+    MetricError
+        If there is no such metric.
     ValueError
         If the arrays differ in length.
     """
+    row = metric_row(metric)
     if not len(values) == len(status) == len(types):
         raise ValueError(
             f"{len(values)} values, {len(status)} statuses and {len(types)} types, expected as many of each"
@@ -154,9 +159,9 @@ def summarise(
 
     def partial(start: int) -> dict[int, Tally]:
         part = slice(start, start + chunk)
-        return tallies(values[part], status[part], types[part], metric)
+        return tallies(values[part], status[part], types[part], row)
 
-    return Summary(Scale.of(metric), _merged(run(partial, range(0, len(values), chunk), threads)))
+    return Summary(Scale.of(row), _merged(run(partial, range(0, len(values), chunk), threads)))
 
 
 def _merged(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:

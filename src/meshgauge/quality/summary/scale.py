@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import CELL_TYPES
+from ..metrics import Metric
 from ..metrics import metric as metric_row
 
 HALF = 10_000
@@ -25,17 +27,20 @@ class Scale:
     low: float
     high: float
     acceptable: tuple[float, float]
-    flat: float  #: the value of a flat cell: 0, or infinite where lower is better
+    flat: float  #: the value of a flat cell
+    better: Literal["higher", "lower"]
+    is_signed: bool  #: a value below 0 says that the cell is invalid
+    unit: str
 
     @classmethod
-    def of(cls, metric: str, vtk_id: int | None = None) -> Scale:
-        """The scale of a metric by name, for a cell type. Raises `MetricError` if there is no such metric."""
+    def of(cls, metric: str | Metric, vtk_id: int | None = None) -> Scale:
+        """The scale of a metric, by name or row, for a cell type. Raises `MetricError` if there is no such metric."""
         row = metric_row(metric)
         cell = CELL_TYPES.get(vtk_id) if vtk_id is not None else None
         acceptable = row.acceptable
         if cell is not None and cell.shape is not None and row.is_defined_for(cell.shape.name):
             acceptable = row.standard(cell.shape.name).acceptable
-        return cls(row.name, *row.range, acceptable, 0.0 if row.better == "higher" else np.inf)
+        return cls(row.name, *row.range, acceptable, row.flat, row.better, row.is_signed, row.unit)
 
     @property
     def is_bounded(self) -> bool:
