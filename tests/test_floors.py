@@ -12,7 +12,7 @@ import pytest
 PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 
 FLOORS = (
-    ("_version", "errors", "cells", "status", "look"),
+    ("_version", "_lazy", "errors", "cells", "status", "look"),
     ("files",),
     ("kernels",),
     ("mesh",),
@@ -62,6 +62,29 @@ def test_imports_come_from_lower_floors(path: Path) -> None:
     assert imports(path) <= allowed
 
 
+LAZY = {"__init__.py", "mesh/mesh.py", "plot/__init__.py"}
+"""Files that find what they name by `_lazy`: packages whose names load on use, and methods that lead up a floor."""
+
+
+def finds_by_name(path: Path) -> bool:
+    """True if a file uses `_lazy`, or imports a module of ours by a name that is not an import."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and (node.module == "_lazy" or "_lazy" in {a.name for a in node.names}):
+            return True
+        if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in ("import_module", "__import__"):
+            first = node.args[0].values[0] if isinstance(node.args[0], ast.JoinedStr) else node.args[0]
+            text = first.value if isinstance(first, ast.Constant) else ""
+            if not text or text.startswith((".", "meshgauge")):
+                return True
+    return False
+
+
+def test_who_finds_by_name_is_listed() -> None:
+    used = {path.relative_to(PACKAGE).as_posix() for path in FILES if finds_by_name(path)}
+    at_the_top = {name for name in used if name.startswith("cli/")}  # may import whatever there is
+    assert used - at_the_top == LAZY | {"_lazy.py"}
+
+
 def loaded_by(code: str) -> set[str]:
     program = f"import sys; {code}; print(*sorted({{m.split('.')[0] for m in sys.modules}}))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
@@ -76,6 +99,8 @@ HEAVY = {"numba", "vtkmodules", "vtk", "pyvista", "meshio", "h5py", "matplotlib"
     [
         ("import meshgauge", set()),
         ("import meshgauge; meshgauge.Mesh, meshgauge.read, meshgauge.METRICS", set()),
+        ("import meshgauge; meshgauge.check, meshgauge.compare, meshgauge.doctor, meshgauge.io", {"numba"}),
+        ("import meshgauge; meshgauge.io, meshgauge.plot, meshgauge.Polyhedra, meshgauge.regions", set()),
         ("import meshgauge.cli.main", {"typer", "rich"}),
         (
             "import meshgauge; meshgauge.jens([(0,0,0),(1,0,0),(0,1,0),(0,0,1)], [(0,1,2,3)], 'tetra')",

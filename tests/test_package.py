@@ -5,8 +5,10 @@ from __future__ import annotations
 import inspect
 import subprocess
 import sys
+from importlib import import_module
 from importlib.metadata import entry_points, metadata, version
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
@@ -48,6 +50,29 @@ def test_public_names_are_told_by_dir_and_typed() -> None:
     assert [name for name in NAMES if f"import {name} as {name}\n" not in source] == []
     with pytest.raises(AttributeError, match="no_such_name"):
         meshgauge.no_such_name  # noqa: B018  the access is what is tested
+
+
+MODULES = ("check", "compare", "doctor", "io", "plot", "repair")
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_modules_are_there_without_an_import_of_their_own(name: str) -> None:
+    """In a process of its own, where nothing else has imported them."""
+    code = f"import meshgauge; m = meshgauge.{name}; print(m.__name__, *m.__all__)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split()[0] == f"meshgauge.{name}"
+    assert len(done.stdout.split()) > 2
+    assert name in dir(meshgauge)
+    assert f"import {name} as {name}\n" in inspect.getsource(meshgauge), "seen by type checkers"
+
+
+def test_no_folder_has_the_name_of_a_public_function() -> None:
+    folder = Path(meshgauge.__file__).parent
+    taken = {path.stem for path in folder.iterdir() if path.is_dir() or path.suffix == ".py"}
+    assert taken.isdisjoint(NAMES)
+    for package in MODULES:
+        public = import_module(f"meshgauge.{package}").__all__
+        assert {path.name for path in (folder / package).iterdir() if path.is_dir()}.isdisjoint(public), package
 
 
 @pytest.mark.parametrize("name", CALLABLES)

@@ -9,12 +9,18 @@ Importing this loads NumPy only; Numba, VTK and the rest are loaded by what need
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from ._lazy import door
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from . import check as check
+    from . import compare as compare
+    from . import doctor as doctor
+    from . import io as io
+    from . import plot as plot
+    from . import repair as repair
     from .cells import CELL_TYPES as CELL_TYPES
     from .cells import CellType as CellType
     from .cells import Shape as Shape
@@ -31,6 +37,8 @@ if TYPE_CHECKING:
     from .io import write as write
     from .mesh import CellBlock as CellBlock
     from .mesh import Mesh as Mesh
+    from .mesh.polyhedra import Polyhedra as Polyhedra
+    from .mesh.regions import regions as regions
     from .quality.arrays import aspect_ratio_gamma as aspect_ratio_gamma
     from .quality.arrays import jens as jens
     from .quality.arrays import scaled_aspect_ratio_gamma as scaled_aspect_ratio_gamma
@@ -75,6 +83,8 @@ _HOME = {
     "write": "io",
     "CellBlock": "mesh",
     "Mesh": "mesh",
+    "Polyhedra": "mesh.polyhedra",
+    "regions": "mesh.regions",
     "METRICS": "quality.metrics",
     "Metric": "quality.metrics",
     "Quality": "quality.measure",
@@ -90,16 +100,9 @@ _HOME = {
 }
 """The module of each public name."""
 
+_MODULES = ("check", "compare", "doctor", "io", "plot", "repair")
+"""Modules with public names of their own."""
+
 __all__ = ["__version__", *_HOME]
 
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(import_module(f".{_HOME[name]}", __name__), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = door(__name__, _HOME, _MODULES)

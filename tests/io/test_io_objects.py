@@ -9,10 +9,12 @@ import pytest
 from io_meshes import assert_same_cells, assert_same_data, mesh_of
 
 from meshgauge import io
-from meshgauge.errors import MeshError, ReadError
+from meshgauge.cells import BY_NAME
+from meshgauge.errors import MeshError, ReadError, WriteError
 from meshgauge.io.plumbing import meshio as bridge
 from meshgauge.io.plumbing import vtk
-from meshgauge.mesh import Mesh
+from meshgauge.mesh import CellBlock, Mesh
+from meshgauge.mesh.regions import regions
 
 pv = pytest.importorskip("pyvista")
 meshio = pytest.importorskip("meshio")
@@ -26,16 +28,34 @@ def test_pyvista_grid(loaded: Mesh, polyhedral: Mesh) -> None:
         assert_same_data(mesh, back)
 
 
-def test_pyvista_arrays_are_shared_and_outlive_the_grid() -> None:
+def test_a_mesh_outlives_the_grid_it_was_made_of() -> None:
     grid = pv.ImageData(dimensions=(20, 20, 20)).cast_to_structured_grid().cast_to_unstructured_grid()
     points = grid.points.copy()
     mesh = io.from_pyvista(grid)
-    assert np.shares_memory(mesh.points, grid.points)
-    assert np.shares_memory(mesh.connectivity, grid.cell_connectivity)
     del grid
     gc.collect()
     np.testing.assert_array_equal(mesh.points, points)
-    assert not mesh.points.flags.writeable
+
+
+def test_objects_and_back(loaded: Mesh, polyhedral: Mesh) -> None:
+    for mesh in (loaded, polyhedral):
+        back = io.from_pyvista(mesh.to_pyvista())
+        assert_same_cells(mesh, back)
+        assert_same_data(mesh, back)
+    loaded = loaded[loaded.types != BY_NAME["voxel"].vtk_id]  # which meshio has as a hexahedron
+    back = io.from_meshio(loaded.to_meshio())
+    assert_same_cells(loaded, back)
+    assert_same_data(loaded, back)
+    with pytest.raises(WriteError, match="polyhedron"):
+        polyhedral.to_meshio()
+
+
+def test_named_blocks_are_regions_of_the_objects() -> None:
+    parts = (CellBlock("steel", 0, 2), CellBlock("glue", 2, 4))
+    mesh = mesh_of("tetra", "wedge").replace(blocks=parts)
+    for back in (io.from_pyvista(mesh.to_pyvista()), io.from_meshio(mesh.to_meshio())):
+        ids, names = regions(back)
+        assert np.array(names)[ids].tolist() == ["steel", "steel", "glue", "glue"]
 
 
 def test_fixed_size_cell_arrays() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..cells import type_name
 from ..mesh import Mesh
-from ..mesh.cast import read_only
+from ..mesh.cast import frozen, read_only
 from ..quality.measure import Quality, measure
 from .orientation import Orientation, orientation
 from .points import duplicates, representatives
@@ -91,7 +91,7 @@ def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]
     changes = Changes(read_only(renumbered), read_only(remaining), before, tuple(texts))
     if len(renumbered) == 0:
         return mesh, changes
-    return mesh.replace(connectivity=connectivity, notes=(*mesh.notes, *texts)), changes
+    return mesh.replace(connectivity=frozen(connectivity), notes=(*mesh.notes, *texts)), changes
 
 
 def _orientation(mesh: Mesh, quality: Quality) -> Orientation:

@@ -75,6 +75,7 @@ def mesh() -> Mesh:
             "gmsh:physical": np.concatenate(groups),
         },
         field_data=_group_names(gmsh),
+        copy=False,
     )
 
 

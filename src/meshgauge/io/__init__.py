@@ -8,21 +8,18 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from ..errors import MeshError, ReadError, WriteError
+from ..errors import WriteError
 from ..files import sources
 from ..files.output import STANDARD_OUTPUT, replacing
 from ..mesh import Mesh
-from ..mesh.regions import named_blocks
 from . import registry
+from .objects import from_meshio, from_pyvista
 from .plumbing import files
 from .plumbing.format import Format
 from .plumbing.isolate import Limits
 from .plumbing.wedge_order import WEDGE_ORDERS, check_order, normalise
-from .plumbing.writing import REGION
+from .plumbing.writing import with_regions
 from .registry import FORMATS, format_named
 
 __all__ = [
@@ -123,7 +120,7 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
     _check_sources(target, mesh, overwrite=overwrite)
     with replacing(target, overwrite=overwrite) as beside:
         try:
-            return chosen.write(beside, _with_regions(mesh))
+            return chosen.write(beside, with_regions(mesh))
         except WriteError as error:
             message = str(error).removeprefix(f"{beside}: ").replace(str(beside), str(target))
             raise WriteError(f"{target}: {message}") from error
@@ -134,18 +131,6 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
         except Exception as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise WriteError(f"{target}: cannot be written as {chosen.title}: {reason}") from error
-
-
-def _with_regions(mesh: Mesh) -> Mesh:
-    """Blocks with names of their own also as cell data, which more formats hold: numbers from 1 and their names."""
-    found = named_blocks(mesh)
-    if found is None or REGION in mesh.cell_data:
-        return mesh
-    ids, names = found
-    return mesh.replace(
-        cell_data={**mesh.cell_data, REGION: (ids + 1).astype(np.int32)},
-        field_data={**mesh.field_data, f"{REGION}:names": np.array(names)},
-    )
 
 
 def _check_sources(target: Path, mesh: Mesh, *, overwrite: bool) -> None:
@@ -162,30 +147,3 @@ def _same_file(a: Path, b: Path) -> bool:
         return a.samefile(b)
     except OSError:  # one of them does not exist
         return False
-
-
-def from_pyvista(grid: Any, *, wedge_order: str = "auto") -> Mesh:
-    """A mesh from a PyVista or VTK data set; a composite one gives a block for each leaf.
-
-    Arrays are shared, not copied, where the layout allows: do not change the grid in place afterwards.
-    Raises `ReadError` if it is no data set and `MeshError` if its arrays do not make a mesh.
-    """
-    from .plumbing import vtk
-
-    check_order(wedge_order)
-    if not hasattr(grid, "IsA"):
-        raise ReadError(f"a {type(grid).__name__} is not a PyVista or VTK data set")
-    return normalise(vtk.mesh(grid), wedge_order)
-
-
-def from_meshio(mesh: Any, *, wedge_order: str = "auto") -> Mesh:
-    """A mesh from a meshio mesh: its blocks in their order.
-
-    Raises `MeshError` if it has cells of a type that is not known or its arrays do not make a mesh.
-    """
-    from .plumbing import meshio
-
-    check_order(wedge_order)
-    if not hasattr(mesh, "cells") or not hasattr(mesh, "points"):
-        raise MeshError(f"a {type(mesh).__name__} is not a meshio mesh")
-    return normalise(meshio.mesh(mesh), wedge_order)

@@ -23,9 +23,66 @@ def read_only(array: NDArray[Any]) -> NDArray[Any]:
     return view
 
 
+def frozen(array: NDArray[Any]) -> NDArray[Any]:
+    """The array itself, read-only from now on, and so is what it is a view of."""
+    held: Any = array
+    while isinstance(held, np.ndarray):
+        held.flags.writeable = False
+        held = held.base
+    return array
+
+
+def is_frozen(array: NDArray[Any]) -> bool:
+    """True if nobody can write to the array: it is read-only, and so is what it is a view of."""
+    held: Any = array
+    while isinstance(held, np.ndarray):
+        if held.flags.writeable:
+            return False
+        held = held.base
+    try:
+        return held is None or memoryview(held).readonly
+    except TypeError:  # memory of another library, which may write to it
+        return False
+
+
+def owned(array: NDArray[Any], given: object, *, copy: bool) -> NDArray[Any]:
+    """``array``, which was made of what a caller gave, as one that nobody can write to.
+
+    With ``copy`` it is copied where the caller, or anybody else, could still write to its memory.
+    """
+    if copy and not is_frozen(array):
+        is_new = (
+            not np.may_share_memory(array, given) if isinstance(given, np.ndarray) else type(given) in (list, tuple)
+        )
+        array = array if is_new else array.copy()
+    return frozen(array)
+
+
+def plain(values: ArrayLike, what: str) -> NDArray[Any]:
+    """Any array; masked values become NaN. Raises `MeshError` for rows of different lengths, and for masked text."""
+    try:
+        array = np.asarray(values)
+    except (ValueError, TypeError) as error:
+        raise MeshError(f"{what} do not make an array: {_sentence(error)}") from None
+    if not np.ma.is_masked(values):
+        return array
+    if array.dtype.kind not in "fiub":
+        raise MeshError(f"{what} (of type {array.dtype}) have masked values, which only numbers may have")
+    numbers = array.astype(array.dtype if array.dtype.kind == "f" else np.float64)
+    numbers[np.ma.getmaskarray(values)] = np.nan  # type: ignore[arg-type]  # it is a masked array
+    return numbers
+
+
+def _sentence(error: Exception) -> str:
+    return " ".join(str(error).split()).rstrip(".")
+
+
 def points(values: ArrayLike) -> NDArray[np.floating]:
-    """``(n, 3)`` C-contiguous float32 or float64 in native byte order; other real types become float64."""
-    array = np.asarray(values)
+    """``(n, 3)`` C-contiguous float32 or float64 in native byte order; other real types become float64.
+
+    Masked coordinates become NaN.
+    """
+    array = plain(values, "points")
     if array.ndim != 2 or array.shape[1] != 3:
         if array.size == 0:
             raise MeshError("no points")
@@ -36,9 +93,21 @@ def points(values: ArrayLike) -> NDArray[np.floating]:
     return read_only(np.ascontiguousarray(array, dtype=dtype))
 
 
+def types(values: ArrayLike) -> NDArray[np.uint8]:
+    """``(n_cells,)`` VTK ids of cell types as uint8."""
+    array = unmasked(values, "types")
+    if array.ndim != 1:
+        raise MeshError(f"types have shape {array.shape}, expected one dimension")
+    if array.dtype == np.uint8 or not array.size:
+        return np.ascontiguousarray(array, np.uint8)
+    if array.dtype.kind not in "iu" or int(array.min()) < 0 or int(array.max()) > 255:
+        raise MeshError(f"types (of type {array.dtype}) are not VTK ids from 0 to 255")
+    return np.ascontiguousarray(array, np.uint8)
+
+
 def indices(values: ArrayLike, what: str) -> IndexArray:
     """One-dimensional C-contiguous int32 or int64; other integer types become int64."""
-    array = np.asarray(values)
+    array = unmasked(values, what)
     if array.ndim != 1:
         raise MeshError(f"{what} has shape {array.shape}, expected one dimension")
     return read_only(_integers(array, what))
@@ -46,7 +115,7 @@ def indices(values: ArrayLike, what: str) -> IndexArray:
 
 def connectivity(values: ArrayLike, row: CellType) -> IndexArray:
     """``(n_cells, n_nodes)`` C-contiguous int32 or int64 with the right number of nodes for the type."""
-    array = np.asarray(values)
+    array = unmasked(values, f"connectivity of {row.name}")
     if array.size == 0 and array.ndim < 2:
         array = np.empty((0, row.n_nodes or 0), np.int64)
     least = row.shape.n_nodes if row.shape is not None else 1
@@ -115,6 +184,19 @@ def _check_sizes(all_types: NDArray[np.uint8], offsets: IndexArray, start: int) 
         raise MeshError(f"cell {start + at} ({name}) has {size} nodes, expected {wanted}")
 
 
+def owned_polyhedra(poly: Polyhedra, *, copy: bool) -> Polyhedra:
+    """Polyhedra whose arrays are of the right types and nobody can write to."""
+
+    def ids(name: str) -> IndexArray:
+        given = getattr(poly, name)
+        return owned(indices(given, f"polyhedra: {name}"), given, copy=copy)
+
+    flipped = poly.flipped
+    if flipped is not None:
+        flipped = owned(np.ascontiguousarray(flipped, np.bool_), flipped, copy=copy)
+    return Polyhedra(ids("cell_offsets"), ids("cell_faces"), ids("face_offsets"), ids("face_points"), flipped)
+
+
 def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
     """Raise `MeshError` unless faces and points of the polyhedra are in range."""
     if len(poly.cell_offsets) != n_cells + 1:
@@ -130,6 +212,14 @@ def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
     if poly.cell_faces.size and (int(poly.cell_faces.min()) < 0 or int(poly.cell_faces.max()) >= poly.n_faces):
         raise MeshError(f"polyhedra: a face id is outside 0..{poly.n_faces - 1}")
     check_ids(np.ascontiguousarray(poly.face_points), n_points, "polyhedra: faces")
+
+
+def unmasked(values: ArrayLike, what: str) -> NDArray[Any]:
+    """An array of ids, of which none is masked."""
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
+        at = tuple(int(axis[0]) for axis in np.nonzero(np.ma.getmaskarray(values)))
+        raise MeshError(f"{what}: the id at {at if len(at) > 1 else at[0]} is masked")
+    return plain(values, what)
 
 
 def _integers(array: NDArray[Any], what: str) -> IndexArray:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import InitVar, dataclass, field, fields, replace
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._lazy import find
 from ..cells import CELL_TYPES, CellType, cell_type, type_name
 from ..errors import MeshError
 from ..look import notebook
@@ -29,6 +30,9 @@ GHOST_TYPE = "vtkGhostType"
 GHOST_BITS = 1 | 32
 """Of `GHOST_TYPE`: a duplicate, a hidden cell."""
 
+_ARRAYS = ("points", "types", "offsets", "connectivity")
+_DATA = ("point_data", "cell_data", "field_data")
+
 
 @dataclass(frozen=True, slots=True)
 class CellBlock:
@@ -41,9 +45,16 @@ class CellBlock:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh:
-    """Points and cells of any type, as flat read-only arrays in file order.
+    """Points and cells of any type, as flat read-only arrays in file order. Nothing changes a mesh once it is made.
 
-    Make one with `meshgauge.read`, `meshgauge.from_pyvista`, `meshgauge.from_meshio` or `Mesh.from_arrays`.
+    Make one with `meshgauge.read`, `meshgauge.from_pyvista`, `meshgauge.from_meshio` or `Mesh.from_arrays`. Arrays are
+    copied, but for those that nobody can write to (``array.flags.writeable`` is False, also of what it is a view of).
+    ``Mesh(..., copy=False)`` takes them all as they are, and makes them read-only: for arrays that nobody else holds.
+
+    Raises
+    ------
+    MeshError
+        If the arrays do not make a mesh: wrong shape or type, a point id out of range, a wrong number of nodes.
 
     Attributes
     ----------
@@ -88,13 +99,17 @@ class Mesh:
     purpose: Purpose = "fem"
     stored: Precision | None = None
     sources: tuple[str, ...] = ()
+    copy: InitVar[bool] = field(default=True, kw_only=True)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, copy: bool) -> None:
         put = object.__setattr__
-        put(self, "points", cast.points(self.points))
-        put(self, "types", cast.read_only(np.ascontiguousarray(self.types, dtype=np.uint8)))
-        put(self, "offsets", cast.indices(self.offsets, "offsets"))
-        put(self, "connectivity", cast.indices(self.connectivity, "connectivity"))
+        for name, array in (
+            ("points", cast.points(self.points)),
+            ("types", cast.types(self.types)),
+            ("offsets", cast.indices(self.offsets, "offsets")),
+            ("connectivity", cast.indices(self.connectivity, "connectivity")),
+        ):
+            put(self, name, cast.owned(array, getattr(self, name), copy=copy))
         if self.stored is None:
             put(self, "stored", "single" if self.points.dtype == np.float32 else "double")
         for what, value, known in (("purpose", self.purpose, Purpose), ("stored", self.stored, Precision)):
@@ -102,11 +117,11 @@ class Mesh:
                 raise MeshError(f"{what} is {value!r}, expected one of {', '.join(get_args(known))}")
         cast.check_cells(self.types, self.offsets, self.connectivity, len(self.points))
         if self.polyhedra is not None:
+            put(self, "polyhedra", cast.owned_polyhedra(self.polyhedra, copy=copy))
             cast.check_polyhedra(self.polyhedra, self.n_cells, len(self.points))
-        if not self.blocks:
-            put(self, "blocks", (CellBlock("", 0, self.n_cells),))
-        for name, n in (("point_data", self.n_points), ("cell_data", self.n_cells), ("field_data", None)):
-            put(self, name, _frozen_data(getattr(self, name), name, n))
+        put(self, "blocks", _checked_blocks(self.blocks, self.n_cells))
+        for name, n in zip(_DATA, (self.n_points, self.n_cells, None), strict=True):
+            put(self, name, _owned_data(getattr(self, name), name, n, copy=copy))
 
     @classmethod
     def from_arrays(
@@ -123,8 +138,13 @@ class Mesh:
         >>> mesh = meshgauge.Mesh.from_arrays(
         ...     [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [("tetra", [(0, 1, 2, 3)])])
 
-        Wedges must have the normal of (0, 1, 2) pointing to (3, 4, 5). Raises `MeshError` where the arrays
-        do not make a mesh.
+        Wedges must have the normal of (0, 1, 2) pointing to (3, 4, 5). Masked coordinates and data become NaN. The mesh
+        shares no memory with the arrays.
+
+        Raises
+        ------
+        MeshError
+            If the arrays do not make a mesh, an id is masked, or rows differ in length.
         """
         pairs = list(cells.items()) if isinstance(cells, Mapping) else list(cells)
         types, sizes, nodes, blocks, start = [], [], [], [], 0
@@ -144,13 +164,14 @@ class Mesh:
         if sizes:
             np.cumsum(np.concatenate(sizes), out=offsets[1:])
         return cls(
-            points=np.asarray(points),
+            points=cast.owned(cast.points(points), points, copy=True),
             types=np.concatenate(types) if types else np.empty(0, np.uint8),
             offsets=offsets,
             connectivity=np.concatenate(nodes) if nodes else np.empty(0, np.int64),
             blocks=tuple(blocks),
-            point_data={k: np.asarray(v) for k, v in (point_data or {}).items()},
-            cell_data={k: np.asarray(v) for k, v in (cell_data or {}).items()},
+            point_data=_owned_data(point_data or {}, "point_data", None, copy=True),
+            cell_data=_owned_data(cell_data or {}, "cell_data", None, copy=True),
+            copy=False,
         )
 
     @property
@@ -203,9 +224,51 @@ class Mesh:
         is_ghost = np.asarray(marks.astype(np.uint8, copy=False) & GHOST_BITS, np.bool_)
         return is_ghost if is_ghost.any() else None
 
+    def __getitem__(self, cells: ArrayLike | slice) -> Mesh:
+        """A mesh of some cells: a mask ``(n_cells,)``, ids (negative ones count from the end), one id, or a slice.
+
+        As PyVista's ``extract_cells``: cells stay in the order of this mesh, each once, whatever the order of the ids;
+        points that no cell needs are left out, the others keep their order. Data, blocks (hence regions), polyhedra and
+        notes follow.
+
+        Raises
+        ------
+        MeshError
+            If an id is out of range, a mask has another length, or it is neither ids nor a mask.
+        """
+        from .subset import subset
+
+        return subset(self, cells)
+
+    __iter__ = None  # a mesh of one cell for each cell is never what is meant
+
     def replace(self, **changes: Any) -> Mesh:
-        """A new mesh with some attributes changed."""
-        return replace(self, **changes)
+        """A new mesh with some attributes changed. New arrays are copied as when a mesh is made; the others are shared.
+
+        Raises `MeshError` if they do not fit.
+        """
+        for name, value in changes.items():
+            if name in _ARRAYS:
+                changes[name] = cast.owned(cast.plain(value, name), value, copy=True)
+            elif name in _DATA:
+                changes[name] = _owned_data(value, name, None, copy=True)
+        if changes.get("polyhedra") is not None:
+            changes["polyhedra"] = cast.owned_polyhedra(changes["polyhedra"], copy=True)
+        return replace(self, **changes, copy=False)
+
+    def to_pyvista(self) -> Any:
+        """As a `pyvista.UnstructuredGrid` with all data, which shares no memory with the mesh.
+
+        Regions given by named blocks become cell data, as in files. Data that VTK cannot hold are left out.
+        """
+        return find("io.objects", "to_pyvista")(self)
+
+    def to_meshio(self) -> Any:
+        """As a `meshio.Mesh`: a block for each run of cells of one type; shares no memory with the mesh.
+
+        Raises `WriteError` if a cell has no type in meshio.
+        """
+        return find("io.objects", "to_meshio")(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Mapping proxies cannot be pickled, and arrays come back writeable: made anew, both are as they were.
@@ -233,15 +296,33 @@ class Mesh:
         return notebook.block(f"Mesh{where}", notebook.table((), rows), *data, *self.notes)
 
 
+# The default of the parameter is left on the class, where ``mesh.copy`` would be True and no method.
+delattr(Mesh, "copy")
+
+
 def _restored(state: dict[str, Any]) -> Mesh:
-    return Mesh(**state)
+    return Mesh(**state, copy=False)
 
 
-def _frozen_data(data: Mapping[str, Any], name: str, n: int | None) -> Mapping[str, NDArray[Any]]:
-    frozen = {}
+def _checked_blocks(blocks: Sequence[CellBlock], n_cells: int) -> tuple[CellBlock, ...]:
+    """The blocks, or one of all cells if there are none."""
+    end = 0
+    for block in blocks:
+        if block.start != end or block.stop < block.start:
+            raise MeshError(
+                f"block {block.name!r} is of cells {block.start} to {block.stop}, expected it to start at {end}"
+            )
+        end = block.stop
+    if blocks and end != n_cells:
+        raise MeshError(f"the blocks end at cell {end}, expected {n_cells}")
+    return tuple(blocks) or (CellBlock("", 0, n_cells),)
+
+
+def _owned_data(data: Mapping[str, Any], name: str, n: int | None, *, copy: bool) -> Mapping[str, NDArray[Any]]:
+    owned = {}
     for key, values in data.items():
-        array = np.asarray(values)
+        array = cast.plain(values, f"{name}[{key!r}]")
         if n is not None and (array.ndim == 0 or len(array) != n):
             raise MeshError(f"{name}[{key!r}] has shape {array.shape}, expected {n} rows")
-        frozen[str(key)] = cast.read_only(array)
-    return MappingProxyType(frozen)
+        owned[str(key)] = cast.owned(array, values, copy=copy)
+    return MappingProxyType(owned)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -85,6 +85,10 @@ class Polyhedra:
             face_points=face_points,
             flipped=order >= len(owners),
         )
+
+    def with_points(self, new_id: IndexArray) -> Polyhedra:
+        """The same with other point ids: ``new_id[p]`` in place of ``p``."""
+        return replace(self, face_points=new_id[self.face_points])
 
     def with_own_faces(self) -> Polyhedra:
         """The same with a face of its own, outward, for each entry of ``cell_faces``: what VTK's files expect."""

@@ -13,7 +13,8 @@ from ..kernels.topology import driver
 from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .cast import read_only
 from .mesh import Mesh
-from .polyhedra import IndexArray, Polyhedra, ragged
+from .polyhedra import IndexArray, ragged
+from .subset import with_all_points
 
 __all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
 
@@ -135,7 +136,7 @@ def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:
         is_near[poly.face_points[ragged(starts, poly.face_offsets[left + 1] - starts)]] = True
         ends = np.concatenate([[0], np.cumsum(is_near[mesh.connectivity])])[mesh.offsets]
         near = np.flatnonzero(np.diff(ends) >= 3)
-        matched = topology(_part(mesh, near))
+        matched = topology(with_all_points(mesh, near))
         is_poly = mesh.types[near[matched.cells]] == POLYHEDRON.vtk_id
         has_mate = np.zeros(len(poly.cell_faces), np.bool_)
         some = near[mesh.types[near] == POLYHEDRON.vtk_id]
@@ -143,33 +144,6 @@ def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:
         has_mate[ragged(firsts, poly.cell_offsets[some + 1] - firsts)] = matched.mates[is_poly] >= 0
         inner |= has_mate[entries]
     return inner
-
-
-def _part(mesh: Mesh, cells: NDArray[np.int64]) -> Mesh:
-    """Some cells of a mesh, which has polyhedra."""
-    poly = mesh.polyhedra
-    assert poly is not None
-
-    def rows(offsets: IndexArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        starts = offsets[cells].astype(np.int64)
-        sizes = offsets[cells + 1].astype(np.int64) - starts
-        return np.concatenate([[0], np.cumsum(sizes)]), ragged(starts, sizes)
-
-    offsets, nodes = rows(mesh.offsets)
-    cell_offsets, half_faces = rows(poly.cell_offsets)
-    return Mesh(
-        points=mesh.points,
-        types=mesh.types[cells],
-        offsets=offsets,
-        connectivity=mesh.connectivity[nodes],
-        polyhedra=Polyhedra(
-            cell_offsets,
-            poly.cell_faces[half_faces],
-            poly.face_offsets,
-            poly.face_points,
-            None if poly.flipped is None else poly.flipped[half_faces],
-        ),
-    )
 
 
 @cache

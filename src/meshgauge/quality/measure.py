@@ -19,7 +19,7 @@ from ..kernels.threads import run
 from ..look import notebook
 from ..look.bands import POOR
 from ..mesh import CellIds, Mesh, connectivity
-from ..mesh.cast import read_only
+from ..mesh.cast import frozen
 from ..mesh.topology import inner_faces
 from ..status import STATUSES, Status, is_unmeasured
 from . import evaluate, validity
@@ -111,7 +111,7 @@ class Quality:
                 for part in connectivity.chunks(cells):
                     at = connectivity.positions(self.mesh, row, part)
                     out[at] = aggregate.jens(values[at], row.shape.k)
-        out = read_only(out)
+        out = frozen(out)
         return out if self.polyhedra is None else self._with_polyhedra(out, self.polyhedra.node_jens)
 
     @cached_property
@@ -145,7 +145,7 @@ class Quality:
         """Node values with those of the polyhedra put in."""
         assert self.polyhedra is not None
         found = self.polyhedra.along(self.mesh.offsets, self.mesh.connectivity, of_nodes)
-        return read_only(np.where(np.isnan(found), values, found))
+        return frozen(np.where(np.isnan(found), values, found))
 
     def values_of(self, name: str) -> Values:
         """``(n_cells,)`` values of a metric. Raises `MetricError` if it was not measured."""
@@ -307,9 +307,9 @@ def measure(mesh: Mesh, *, metrics: str | Metric | Iterable[str | Metric] = (), 
         values[one.name][is_unmeasured(status)] = np.nan
     return Quality(
         mesh=mesh,
-        values=read_only(values[JENS]),
-        status=read_only(status),
-        metrics=MappingProxyType({name: read_only(array) for name, array in values.items()}),
+        values=frozen(values[JENS]),
+        status=frozen(status),
+        metrics=MappingProxyType({name: frozen(array) for name, array in values.items()}),
         polyhedra=polyhedra,
         rows=MappingProxyType(rows),
     )
@@ -369,7 +369,7 @@ def _node_values(mesh: Mesh, threads: int | None) -> Values:
             out[connectivity.positions(mesh, row, part)] = some.node_scaled_jacobian() + 0.0
 
         run(work, connectivity.chunks(cells), threads)
-    return read_only(out)
+    return frozen(out)
 
 
 def _worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) -> Values:
@@ -381,7 +381,7 @@ def _worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) -
         with np.errstate(invalid="ignore"):  # NaN is to stay NaN
             np.minimum.at(worst, mesh.connectivity[here][measured], values[here][measured])
     worst[np.isinf(worst)] = np.nan
-    return read_only(worst)
+    return frozen(worst)
 
 
 def _lowest(values: Values, n: int) -> NDArray[np.int64]:

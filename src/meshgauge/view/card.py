@@ -84,6 +84,7 @@ def _node_values(model: Model, cell: int) -> NDArray[np.float64]:
         types=mesh.types[cell : cell + 1],
         offsets=np.array([0, len(nodes)]),
         connectivity=np.arange(len(nodes)),
+        copy=False,
     )
     return measure(alone).node_jens
 

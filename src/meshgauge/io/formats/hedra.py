@@ -41,7 +41,7 @@ def read(path: Path) -> Mesh:
     _in_range(text, face_points, n_points, "a face refers to point")
     _in_range(text, np.abs(signed), n_faces, "a cell refers to face")
     found = face_based.solids(face_based.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points)
-    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path))
+    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path), copy=False)
 
 
 def _checked(text: Text, rows: Ragged, what: str, first: int) -> Ragged:

@@ -84,6 +84,7 @@ def read(path: Path) -> Mesh:
         cell_data={"mfem:attribute": values},
         path=str(path),
         notes=("The elements are curved: their corners were read.",) if curved else (),
+        copy=False,
     )
 
 

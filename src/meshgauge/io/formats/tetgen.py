@@ -108,6 +108,7 @@ def read_tetgen(path: Path) -> Mesh:
         cell_data={"tetgen:attribute": values[:, 0] if n_more == 1 else values} if n_more else {},
         path=str(path),
         notes=("Nodes at the middle of edges are in TetGen's order.",) if n_nodes == 10 and n else (),
+        copy=False,
     )
 
 
@@ -126,7 +127,7 @@ def read_rf(path: Path) -> Mesh:
     ids = _places(ele, index, values[face_based.spans(first, sizes)])
     faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(first)), face_based.offsets_of(sizes), ids)
     found = face_based.solids(faces, points)
-    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path))
+    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path), copy=False)
 
 
 def _walked(

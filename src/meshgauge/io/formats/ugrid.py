@@ -70,7 +70,9 @@ def read(path: Path) -> Mesh:
     cells = gathered(ids, np.cumsum(sizes) - sizes, codes, dict(enumerate(_KINDS)))
     ref = np.zeros(len(codes), np.int32)
     ref[: len(tags)] = tags
-    return Mesh(points, cells.types, cells.offsets, cells.connectivity, cell_data={REF: ref}, path=str(path))
+    return Mesh(
+        points, cells.types, cells.offsets, cells.connectivity, cell_data={REF: ref}, path=str(path), copy=False
+    )
 
 
 _Found = tuple[NDArray[np.floating], list[Ints], Ints]

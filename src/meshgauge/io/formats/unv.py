@@ -181,7 +181,7 @@ def _mesh(found: _Found, path: Path) -> Mesh:
             member = np.zeros(len(heads), np.uint8)
             member[at[at >= 0]] = 1
             data[name] = member
-    return Mesh(points, cells.types, cells.offsets, cells.connectivity, cell_data=data, path=str(path))
+    return Mesh(points, cells.types, cells.offsets, cells.connectivity, cell_data=data, path=str(path), copy=False)
 
 
 UNV = Format("unv", "I-DEAS universal", (".unv",), sniff, read, by_content=False)

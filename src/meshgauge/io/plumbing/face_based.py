@@ -314,6 +314,7 @@ def mesh(
         blocks=tuple(blocks),
         path=str(path),
         notes=tuple(notes),
+        copy=False,
     )
 
 

@@ -101,4 +101,5 @@ def _mesh(data: NDArray[np.uint8], head: dict[str, Any], path: str) -> Mesh:
         notes=tuple(head["notes"]),
         sources=tuple(head["sources"]),
         **{name: head[name] for name in _WORDS},
+        copy=False,
     )

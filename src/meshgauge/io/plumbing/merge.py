@@ -75,6 +75,7 @@ def merged(
         field_data=fields,
         path=str(path) if path is not None else None,
         notes=tuple(dict.fromkeys(note for p in parts for note in p.notes)),
+        copy=False,
     )
 
 

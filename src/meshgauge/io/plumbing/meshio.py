@@ -129,8 +129,11 @@ def name_of(cell: CellType) -> str:
     return {11: "hexahedron", 8: "quad"}.get(cell.vtk_id, cell.name)
 
 
-def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = ()) -> Mesh:
-    """A meshio mesh as a `Mesh`: its blocks in their order, its data, its cell sets as data of 0 and 1."""
+def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = (), *, copy: bool = False) -> Mesh:
+    """A meshio mesh as a `Mesh`: its blocks in their order, its data, its cell sets as data of 0 and 1.
+
+    Without ``copy`` nobody else may hold its arrays.
+    """
     points = np.asarray(source.points)
     if points.ndim == 2 and points.shape[1] < 3:
         points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
@@ -173,6 +176,7 @@ def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = ()) -> Me
         field_data={k: _plain(v) for k, v in (source.field_data or {}).items() if k != _OWN_LIST},
         path=str(path) if path is not None else None,
         notes=(*notes, *kept, *more),
+        copy=copy,
     )
 
 

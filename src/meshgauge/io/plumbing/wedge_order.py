@@ -17,6 +17,7 @@ from ...cells import CELL_TYPES, IS_SOLID, WEDGE, CellType
 from ...errors import ReadError
 from ...look.style import plural
 from ...mesh import Mesh
+from ...mesh.cast import frozen
 
 WedgeOrder = Literal["auto", "gmsh", "vtk-legacy"]
 WEDGE_ORDERS: tuple[str, ...] = get_args(WedgeOrder)
@@ -233,7 +234,7 @@ def _turned(mesh: Mesh, cells: Ids, why: str) -> Mesh:
     note = f"{plural(len(cells), 'wedge')} {was} turned from VTK's documented order into ours, {why}."
     if corners_only:
         note += f" Of {corners_only} curved ones only the corners were turned."
-    return mesh.replace(connectivity=connectivity, notes=(*mesh.notes, note))
+    return mesh.replace(connectivity=frozen(connectivity), notes=(*mesh.notes, note))
 
 
 @cache

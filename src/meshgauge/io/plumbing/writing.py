@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME, type_name
 from ...errors import WriteError
 from ...mesh import Mesh
+from ...mesh.cast import frozen
+from ...mesh.regions import named_blocks
 
 Ints = NDArray[np.int64]
 
@@ -30,7 +32,19 @@ def plain(mesh: Mesh) -> Mesh:
         at = mesh.offsets[cells][:, None]
         connectivity[at + np.arange(len(order))] = mesh.connectivity[at + np.array(order)]
         types[cells] = BY_NAME[name].vtk_id
-    return mesh.replace(types=types, connectivity=connectivity)
+    return mesh.replace(types=frozen(types), connectivity=frozen(connectivity))
+
+
+def with_regions(mesh: Mesh) -> Mesh:
+    """Blocks with names of their own also as cell data, which more formats hold: numbers from 1 and their names."""
+    found = named_blocks(mesh)
+    if found is None or REGION in mesh.cell_data:
+        return mesh
+    ids, names = found
+    return mesh.replace(
+        cell_data={**mesh.cell_data, REGION: (ids + 1).astype(np.int32)},
+        field_data={**mesh.field_data, f"{REGION}:names": np.array(names)},
+    )
 
 
 def check_types(mesh: Mesh, known: Iterable[str]) -> None:

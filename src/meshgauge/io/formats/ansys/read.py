@@ -254,6 +254,7 @@ def _mesh(found: _Found, path: Path) -> Mesh:
         cell_data=data,
         path=str(path),
         notes=(*notes, *more),
+        copy=False,
     )
 
 

@@ -87,6 +87,7 @@ def read(path: Path, data: bytes) -> Mesh:
         field_data=found.names,
         path=str(path),
         notes=tuple(found.notes),
+        copy=False,
     )
 
 

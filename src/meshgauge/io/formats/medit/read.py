@@ -142,6 +142,7 @@ def _mesh(
         cell_data={REF: refs} if len(refs) else {},
         path=str(path),
         notes=(*curved, *notes),
+        copy=False,
     )
 
 

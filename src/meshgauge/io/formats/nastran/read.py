@@ -172,6 +172,7 @@ def _mesh(found: _Found, path: Path) -> Mesh:
         cell_data=data,
         path=str(path),
         notes=tuple(_notes(found)),
+        copy=False,
     )
 
 

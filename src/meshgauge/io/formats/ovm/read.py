@@ -108,6 +108,7 @@ def _mesh(found: Content, path: Path) -> Mesh:
         cell_data=found.cell_data,
         path=str(path),
         notes=notes,
+        copy=False,
     )
 
 

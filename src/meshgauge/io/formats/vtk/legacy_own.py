@@ -140,7 +140,7 @@ def _mesh(source: _Source, version: int, path: Path) -> Mesh:
     if len(connectivity) and not 0 <= int(connectivity.min()) <= int(connectivity.max()) < len(points):
         raise _Unknown
     return Mesh(points, types, offsets, connectivity, point_data=data[b"POINT_DATA"], cell_data=data[b"CELL_DATA"],
-                field_data=data[b""], path=str(path))  # fmt: skip
+                field_data=data[b""], path=str(path), copy=False)  # fmt: skip
 
 
 def _lists(source: _Source, words: list[bytes]) -> tuple[NDArray[Any], NDArray[Any]]:

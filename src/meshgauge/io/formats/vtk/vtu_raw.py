@@ -177,6 +177,7 @@ def _mesh(root: ElementTree.Element, data: _Appended) -> Mesh:
         cell_data=_named(piece, "CellData", data, n_cells),
         field_data=_named(grid, "FieldData", data, None),
         path=str(data.path),
+        copy=False,
     )
 
 
