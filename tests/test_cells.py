@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from itertools import combinations, pairwise
-from math import cos, pi, radians, sin, sqrt
+from math import comb, cos, pi, prod, radians, sin, sqrt
 
 import numpy as np
 import oracle
@@ -223,6 +223,69 @@ def test_vtks_own_cell_is_right_handed_at_our_corners(row: CellType) -> None:
         return
     linear = _parametric(vtk_cell(BY_NAME[row.shape.name]), row.shape.n_nodes)
     np.testing.assert_allclose(corners, linear, atol=1e-6)
+
+
+# --- nodes in the reference cell --------------------------------------------------------------------------------------
+
+interpolated_rows = [r for r in CELL_TYPES.values() if r.order]
+interpolated = pytest.mark.parametrize("row", interpolated_rows, ids=[r.name for r in interpolated_rows])
+
+
+def in_space(row: CellType) -> np.ndarray:
+    """The places in the reference cell as it is: that of a pyramid drawn together to its apex."""
+    assert row.shape is not None
+    r, s, t = np.array(row.places, float).T / row.order
+    shrink = 1 - t if row.shape.is_collapsed else 1.0
+    return np.stack([shrink * r, shrink * s, t], axis=1)
+
+
+@interpolated
+def test_a_row_has_a_place_for_each_node_of_the_lattice(row: CellType) -> None:
+    assert row.shape is not None
+    assert row.n_nodes is not None
+    assert len(set(row.places)) == len(row.places) == row.n_nodes + len(row.beside)
+    corners = np.array(row.places)[list(row.corners)] / row.order
+    np.testing.assert_array_equal(corners, row.shape.reference)
+    assert sum(row.shape.simplices) - len(row.shape.simplices) == 3
+    if not row.shape.is_collapsed:
+        full = prod(comb(row.order + size - 1, size - 1) for size in row.shape.simplices)
+        assert len(row.places) == full
+
+
+@interpolated
+def test_nodes_beside_reproduce_linear_fields(row: CellType) -> None:
+    places = in_space(row)
+    for node, weights in enumerate(row.beside, row.n_nodes or 0):
+        assert sum(eighths for _, eighths in weights) == 8
+        assert all(n < node for n, _ in weights)
+        mean = sum(eighths / 8 * places[n] for n, eighths in weights)
+        np.testing.assert_allclose(mean, places[node], atol=1e-15)
+
+
+@interpolated
+def test_a_node_in_the_middle_of_an_edge_stands_there(row: CellType) -> None:
+    assert row.shape is not None
+    places = in_space(row)
+    assert len(row.edges) == len(row.shape.edges)
+    assert sum(len(edge) == 3 for edge in row.edges) == row.n_middles
+    for a, b, *middle in row.edges:
+        if middle:
+            np.testing.assert_allclose(places[middle[0]], (places[a] + places[b]) / 2)
+
+
+@interpolated
+def test_places_are_vtks(row: CellType) -> None:
+    assert row.n_nodes is not None
+    theirs = _parametric(vtk_cell(row), row.n_nodes)
+    np.testing.assert_allclose(np.array(row.places[: row.n_nodes]) / row.order, theirs, atol=1e-6)
+
+
+@shapes
+def test_the_reversal_turns_every_face(shape: Shape) -> None:
+    at = shape.reversal
+    assert [at[m] for m in at] == list(range(shape.n_nodes))
+    reversed_faces = {canonical(tuple(reversed(face))) for face in shape.faces}
+    assert {canonical(tuple(at[m] for m in face)) for face in shape.faces} == reversed_faces
 
 
 def test_names_and_node_counts_are_meshios() -> None:

@@ -23,18 +23,30 @@ Node numbering (VTK's, except that the wedge has the normal of (0, 1, 2) pointin
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
+from typing import Literal
 
 import numpy as np
 
 Triple = tuple[int, int, int, int]
 """A corner: node ``a`` and its neighbours ``i, j, k``, right-handed in a valid cell."""
 
+Place = tuple[int, int, int]
+"""Coordinates of a node in the reference cell, whole numbers in units of 1/order."""
+
+Weights = tuple[tuple[int, int], ...]
+"""A weighted sum of nodes: ``(node, weight)``, the weights in eighths."""
+
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A linear cell as the metric sees it: its corners and the constant of its ideal form."""
+    """A linear cell as the metric sees it: its corners and the constant of its ideal form.
+
+    Its reference cell is a product of simplices: a tetrahedron is one, a wedge a triangle times a line, a hexahedron
+    three lines. A pyramid is the hexahedron's with the upper face drawn together to the apex.
+    """
 
     name: str
     points: tuple[tuple[float, float, float], ...]  #: the ideal cell: every face regular, E_q = 1
@@ -43,10 +55,23 @@ class Shape:
     triples: tuple[Triple, ...]  #: sorted by node; a node of valence above three has several
     k: float  #: J_S at every corner of the ideal cell
     k_formula: str
+    simplices: tuple[int, ...] = ()  #: corners of each simplex of the reference cell; empty if it has none
+    reference: tuple[Place, ...] = ()  #: the corners in the reference cell
+    is_collapsed: bool = False  #: the reference cell is drawn together to the last node
+    least_at: Literal["corner", "upright edge", "anywhere"] = "anywhere"  #: where the determinant can be least
+    other_order: str = ""  #: who numbers such cells the other way round, where somebody does; a phrase
 
     @property
     def n_nodes(self) -> int:
         return len(self.points)
+
+    @property
+    def reversal(self) -> tuple[int, ...]:
+        """The nodes in the order of the mirrored cell: the winding of the base reversed, and of what is above it."""
+        below = len(self.faces[0])
+        turned = (0, *range(below - 1, 0, -1))
+        above = self.n_nodes - below
+        return (*turned, *(below + m for m in (turned if above == below else range(above))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +84,27 @@ class CellType:
     n_nodes: int | None  #: None where the number varies (polygons, Lagrange cells, polyhedra)
     shape: Shape | None = None  #: what is measured; None if nothing is
     corners: tuple[int, ...] = ()  #: position in the cell of each node of the shape
+    order: int = 0  #: of the map from the reference cell, 0 if unknown: what is known is certified inside
+    places: tuple[Place, ...] = ()  #: the nodes in the reference cell; then those that the full lattice has beside
+    beside: tuple[Weights, ...] = ()  #: those nodes of the lattice, from the cell's own
+    n_middles: int = 0  #: the first so many edges of the shape have a node in the middle, after the corners
+    reversal: tuple[int, ...] = ()  #: the nodes numbered in reverse; empty: two reference coordinates exchanged
+    vtk_class: str = ""  #: VTK's, which knows the places of the nodes, where they are not here
+    n_nodes_beside: tuple[int, ...] = ()  #: numbers of nodes that are no full lattice of any order
 
     @property
     def is_curved(self) -> bool:
-        """True if the cell has more nodes than corners, so that only its corners are measured."""
+        """True if the cell has more nodes than corners."""
         return self.shape is not None and self.n_nodes != self.shape.n_nodes
+
+    @property
+    def edges(self) -> tuple[tuple[int, ...], ...]:
+        """The edges by their two corners, and the node in the middle if there is one."""
+        if self.shape is None:
+            return ()
+        first = self.shape.n_nodes
+        corners = [(self.corners[a], self.corners[b]) for a, b in self.shape.edges]
+        return tuple((a, b, first + n) if n < self.n_middles else (a, b) for n, (a, b) in enumerate(corners))
 
 
 def _regular_prism(n: int) -> tuple[tuple[float, float, float], ...]:
@@ -73,7 +114,17 @@ def _regular_prism(n: int) -> tuple[tuple[float, float, float], ...]:
     return tuple((x, y, z) for z in (0.0, 1.0) for x, y in ring)
 
 
-def _prism(name: str, n: int, k: float, k_formula: str) -> Shape:
+def _prism(
+    name: str,
+    n: int,
+    k: float,
+    k_formula: str,
+    *,
+    simplices: tuple[int, ...] = (),
+    base: tuple[tuple[int, int], ...] = (),
+    least_at: Literal["upright edge", "anywhere"] = "anywhere",
+    other_order: str = "",
+) -> Shape:
     """The shape of a prism over an n-gon: nodes 0..n-1 below, n..2n-1 above them."""
     below = [(m, (m + 1) % n) for m in range(n)]
     return Shape(
@@ -91,6 +142,10 @@ def _prism(name: str, n: int, k: float, k_formula: str) -> Shape:
         ),
         k=k,
         k_formula=k_formula,
+        simplices=simplices,
+        reference=tuple((x, y, z) for z in (0, 1) for x, y in base),
+        least_at=least_at,
+        other_order=other_order,
     )
 
 
@@ -102,6 +157,9 @@ TETRA = Shape(
     triples=((0, 1, 2, 3), (1, 0, 3, 2), (2, 0, 1, 3), (3, 0, 2, 1)),
     k=sqrt(0.5),
     k_formula="√2/2",
+    simplices=(4,),
+    reference=((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    least_at="corner",
 )
 PYRAMID = Shape(
     name="pyramid",
@@ -114,46 +172,159 @@ PYRAMID = Shape(
     ),
     k=sqrt(0.5),
     k_formula="√2/2",
+    simplices=(2, 2, 2),
+    reference=(*((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), (0, 0, 1)),
+    is_collapsed=True,
+    least_at="corner",
 )
-WEDGE = _prism("wedge", 3, sqrt(3) / 2, "√3/2")
-HEXAHEDRON = _prism("hexahedron", 4, 1.0, "1")
+WEDGE = _prism(
+    "wedge",
+    3,
+    sqrt(3) / 2,
+    "√3/2",
+    simplices=(3, 2),
+    base=((0, 0), (1, 0), (0, 1)),
+    least_at="upright edge",
+    other_order="in the order that VTK documented before 9.7",
+)
+HEXAHEDRON = _prism("hexahedron", 4, 1.0, "1", simplices=(2, 2, 2), base=((0, 0), (1, 0), (1, 1), (0, 1)))
 PENTA_PRISM = _prism("penta_prism", 5, sin(pi * 108 / 180), "sin 108°")
 HEXA_PRISM = _prism("hexa_prism", 6, sqrt(3) / 2, "sin 120° = √3/2")
 
 SHAPES: dict[str, Shape] = {s.name: s for s in (TETRA, PYRAMID, WEDGE, HEXAHEDRON, PENTA_PRISM, HEXA_PRISM)}
 
 
-def _solid(vtk_id: int, name: str, n_nodes: int | None, shape: Shape, corners: tuple[int, ...] = ()) -> CellType:
-    return CellType(vtk_id, name, 3, n_nodes, shape, corners or tuple(range(shape.n_nodes)))
+# ---- nodes of curved cells -------------------------------------------------------------------------------------------
+#
+# Every curved type of order 2 is a full lattice on its reference cell, some of whose nodes follow from those of the
+# file: the hexahedron of 20 nodes is one of 27 whose face and centre nodes are serendipity sums. Nodes on edges come in
+# the order of the shape's edges, those on faces in the order here (VTK's)::
+#
+#     3---10----2
+#     |         |        a face: its corners 0-3, its edges' nodes 8-11 (of the hexahedron's bottom),
+#    11   24    9        and the middle 24 = half of 8 + 9 + 10 + 11 less a quarter of 0 + 1 + 2 + 3
+#     |         |
+#     0----8----1
+
+_CUBE_FACES = ((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7))
+_PRISM_FACES = ((0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
+
+
+def _lattice(corners: Sequence[Place], *between: Iterable[Sequence[int]]) -> tuple[Place, ...]:
+    """Twice the corners, then twice the mean of each set of corners in turn."""
+    sets = [(a,) for a in range(len(corners))] + [tuple(s) for group in between for s in group]
+    return tuple((_twice(corners, s, 0), _twice(corners, s, 1), _twice(corners, s, 2)) for s in sets)
+
+
+def _twice(corners: Sequence[Place], some: Sequence[int], axis: int) -> int:
+    return 2 * sum(corners[a][axis] for a in some) // len(some)
+
+
+def _serendipity(shape: Shape, faces: Iterable[Sequence[int]]) -> tuple[Weights, ...]:
+    """The middle of each face: half the sum of its edges' nodes less a quarter of the sum of its corners."""
+    sums = []
+    for face in faces:
+        middles = [shape.n_nodes + n for n, (a, b) in enumerate(shape.edges) if a in face and b in face]
+        sums.append((*((a, -2) for a in face), *((m, 4) for m in middles)))
+    return tuple(sums)
+
+
+_HEX27 = _lattice(HEXAHEDRON.reference, HEXAHEDRON.edges, _CUBE_FACES, [range(8)])
+_WEDGE18 = _lattice(WEDGE.reference, WEDGE.edges, _PRISM_FACES)
+_HEX20_BESIDE = (
+    *_serendipity(HEXAHEDRON, _CUBE_FACES),
+    (*((a, -2) for a in range(8)), *((m, 2) for m in range(8, 20))),
+)
+# VTK's hexahedron of 24 nodes lacks the bottom, the top and the centre: the first two as in that of 20, and the centre
+# so that the space is that of vtkBiQuadraticQuadraticHexahedron.
+_HEX24_BESIDE = (*_HEX20_BESIDE[4:6], (*((m, -2) for m in range(16, 20)), *((m, 4) for m in range(20, 24))))
+_WEDGE12_BESIDE = tuple(((a, 4), (b, 4)) for a, b in ((0, 3), (1, 4), (2, 5), (6, 9), (7, 10), (8, 11)))
+
+# The pyramid of 13 nodes as the cube's lattice of order 2, the upper nine of which are the apex. Beside the nodes it
+# has the middle of the base, of the four faces half-way up (a quadratic triangle's value there) and of the inside
+# (Bedrosian's value; VTK's interpolation has -1/4, 1/4, 1/4 and does not reproduce quadratic polynomials).
+_PYRAMID13 = (
+    *_lattice(PYRAMID.reference[:4]),
+    (0, 0, 2),
+    *((1, 0, 0), (2, 1, 0), (1, 2, 0), (0, 1, 0)),
+    *((0, 0, 1), (2, 0, 1), (2, 2, 1), (0, 2, 1)),
+    *((1, 1, 0), (1, 0, 1), (2, 1, 1), (1, 2, 1), (0, 1, 1), (1, 1, 1)),
+)
+_PYRAMID13_BESIDE = (
+    (*((a, -2) for a in range(4)), *((m, 4) for m in range(5, 9))),
+    *(((n, -1), ((n + 1) % 4, -1), (5 + n, 2), (9 + n, 4), (9 + (n + 1) % 4, 4)) for n in range(4)),
+    (*((a, -1) for a in range(4)), *((m, 1) for m in range(5, 9)), *((m, 2) for m in range(9, 13))),
+)
+
+
+# ---- the rows --------------------------------------------------------------------------------------------------------
+
+
+def _linear(vtk_id: int, shape: Shape) -> CellType:
+    order = 1 if shape.reference else 0
+    return CellType(
+        vtk_id, shape.name, 3, shape.n_nodes, shape, tuple(range(shape.n_nodes)), order, places=shape.reference
+    )
+
+
+def _quadratic(
+    vtk_id: int,
+    name: str,
+    shape: Shape,
+    places: tuple[Place, ...],
+    beside: tuple[Weights, ...] = (),
+    n_middles: int | None = None,
+) -> CellType:
+    return CellType(
+        vtk_id,
+        name,
+        3,
+        len(places) - len(beside),
+        shape,
+        tuple(range(shape.n_nodes)),
+        order=2,
+        places=places,
+        beside=beside,
+        n_middles=len(shape.edges) if n_middles is None else n_middles,
+    )
+
+
+def _high_order(
+    vtk_id: int, name: str, shape: Shape, n_nodes: int | None, vtk_class: str = "", beside: tuple[int, ...] = ()
+) -> CellType:
+    """Of any order, or one of which no more is known than that the corners come first."""
+    corners = tuple(range(shape.n_nodes))
+    return CellType(vtk_id, name, 3, n_nodes, shape, corners, vtk_class=vtk_class, n_nodes_beside=beside)
 
 
 _ROWS: tuple[CellType, ...] = (
     # Solid cells, linear.
-    _solid(10, "tetra", 4, TETRA),
-    _solid(11, "voxel", 8, HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6)),
-    _solid(12, "hexahedron", 8, HEXAHEDRON),
-    _solid(13, "wedge", 6, WEDGE),
-    _solid(14, "pyramid", 5, PYRAMID),
-    _solid(15, "penta_prism", 10, PENTA_PRISM),
-    _solid(16, "hexa_prism", 12, HEXA_PRISM),
-    # Solid cells with nodes beside the corners: measured at their corners, which come first.
-    _solid(24, "tetra10", 10, TETRA),
-    _solid(25, "hexahedron20", 20, HEXAHEDRON),
-    _solid(26, "wedge15", 15, WEDGE),
-    _solid(27, "pyramid13", 13, PYRAMID),
-    _solid(29, "hexahedron27", 27, HEXAHEDRON),
-    _solid(31, "wedge12", 12, WEDGE),
-    _solid(32, "wedge18", 18, WEDGE),
-    _solid(33, "hexahedron24", 24, HEXAHEDRON),
-    _solid(37, "pyramid19", 19, PYRAMID),
-    _solid(71, "lagrange_tetra", None, TETRA),
-    _solid(72, "lagrange_hexahedron", None, HEXAHEDRON),
-    _solid(73, "lagrange_wedge", None, WEDGE),
-    _solid(74, "lagrange_pyramid", None, PYRAMID),
-    _solid(78, "bezier_tetra", None, TETRA),
-    _solid(79, "bezier_hexahedron", None, HEXAHEDRON),
-    _solid(80, "bezier_wedge", None, WEDGE),
-    _solid(81, "bezier_pyramid", None, PYRAMID),
+    _linear(10, TETRA),
+    # The axes of a voxel are those of space: in reverse its bottom and top are exchanged.
+    CellType(11, "voxel", 3, 8, HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6), reversal=(4, 5, 6, 7, 0, 1, 2, 3)),
+    _linear(12, HEXAHEDRON),
+    _linear(13, WEDGE),
+    _linear(14, PYRAMID),
+    _linear(15, PENTA_PRISM),
+    _linear(16, HEXA_PRISM),
+    # Solid cells with nodes beside the corners, which come first.
+    _quadratic(24, "tetra10", TETRA, _lattice(TETRA.reference, TETRA.edges)),
+    _quadratic(25, "hexahedron20", HEXAHEDRON, _HEX27, _HEX20_BESIDE),
+    _quadratic(26, "wedge15", WEDGE, _WEDGE18, _serendipity(WEDGE, _PRISM_FACES)),
+    _quadratic(27, "pyramid13", PYRAMID, _PYRAMID13, _PYRAMID13_BESIDE),
+    _quadratic(29, "hexahedron27", HEXAHEDRON, _HEX27),
+    _quadratic(31, "wedge12", WEDGE, _WEDGE18, _WEDGE12_BESIDE, n_middles=6),
+    _quadratic(32, "wedge18", WEDGE, _WEDGE18),
+    _quadratic(33, "hexahedron24", HEXAHEDRON, _HEX27, _HEX24_BESIDE),
+    _high_order(37, "pyramid19", PYRAMID, 19, "vtkTriQuadraticPyramid"),
+    _high_order(71, "lagrange_tetra", TETRA, None, "vtkLagrangeTetra", (15,)),
+    _high_order(72, "lagrange_hexahedron", HEXAHEDRON, None, "vtkLagrangeHexahedron"),
+    _high_order(73, "lagrange_wedge", WEDGE, None, "vtkLagrangeWedge", (21,)),
+    _high_order(74, "lagrange_pyramid", PYRAMID, None),
+    _high_order(78, "bezier_tetra", TETRA, None, "vtkBezierTetra", (15,)),
+    _high_order(79, "bezier_hexahedron", HEXAHEDRON, None, "vtkBezierHexahedron"),
+    _high_order(80, "bezier_wedge", WEDGE, None, "vtkBezierWedge", (21,)),
+    _high_order(81, "bezier_pyramid", PYRAMID, None),
     # Solid cells that are counted but not measured.
     CellType(41, "convex_point_set", 3, None),
     CellType(42, "polyhedron", 3, None),

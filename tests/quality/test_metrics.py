@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import meshgauge
 from meshgauge.cells import CELL_TYPES, SHAPES, CellType, Shape
 from meshgauge.errors import MetricError
-from meshgauge.kernels.certificate.tables import KINDS, edges
+from meshgauge.kernels.certificate.tables import KINDS
 from meshgauge.mesh import connectivity
 from meshgauge.quality.metrics import METRICS, Metric, metric, tetra
 from meshgauge.status import is_invalid
@@ -434,7 +434,7 @@ def with_straight_edges(row: CellType, corners: Floats) -> Floats:
     assert row.n_nodes is not None
     nodes = np.full((len(corners), row.n_nodes, 3), 9.0)
     nodes[:, list(row.corners)] = corners
-    for a, b, *between in edges(row.name) if row.name in KINDS else ():
+    for a, b, *between in row.edges:
         if between:
             nodes[:, between[0]] = (corners[:, a] + corners[:, b]) / 2
     return nodes
@@ -458,7 +458,7 @@ def test_quadratic_cells_are_measured_with_the_tangents_of_their_edges(row: Cell
     ideal = np.array(row.shape.points, float)[None]
     nodes = with_straight_edges(row, ideal)
     assert meshgauge.jens(*one_by_one(nodes), row.name) == pytest.approx(1.0)
-    a, b, *between = next(edge for edge in edges(row.name) if len(edge) == 3)
+    a, b, *between = next(edge for edge in row.edges if len(edge) == 3)
     # The tangent at a is 4 (m - a) - (b - a): a node moved across the edge turns it.
     nodes[0, between[0]] += (0.03, 0.05, 0.07)
     turned = meshgauge.jens(*one_by_one(nodes), row.name, nodes=True)[0]

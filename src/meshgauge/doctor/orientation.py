@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import BY_NAME, CELL_TYPES, IS_SOLID, TETRA, WEDGE, type_name
+from ..cells import BY_NAME, CELL_TYPES, IS_SOLID, type_name
 from ..kernels.topology import driver
 from ..mesh import Mesh
 from ..mesh.cast import read_only
@@ -306,7 +306,7 @@ def _blocks(
     found = np.flatnonzero(numbering)
     solid = [row for row, _, _ in mesh.groups() if row is None or row.dimension == 3]
     # Where all are wedges, it is their order that is the other one.
-    is_mirrored = is_left_handed and any(row is None or row.shape is not WEDGE for row in solid)
+    is_mirrored = is_left_handed and any(row is None or row.shape is None or not row.shape.other_order for row in solid)
     block_of = np.zeros(len(found), np.int64)
     for block in mesh.blocks:
         low, high = np.searchsorted(found, (block.start, block.stop))
@@ -378,8 +378,6 @@ def _custom(vtk_id: int, n_cells: int, n_reversed: int, is_mirrored: bool) -> st
     shape = CELL_TYPES[vtk_id].shape
     if is_mirrored:
         return ", as is every cell of this mesh (a left-handed or mirrored file)"
-    if shape is WEDGE and n_reversed == n_cells:
-        return ", in the order that VTK documented before 9.7"
-    if shape is TETRA and n_cells >= 6 and n_cells <= 4 * n_reversed <= 3 * n_cells:
-        return ", as FEniCS writes them"
+    if shape is not None and shape.other_order and n_reversed == n_cells:
+        return f", {shape.other_order}"
     return ""

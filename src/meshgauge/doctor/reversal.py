@@ -1,7 +1,10 @@
-"""How the nodes of a cell are put in order when it is numbered the wrong way round: one permutation a type.
+"""How the nodes of a cell are put in order when it is numbered in reverse: one permutation a type.
 
-All exchange the first two reference coordinates, so that node 0 stays where it is and the bottom stays the bottom;
-a voxel, whose axes are those of space, has its bottom and top exchanged.
+All exchange the first two reference coordinates, so that node 0 stays where it is and the bottom stays the bottom::
+
+    3-----2         1-----2
+    |     |   -->   |     |         a quadrilateral face: 0 1 2 3 becomes 0 3 2 1
+    0-----1         0-----3
 """
 
 from __future__ import annotations
@@ -9,25 +12,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 from itertools import count
+from math import comb, prod
 from typing import Any
 
-from ..cells import CELL_TYPES, CellType
-from ..kernels.certificate.types import ROWS
+from ..cells import CELL_TYPES, CellType, Shape
 
 Permutation = tuple[int, ...]
-
-_VOXEL = (4, 5, 6, 7, 0, 1, 2, 3)
-
-_VTK_CLASSES = {
-    "pyramid19": "vtkTriQuadraticPyramid",
-    "lagrange_tetra": "vtkLagrangeTetra",
-    "lagrange_hexahedron": "vtkLagrangeHexahedron",
-    "lagrange_wedge": "vtkLagrangeWedge",
-    "bezier_tetra": "vtkBezierTetra",
-    "bezier_hexahedron": "vtkBezierHexahedron",
-    "bezier_wedge": "vtkBezierWedge",
-}
-"""Where VTK is asked for the places of the nodes."""
 
 
 @cache
@@ -40,13 +30,13 @@ def reversal(vtk_id: int, n_nodes: int) -> Permutation | None:
     row = CELL_TYPES.get(vtk_id)
     if row is None or row.shape is None:
         return None
-    if row.name == "voxel":
-        return _VOXEL
-    if row.name in ROWS:
-        return _exchanged(ROWS[row.name].nodes[:n_nodes])
+    if row.reversal:
+        return row.reversal
+    if row.places:
+        return _exchanged(row.places[:n_nodes])
     if n_nodes == row.shape.n_nodes:
-        return _of_corners(row)
-    places = _places(row.name, n_nodes)
+        return row.shape.reversal
+    places = _places(row, row.shape, n_nodes)
     return _exchanged(places) if places is not None else None
 
 
@@ -56,49 +46,29 @@ def _exchanged(places: Sequence[Sequence[float]]) -> Permutation:
     return tuple(at[s, r, t] for r, s, t in at)
 
 
-def _of_corners(row: CellType) -> Permutation:
-    """Of a linear cell: the base is gone round the other way, and so is the top, where there is one."""
-    assert row.shape is not None
-    below = len(row.shape.faces[0])
-    turned = (0, *range(below - 1, 0, -1))
-    above = row.shape.n_nodes - below
-    return (*turned, *(below + m for m in (turned if above == below else range(above))))
-
-
-def _places(name: str, n_nodes: int) -> list[tuple[float, float, float]] | None:
+def _places(row: CellType, shape: Shape, n_nodes: int) -> list[tuple[float, float, float]] | None:
     """Reference coordinates of the nodes, from VTK; None where the number does not tell the order."""
-    base = name.partition("_")[2]
-    if base in _NUMBERS and n_nodes not in _uniform(base, n_nodes):
-        return None
-    if name not in _VTK_CLASSES:
+    if not row.vtk_class or (row.n_nodes is None and not _is_known(row, shape, n_nodes)):
         return None
     from vtkmodules import vtkCommonDataModel
 
-    cell: Any = getattr(vtkCommonDataModel, _VTK_CLASSES[name])()
-    if base in _NUMBERS:
+    cell: Any = getattr(vtkCommonDataModel, row.vtk_class)()
+    if row.n_nodes is None:
         cell.GetPointIds().SetNumberOfIds(n_nodes)
         cell.GetPoints().SetNumberOfPoints(n_nodes)
-        if base != "tetra":
+        if hasattr(cell, "SetUniformOrderFromNumPoints"):
             cell.SetUniformOrderFromNumPoints(n_nodes)
         cell.Initialize()
     flat = cell.GetParametricCoords()
     return [(flat[3 * i], flat[3 * i + 1], flat[3 * i + 2]) for i in range(n_nodes)]
 
 
-_NUMBERS = {
-    "tetra": lambda p: (p + 1) * (p + 2) * (p + 3) // 6,
-    "hexahedron": lambda p: (p + 1) ** 3,
-    "wedge": lambda p: (p + 1) ** 2 * (p + 2) // 2,
-}
-"""Nodes of a Lagrange cell of order p in every direction."""
-
-
-def _uniform(base: str, n_nodes: int) -> set[int]:
-    """Numbers of nodes that a cell of one order in every direction may have, as far as ``n_nodes``."""
-    found: set[int] = {21} if base == "wedge" else {15} if base == "tetra" else set()
-    for p in count(1):
-        n = _NUMBERS[base](p)
-        if n > n_nodes:
-            return found
-        found.add(n)
+def _is_known(row: CellType, shape: Shape, n_nodes: int) -> bool:
+    """Whether so many nodes are those of one order in every direction, or else known to VTK."""
+    if n_nodes in row.n_nodes_beside:
+        return True
+    for order in count(1):
+        full = prod(comb(order + size - 1, size - 1) for size in shape.simplices)
+        if full >= n_nodes:
+            return full == n_nodes
     raise AssertionError("count never ends")

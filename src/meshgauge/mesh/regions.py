@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import BY_NAME, IS_SOLID
+from ..cells import BY_NAME, CELL_TYPES, IS_SOLID
 from .mesh import Mesh
 
 KEYS: tuple[str, ...] = (
@@ -121,7 +121,9 @@ def _blocks(mesh: Mesh) -> _Partition | None:
 
 def named_blocks(mesh: Mesh) -> _Partition | None:
     """Blocks if their names say more than a type of cells, a piece or the entity of a model."""
-    dull = ("block ", "partition ", "piece ", "volume ", "surface ", "curve ", "point ", "polyhedron", "polygon")
+    # "polyhedron12": some formats add the number of nodes to the type.
+    of_any_size = (row.name for row in CELL_TYPES.values() if row.n_nodes is None and row.dimension >= 2)
+    dull = ("block ", "partition ", "piece ", "volume ", "surface ", "curve ", "point ", *of_any_size)
     telling = [b for b in mesh.blocks if b.name and b.name not in BY_NAME and not b.name.startswith(dull)]
     return _blocks(mesh) if len({b.name for b in telling}) > 1 else None
 

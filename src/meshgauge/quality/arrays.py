@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import CellType, cell_type
+from ..cells import TETRA, CellType, cell_type
 from ..errors import MetricError
 from ..kernels import path
 from ..kernels.cells import driver
@@ -96,7 +96,7 @@ def aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
     ``R³√2 / (12 V)``, R² the mean squared edge, V the signed volume (Lobos, section 3). Parameters, errors and NaN
     as `jens`.
     """
-    return METRICS["aspect_ratio_gamma"].of_cells(_checked(points, cells, "tetra"))
+    return METRICS["aspect_ratio_gamma"].of_cells(_checked(points, cells, TETRA.name))
 
 
 def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
@@ -104,7 +104,7 @@ def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
 
     Parameters, errors and NaN as `jens`.
     """
-    return METRICS["scaled_aspect_ratio_gamma"].of_cells(_checked(points, cells, "tetra"))
+    return METRICS["scaled_aspect_ratio_gamma"].of_cells(_checked(points, cells, TETRA.name))
 
 
 def _checked(points: ArrayLike, nodes: ArrayLike, which: str | int | CellType) -> Cells:

@@ -18,9 +18,6 @@ from ..status import Status
 Values = NDArray[np.float64]
 Codes = NDArray[np.uint8]
 
-CORNERS_DECIDE = ("tetra", "pyramid")
-"""Linear shapes whose Jacobian determinant is smallest at a corner (of the pyramid: a base corner)."""
-
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
@@ -55,14 +52,14 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
-        kind = driver.certified_as(row)
-        if kind is None:
+        known = driver.certified_as(row)
+        if known is None:
             codes[cells] = Validity.UNDECIDED
             continue
 
-        def work(part: CellIds, row: CellType = row, kind: str = kind) -> None:
+        def work(part: CellIds, row: CellType = row, name: str = known.name) -> None:
             ids = connectivity.picked(mesh, row, part, driver.columns(row))
-            codes[part], lower[part], upper[part] = certificate(kind, mesh.points, ids)
+            codes[part], lower[part], upper[part] = certificate(name, mesh.points, ids)
 
         run(work, connectivity.chunks(cells), threads)
     return Certificate(read_only(codes), read_only(lower), read_only(upper))
@@ -70,9 +67,9 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
 
 def prepare(row: CellType, mesh: Mesh, *, compiled: bool) -> None:
     """Compile what `inside` needs, on the calling thread."""
-    kind = driver.certified_as(row)
-    if kind is not None and kind not in CORNERS_DECIDE:
-        validity(kind, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
+    known = driver.certified_as(row)
+    if known is not None and not _corners_decide(row):
+        validity(known.name, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
 
 
 def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled: bool) -> None:
@@ -87,11 +84,11 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     compiled
         Take the kernels, see `kernels.path`.
     """
-    kind = driver.certified_as(row)
-    if kind in CORNERS_DECIDE:
+    known = driver.certified_as(row)
+    if _corners_decide(row):
         return
     ok = np.flatnonzero(status == Status.OK)
-    if kind is None:
+    if known is None:
         if row.is_curved:
             status[ok] = Status.UNDECIDED
         return
@@ -100,6 +97,11 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     ids = connectivity.picked(mesh, row, part, driver.columns(row))
     if len(ok) < len(ids):
         ids = ids[ok]
-    proved = validity(kind, mesh.points, ids, compiled=compiled)
+    proved = validity(known.name, mesh.points, ids, compiled=compiled)
     status[ok[proved == Validity.INVALID]] = Status.INVERTED_INSIDE
     status[ok[proved == Validity.UNDECIDED]] = Status.UNDECIDED
+
+
+def _corners_decide(row: CellType) -> bool:
+    """True for linear cells whose Jacobian determinant is least at a corner (of the pyramid: a base corner)."""
+    return not row.is_curved and row.shape is not None and row.shape.least_at == "corner"

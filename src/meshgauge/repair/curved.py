@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, CellType
-from ..kernels.certificate.types import ROWS
 from ..mesh import Mesh
 
 NEAR = 1e-9
@@ -16,7 +15,7 @@ NEAR = 1e-9
 
 def can_follow(row: CellType) -> bool:
     """True for linear cells, and for curved ones of which it is known where their nodes are."""
-    return not row.is_curved or row.name in ROWS
+    return not row.is_curved or row.order > 0
 
 
 def move_nodes_between(mesh: Mesh, points: NDArray[np.float64], cells: NDArray[np.bool_]) -> NDArray[np.float64]:
@@ -55,7 +54,7 @@ def _weights(vtk_id: int) -> NDArray[np.float64]:
     """``(n_nodes, n_corners)``: of which corners each node is the mean."""
     row = CELL_TYPES[vtk_id]
     assert row.shape is not None
-    places = np.array(ROWS[row.name].nodes[: row.n_nodes], np.float64)
+    places = np.array(row.places[: row.n_nodes], np.float64)
     n = row.shape.n_nodes
     corners = places[list(row.corners)]
     groups = [*row.shape.edges, *row.shape.faces, tuple(range(n))]

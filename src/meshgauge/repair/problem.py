@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import SHAPES
+from ..cells import SHAPES, TETRA
 from ..kernels.repair import cells as improve_cells
 from ..mesh import Mesh
 from ..mesh.connectivity import chunks, picked
@@ -274,7 +274,7 @@ def _even_corner(k: float) -> Points:
 @cache
 def _counts() -> NDArray[np.bool_]:
     counts = np.ones(sum(len(shape.triples) for shape in SHAPES.values()), np.bool_)
-    counts[_kinds()["tetra"][1:]] = False
+    counts[_kinds()[TETRA.name][1:]] = False
     return counts
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meshgauge.cells import BY_NAME
 from meshgauge.kernels.certificate.bernstein import bernstein, gather
-from meshgauge.kernels.certificate.tables import KINDS, LANES, edges, table
+from meshgauge.kernels.certificate.tables import KINDS, LANES, table
 from meshgauge.kernels.jit import JIT_DISABLED
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ def family(name: str) -> str:
 def ideal(name: str) -> Array:
     """The ideal cell, nodes of a curved one in the middle of edges and faces."""
     corners = np.array(BY_NAME[name].shape.points)
-    middles = [corners[list(edge[:2])].mean(0) for edge in edges(name) if len(edge) == 3]
+    middles = [corners[list(edge[:2])].mean(0) for edge in BY_NAME[name].edges if len(edge) == 3]
     faces = [corners[list(face)].mean(0) for face in FACE_NODES.get(name, ())]
     return np.array([*corners, *middles, *faces])
 
@@ -61,14 +61,14 @@ def separate(cells: Array) -> tuple[Array, NDArray[np.int64]]:
 def mean_edge_cubed(name: str, cells: Array) -> Array:
     """Cube of the root-mean-square edge length times the ideal cell's determinant, ``(m,)``."""
     total = 0.0
-    for edge in edges(name):
+    for edge in BY_NAME[name].edges:
         a, b = cells[:, edge[0]], cells[:, edge[1]]
         if len(edge) == 2:
             total = total + ((b - a) ** 2).sum(1)
         else:
             middle = cells[:, edge[2]]
             total = total + 2 * ((middle - a) ** 2).sum(1) + 2 * ((b - middle) ** 2).sum(1)
-    return BY_NAME[name].shape.k * (total / len(edges(name))) ** 1.5
+    return BY_NAME[name].shape.k * (total / len(BY_NAME[name].edges)) ** 1.5
 
 
 def coefficients(name: str, cells: Array) -> Array:

@@ -10,7 +10,7 @@ from meshgauge.cells import BY_NAME
 from meshgauge.kernels.cells.aggregate import fold
 from meshgauge.kernels.certificate.certificate import certificate
 from meshgauge.kernels.certificate.corners import corner_tangents_js
-from meshgauge.kernels.certificate.tables import KINDS, edges, table
+from meshgauge.kernels.certificate.tables import KINDS, table
 
 REFERENCE = {
     "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
@@ -47,7 +47,7 @@ def test_straight_cells(name: str) -> None:
     shape = BY_NAME[name].shape
     points, connectivity = cloud(name, many(200), 0.4)
     cells = points[connectivity]
-    for edge in edges(name):
+    for edge in BY_NAME[name].edges:
         if len(edge) == 3:
             cells[:, edge[2]] = cells[:, list(edge[:2])].mean(1)
     cells[0] = ideal(name)
@@ -82,7 +82,7 @@ def test_sign_is_the_certificates(name: str) -> None:
     result = certificate(name, points, connectivity)
     assert (result.upper[(js <= 0).any(1)] <= 0).all()
     cell = np.round(64 * ideal(name)) / 64
-    a, b, middle = next(edge for edge in edges(name) if len(edge) == 3)
+    a, b, middle = next(edge for edge in BY_NAME[name].edges if len(edge) == 3)
     cell[middle] = 0.75 * cell[a] + 0.25 * cell[b]
     assert corner_tangents_js(name, *separate(cell[None]))[0, a] == 0
     cell[middle, 1] = np.nan

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from certificate_cells import CURVED, LINEAR, ideal, many, mean_edge_cubed, separate
 
+from meshgauge.cells import BY_NAME
 from meshgauge.kernels.certificate.certificate import Certificate, Validity, certificate
-from meshgauge.kernels.certificate.tables import KINDS, edges
+from meshgauge.kernels.certificate.tables import KINDS
 
 
 def one(name: str, nodes: object) -> Certificate:
@@ -126,7 +127,7 @@ def test_flat_corner_that_is_positive_by_a_rounding() -> None:
 @pytest.mark.parametrize("name", CURVED)
 def test_quarter_points(name: str) -> None:
     """A node at a quarter of its edge: the tangent at the near end is zero, so the determinant is there."""
-    edge = next(edge for edge in edges(name) if len(edge) == 3)
+    edge = next(edge for edge in BY_NAME[name].edges if len(edge) == 3)
     cell = np.round(64 * ideal(name)) / 64
     a, b, middle = edge
     cell[middle] = 0.75 * cell[a] + 0.25 * cell[b]

@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME, SHAPES
+from ...cells import BY_NAME, HEXAHEDRON, POLYHEDRON, PYRAMID, TETRA, WEDGE, Shape
 from ...mesh import CellBlock, Mesh
 from ...mesh.polyhedra import Polyhedra
 
 Ints = NDArray[np.int64]
 
-_SIGNATURE = {(4, 4, 0): ("tetra", 4), (5, 4, 1): ("pyramid", 5), (5, 2, 3): ("wedge", 6), (6, 0, 6): ("hexahedron", 8)}
-"""Numbers of faces, triangles and quads → standard cell and its number of points."""
+_STANDARD = (TETRA, PYRAMID, WEDGE, HEXAHEDRON)
+"""What cells of faces are recognised as."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,20 +91,22 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     own_offsets = offsets_of(n_own)
     local = place.reshape(-1) - own_offsets[point_cell]
 
-    types = np.full(n_cells, BY_NAME["polyhedron"].vtk_id, np.uint8)
+    types = np.full(n_cells, POLYHEDRON.vtk_id, np.uint8)
     connectivity = own.copy()
     n_three = np.bincount(entry_cell[sizes == 3], minlength=n_cells)
     n_four = np.bincount(entry_cell[sizes == 4], minlength=n_cells)
-    for (f, t, q), (name, n_points) in _SIGNATURE.items():
-        cells = np.flatnonzero((n_faces == f) & (n_three == t) & (n_four == q) & (n_own == n_points))
+    for shape in _STANDARD:
+        t, q = (sum(len(face) == n for face in shape.faces) for n in (3, 4))
+        has_its_faces = (n_faces == len(shape.faces)) & (n_three == t) & (n_four == q)
+        cells = np.flatnonzero(has_its_faces & (n_own == shape.n_nodes))
         if not len(cells):
             continue
-        order, found = _standard(name, cells, faces.cell_offsets, starts, sizes, local)
+        order, found = _standard(shape, cells, faces.cell_offsets, starts, sizes, local)
         cells, order = cells[found], order[found]
         at = own_offsets[cells][:, None]
-        connectivity[at + np.arange(n_points)] = own[at + order]
-        types[cells] = BY_NAME[name].vtk_id
-    is_poly = types == BY_NAME["polyhedron"].vtk_id
+        connectivity[at + np.arange(shape.n_nodes)] = own[at + order]
+        types[cells] = BY_NAME[shape.name].vtk_id
+    is_poly = types == POLYHEDRON.vtk_id
     polyhedra = None
     if is_poly.any():
         kept = is_poly[entry_cell]
@@ -185,14 +187,13 @@ def _volumes(
 
 
 def _standard(
-    name: str, cells: Ints, cell_offsets: Ints, starts: Ints, sizes: Ints, local: Ints
+    shape: Shape, cells: Ints, cell_offsets: Ints, starts: Ints, sizes: Ints, local: Ints
 ) -> tuple[Ints, NDArray[np.bool_]]:
     """Nodes of cells that may be of a standard shape, as local point numbers, and which of them are.
 
     The base is the first face of the kind that has a base; above each of its points is the one other point that an
     edge joins to it. Then all faces must be those of the shape; if most run the other way, the cell is mirrored.
     """
-    shape = SHAPES[name]
     k, f = shape.n_nodes, len(shape.faces)
     entries = cell_offsets[cells][:, None] + np.arange(f)
     size = sizes[entries]
@@ -208,8 +209,6 @@ def _standard(
 
     n_base = len(shape.faces[0])
     base = ring[n, np.argmax(size == n_base, axis=1)][:, :n_base]
-    if name == "tetra":
-        base = ring[:, 0, :3]
     lower = base[:, ::-1]  # the base as seen from inside
     in_base = np.zeros((len(cells), k), bool)
     np.put_along_axis(in_base, base, True, axis=1)
@@ -231,17 +230,9 @@ def _standard(
     complete = (np.sort(which, axis=1) == np.arange(f)).all(axis=1)
     mirrored = (right >= 0).sum(axis=1) * 2 < f
     if mirrored.any():
-        order = np.array(_MIRROR[name])
+        order = np.array(shape.reversal)
         nodes = np.where(mirrored[:, None], nodes[:, order], nodes)
     return nodes, is_permutation & complete
-
-
-_MIRROR = {
-    "tetra": (0, 2, 1, 3),
-    "pyramid": (0, 3, 2, 1, 4),
-    "wedge": (0, 2, 1, 3, 5, 4),
-    "hexahedron": (0, 3, 2, 1, 4, 7, 6, 5),
-}
 
 
 def _backwards(size: Ints, widest: int) -> Ints:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME, CELL_TYPES, CellType, type_name
+from ...cells import BY_NAME, CELL_TYPES, POLYHEDRON, CellType, type_name
 from ...errors import MeshError, ReadError, WriteError
 from ...mesh import CellBlock, Mesh
 from ...mesh.polyhedra import Polyhedra
@@ -141,7 +141,7 @@ def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = (), *, co
     for block in source.cells:
         cell = row(block.type)
         n = len(block.data)
-        if cell.vtk_id == 42:
+        if cell is POLYHEDRON:
             lists = [[np.asarray(f, np.int64) for f in polyhedron] for polyhedron in block.data]
             ids = [np.unique(np.concatenate(polyhedron)) for polyhedron in lists]
             sizes.append(np.array([len(i) for i in ids], np.int64))

@@ -29,7 +29,8 @@ SAMPLE = 1 << 18
 UNANIMOUS = 0.9
 """Share of the other solids of one sign from which on it is the sign of the mesh; below, neighbours are asked."""
 
-_IS_WEDGE = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is WEDGE for t in range(256)])
+_IS_WEDGE = np.zeros(256, np.bool_)
+_IS_WEDGE[[t for t, row in CELL_TYPES.items() if row.shape is not None and row.shape.other_order]] = True
 
 # Old position of each new node when the triangles are turned round (1 <-> 2, 4 <-> 5).
 _CORNERS = (0, 2, 1, 3, 5, 4)
@@ -231,7 +232,7 @@ def _turned(mesh: Mesh, cells: Ids, why: str) -> Mesh:
                 at = first[start : start + CHUNK, None]
                 connectivity[at + np.arange(n_nodes)] = mesh.connectivity[at + order]
     was = "was" if len(cells) == 1 else "were"
-    note = f"{plural(len(cells), 'wedge')} {was} turned from VTK's documented order into ours, {why}."
+    note = f"{plural(len(cells), WEDGE.name)} {was} turned from VTK's documented order into ours, {why}."
     if corners_only:
         note += f" Of {corners_only} curved ones only the corners were turned."
     return mesh.replace(connectivity=frozen(connectivity), notes=(*mesh.notes, note))

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import CellType, Shape
+from ...cells import BY_NAME, CellType, Shape
 from .. import path
-from ..certificate.tables import KINDS
 from . import aggregate, robust
 
 Values = NDArray[np.float64]
@@ -23,14 +22,17 @@ Cells = NDArray[np.int64]
 
 def uses_all_nodes(row: CellType) -> bool:
     """True for a curved cell whose corners are measured with the true tangents of its edges."""
-    return row.is_curved and row.name in KINDS
+    return row.is_curved and row.order > 0
 
 
-def certified_as(row: CellType) -> str | None:
-    """The name that `certificate` has for cells of a type; None if nothing tells what they are inside."""
+def certified_as(row: CellType) -> CellType | None:
+    """The type as which `certificate` takes cells, in the order of `columns`; None if none tells what they are inside.
+
+    A linear cell is taken as that of its shape: a voxel as a hexahedron.
+    """
     assert row.shape is not None
-    name = row.name if row.is_curved else row.shape.name
-    return name if name in KINDS else None
+    of = row if row.is_curved else BY_NAME[row.shape.name]
+    return of if of.order else None
 
 
 def columns(row: CellType) -> tuple[int, ...]:

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from ...cells import HEXAHEDRON, PYRAMID, TETRA, WEDGE
 from ..jit import fused_inlined, fused_kernel
 from .simd import BLOCK, load4, prefetch, prefetch_write, widest
 
@@ -318,5 +319,5 @@ def hexahedron(points: Any, connectivity: Any, out: Any, k: Any) -> int:
     return left
 
 
-BY_SHAPE = {"tetra": tetra, "pyramid": pyramid, "wedge": wedge, "hexahedron": hexahedron}
+BY_SHAPE = {TETRA.name: tetra, PYRAMID.name: pyramid, WEDGE.name: wedge, HEXAHEDRON.name: hexahedron}
 """The kernels by the name of the shape."""

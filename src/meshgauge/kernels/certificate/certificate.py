@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import numpy_path
-from .tables import INVALID, KINDS, LANES, UNDECIDED, UNDEFINED, VALID, Table, table
+from .tables import INVALID, KINDS, LANES, UNDECIDED, UNDEFINED, VALID, Table, row_of, table
 
 __all__ = ["KINDS", "Certificate", "Validity", "certificate", "validity"]
 
@@ -88,12 +88,14 @@ def certificate(
     KeyError
         If the type has no certificate.
     """
+    from .hexahedron import BY_NAME  # loads Numba
+
     row = table(name)
     n_cells = len(connectivity)
     points, connectivity = _read_only(points), _read_only(connectivity)
     result = _empty(n_cells)
-    # The hexahedron's kernel gathers by itself.
-    node_bytes = LARGEST if row.name == "hexahedron" else NODE_BYTES
+    # A kernel of its own gathers by itself.
+    node_bytes = LARGEST if row.name in BY_NAME else NODE_BYTES
     step = LANES * max(node_bytes // (24 * row.n_nodes * LANES), 1)
     for first in range(0, n_cells, step):
         chunk = slice(first, first + step)
@@ -109,7 +111,7 @@ def validity(
 
     ``compiled``: take the kernels, see `kernels.path`. Curved cells always do.
     """
-    if compiled or name not in numpy_path.DIRECTIONS:
+    if compiled or not numpy_path.can_decide(row_of(name)):
         return certificate(name, points, connectivity).status
     return numpy_path.validity(name, np.asarray(points[connectivity], np.float64))
 
@@ -136,7 +138,7 @@ def _certify(
     # Numba loads here, on use.
     from .bernstein import bernstein, gather
     from .corners import has_zero_corner
-    from .hexahedron import hexahedra
+    from .hexahedron import BY_NAME
     from .subdivision import subdivide
 
     def gathered(cells: NDArray[np.integer]) -> NDArray[np.float64]:
@@ -144,8 +146,8 @@ def _certify(
         gather(points, _read_only(cells), nodes)
         return nodes
 
-    if row.name == "hexahedron":
-        hexahedra(points, connectivity, *result)
+    if row.name in BY_NAME:
+        BY_NAME[row.name](points, connectivity, *result)
     else:
         bernstein(gathered(connectivity), row.terms, *result, np.empty((0, 0)), np.empty(0))
     open_cells = np.flatnonzero(result.status == UNDECIDED)

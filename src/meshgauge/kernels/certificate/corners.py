@@ -16,11 +16,11 @@ from math import nan, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME, Shape
+from ...cells import Shape
 from ..cells.aggregate import fold
 from ..jit import kernel
 from .exact import root_ratio, whole_points
-from .tables import KINDS, U, edges
+from .tables import U, row_of
 
 
 def corner_tangents_js(
@@ -81,11 +81,10 @@ def _folded(js: NDArray[np.float64], nodes: Sequence[int]) -> NDArray[np.float64
 @cache
 def _corners(name: str) -> tuple[Shape, NDArray[np.int64]]:
     """The shape, and ``(n_triples, 7)``: a corner, its neighbours i, j, k, and the nodes on the edges to them."""
-    if name not in KINDS:
-        raise KeyError(f"no certificate for cells of type {name!r}; there is one for {', '.join(KINDS)}")
-    shape = BY_NAME[name].shape
+    row = row_of(name)
+    shape = row.shape
     assert shape is not None  # all types that have a table have a shape
-    between = {frozenset(edge[:2]): edge[2] for edge in edges(name) if len(edge) == 3}
+    between = {frozenset(edge[:2]): edge[2] for edge in row.edges if len(edge) == 3}
     # A straight edge stands for itself: the kernel tells it by the far end in the place of the node between.
     rows = [
         (a, *neighbours, *(between.get(frozenset((a, n)), n) for n in neighbours)) for a, *neighbours in shape.triples

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...cells import HEXAHEDRON
 from ..jit import inlined, kernel
 from .bernstein import gather
 from .tables import INVALID, LANES, TINY, UNDECIDED, VALID, U
@@ -158,3 +159,7 @@ def hexahedra(
         last = min(first + LANES, status.shape[0])
         gather(points, connectivity[first:last], nodes)
         hexahedron(nodes, status[first:last], lower[first:last], upper[first:last])
+
+
+BY_NAME = {HEXAHEDRON.name: hexahedra}
+"""First passes that are written out for one type, by its name."""

@@ -10,20 +10,42 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...cells import CellType, Shape
 from .exact import exact
-from .tables import UNDEFINED, VALID
+from .tables import UNDEFINED, VALID, row_of
 
 Values = NDArray[np.float64]
 
-DIRECTIONS: dict[str, tuple[tuple[tuple[int, int], ...], ...]] = {
-    "hexahedron": (
-        ((0, 1), (3, 2), (4, 5), (7, 6)),
-        ((0, 3), (1, 2), (4, 7), (5, 6)),
-        ((0, 4), (1, 5), (2, 6), (3, 7)),
-    ),
-    "wedge": (((0, 1), (3, 4)), ((0, 2), (3, 5)), ((0, 3), (1, 4), (2, 5))),
-}
-"""For each direction of a shape, its edges as (from, to). Two edges of a triangle are its two directions."""
+Direction = tuple[tuple[int, int], ...]
+"""Edges that run the same way in the reference cell, as (from, to)."""
+
+
+def directions(shape: Shape) -> tuple[Direction, Direction, Direction]:
+    """The edges of a linear shape along each axis of its reference cell; one across a triangle is along none::
+
+            2
+            | \\        a: 0-1, 3-4     b: 0-2, 3-5     c: 0-3, 1-4, 2-5
+            b   \\
+            |     \\
+            0--a--1
+    """
+    a, b, c = (_along(shape, axis) for axis in range(3))
+    return a, b, c
+
+
+def _along(shape: Shape, axis: int) -> Direction:
+    found = []
+    for edge in shape.edges:
+        p, q = sorted(edge, key=lambda node: shape.reference[node])
+        if [x for x in range(3) if shape.reference[p][x] != shape.reference[q][x]] == [axis]:
+            found.append((p, q))
+    return tuple(found)
+
+
+def can_decide(row: CellType) -> bool:
+    """True for the types whose inside is told here: linear, with all their edges along three directions or across."""
+    return row.order == 1 and row.shape is not None and row.shape.least_at != "corner"
+
 
 CERTAIN = 4e-15
 """Share of the three lengths' product that rounding cannot reach, see `cells`."""
@@ -32,8 +54,10 @@ MAX_SPLITS = 100
 
 
 def validity(name: str, nodes: Values) -> NDArray[np.uint8]:
-    """`certificate.Validity` of each cell ``(n_cells, n_nodes, 3)``: "hexahedron" or "wedge"."""
-    a, b, c = (_edges(nodes, direction) for direction in DIRECTIONS[name])
+    """`certificate.Validity` of each cell ``(n_cells, n_nodes, 3)`` of a type that `can_decide`."""
+    shape = row_of(name).shape
+    assert shape is not None
+    a, b, c = (_edges(nodes, direction) for direction in directions(shape))
     with np.errstate(over="ignore", invalid="ignore", under="ignore"):
         across = np.cross(a[:, :, None], b[:, None])
         det = np.einsum("nijx,nkx->nijk", across, c)

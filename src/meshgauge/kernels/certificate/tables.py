@@ -6,8 +6,8 @@ differences between nodes that lie on one line of the reference cell. The determ
 forms, hence again a Bernstein form, whose coefficients are averages of ``det(e_a, e_b, e_c)`` with positive weights:
 nothing cancels but what cancels in the cell itself. All entries are worked out in rational numbers.
 
-Domains are products of simplices, one *group* of homogeneous coordinates each: tetra ``(4,)``, wedge ``(3, 2)``,
-hexahedron ``(2, 2, 2)``. A pyramid is the cube with its top face collapsed to the apex, ``x(r, s, t)`` with
+Domains are products of simplices with homogeneous coordinates each: tetra ``(4,)``, wedge ``(3, 2)``, hexahedron
+``(2, 2, 2)``. A pyramid is the cube with its top face collapsed to the apex, ``x(r, s, t)`` with
 ``ξ = (1 - t) r``, ``η = (1 - t) s``; the derivatives by r and s are divisible by ``1 - t``, and the quotients give the
 determinant with respect to (ξ, η, t), a polynomial in (r, s, t).
 
@@ -29,8 +29,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .types import HALF, ROWS, Row, Weights
+from ...cells import CELL_TYPES, CellType, Shape
 
+Weights = Mapping[int, Fraction]  #: node -> weight
 Exponents = tuple[int, ...]
 Net = list[tuple[Exponents, Weights]]  #: the Bernstein form of a derivative: control vectors as sums of nodes
 Floats = NDArray[np.float64]
@@ -103,8 +104,10 @@ class Table:
         return len(self.terms.quadratics) > 0 or len(self.terms.corners) == self.terms.n_coefficients
 
 
-KINDS: tuple[str, ...] = tuple(ROWS)
-"""The cell types that have a table, by meshio's names."""
+KINDS: tuple[str, ...] = tuple(row.name for row in CELL_TYPES.values() if row.order)
+"""The cell types that have a table, by their names."""
+
+_HALF = Fraction(1, 2)
 
 
 @cache
@@ -116,9 +119,8 @@ def table(name: str) -> Table:
     KeyError
         If the type has no table.
     """
-    row = ROWS.get(name)
-    if row is None:
-        raise KeyError(f"no certificate for cells of type {name!r}; there is one for {', '.join(KINDS)}")
+    row = row_of(name)
+    simplices = _shape(row).simplices
     nets = [_derivative(row, axis) for axis in range(3)]
     start = np.cumsum([0, *(len(net) for net in nets)])
     vectors = [weights for net in nets for _, weights in net]
@@ -128,60 +130,74 @@ def table(name: str) -> Table:
     ):
         total = tuple(x + y + z for x, y, z in zip(alpha, beta, gamma, strict=True))
         weight = Fraction(
-            prod(_multinomial(row.groups, exponents) for exponents in (alpha, beta, gamma)),
-            _multinomial(row.groups, total),
+            prod(_multinomial(simplices, exponents) for exponents in (alpha, beta, gamma)),
+            _multinomial(simplices, total),
         )
         terms.append((total, n_a, int(start[1]) + n_b, int(start[2]) + n_c, weight))
-    if name == "pyramid":
-        # The determinant is bilinear over the base: of its form of degree (2, 2) the corners alone are enough.
+    if row.order == 1 and _shape(row).least_at == "corner":
+        # Of a pyramid the determinant is bilinear over the base: of its form of degree (2, 2) the corners are enough.
         terms = [(tuple(x // 2 for x in t[0]), *t[1:]) for t in terms if all(x in (0, 2) for x in t[0])]
     index = {exponents: n for n, exponents in enumerate(sorted({t[0] for t in terms}, reverse=True))}
     numbered = [(index[t[0]], *t[1:]) for t in terms]
-    corners = np.array([n for exponents, n in index.items() if _is_corner(row.groups, exponents)], np.int64)
+    corners = np.array([n for exponents, n in index.items() if _is_corner(simplices, exponents)], np.int64)
     half_edges = _half_edges(row)
     return Table(
         name=name,
-        n_nodes=row.n_nodes,
+        n_nodes=row.n_nodes or 0,
         terms=_kernel_terms(row, nets, numbered, corners, index, half_edges),
-        splits=_splits(row.groups, index, corners),
+        splits=_splits(simplices, index, corners),
         vectors=tuple(vectors),
         exact_terms=tuple(numbered),
         edges=tuple(half_edges),
     )
 
 
-def edges(name: str) -> tuple[tuple[int, ...], ...]:
-    """The edges of a cell type: two corners, and the node between them if there is one."""
-    return ROWS[name].edges
+def row_of(name: str) -> CellType:
+    """The row of a cell type that has a table.
+
+    Raises
+    ------
+    KeyError
+        If the type has none.
+    """
+    row = next((row for row in CELL_TYPES.values() if row.name == name and row.order), None)
+    if row is None:
+        raise KeyError(f"no certificate for cells of type {name!r}; there is one for {', '.join(KINDS)}")
+    return row
+
+
+def _shape(row: CellType) -> Shape:
+    assert row.shape is not None  # of a known order are types with a shape only
+    return row.shape
 
 
 # ---- Bernstein forms -------------------------------------------------------------------------------------------
 
 
-def _blocks(groups: tuple[int, ...]) -> list[slice]:
-    """Where each group's entries are among the exponents."""
-    ends = np.cumsum([0, *groups])
+def _blocks(simplices: tuple[int, ...]) -> list[slice]:
+    """Where each simplex's entries are among the exponents."""
+    ends = np.cumsum([0, *simplices])
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
 
-def _multinomial(groups: tuple[int, ...], exponents: Exponents) -> int:
+def _multinomial(simplices: tuple[int, ...], exponents: Exponents) -> int:
     result = 1
-    for block in _blocks(groups):
+    for block in _blocks(simplices):
         part = exponents[block]
         result *= factorial(sum(part)) // prod(factorial(x) for x in part)
     return result
 
 
-def _is_corner(groups: tuple[int, ...], exponents: Exponents) -> bool:
-    return all(sum(x > 0 for x in exponents[block]) <= 1 for block in _blocks(groups))
+def _is_corner(simplices: tuple[int, ...], exponents: Exponents) -> bool:
+    return all(sum(x > 0 for x in exponents[block]) <= 1 for block in _blocks(simplices))
 
 
-def _exponents(groups: tuple[int, ...], order: int, node: tuple[int, ...]) -> Exponents:
+def _exponents(simplices: tuple[int, ...], order: int, place: tuple[int, ...]) -> Exponents:
     """Homogeneous coordinates of a lattice point."""
     result: list[int] = []
     axis = 0
-    for size in groups:
-        part = node[axis : axis + size - 1]
+    for size in simplices:
+        part = place[axis : axis + size - 1]
         result += [order - sum(part), *part]
         axis += size - 1
     return tuple(result)
@@ -199,16 +215,21 @@ def _sum(parts: Iterable[tuple[Fraction | int, Weights]]) -> Weights:
 @cache
 def _control(name: str) -> dict[Exponents, Weights]:
     """The map's control points, as sums of the file's nodes."""
-    row = ROWS[name]
+    row = row_of(name)
+    shape, n_nodes = _shape(row), row.n_nodes or 0
+    own: list[Weights] = [{n: Fraction(1)} for n in range(n_nodes)]
+    beside: list[Weights] = [{node: Fraction(eighths, 8) for node, eighths in weights} for weights in row.beside]
     values: dict[Exponents, Weights] = {
-        _exponents(row.groups, row.order, node): row.rest.get(n, {n: Fraction(1)}) for n, node in enumerate(row.nodes)
+        _exponents(shape.simplices, row.order, place): weights
+        for place, weights in zip(row.places, (*own, *beside), strict=True)
     }
-    if row.collapsed:
+    if shape.is_collapsed:
+        apex = {shape.n_nodes - 1: Fraction(1)}
         for i, j in product(range(row.order + 1), repeat=2):
-            values[_exponents(row.groups, row.order, (i, j, row.order))] = {4: Fraction(1)}
+            values[_exponents(shape.simplices, row.order, (i, j, row.order))] = apex
     if row.order == 1:
         return values
-    for block in _blocks(row.groups):
+    for block in _blocks(shape.simplices):
         # On a line with values a, m, b the middle control point is 2 m - (a + b)/2.
         new: dict[Exponents, Weights] = {}
         for exponents, weights in values.items():
@@ -219,15 +240,15 @@ def _control(name: str) -> dict[Exponents, Weights]:
             i, j = ends
             a, b = list(exponents), list(exponents)
             a[i], a[j], b[i], b[j] = 2, 0, 0, 2
-            new[exponents] = _sum([(2, weights), (-HALF, values[tuple(a)]), (-HALF, values[tuple(b)])])
+            new[exponents] = _sum([(2, weights), (-_HALF, values[tuple(a)]), (-_HALF, values[tuple(b)])])
         values = new
     return values
 
 
-def _derivative(row: Row, axis: int) -> Net:
+def _derivative(row: CellType, axis: int) -> Net:
     """The derivative by a reference coordinate; of a pyramid by r and s, divided by ``1 - t``."""
     control = _control(row.name)
-    blocks = _blocks(row.groups)
+    blocks = _blocks(_shape(row).simplices)
     position = {
         n: (block.start, block.start + 1 + m)
         for n, (block, m) in enumerate((block, m) for block in blocks for m in range(block.stop - block.start - 1))
@@ -243,7 +264,7 @@ def _derivative(row: Row, axis: int) -> Net:
         weights = _sum([(row.order, control[tuple(step)]), (-row.order, control[exponents])])
         lower = list(exponents)
         lower[first] -= 1
-        if row.collapsed and axis < 2:
+        if _shape(row).is_collapsed and axis < 2:
             below, above = lower[4], lower[5]
             if below == 0:
                 continue
@@ -256,21 +277,21 @@ def _derivative(row: Row, axis: int) -> Net:
 # ---- differences -----------------------------------------------------------------------------------------------
 
 
-def _differences(row: Row, axis: int, weights: Weights) -> list[tuple[int, int, Fraction]]:
+def _differences(row: CellType, axis: int, weights: Weights) -> list[tuple[int, int, Fraction]]:
     """The sum of nodes as a sum of differences ``(from, to, weight)`` along lines of the reference cell.
 
     Why not of differences to one node: in a thin layer the derivative across it would be a small difference of large
     numbers.
     """
     lines: dict[tuple[int, ...], list[int]] = {}
-    apex = 4 if row.collapsed else -1
-    for node in range(row.n_nodes):
+    apex = _shape(row).n_nodes - 1 if _shape(row).is_collapsed else -1
+    for node in range(row.n_nodes or 0):
         if node != apex:
-            place = row.nodes[node]
+            place = row.places[node]
             lines.setdefault(place[:axis] + place[axis + 1 :], []).append(node)
     result = []
     for line in lines.values():
-        line.sort(key=lambda node: row.nodes[node][axis])
+        line.sort(key=lambda node: row.places[node][axis])
         if apex >= 0 and axis == 2:
             line.append(apex)
         total = Fraction(0)
@@ -281,7 +302,7 @@ def _differences(row: Row, axis: int, weights: Weights) -> list[tuple[int, int, 
     return result
 
 
-def _half_edges(row: Row) -> list[tuple[int, int, Fraction]]:
+def _half_edges(row: CellType) -> list[tuple[int, int, Fraction]]:
     """Pairs of nodes and weights that add up to the mean squared edge length.
 
     An edge with a node ``m`` between ``a`` and ``b`` counts as ``2 (|m - a|² + |b - m|²)``, which is ``|b - a|²`` when
@@ -299,7 +320,7 @@ def _half_edges(row: Row) -> list[tuple[int, int, Fraction]]:
 
 
 def _kernel_terms(
-    row: Row,
+    row: CellType,
     nets: Sequence[Net],
     terms: Sequence[tuple[int, int, int, int, Fraction]],
     corners: Ints,
@@ -333,8 +354,11 @@ def _kernel_terms(
     # Roundings on the way to a coefficient: three vectors (a difference each, their sum, the scaling), the cross
     # product, the dot product, the weight, the sum of the terms; a few to spare for the bound itself.
     roundings = 3 * (max(len(v) for v in vectors) + 3) + 8 + int(n_terms.max()) + 8
-    if row.name == "wedge":
-        quadratics = [[index[*v, 2, 0], index[*v, 1, 1], index[*v, 0, 2]] for v in np.eye(3, dtype=int).tolist()]
+    simplices = _shape(row).simplices
+    if row.order == 1 and _shape(row).least_at == "upright edge":
+        quadratics = [
+            [index[*v, 2, 0], index[*v, 1, 1], index[*v, 0, 2]] for v in np.eye(simplices[0], dtype=int).tolist()
+        ]
     else:
         quadratics = []
     return Terms(
@@ -354,7 +378,7 @@ def _kernel_terms(
         corners=corners,
         quadratics=np.array(quadratics, np.int64).reshape(-1, 3),
         error=1.01 * roundings * U,
-        ideal=row.ideal,
+        ideal=_shape(row).k,
         n_coefficients=len(index),
     )
 
@@ -362,8 +386,8 @@ def _kernel_terms(
 # ---- subdivision -----------------------------------------------------------------------------------------------
 
 
-def _splits(groups: tuple[int, ...], index: Mapping[Exponents, int], corners: Ints) -> Splits:
-    blocks = _blocks(groups)
+def _splits(simplices: tuple[int, ...], index: Mapping[Exponents, int], corners: Ints) -> Splits:
+    blocks = _blocks(simplices)
     degrees = [sum(next(iter(index))[block]) for block in blocks]
     child_start, bend_start = [0], [0]
     rows: list[list[tuple[int, float]]] = []

@@ -313,7 +313,7 @@ def verdict_quality(
     shape = row.shape.name
     cells = np.asarray(connectivity)
     corners: tuple[int, ...] = row.corners
-    if shape == WEDGE.name and _wedge_is_legacy():
+    if row.shape.other_order and _wedge_is_legacy():
         corners = corners[3:] + corners[:3]
     if corners != tuple(range(cells.shape[1])):
         cells = cells[:, corners]
@@ -322,7 +322,7 @@ def verdict_quality(
     points, exponent = _in_range(np.asarray(points), cells)
     values = _ask(points, np.ascontiguousarray(cells), BY_NAME[shape].vtk_id, name)
     values[~(np.abs(values) < _LARGEST)] = np.nan
-    if name == "scaled_jacobian" and shape == "pyramid":
+    if name == "scaled_jacobian" and row.shape.is_collapsed:
         values[values == 0.0] = np.nan
     if _ZERO_EDGE in asked.masked:
         for a, b in row.shape.edges:  # the wedge's edges are those of both orders of its nodes
@@ -370,7 +370,7 @@ def _ask(
 def _wedge_is_legacy() -> bool:
     """True if the VTK at hand has the wedge's normal of (0, 1, 2) pointing away from (3, 4, 5)."""
     points = np.array(WEDGE.points)
-    return bool(_ask(points, np.arange(6)[None], BY_NAME["wedge"].vtk_id, "volume")[0] < 0)
+    return bool(_ask(points, np.arange(6)[None], BY_NAME[WEDGE.name].vtk_id, "volume")[0] < 0)
 
 
 def _in_range(points: NDArray[np.floating], cells: NDArray[np.signedinteger]) -> tuple[NDArray[np.floating], int]:
