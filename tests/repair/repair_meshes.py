@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshgauge import Mesh
+from meshgauge.cells import BY_NAME
 
 TETRAHEDRA = ((0, 1, 3, 7), (1, 2, 3, 7), (0, 7, 4, 1), (4, 7, 5, 1), (1, 7, 5, 6), (1, 2, 7, 6))
 PYRAMIDS = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
@@ -53,3 +54,21 @@ def on_boundary(mesh: Mesh, n: int) -> NDArray[np.bool_]:
     """Points on the sides of the cube."""
     points = np.asarray(mesh.points)
     return np.asarray(((points == 0.0) | (points == n)).any(axis=1))
+
+
+def curved(kind: str, n: int, by: float, bulge: float, seed: int = 0) -> Mesh:
+    """`shaken` as cells of second order, the middle of each edge off by up to ``bulge`` along each axis.
+
+    ``kind`` is "tetra", "wedge" or "hexahedron".
+    """
+    mesh = shaken(kind, n, by, seed)
+    row = BY_NAME[{"tetra": "tetra10", "wedge": "wedge15", "hexahedron": "hexahedron20"}[kind]]
+    corners = np.asarray(mesh.connectivity, np.int64).reshape(mesh.n_cells, -1)
+    pairs = [edge[:2] for edge in row.edges]
+    ends = np.sort(np.concatenate([corners[:, list(pair)] for pair in pairs]), axis=1)
+    unique, inverse = np.unique(ends, axis=0, return_inverse=True)
+    middles = np.asarray(mesh.points)[unique].mean(axis=1)
+    inside = ((middles > 1e-9) & (middles < n - 1e-9)).all(axis=1)
+    middles[inside] += np.random.default_rng(seed + 1).uniform(-bulge, bulge, (int(inside.sum()), 3))
+    nodes = np.concatenate([corners, mesh.n_points + inverse.reshape(len(pairs), -1).T], axis=1)
+    return Mesh.from_arrays(np.concatenate([mesh.points, middles]), {row.name: nodes})

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from repair_meshes import cells, on_boundary, shaken
+from repair_meshes import cells, curved, on_boundary, shaken
 
 import meshgauge
 from meshgauge import Mesh, MeshError, Status
@@ -131,6 +131,32 @@ def test_points_that_coincide_stay_together() -> None:
     seam = np.flatnonzero(points[:, 0] == 3.0)
     np.testing.assert_array_equal(result.mesh.points[seam], points[seam])
     assert any("coincide" in note for note in result.report.notes)
+
+
+def test_a_fixed_node_between_corners_stays_and_counts_in_its_cells() -> None:
+    mesh = curved("tetra", 4, 0.15, 0.02)
+    keep = np.random.default_rng(1).random(mesh.n_points) < 0.3
+    result = meshgauge.improve(mesh, fixed=keep)
+    np.testing.assert_array_equal(result.mesh.points[keep], mesh.points[keep])
+    assert result.report.holds
+    assert worst(result.after) > worst(result.before)
+    assert np.nanmean(result.after.values) > np.nanmean(result.before.values)
+
+
+@pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron"])
+def test_curved_cells_are_raised_as_they_are_measured(kind: str) -> None:
+    result = meshgauge.improve(curved(kind, 4, 0.2, 0.1))
+    assert worst(result.after) > worst(result.before) + 0.05
+    assert (result.after.status == Status.OK).all()
+    assert worst(result.after) <= result.report.ceiling + 1e-9
+
+
+def test_the_ceiling_counts_curved_edges() -> None:
+    mesh = curved("tetra", 1, 0.0, 0.0)
+    points = np.array(mesh.points)
+    points[8:] += np.random.default_rng(0).uniform(-0.08, 0.08, points[8:].shape)
+    result = meshgauge.improve(mesh.replace(points=points), fixed=np.ones(len(points), bool))
+    assert result.report.ceiling == pytest.approx(worst(result.after), abs=1e-9)
 
 
 def test_nodes_between_corners_follow() -> None:

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from repair_meshes import shaken
+from numpy.typing import NDArray
+from repair_meshes import curved, shaken
 
+from meshgauge import Mesh, measure
+from meshgauge.cells import CELL_TYPES
+from meshgauge.repair.curved import move_nodes_between
 from meshgauge.repair.energies import QualityEnergy, ShapeEnergy
 from meshgauge.repair.problem import Points, Problem, _even_corner, problem
 
@@ -82,9 +86,70 @@ def test_corner_model_of_the_energy_has_its_constant(k: float) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_qualities_are_those_that_are_measured(kind: str) -> None:
-    from meshgauge import measure
-
     mesh = shaken(kind, 3, 0.6)
     part = problem(mesh, np.ones(mesh.n_cells, bool))
     _, jens = part.qualities(np.array(mesh.points[part.point_ids]))
     assert jens == pytest.approx(measure(mesh).values[part.cell_ids], abs=1e-12)
+
+
+CURVED = ("tetra", "wedge", "hexahedron")
+
+
+def bent(kind: str, *, fixed: bool) -> tuple[Mesh, NDArray[np.bool_], Problem, Points]:
+    """A mesh of curved cells, half of its nodes between corners fixed or none; its problem, and the points of that."""
+    mesh = curved(kind, 3, 0.1, 0.1)
+    rng = np.random.default_rng(4)
+    held = (rng.random(mesh.n_points) < 0.5) & (np.arange(mesh.n_points) >= 64) & fixed
+    part = problem(mesh, np.ones(mesh.n_cells, bool), None, held)
+    return mesh, held, part, np.array(mesh.points[part.point_ids])
+
+
+@pytest.mark.parametrize("kind", CURVED)
+@pytest.mark.parametrize("fixed", [False, True])
+def test_qualities_of_curved_cells_are_those_that_are_measured(kind: str, fixed: bool) -> None:
+    mesh, held, part, points = bent(kind, fixed=fixed)
+    assert part.qualities(points)[1] == pytest.approx(measure(mesh).values[part.cell_ids], abs=1e-12)
+    # Also where corners are elsewhere, and the nodes between them have followed or not.
+    points += np.random.default_rng(5).normal(0.0, 0.02, points.shape)
+    moved = np.array(mesh.points)
+    moved[part.point_ids] = points
+    moved = move_nodes_between(mesh, moved, np.ones(mesh.n_cells, bool), held)
+    np.testing.assert_array_equal(moved[held], mesh.points[held])
+    values = measure(mesh.replace(points=moved)).values
+    assert part.qualities(points)[1] == pytest.approx(values[part.cell_ids], abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", CURVED)
+@pytest.mark.parametrize("fixed", [False, True])
+def test_gradients_of_curved_cells(kind: str, fixed: bool) -> None:
+    _, _, part, points = bent(kind, fixed=fixed)
+    points += np.random.default_rng(2).normal(0.0, 0.02, points.shape)
+    lengths = 1.2 * part.reference_lengths(points)
+    checked(ShapeEnergy(part, lengths, 1e-2), part, points)
+    thresholds = np.full(part.n_cells, -1.5)
+    checked(QualityEnergy(part, lengths, thresholds, 0.5, 0.3, 8.0, 0.1), part, points)
+
+
+def test_nodes_of_every_curved_type_follow_their_edge_or_face() -> None:
+    rows = [row for row in CELL_TYPES.values() if row.is_curved and row.order == 2]
+    assert len(rows) > 5
+    for row in rows:
+        assert row.n_nodes is not None
+        rng = np.random.default_rng(0)
+        points = rng.random((row.n_nodes, 3))
+        mesh = Mesh.from_arrays(points, {row.name: [range(row.n_nodes)]})
+        moved = points.copy()
+        corners = list(row.corners)
+        moved[corners] += rng.random((len(corners), 3))
+        out = move_nodes_between(mesh, moved, np.ones(1, bool), np.zeros(row.n_nodes, bool))
+        np.testing.assert_array_equal(out[corners], moved[corners])
+        for edge in row.edges:
+            if len(edge) == 3:
+                a, b, m = edge
+                want = points[m] + 0.5 * (moved[a] - points[a] + moved[b] - points[b])
+                np.testing.assert_allclose(out[m], want, atol=1e-14)
+        assert (out != points).any(axis=1).all()
+        shifted = move_nodes_between(
+            mesh, points + (moved[0] - points[0]), np.ones(1, bool), np.zeros(row.n_nodes, bool)
+        )
+        np.testing.assert_allclose(shifted, points + (moved[0] - points[0]), atol=1e-14)

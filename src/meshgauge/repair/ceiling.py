@@ -73,9 +73,8 @@ def ceiling(problem: Problem, points: Points, fixed: NDArray[np.bool_]) -> Ceili
 
 
 def _edges(problem: Problem, points: Points, corners: NDArray[np.int64]) -> Points:
-    """``(n, 3, 3)`` unit edges of some corners; NaN of length zero become zero."""
-    ids = problem.corners[corners]
-    edges = points[ids[:, 1:]] - points[ids[:, :1]]
+    """``(n, 3, 3)`` unit edges of some corners, zero where one has no length."""
+    edges = problem.edges(points, corners)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)
     unit: Points = np.divide(edges, lengths, out=np.zeros_like(edges), where=lengths > 0.0)
     return unit

@@ -1,4 +1,4 @@
-"""Nodes between the corners of curved cells follow the corners."""
+"""Nodes between the corners of curved cells follow the corners, unless they are fixed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, CellType
-from ..mesh import Mesh
+from ..mesh import CellIds, Mesh
+from ..mesh.connectivity import picked
+
+Mask = NDArray[np.bool_]
+Points = NDArray[np.float64]
 
 NEAR = 1e-9
+"""Reference coordinates that differ by less are the same."""
 
 
 def can_follow(row: CellType) -> bool:
@@ -18,7 +23,36 @@ def can_follow(row: CellType) -> bool:
     return not row.is_curved or row.order > 0
 
 
-def move_nodes_between(mesh: Mesh, points: NDArray[np.float64], cells: NDArray[np.bool_]) -> NDArray[np.float64]:
+def edge_bends(mesh: Mesh, row: CellType, cells: CellIds, triple: tuple[int, ...], fixed: Mask | None) -> Points:
+    """``(n, 3, 4)`` what turns the edges at a corner of some curved cells into tangents, see `kernels.repair.shape`.
+
+    Parameters
+    ----------
+    mesh, row, cells
+        Cells of one curved type.
+    triple
+        The corner and its three neighbours, as positions among the corners.
+    fixed
+        ``(n_points,)`` nodes that do not follow; None: all do.
+    """
+    middles = _middles(row.vtk_id)
+    columns = tuple(range(row.n_nodes or 0))
+    nodes = picked(mesh, row, cells, columns)
+    points = np.asarray(mesh.points, np.float64)
+    out = np.zeros((len(nodes), 3, 4))
+    for m, far in enumerate(triple[1:]):
+        middle = middles.get(frozenset((triple[0], far)))
+        if middle is None:
+            continue
+        ids = nodes[:, middle]
+        ends = points[nodes[:, row.corners[triple[0]]]] + points[nodes[:, row.corners[far]]]
+        is_fixed = np.zeros(len(ids), bool) if fixed is None else fixed[ids]
+        out[:, m, :3] = 4.0 * points[ids] - np.where(is_fixed, 0.0, 2.0)[:, None] * ends
+        out[:, m, 3] = is_fixed
+    return out
+
+
+def move_nodes_between(mesh: Mesh, points: Points, cells: Mask, fixed: Mask) -> Points:
     """Points with the nodes between corners moved by the mean of what the corners of their edge or face moved by.
 
     So a curved edge keeps its form, and one whose corners stay does not move.
@@ -31,39 +65,65 @@ def move_nodes_between(mesh: Mesh, points: NDArray[np.float64], cells: NDArray[n
         ``(n_points, 3)`` with corners moved.
     cells
         ``(n_cells,)`` cells that take part.
+    fixed
+        ``(n_points,)`` nodes that stay.
     """
-    moved = points - np.asarray(mesh.points, np.float64)
+    old = np.asarray(mesh.points, np.float64)
+    moved = points - old
     out = points.copy()
+    for row, ids, weights in _curved_groups(mesh, cells):
+        nodes = picked(mesh, row, ids, tuple(range(len(weights))))
+        corners = moved[nodes[:, list(row.corners)]]
+        for node in between(row):
+            mine = nodes[:, node]
+            free = ~fixed[mine]
+            way = np.einsum("c,ncx->nx", weights[node], corners[free])
+            out[mine[free]] = old[mine[free]] + way
+    return out
+
+
+def between(row: CellType) -> list[int]:
+    """Positions of the nodes of a type that are no corners."""
+    return [node for node in range(row.n_nodes or 0) if node not in row.corners]
+
+
+def _curved_groups(mesh: Mesh, cells: Mask) -> list[tuple[CellType, NDArray[np.int64], Points]]:
+    """The curved cells that take part, by type, with the weights of their nodes."""
+    groups = []
     for row, _, of_type in mesh.groups():
         if row is None or row.shape is None or not row.is_curved or not can_follow(row):
             continue
         ids = np.arange(mesh.n_cells)[of_type]
-        ids = ids[cells[ids]]
-        weights = _weights(row.vtk_id)
-        nodes = mesh.connectivity[np.asarray(mesh.offsets[ids], np.int64)[:, None] + np.arange(len(weights))]
-        corners = moved[nodes[:, list(row.corners)]]
-        for node in range(row.shape.n_nodes, len(weights)):
-            out[nodes[:, node]] = np.asarray(mesh.points, np.float64)[nodes[:, node]] + np.einsum(
-                "c,ncx->nx", weights[node], corners
-            )
-    return out
+        groups.append((row, ids[cells[ids]], _weights(row.vtk_id)))
+    return groups
 
 
 @cache
-def _weights(vtk_id: int) -> NDArray[np.float64]:
+def _middles(vtk_id: int) -> dict[frozenset[int], int]:
+    """The node on each edge that has one, by the positions of its ends among the corners."""
+    row = CELL_TYPES[vtk_id]
+    at = {node: n for n, node in enumerate(row.corners)}
+    return {frozenset((at[edge[0]], at[edge[1]])): edge[2] for edge in row.edges if len(edge) == 3}
+
+
+@cache
+def _weights(vtk_id: int) -> Points:
     """``(n_nodes, n_corners)``: of which corners each node is the mean."""
     row = CELL_TYPES[vtk_id]
     assert row.shape is not None
     places = np.array(row.places[: row.n_nodes], np.float64)
     n = row.shape.n_nodes
     corners = places[list(row.corners)]
-    groups = [*row.shape.edges, *row.shape.faces, tuple(range(n))]
-    weights = np.zeros((len(places), n))
-    for node, place in enumerate(places):
-        for group in ((node,) if node < n else (), *groups):
-            if group and np.abs(corners[list(group)].mean(axis=0) - place).max() < NEAR:
-                weights[node, list(group)] = 1.0 / len(group)
-                break
-        else:
-            weights[node] = 1.0 / n
+    weights = np.full((len(places), n), 1.0 / n)
+    for position, node in enumerate(row.corners):
+        weights[node] = np.eye(n)[position]
+    on_edges = _middles(vtk_id)
+    for ends, node in on_edges.items():
+        weights[node] = 0.0
+        weights[node, list(ends)] = 0.5
+    for node in set(between(row)) - set(on_edges.values()):
+        for face in row.shape.faces:
+            if np.abs(corners[list(face)].mean(axis=0) - places[node]).max() < NEAR:
+                weights[node] = 0.0
+                weights[node, list(face)] = 1.0 / len(face)
     return weights

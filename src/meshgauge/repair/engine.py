@@ -142,7 +142,8 @@ def improve(
     faults = _diagnose(before)
     constraints = constraints_of(mesh, before, fixed)
     of_polyhedra = corners(before)
-    whole = problem(mesh, constraints.cells, (of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants))
+    polyhedral = of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants
+    whole = problem(mesh, constraints.cells, polyhedral, constraints.pinned)
     if whole.n_cells == 0:
         raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
     options = {"boundary": boundary, "target": target, "floor": floor, "strict": strict, "seconds": seconds}
@@ -232,7 +233,7 @@ def _accept(
     mesh = before.mesh
     moved = np.asarray(mesh.points, np.float64).copy()
     moved[run.whole.point_ids[run.points_of_moving]] = points
-    moved = move_nodes_between(mesh, moved, constraints.cells)
+    moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
     after, n_back = accept(before, moved, strict=strict, threads=threads)
     notes = (f"{n_back:,} points were put back, since a cell of theirs would have paid.",) if n_back else ()
     if is_better(after, before):

@@ -14,6 +14,7 @@ from ..cells import SHAPES, TETRA
 from ..kernels.repair import cells as improve_cells
 from ..mesh import Mesh
 from ..mesh.connectivity import chunks, picked
+from .curved import edge_bends
 
 Points = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -54,6 +55,9 @@ class Problem:
         ``(n_corners, 4)`` int32: the corner and its right-handed neighbours. An apex of a pyramid has four.
     kinds
         ``(n_corners,)`` int32, rows of `constants`, `ideals` and `counts`.
+    bends
+        ``(n_corners, 3, 4)`` what turns the three edges into the tangents of curved cells, see `kernels.repair.shape`;
+        ``(0, 3, 4)`` if no cell is curved.
     constants
         ``(n_kinds,)`` k.
     ideals
@@ -69,6 +73,7 @@ class Problem:
     cells: Ids
     corners: NDArray[np.int32]
     kinds: NDArray[np.int32]
+    bends: Points
     constants: Points
     ideals: Points
     counts: NDArray[np.bool_]
@@ -90,15 +95,25 @@ class Problem:
     def qualities(self, points: Points) -> tuple[Points, Points]:
         """``(n_cells,)`` the least J_S/k of each cell's corners, and its J_ENS."""
         lowest, folded = np.empty(self.n_cells), np.empty(self.n_cells)
-        improve_cells.cell_quality(points, self.corners, self.kinds, self.constants, self.cells, lowest, folded)
+        improve_cells.cell_quality(
+            points, self.corners, self.kinds, self.bends, self.constants, self.cells, lowest, folded
+        )
         return lowest, folded
+
+    def edges(self, points: Points, which: slice | Ids) -> Points:
+        """``(n, 3, 3)`` the edges at some corners, one a row; of curved cells their tangents."""
+        corners = self.corners[which]
+        ends, at = points[corners[:, 1:]], points[corners[:, :1]]
+        if not len(self.bends):
+            return np.asarray(ends - at)
+        bends = self.bends[which]
+        return np.asarray(ends - at + bends[:, :, :3] - 2.0 * bends[:, :, 3:] * (ends + at))
 
     def edge_lengths(self, points: Points) -> NDArray[np.float32]:
         """``(n_corners, 3)`` lengths of the edges from each corner to its neighbours."""
         out = np.empty((len(self.corners), 3), np.float32)
         for start in range(0, len(out), CHUNK):
-            corners = self.corners[start : start + CHUNK]
-            edges = points[corners[:, 1:]] - points[corners[:, :1]]
+            edges = self.edges(points, slice(start, start + CHUNK))
             out[start : start + CHUNK] = np.sqrt(np.einsum("cmx,cmx->cm", edges, edges))
         return out
 
@@ -106,8 +121,7 @@ class Problem:
         """Bring reference lengths to those of the edges as they are, by a factor of two at most, in place."""
         for start in range(0, len(lengths), CHUNK):
             part = lengths[start : start + CHUNK]
-            corners = self.corners[start : start + CHUNK]
-            edges = points[corners[:, 1:]] - points[corners[:, :1]]
+            edges = self.edges(points, slice(start, start + CHUNK))
             now = np.sqrt(np.einsum("cmx,cmx->cm", edges, edges))
             np.clip(now, 0.5 * part, 2.0 * part, out=now)
             part[...] = now
@@ -143,6 +157,7 @@ class Problem:
             np.asarray(sizes, np.int64)[chosen],
             corners,
             self.kinds[keep],
+            self.bends[keep] if len(self.bends) else self.bends,
             (self.constants, self.ideals, self.counts),
         )
         return part, used, chosen
@@ -158,7 +173,12 @@ class Problem:
         return cells
 
 
-def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Points] | None = None) -> Problem:
+def problem(
+    mesh: Mesh,
+    cells: NDArray[np.bool_],
+    polyhedral: tuple[Ids, Ids, Points] | None = None,
+    fixed: NDArray[np.bool_] | None = None,
+) -> Problem:
     """The corners of the chosen cells of a mesh.
 
     Parameters
@@ -169,15 +189,17 @@ def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Po
         ``(n_cells,)`` which cells take part; of them those of types with corners in the tables do.
     polyhedral
         Corners of polyhedra: cell, points ``(n, 4)`` and k of each; k is 0 where four points are to be in a plane.
+    fixed
+        ``(n_points,)`` nodes between the corners of curved cells that do not follow them; None: all follow.
     """
     kinds_of, tables = _kinds(), (*_kind_tables(), _counts())
     groups = []
     for row, _, of_type in mesh.groups():
         if row is not None and row.shape is not None:
             ids = np.arange(mesh.n_cells)[of_type]
-            groups.append((row, row.shape.name, ids[cells[ids]], np.array(row.shape.triples)))
+            groups.append((row, ids[cells[ids]], np.array(row.shape.triples)))
     numbers = np.zeros(mesh.n_cells, np.int64)
-    for _, _, ids, triples in groups:
+    for _, ids, triples in groups:
         numbers[ids] = len(triples)
     if polyhedral is not None and len(polyhedral[0]):
         of_cell = polyhedral[0][cells[polyhedral[0]]]
@@ -188,12 +210,17 @@ def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Po
     starts[order] = np.cumsum(numbers[order]) - numbers[order]
     n_corners = int(numbers.sum())
     corners, kinds = np.empty((n_corners, 4), np.int32), np.empty(n_corners, np.int32)
-    for row, name, ids, triples in groups:
+    is_curved = any(row.is_curved and len(ids) for row, ids, _ in groups)
+    bends = np.zeros((n_corners if is_curved else 0, 3, 4))
+    for row, ids, triples in groups:
+        assert row.shape is not None
         for part in chunks(ids, CHUNK // len(triples)):
             nodes = picked(mesh, row, part, row.corners)
             for m, triple in enumerate(triples):
                 corners[starts[part] + m] = nodes[:, triple]
-                kinds[starts[part] + m] = kinds_of[name][m]
+                kinds[starts[part] + m] = kinds_of[row.shape.name][m]
+                if row.is_curved:
+                    bends[starts[part] + m] = edge_bends(mesh, row, part, tuple(triple), fixed)
     if polyhedral is not None and len(polyhedral[0]):
         keep = cells[polyhedral[0]]
         known, which = np.unique(polyhedral[2][keep], return_inverse=True)
@@ -206,7 +233,7 @@ def problem(mesh: Mesh, cells: NDArray[np.bool_], polyhedral: tuple[Ids, Ids, Po
             np.concatenate([tables[2], known > 0.0]),
         )
     used, local = _renumber(corners)
-    return _problem(used, order, numbers[order], local, kinds, tables)
+    return _problem(used, order, numbers[order], local, kinds, bends, tables)
 
 
 def _problem(
@@ -215,6 +242,7 @@ def _problem(
     sizes: Ids,
     corners: NDArray[np.int32],
     kinds: NDArray[np.int32],
+    bends: Points,
     tables: tuple[Points, Points, NDArray[np.bool_]],
 ) -> Problem:
     cells = np.zeros(len(cell_ids) + 1, np.int64)
@@ -232,6 +260,7 @@ def _problem(
         cells=cells,
         corners=np.ascontiguousarray(corners),
         kinds=np.ascontiguousarray(kinds, np.int32),
+        bends=np.ascontiguousarray(bends),
         constants=tables[0],
         ideals=tables[1],
         counts=tables[2],

@@ -14,7 +14,7 @@ SHARES = (1.0, 0.5, 0.2, 0.05)
 
 
 @fused_inlined
-def _values(points: Any, corners: Any, kinds: Any, constants: Any, first: int, last: int) -> Any:
+def _values(points: Any, corners: Any, kinds: Any, bends: Any, constants: Any, first: int, last: int) -> Any:
     """The least J_S/k of some corners, at most 2, and the fold of their J_ENS."""
     least, positive, negative, zero = 2.0, 1.0, -np.inf, False
     for c in range(first, last):
@@ -26,6 +26,17 @@ def _values(points: Any, corners: Any, kinds: Any, constants: Any, first: int, l
         u0, u1, u2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
         v0, v1, v2 = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
         w0, w1, w2 = points[h, 0] - x, points[h, 1] - y, points[h, 2] - z
+        if len(bends) > 0:
+            b = bends[c]
+            u0 += b[0, 0] - 2.0 * b[0, 3] * (points[i, 0] + x)
+            u1 += b[0, 1] - 2.0 * b[0, 3] * (points[i, 1] + y)
+            u2 += b[0, 2] - 2.0 * b[0, 3] * (points[i, 2] + z)
+            v0 += b[1, 0] - 2.0 * b[1, 3] * (points[j, 0] + x)
+            v1 += b[1, 1] - 2.0 * b[1, 3] * (points[j, 1] + y)
+            v2 += b[1, 2] - 2.0 * b[1, 3] * (points[j, 2] + z)
+            w0 += b[2, 0] - 2.0 * b[2, 3] * (points[h, 0] + x)
+            w1 += b[2, 1] - 2.0 * b[2, 3] * (points[h, 1] + y)
+            w2 += b[2, 2] - 2.0 * b[2, 3] * (points[h, 2] + z)
         det = u0 * (v1 * w2 - v2 * w1) + u1 * (v2 * w0 - v0 * w2) + u2 * (v0 * w1 - v1 * w0)
         product = (
             sqrt(u0 * u0 + u1 * u1 + u2 * u2) * sqrt(v0 * v0 + v1 * v1 + v2 * v2) * sqrt(w0 * w0 + w1 * w1 + w2 * w2)
@@ -43,13 +54,16 @@ def _values(points: Any, corners: Any, kinds: Any, constants: Any, first: int, l
 
 
 @fused_kernel
-def cell_quality(points: Any, corners: Any, kinds: Any, constants: Any, cells: Any, lowest: Any, folded: Any) -> None:
+def cell_quality(
+    points: Any, corners: Any, kinds: Any, bends: Any, constants: Any, cells: Any, lowest: Any, folded: Any
+) -> None:
     """For each cell the least J_S/k of its corners, and its J_ENS as folded from all of its triples.
 
-    An edge of length zero gives 0. The signs are those of rounded arithmetic: what is reported is measured anew.
+    An edge of length zero gives 0; ``bends`` as for `shape.shape`.
+    The signs are those of rounded arithmetic: what is reported is measured anew.
     """
     for e in range(len(cells) - 1):
-        lowest[e], folded[e] = _values(points, corners, kinds, constants, cells[e], cells[e + 1])
+        lowest[e], folded[e] = _values(points, corners, kinds, bends, constants, cells[e], cells[e + 1])
 
 
 @fused_kernel
@@ -58,6 +72,7 @@ def sweep(
     goal: Any,
     corners: Any,
     kinds: Any,
+    bends: Any,
     constants: Any,
     cells: Any,
     offsets: Any,
@@ -92,7 +107,7 @@ def sweep(
         sum0, m0, m1, m2, n = 0.0, 0.0, 0.0, 0.0, 0
         for a in range(offsets[p], offsets[p + 1]):
             e = around[a]
-            sum0 += min(_values(points, corners, kinds, constants, cells[e], cells[e + 1])[0], 1.0)
+            sum0 += min(_values(points, corners, kinds, bends, constants, cells[e], cells[e + 1])[0], 1.0)
             for c in range(cells[e], cells[e + 1]):
                 if corners[c, 0] == p:
                     for m in range(1, 4):
@@ -111,7 +126,7 @@ def sweep(
                 total, holds = 0.0, True
                 for a in range(offsets[p], offsets[p + 1]):
                     e = around[a]
-                    least, folded = _values(points, corners, kinds, constants, cells[e], cells[e + 1])
+                    least, folded = _values(points, corners, kinds, bends, constants, cells[e], cells[e + 1])
                     if not folded >= floors[e]:
                         holds = False
                         break

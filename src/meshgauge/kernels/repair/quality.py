@@ -8,6 +8,8 @@ With q = J_S/k at a corner, and for each cell a threshold t below all of its q:
 - lengths: γ Σ (l²/L² + L²/l² - 2) over edges, L their reference lengths: J_S does not see lengths, so that without it
   edges may shrink to nothing.
 
+The edges of curved cells are their true tangents at the corner; see ``bends`` of `shape.shape`.
+
 Gradient of J_S: ∂J/∂x_i = [(u_j × u_k) - J u_i]/|d_i|, cyclic (SCIENCE: unit vectors u along the edges d).
 """
 
@@ -26,6 +28,7 @@ def quality(
     points: Any,
     corners: Any,
     kinds: Any,
+    bends: Any,
     lengths: Any,
     constants: Any,
     cells: Any,
@@ -41,8 +44,8 @@ def quality(
 
     Parameters
     ----------
-    points, corners, kinds, lengths, gradient, low
-        As for `improve_shape.shape`.
+    points, corners, kinds, bends, lengths, gradient, low
+        As for `shape.shape`.
     constants
         ``(n_kinds,)`` k; 0 where the four points are to be in a plane: ω J² is added.
     cells
@@ -59,6 +62,9 @@ def quality(
     slope, value, fall = np.empty(most), np.empty(most), np.empty(most)
     # Of each corner: the edges, what the lengths pull along them, J / l²; and the cofactors over the lengths.
     edge, normal = np.empty((most, 15)), np.empty((most, 9))
+    curved = len(bends) > 0
+    # How far each tangent goes with the neighbour, and with the corner: chords, unless the cells are curved.
+    ah, ai, ag, oh, oi, og = 1.0, 1.0, 1.0, -1.0, -1.0, -1.0
     for e in range(first, last):
         start, n = cells[e], cells[e + 1] - cells[e]
         t = thresholds[e]
@@ -71,6 +77,17 @@ def quality(
             u0, u1, u2 = points[h, 0] - x, points[h, 1] - y, points[h, 2] - z
             v0, v1, v2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
             w0, w1, w2 = points[g, 0] - x, points[g, 1] - y, points[g, 2] - z
+            if curved:
+                b = bends[c]
+                u0 += b[0, 0] - 2.0 * b[0, 3] * (points[h, 0] + x)
+                u1 += b[0, 1] - 2.0 * b[0, 3] * (points[h, 1] + y)
+                u2 += b[0, 2] - 2.0 * b[0, 3] * (points[h, 2] + z)
+                v0 += b[1, 0] - 2.0 * b[1, 3] * (points[i, 0] + x)
+                v1 += b[1, 1] - 2.0 * b[1, 3] * (points[i, 1] + y)
+                v2 += b[1, 2] - 2.0 * b[1, 3] * (points[i, 2] + z)
+                w0 += b[2, 0] - 2.0 * b[2, 3] * (points[g, 0] + x)
+                w1 += b[2, 1] - 2.0 * b[2, 3] * (points[g, 1] + y)
+                w2 += b[2, 2] - 2.0 * b[2, 3] * (points[g, 2] + z)
             uu, vv, ww = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2, w0 * w0 + w1 * w1 + w2 * w2
             ru, rv, rw = 1.0 / sqrt(uu), 1.0 / sqrt(vv), 1.0 / sqrt(ww)
             f0, f1, f2 = v1 * w2 - v2 * w1, v2 * w0 - v0 * w2, v0 * w1 - v1 * w0
@@ -122,23 +139,27 @@ def quality(
         for m in range(n):
             c, f, e_m = start + m, slope[m], edge[m]
             o, h, i, g = corners[c, 0] - low, corners[c, 1] - low, corners[c, 2] - low, corners[c, 3] - low
+            if curved:
+                b = bends[c]
+                ah, ai, ag = 1.0 - 2.0 * b[0, 3], 1.0 - 2.0 * b[1, 3], 1.0 - 2.0 * b[2, 3]
+                oh, oi, og = ah - 2.0, ai - 2.0, ag - 2.0
             au, av, aw = e_m[9] - f * e_m[12], e_m[10] - f * e_m[13], e_m[11] - f * e_m[14]
             x, y, z = 0.0, 0.0, 0.0
             e0, e1, e2 = f * normal[m, 0] + au * e_m[0], f * normal[m, 1] + au * e_m[1], f * normal[m, 2] + au * e_m[2]
-            gradient[h, 0] += e0
-            gradient[h, 1] += e1
-            gradient[h, 2] += e2
-            x, y, z = x - e0, y - e1, z - e2
+            gradient[h, 0] += ah * e0
+            gradient[h, 1] += ah * e1
+            gradient[h, 2] += ah * e2
+            x, y, z = x + oh * e0, y + oh * e1, z + oh * e2
             e0, e1, e2 = f * normal[m, 3] + av * e_m[3], f * normal[m, 4] + av * e_m[4], f * normal[m, 5] + av * e_m[5]
-            gradient[i, 0] += e0
-            gradient[i, 1] += e1
-            gradient[i, 2] += e2
-            x, y, z = x - e0, y - e1, z - e2
+            gradient[i, 0] += ai * e0
+            gradient[i, 1] += ai * e1
+            gradient[i, 2] += ai * e2
+            x, y, z = x + oi * e0, y + oi * e1, z + oi * e2
             e0, e1, e2 = f * normal[m, 6] + aw * e_m[6], f * normal[m, 7] + aw * e_m[7], f * normal[m, 8] + aw * e_m[8]
-            gradient[g, 0] += e0
-            gradient[g, 1] += e1
-            gradient[g, 2] += e2
-            gradient[o, 0] += x - e0
-            gradient[o, 1] += y - e1
-            gradient[o, 2] += z - e2
+            gradient[g, 0] += ag * e0
+            gradient[g, 1] += ag * e1
+            gradient[g, 2] += ag * e2
+            gradient[o, 0] += x + og * e0
+            gradient[o, 1] += y + og * e1
+            gradient[o, 2] += z + og * e2
     return total, least

@@ -21,6 +21,7 @@ def shape(
     points: Any,
     corners: Any,
     kinds: Any,
+    bends: Any,
     lengths: Any,
     ideals: Any,
     counts: Any,
@@ -40,6 +41,10 @@ def shape(
         ``(n_corners, 4)`` point ids: the corner and its right-handed neighbours.
     kinds
         ``(n_corners,)`` which row of ``ideals`` and ``counts``.
+    bends
+        ``(n_corners, 3, 4)`` for curved cells, ``(0, 3, 4)`` where there are none. The tangent at corner o of its edge
+        to i is ``x_i - x_o + b[:3] - 2 b[3] (x_i + x_o)``. With the node m between them, the tangent is 4 m - 3 o - i:
+        if m follows the mean of the two, b is (4 m - 2 i - 2 o, 0), which stays as they move; if m is fixed, (4 m, 1).
     lengths
         ``(n_corners, 3)`` reference lengths of the three edges.
     ideals
@@ -52,6 +57,7 @@ def shape(
         The gradient is added here; row 0 is point ``low``.
     """
     total, least = 0.0, np.inf
+    curved = len(bends) > 0
     for c in range(first, last):
         kind = kinds[c]
         if not counts[kind]:
@@ -59,10 +65,24 @@ def shape(
         w = ideals[kind]
         o, i, j, k = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
         x, y, z = points[o, 0], points[o, 1], points[o, 2]
-        a, b, d = 1.0 / float(lengths[c, 0]), 1.0 / float(lengths[c, 1]), 1.0 / float(lengths[c, 2])
-        u0, u1, u2 = (points[i, 0] - x) * a, (points[i, 1] - y) * a, (points[i, 2] - z) * a
-        v0, v1, v2 = (points[j, 0] - x) * b, (points[j, 1] - y) * b, (points[j, 2] - z) * b
-        w0, w1, w2 = (points[k, 0] - x) * d, (points[k, 1] - y) * d, (points[k, 2] - z) * d
+        u0, u1, u2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
+        v0, v1, v2 = points[j, 0] - x, points[j, 1] - y, points[j, 2] - z
+        w0, w1, w2 = points[k, 0] - x, points[k, 1] - y, points[k, 2] - z
+        if curved:
+            b = bends[c]
+            u0 += b[0, 0] - 2.0 * b[0, 3] * (points[i, 0] + x)
+            u1 += b[0, 1] - 2.0 * b[0, 3] * (points[i, 1] + y)
+            u2 += b[0, 2] - 2.0 * b[0, 3] * (points[i, 2] + z)
+            v0 += b[1, 0] - 2.0 * b[1, 3] * (points[j, 0] + x)
+            v1 += b[1, 1] - 2.0 * b[1, 3] * (points[j, 1] + y)
+            v2 += b[1, 2] - 2.0 * b[1, 3] * (points[j, 2] + z)
+            w0 += b[2, 0] - 2.0 * b[2, 3] * (points[k, 0] + x)
+            w1 += b[2, 1] - 2.0 * b[2, 3] * (points[k, 1] + y)
+            w2 += b[2, 2] - 2.0 * b[2, 3] * (points[k, 2] + z)
+        su, sv, sw = 1.0 / float(lengths[c, 0]), 1.0 / float(lengths[c, 1]), 1.0 / float(lengths[c, 2])
+        u0, u1, u2 = u0 * su, u1 * su, u2 * su
+        v0, v1, v2 = v0 * sv, v1 * sv, v2 * sv
+        w0, w1, w2 = w0 * sw, w1 * sw, w2 * sw
         # Columns p, q, r of A.
         p0, p1, p2 = (
             u0 * w[0, 0] + v0 * w[1, 0] + w0 * w[2, 0],
@@ -99,15 +119,17 @@ def shape(
         q0, q1, q2 = s * q0 + t * g0, s * q1 + t * g1, s * q2 + t * g2
         r0, r1, r2 = s * r0 + t * h0, s * r1 + t * h1, s * r2 + t * h2
         for m in range(3):
-            scale = a if m == 0 else (b if m == 1 else d)
+            scale = su if m == 0 else (sv if m == 1 else sw)
+            fixed = bends[c, m, 3] if curved else 0.0
+            far, near = 1.0 - 2.0 * fixed, -1.0 - 2.0 * fixed
             e0 = (p0 * w[m, 0] + q0 * w[m, 1] + r0 * w[m, 2]) * scale
             e1 = (p1 * w[m, 0] + q1 * w[m, 1] + r1 * w[m, 2]) * scale
             e2 = (p2 * w[m, 0] + q2 * w[m, 1] + r2 * w[m, 2]) * scale
             n = corners[c, m + 1] - low
-            gradient[n, 0] += e0
-            gradient[n, 1] += e1
-            gradient[n, 2] += e2
-            gradient[o - low, 0] -= e0
-            gradient[o - low, 1] -= e1
-            gradient[o - low, 2] -= e2
+            gradient[n, 0] += far * e0
+            gradient[n, 1] += far * e1
+            gradient[n, 2] += far * e2
+            gradient[o - low, 0] += near * e0
+            gradient[o - low, 1] += near * e1
+            gradient[o - low, 2] += near * e2
     return total, least

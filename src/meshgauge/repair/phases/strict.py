@@ -47,7 +47,17 @@ def keep_every_cell(run: Run, given: Points, reached: Points) -> Points:
     free = run.points_of_moving[run.freedom.kind == 3]
     for _ in range(SWEEPS):
         n = cells.sweep(
-            everywhere, goal, whole.corners, whole.kinds, whole.constants, whole.cells, offsets, around, free, floors
+            everywhere,
+            goal,
+            whole.corners,
+            whole.kinds,
+            whole.bends,
+            whole.constants,
+            whole.cells,
+            offsets,
+            around,
+            free,
+            floors,
         )
         run.evaluations += 1
         run.record("strict", everywhere[run.points_of_moving])

@@ -19,6 +19,7 @@ from ...quality.measure import Quality
 from ...status import Status
 from ..acceptance import accept, is_better
 from ..constraints import Constraints
+from ..curved import move_nodes_between
 from ..faces import mask_of
 from ..polyhedral import Corners
 from ..problem import problem
@@ -43,7 +44,7 @@ def untwist(
         if not len(rows.cells) or run.is_over():
             break
         mesh = after.mesh
-        whole = problem(mesh, constraints.cells, (rows.cells, rows.points, rows.constants))
+        whole = problem(mesh, constraints.cells, (rows.cells, rows.points, rows.constants), constraints.pinned)
         near = whole.grow(np.isin(whole.cell_ids, rows.cells), RINGS)
         corners = whole.corners[np.repeat(near, np.diff(whole.cells))]
         inside = mask_of(mesh.n_points, whole.point_ids[np.unique(corners)])
@@ -57,6 +58,7 @@ def untwist(
         run.evaluations, run.stopped = local.evaluations, local.stopped
         moved = np.asarray(mesh.points, np.float64).copy()
         moved[whole.point_ids[local.points_of_moving]] = points
+        moved = move_nodes_between(mesh, moved, constraints.cells, here.fixed)
         better, _ = accept(before, moved, strict=strict, threads=threads, back=after)
         if not is_better(better, after):
             break
