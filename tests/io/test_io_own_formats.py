@@ -14,7 +14,7 @@ from io_meshes import LINEAR, mesh_of
 from meshgauge import io
 from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.errors import ReadError
-from meshgauge.io.formats.abaqus import read
+from meshgauge.io.formats.abaqus.types import element_type
 from meshgauge.io.plumbing import face_based
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
@@ -190,8 +190,8 @@ def test_abaqus_instances_are_moved_and_keep_sets_and_materials(tmp_path: Path) 
      ("T3D2", "line"), ("COH3D6", "wedge"), ("MASS", "vertex"), ("XYZ", None), ("C3D", None)],
 )  # fmt: skip
 def test_abaqus_element_types(name: str, expected: str | None) -> None:
-    kind = read.kind_of(name)
-    assert (kind.name if kind else None) == expected
+    made = element_type(name)
+    assert (made.kind.name if made is not None and made.kind is not None else None) == expected
 
 
 def test_mfem_curved_nodes_give_the_corners(tmp_path: Path) -> None:

@@ -192,15 +192,32 @@ def _is_filled(data: bytes, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
     return np.asarray(np.maximum.reduceat(np.frombuffer(data, np.uint8), starts) > 32)
 
 
-def _row_starts(block: bytes) -> NDArray[np.int64]:
-    """Where the words of each line of a block that is not blank start in the row of all words."""
+def words_per_line(block: bytes) -> NDArray[np.int64]:
+    """How many words stand on each line, of those that are blank too."""
     characters = np.frombuffer(block, np.uint8)
     if not len(characters):
-        return np.zeros(1, np.int64)
+        return np.empty(0, np.int64)
     blank = characters <= 32
     is_start = ~blank
     is_start[1:] &= blank[:-1]
-    words = np.flatnonzero(is_start)
+    return _per_line(characters, np.flatnonzero(is_start))
+
+
+def marks_per_line(block: bytes, mark: bytes) -> NDArray[np.int64]:
+    """How often a character stands on each line, of those that are blank too."""
+    characters = np.frombuffer(block, np.uint8)
+    return _per_line(characters, np.flatnonzero(characters == mark[0]))
+
+
+def _per_line(characters: NDArray[np.uint8], at: NDArray[np.intp]) -> NDArray[np.int64]:
+    """How many of some positions, ascending, are on each line; nothing behind the last end of a line is one more."""
     ends = np.flatnonzero(characters == 10)
-    edges = np.concatenate([[0], np.searchsorted(words, ends)]).astype(np.int64)
-    return np.asarray(edges[np.concatenate([[True], np.diff(edges) > 0])])
+    if not len(ends) or ends[-1] != len(characters) - 1:
+        ends = np.append(ends, len(characters))
+    return np.diff(np.searchsorted(at, ends), prepend=0).astype(np.int64)
+
+
+def _row_starts(block: bytes) -> NDArray[np.int64]:
+    """Where the words of each line of a block that is not blank start in the row of all words."""
+    sizes = words_per_line(block)
+    return np.concatenate([[0], np.cumsum(sizes[sizes > 0])]).astype(np.int64)

@@ -11,6 +11,7 @@ from ...cells import BY_NAME, type_name
 from ...errors import WriteError
 from ...mesh import Mesh
 from ...mesh.cast import frozen
+from ...mesh.labels import LABEL
 from ...mesh.regions import named_blocks
 
 Ints = NDArray[np.int64]
@@ -50,9 +51,9 @@ def with_regions(mesh: Mesh) -> Mesh:
 def check_types(mesh: Mesh, known: Iterable[str]) -> None:
     """Raise `WriteError` for cells of any other type, with how many there are."""
     ids = [BY_NAME[name].vtk_id for name in known]
-    found, counts = np.unique(mesh.types[~np.isin(mesh.types, ids)], return_counts=True)
-    if len(found):
-        what = ", ".join(f"{n} {type_name(t)}" for t, n in zip(found, counts, strict=True))
+    others, counts = np.unique(mesh.types[~np.isin(mesh.types, ids)], return_counts=True)
+    if len(others):
+        what = ", ".join(f"{n} {type_name(t)}" for t, n in zip(others, counts, strict=True))
         raise WriteError(f"the format cannot hold these cells: {what}")
 
 
@@ -73,12 +74,27 @@ def lost(
         "cell": {REGION, *cell},
         "field": {f"{REGION}:names", *field},
     }
-    found = []
+    sentences = []
     for what, data in (("point", mesh.point_data), ("cell", mesh.cell_data), ("field", mesh.field_data)):
-        gone = [name for name in data if name not in kept[what]]
+        gone = [name for name in data if name not in kept[what] and not (name == LABEL and _are_positions(data[name]))]
         if gone:
-            found.append(f"The format could not hold the {what} data {', '.join(map(repr, gone))}.")
-    return tuple(found)
+            sentences.append(f"The format could not hold the {what} data {', '.join(map(repr, gone))}.")
+    return tuple(sentences)
+
+
+def _are_positions(labels: NDArray[np.generic]) -> bool:
+    """True for 1, 2, 3, ...: nothing is lost without them."""
+    return np.array_equal(labels, np.arange(1, len(labels) + 1))
+
+
+def numbers(data: Mapping[str, NDArray[np.generic]], n: int, largest: int) -> Ints:
+    """The labels of cells or points where a format can hold them (positive, each once), else 1 to ``n``."""
+    labels = data.get(LABEL)
+    if labels is not None and labels.ndim == 1 and labels.dtype.kind in "iu" and n:
+        whole = labels.astype(np.int64)
+        if int(whole.min()) > 0 and int(whole.max()) <= largest and len(np.unique(whole)) == n:
+            return whole
+    return np.arange(1, n + 1)
 
 
 def rows(table: NDArray[np.generic], separator: str = " ") -> str:

@@ -1,11 +1,12 @@
-"""Abaqus input files (.inp): parts, instances, includes, sets and sections.
+"""Abaqus input files (.inp): parts, instances, includes, generated nodes and elements, sets and sections.
 
-Own, because no reader at hand knows pyramids (C3D5), instances or continued lines.
+Own, because no reader at hand knows pyramids (C3D5), instances, generated elements or continued lines.
 """
 
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,381 +16,177 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
+from ....mesh.labels import LABEL
 from ...plumbing import meshio
-from ...plumbing.build import Kind, gathered
+from ...plumbing.build import Ints, gathered
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
 from ...plumbing.merge import Part, merged
-from ...plumbing.text import numbers
+from ...plumbing.notes import counted, mark_interfaces
+from . import generate
 from . import write as abaqus_write
+from .deck import Deck, Reals, Section, take_elements, take_nodes, take_set
+from .keywords import Keyword, Place, keywords
+from .types import element_type
 
 _MARK = re.compile(rb"^\*(heading|node|element|part|include|\*)", re.IGNORECASE | re.MULTILINE)
-_MOST_INCLUDES = 1000
-_SOLIDS = {
-    4: Kind("tetra", 4),
-    5: Kind("pyramid", 5),
-    6: Kind("wedge", 6),
-    8: Kind("hexahedron", 8),
-    10: Kind("tetra10", 10),
-    13: Kind("pyramid13", 13),
-    15: Kind("wedge15", 15),
-    20: Kind("hexahedron20", 20),
-}
-_SURFACES = {
-    3: Kind("triangle", 3),
-    4: Kind("quad", 4),
-    6: Kind("triangle6", 6),
-    8: Kind("quad8", 8),
-    9: Kind("quad9", 9),
-}
-_LINES = {1: Kind("vertex", 1), 2: Kind("line", 2), 3: Kind("line3", 3, (0, 2, 1))}
-_TYPES = (
-    (re.compile(r"(?:C3D|DC3D|AC3D|DCC3D|EC3D|FC3D|Q3D|COH3D|CCL|SC)(\d+)"), _SOLIDS),
-    (
-        re.compile(r"(?:CP[SE]G?|CGAX|CAX|DC2D|DCAX|AC2D|ACAX|R3D|RAX|S|SAX|STRI|DS|M3D|SFM3D|F3D|E2D|WARP2D)(\d+)"),
-        _SURFACES,
-    ),
-    (re.compile(r"(?:T[123]D|DC1D|AC1D|RB[23]D|R2D|F2D|CONN[23]D)(\d)"), _LINES),
-    (re.compile(r"(?:B[23]|PIPE[23])([123])"), {1: _LINES[2], 2: _LINES[3], 3: _LINES[2]}),
-)
-
+_SECTIONS = ("SOLID SECTION", "SHELL SECTION", "MEMBRANE SECTION", "COHESIVE SECTION", "GASKET SECTION")
+_REFUSED = ("NMAP",)
+"""Keywords that move nodes in ways that are not followed."""
 
 MATERIAL = "abaqus:material"
 _EMPTY = (np.empty((0, 3)), np.empty(0, np.uint8), np.zeros(1, np.int64), np.empty(0, np.int64))
-_Made = tuple[Part, list[tuple[str, int]]]
-"""Cells of a part or an instance, with the name and the size of each of their blocks."""
-
-
-_NAMED = {
-    **dict.fromkeys(("MASS", "ROTARYI", "SPRING1", "DASHPOT1", "HEATCAP"), _LINES[1]),
-    "STRI65": _SURFACES[6],
-    **dict.fromkeys(("SPRING2", "SPRINGA", "DASHPOT2", "DASHPOTA"), _LINES[2]),
-}
 
 
 def sniff(head: bytes, path: Path) -> bool:
     return _MARK.search(head) is not None
 
 
-def kind_of(name: str) -> Kind | None:
-    """The row of an element type such as C3D8RH; letters after the number of nodes do not change the shape."""
-    upper = name.upper()
-    if upper in _NAMED:
-        return _NAMED[upper]
-    for pattern, kinds in _TYPES:
-        match = pattern.match(upper)
-        if match:
-            return kinds.get(int(match.group(1)))
-    return None
-
-
-@dataclass(slots=True)
-class _Section:
-    """Elements of one keyword line."""
-
-    kind: Kind
-    elset: str
-    labels: NDArray[np.int64]
-    nodes: NDArray[np.int64]
-
-
-@dataclass(slots=True)
-class _Part:
-    """What stands outside of parts, or in one."""
-
-    name: str = ""
-    labels: list[NDArray[np.int64]] = field(default_factory=list)
-    points: list[NDArray[np.float64]] = field(default_factory=list)
-    sections: list[_Section] = field(default_factory=list)
-    elsets: dict[str, list[NDArray[np.int64]]] = field(default_factory=dict)
-    materials: dict[str, str] = field(default_factory=dict)  # set → material
-    left_out: dict[str, int] = field(default_factory=dict)
-
-
 @dataclass(slots=True)
 class _Instance:
     name: str
-    part: _Part
-    own: _Part
+    part: Deck
+    own: Deck
+    place: Place
     moves: list[list[float]] = field(default_factory=list)
 
 
 @dataclass(slots=True)
-class _Line:
-    path: Path
-    number: int
-    text: str
+class _Model:
+    """The parts of a file and where it has them."""
 
-    def fail(self, what: str) -> ReadError:
-        return ReadError(f"{self.path}, line {self.number}: {what}")
+    outside: Deck = field(default_factory=Deck)
+    parts: dict[str, Deck] = field(default_factory=dict)
+    instances: list[_Instance] = field(default_factory=list)
+    has_fluid_surfaces: bool = False
 
-
-@dataclass(slots=True)
-class _Keyword:
-    """A keyword line with its data lines."""
-
-    line: _Line
-    name: str
-    options: dict[str, str]
-    data: list[_Line]
-
-    def rows(self) -> list[list[str]]:
-        """The fields of the data lines, those that end with a comma joined with the next."""
-        rows: list[list[str]] = []
-        open_row = False
-        for line in self.data:
-            fields = [word.strip() for word in line.text.split(",")]
-            trailing = len(fields) > 1 and fields[-1] == ""
-            fields = fields[:-1] if trailing else fields
-            if open_row:
-                rows[-1] += fields
-            else:
-                rows.append(fields)
-            open_row = trailing
-        return rows
-
-    def table(self, width: int, kind: type) -> NDArray[Any] | None:
-        """The data lines at once, if each has so many numbers and no more: ten times as fast as row by row."""
-        texts = [line.text for line in self.data]
-        if not texts or any(text.count(",") != width - 1 for text in texts):
-            return None
-        try:
-            flat = numbers("\n".join(texts).replace(",", " ").encode(), kind)
-        except ValueError:
-            return None
-        return flat.reshape(-1, width) if len(flat) == width * len(texts) else None
-
-    def numbers(self, kind: type) -> list[list[Any]]:
-        try:
-            return [
-                [kind(word.replace("D", "e").replace("d", "e") if kind is float else word) for word in row if word]
-                for row in self.rows()
-            ]
-        except ValueError:
-            raise self.line.fail(f"the lines of *{self.name} hold something else than numbers") from None
+    def deck_of(self, keyword: Keyword, here: Deck) -> Deck:
+        """The deck that a set is of: that of an instance, if the set names one."""
+        name = keyword.option("INSTANCE").upper()
+        return next((one.own for one in self.instances if name and one.name.upper() == name), here)
 
 
 def read(path: Path) -> Mesh:
     """A block for each element set that *ELEMENT names, of each instance.
 
     Cell data: ``abaqus:material`` numbers the materials of the solid sections from 1 (0 is none), with their names in
-    field data; each other element set is data of 0 and 1 by its name.
+    field data; each other element set is data of 0 and 1 by its name. Couplings, springs and user elements are no
+    cells: a note counts them.
     """
-    lines = _lines(path, path.parent.resolve(), [0])
-    model = _Part()
-    parts: dict[str, _Part] = {}
-    instances: list[_Instance] = []
-    here, instance = model, None
-    for keyword in _keywords(lines):
-        name = keyword.options.get("NAME", "")
+    model = _model(keywords(path))
+    outside = model.outside
+    whole = []
+    if outside.sections or outside.nodes.labels or not (model.instances or model.parts):
+        whole.append(_cells(outside, outside, path))
+    for one in model.instances:
+        part = one.own if one.own.nodes.labels else one.part
+        whole.append(_cells(part, one.own, path, one.name, one))
+    if not model.instances:
+        whole += [_cells(part, part, path, part.name) for part in model.parts.values()]
+    decks = [outside, *model.parts.values(), *(one.own for one in model.instances)]
+    return _mesh(whole, decks, path)
+
+
+def _model(given: list[Keyword]) -> _Model:
+    """What the keywords say, one after another."""
+    model = _Model(has_fluid_surfaces=any(keyword.name == "FLUID PROPERTY" for keyword in given))
+    here, instance = model.outside, None
+    for keyword in given:
+        name = keyword.option("NAME")
         match keyword.name:
             case "PART":
-                here = parts.setdefault(name.upper(), _Part(name))
+                here = model.parts.setdefault(name.upper(), Deck(name))
             case "END PART":
-                here = model
+                here = model.outside
             case "INSTANCE":
-                part = parts.get(keyword.options.get("PART", "").upper())
+                part = model.parts.get(keyword.option("PART").upper())
                 if part is None:
-                    raise keyword.line.fail(f"there is no part {keyword.options.get('PART', '')!r}")
-                instance = _Instance(name, part, _Part(name), keyword.numbers(float))
+                    raise keyword.fail(f"there is no part {keyword.option('PART')!r}")
+                instance = _Instance(name, part, Deck(name), keyword.place, keyword.reals())
                 here = instance.own
             case "END INSTANCE":
                 if instance is not None:
-                    instances.append(instance)
-                here, instance = model, None
-            case "SYSTEM" if any(any(word for word in row) for row in keyword.rows()):
-                raise keyword.line.fail("coordinates in a *SYSTEM of their own cannot be read")
+                    model.instances.append(instance)
+                here, instance = model.outside, None
+            case "SYSTEM" if any(word for _, words in keyword.rows() for word in words):
+                raise keyword.fail("coordinates in a *SYSTEM of their own cannot be read")
             case _:
-                _take(keyword, here)
-    whole = [_made(model, model, [], path)] if model.sections or model.points else []
-    whole += [_made(i.part if not i.own.points else i.own, i.own, i.moves, path, i.name) for i in instances]
-    if not instances:
-        whole += [_made(part, part, [], path, part.name) for part in parts.values()]
-    return _mesh(whole, path)
+                _take(keyword, model, here)
+    return model
 
 
-def _lines(path: Path, folder: Path, depth: list[int]) -> list[_Line]:
-    """The lines of a file that are no comments, with those of included files in their place."""
-    found: list[_Line] = []
-    depth[0] += 1
-    if depth[0] > _MOST_INCLUDES:
-        raise ReadError(f"{path}: more than {_MOST_INCLUDES} files are included; they may include one another")
-    for number, raw in enumerate(path.read_bytes().decode("utf-8", "replace").splitlines(), 1):
-        text = raw.strip()
-        if not text or text.startswith("**"):
-            continue
-        line = _Line(path, number, text)
-        if text[0] == "*" and text[1:].lstrip().upper().startswith("INCLUDE"):
-            found += _lines(_included(line, folder), folder, depth)
-        else:
-            found.append(line)
-    return found
-
-
-def _included(line: _Line, folder: Path) -> Path:
-    match = re.search(r"INPUT\s*=\s*\"?([^\",]+)", line.text, re.IGNORECASE)
-    if match is None:
-        raise line.fail("*INCLUDE without INPUT")
-    target = (folder / match.group(1).strip()).resolve()
-    if not target.is_relative_to(folder):
-        raise line.fail(f"includes {target}, which is outside its folder")
-    if not target.is_file():
-        raise line.fail(f"includes {target.name}, which does not exist")
-    return target
-
-
-def _keywords(lines: list[_Line]) -> list[_Keyword]:
-    found: list[_Keyword] = []
-    at = 0
-    while at < len(lines):
-        line = lines[at]
-        at += 1
-        if not line.text.startswith("*"):
-            if found:
-                found[-1].data.append(line)
-            continue
-        text = line.text
-        while text.endswith(",") and at < len(lines):  # a keyword line that is continued
-            text += lines[at].text
-            at += 1
-        name, *options = text[1:].split(",")
-        pairs = (option.partition("=") for option in options)
-        table = {k.strip().upper(): v.strip().strip('"') for k, _, v in pairs}
-        found.append(_Keyword(line, " ".join(name.upper().split()), table, []))
-    return found
-
-
-def _take(keyword: _Keyword, part: _Part) -> None:
-    options = keyword.options
-    if keyword.name == "NODE":
-        _nodes(keyword, part)
-    elif keyword.name == "ELEMENT":
-        _elements(keyword, part)
-    elif keyword.name == "ELSET":
-        _elset(keyword, part, options.get("ELSET", ""))
-    elif keyword.name in ("SOLID SECTION", "SHELL SECTION", "MEMBRANE SECTION", "COHESIVE SECTION"):
-        part.materials[options.get("ELSET", "").upper()] = options.get("MATERIAL", options.get("COMPOSITE", ""))
-
-
-def _nodes(keyword: _Keyword, part: _Part) -> None:
-    if keyword.options.get("SYSTEM", "R").upper() != "R":
-        raise keyword.line.fail(
-            f"nodes in the system {keyword.options['SYSTEM']!r} cannot be read, only rectangular ones"
-        )
-    table = keyword.table(4, np.float64)
-    if table is None:
-        rows = keyword.numbers(float)
-        if any(len(row) < 2 for row in rows):
-            raise keyword.line.fail("a node without coordinates")
-        table = np.array([(*row[:4], 0.0, 0.0, 0.0)[:4] for row in rows], np.float64).reshape(-1, 4)
-    if not (np.abs(table[:, 0]) < 2**53).all():
-        raise keyword.line.fail("a node's number is no integer")
-    part.labels.append(table[:, 0].astype(np.int64))
-    part.points.append(table[:, 1:])
-
-
-def _elements(keyword: _Keyword, part: _Part) -> None:
-    name = keyword.options.get("TYPE", "")
-    kind = kind_of(name)
-    if kind is None:
-        part.left_out[name] = part.left_out.get(name, 0) + len(keyword.rows())
+def _take(keyword: Keyword, model: _Model, deck: Deck) -> None:
+    if keyword.name in _REFUSED:
+        raise keyword.fail(f"*{keyword.name} is not followed; write the nodes out")
+    if generate.take(keyword, deck):
         return
-    width = kind.n_nodes + 1
-    table = keyword.table(width, np.int64)
-    if table is None:
-        table = _rows(keyword, name, kind, width)
-    part.sections.append(_Section(kind, keyword.options.get("ELSET", ""), table[:, 0], table[:, 1:]))
-    if keyword.options.get("ELSET"):
-        part.elsets.setdefault(keyword.options["ELSET"].upper(), []).append(table[:, 0])
+    if keyword.name == "NODE":
+        take_nodes(keyword, deck)
+    elif keyword.name == "ELEMENT":
+        made = element_type(keyword.option("TYPE"), has_fluid_surfaces=model.has_fluid_surfaces)
+        take_elements(keyword, deck, made)
+    elif keyword.name == "ELSET":
+        deck = model.deck_of(keyword, deck)
+        take_set(keyword, deck.elsets, keyword.option("ELSET"), sum(len(s.labels) for s in deck.sections))
+    elif keyword.name == "NSET" and "ELSET" not in keyword.options:
+        deck = model.deck_of(keyword, deck)
+        take_set(keyword, deck.nsets, keyword.option("NSET"), sum(map(len, deck.nodes.labels)))
+    elif keyword.name in _SECTIONS:
+        deck.materials[keyword.option("ELSET").upper()] = keyword.option("MATERIAL", keyword.option("COMPOSITE"))
 
 
-def _rows(keyword: _Keyword, name: str, kind: Kind, width: int) -> NDArray[np.int64]:
-    """Elements that are continued on further lines, or have something wrong."""
-    flat = keyword.numbers(int)
-    rows: list[list[int]] = []
-    for row in flat:  # an element may also be continued without a comma at the end of the line
-        if rows and len(rows[-1]) < width:
-            rows[-1] += row
-        else:
-            rows.append(row)
-    wrong = [row for row in rows if len(row) != width]
-    if wrong:
-        raise keyword.line.fail(f"an element of type {name} with {len(wrong[0]) - 1} nodes, expected {kind.n_nodes}")
-    try:
-        return np.array(rows, np.int64).reshape(-1, width)
-    except OverflowError:
-        raise keyword.line.fail("a number that fits no integer") from None
+@dataclass(slots=True)
+class _Cells:
+    """Cells of a part or an instance, and the section of each block."""
+
+    part: Part
+    sections: list[Section]
 
 
-def _elset(keyword: _Keyword, part: _Part, name: str) -> None:
-    members = part.elsets.setdefault(name.upper(), [])
-    n_elements = sum(len(s.labels) for s in part.sections)
-    for row in keyword.rows():
-        words = [word for word in row if word]
-        if "GENERATE" in keyword.options:
-            if len(words) not in (2, 3) or not all(w.lstrip("-").isdigit() for w in words):
-                raise keyword.line.fail("*ELSET, GENERATE needs lines of first, last and step")
-            first, last, step = (*map(int, words), 1)[:3]
-            if step < 1 or (last - first) // step > 1000 * (n_elements + 1000) or abs(last) > 2**53:
-                raise keyword.line.fail(f"*ELSET, GENERATE from {first} to {last} by {step} is far beyond the elements")
-            members.append(np.arange(first, last + 1, step, dtype=np.int64))
-            continue
-        numbers = [int(w) for w in words if w.isdigit() and len(w) < 18]
-        members.append(np.array(numbers, np.int64))
-        for word in words:
-            if not word.isdigit():
-                members += part.elsets.get(word.upper(), [])
-
-
-def _made(part: _Part, extra: _Part, moves: list[list[float]], path: Path, name: str = "") -> _Made:
+def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance | None = None) -> _Cells:
     """Points and cells of a part, moved to where an instance has it."""
-    if part.left_out:
-        what = ", ".join(f"{n} of type {kind!r}" for kind, n in part.left_out.items())
+    if deck.unknown:
+        what = ", ".join(f"{n} of type {kind!r}" for kind, n in deck.unknown.items())
         raise ReadError(f"{path}: has elements of types that are not known: {what}")
-    if not part.sections and not part.points:
-        return Part("", *_EMPTY), []
-    points = np.concatenate([np.empty((0, 3)), *part.points])
-    labels = np.concatenate([np.empty(0, np.int64), *part.labels])
-    if len(np.unique(labels)) != len(labels):  # a node given again replaces the first
-        _, last = np.unique(labels[::-1], return_index=True)
-        kept = np.sort(len(labels) - 1 - last)
-        labels, points = labels[kept], points[kept]
+    labels, points = deck.nodes.joined()
+    if not deck.sections and not len(labels):
+        return _Cells(Part("", *_EMPTY), [])
     index = Index(labels)
     types, sizes, nodes = [np.empty(0, np.uint8)], [np.empty(0, np.int64)], [np.empty(0, np.int64)]
-    for section in part.sections:
+    for section in deck.sections:
         n, width = section.nodes.shape
         places = index.of(section.nodes.ravel())
         if len(places) and places.min() < 0:
-            bad = int(section.nodes.ravel()[np.argmin(places)])
-            raise ReadError(f"{path}: a {section.kind.name} refers to node {bad}, which does not exist")
+            at = int(np.argmin(places))
+            element, bad = int(section.labels[at // width]), int(section.nodes.flat[at])
+            raise ReadError(
+                f"{path}: element {element} ({section.kind.name}) refers to node {bad}, which does not exist"
+            )
         cells = gathered(places, np.arange(n) * width, np.zeros(n, np.int64), {0: section.kind})
         types.append(cells.types)
         sizes.append(np.diff(cells.offsets))
         nodes.append(cells.connectivity)
     made = Part(
         name,
-        _moved(points, moves, path),
+        points if moved is None else _moved(points, moved),
         np.concatenate(types),
         np.concatenate([[0], np.cumsum(np.concatenate(sizes))]).astype(np.int64),
         np.concatenate(nodes),
     )
-    made.cell_data = _sets(part, extra)
-    return made, _labels(part, name)
+    elements = np.concatenate([np.empty(0, np.int64), *(section.labels for section in deck.sections)])
+    made.cell_data = {**_sets(deck, extra, elements), LABEL: elements}
+    made.point_data = {LABEL: labels}
+    return _Cells(made, deck.sections)
 
 
-def _labels(part: _Part, name: str) -> list[tuple[str, int]]:
-    """Name and size of each block."""
-    return [(": ".join(word for word in (name, s.elset) if word), len(s.labels)) for s in part.sections]
-
-
-def _sets(part: _Part, extra: _Part) -> dict[str, NDArray[Any]]:
-    elements = Index(np.concatenate([np.empty(0, np.int64), *(s.labels for s in part.sections)]))
+def _sets(deck: Deck, extra: Deck, labels: Ints) -> dict[str, NDArray[Any]]:
+    elements = Index(labels)
     data: dict[str, NDArray[Any]] = {}
-    elsets = dict(part.elsets)
-    if extra is not part:
+    elsets = dict(deck.elsets)
+    if extra is not deck:
         for name, members in extra.elsets.items():
             elsets[name] = [*elsets.get(name, []), *members]
-    materials = {**part.materials, **extra.materials}
+    materials = {**deck.materials, **extra.materials}
     material = np.zeros(elements.n, dtype="U80")
     for name, members in elsets.items():
         member = np.zeros(elements.n, np.uint8)
@@ -403,45 +200,48 @@ def _sets(part: _Part, extra: _Part) -> dict[str, NDArray[Any]]:
     return data
 
 
-def _moved(points: NDArray[np.float64], moves: list[list[float]], path: Path) -> NDArray[np.float64]:
+def _moved(points: Reals, instance: _Instance) -> Reals:
     """Points translated, then rotated about an axis through two points by an angle in degrees."""
+    moves = instance.moves
     if moves and len(moves[0]) <= 3:
         points = points + np.array((*moves[0], 0.0, 0.0, 0.0)[:3])
     if len(moves) > 1:
         if len(moves[1]) != 7:
-            raise ReadError(f"{path}: the rotation of an instance has {len(moves[1])} numbers, expected 7")
-        a, b = np.array(moves[1][:3]), np.array(moves[1][3:6])
-        length = float(np.linalg.norm(b - a))
-        if not length > 0:
-            raise ReadError(f"{path}: the axis of rotation of an instance has no length")
-        u, angle = (b - a) / length, np.deg2rad(moves[1][6])
-        d = points - a
-        along = (d @ u)[:, None] * u
-        points = a + along + np.cos(angle) * (d - along) + np.sin(angle) * np.cross(u, d)
+            raise instance.place.fail(f"the rotation of an instance has {len(moves[1])} numbers, expected 7")
+        points = generate.turned(points, np.array(moves[1][:3]), np.array(moves[1][3:6]), moves[1][6], instance.place)
     return points
 
 
-def _mesh(made: list[_Made], path: Path) -> Mesh:
-    parts = [part for part, _ in made]
+def _mesh(whole: list[_Cells], decks: list[Deck], path: Path) -> Mesh:
+    parts = [one.part for one in whole]
     blocks, at = [], 0
-    for label, size in (block for _, labels in made for block in labels):
-        if size:
-            blocks.append(CellBlock(label, at, at + size))
-            at += size
+    for one in whole:
+        for section in one.sections:
+            size = len(section.labels)
+            if size:
+                label = ": ".join(word for word in (one.part.name, section.elset) if word)
+                blocks.append(CellBlock(label, at, at + size))
+                at += size
+    apart = sum((deck.apart for deck in decks), Counter[str]())
+    notes = counted("Couplings, gaps, springs and user elements are no cells and were left out", apart)
     if at == 0:
-        raise ReadError(f"{path}: no elements were found in it")
+        raise ReadError(f"{path}: no elements were found in it{'' if not apart else ': ' + notes[0]}")
     names = sorted({m for p in parts for m in p.cell_data.get(MATERIAL, np.empty(0, "U1")).tolist()} - {""})
-    sets = sorted({name for p in parts for name in p.cell_data} - {MATERIAL})
+    sets = sorted({name for p in parts for name in p.cell_data} - {MATERIAL, LABEL})
     for part in parts:
-        n = len(part.types)
-        material = part.cell_data.get(MATERIAL, np.zeros(n, "U1"))
-        part.cell_data = {k: part.cell_data.get(k, np.zeros(n, np.uint8)) for k in sets[: meshio.MAX_SETS]}
+        n, own = len(part.types), part.cell_data
+        part.cell_data = {k: own.get(k, np.zeros(n, np.uint8)) for k in sets[: meshio.MAX_SETS]}
+        part.cell_data[LABEL] = own.get(LABEL, np.zeros(n, np.int64))
         if names:
+            material = own.get(MATERIAL, np.zeros(n, "U1"))
             part.cell_data[MATERIAL] = (np.searchsorted(names, material) + 1) * (material != "")
     mesh = merged(parts, path=path, field_data={f"{MATERIAL}:names": np.array(names)} if names else None)
     more = max(len(sets) - meshio.MAX_SETS, 0)
-    notes = (f"{more} of {len(sets)} element sets were left out.",) if more else ()
-    return mesh.replace(blocks=tuple(blocks), notes=(*mesh.notes, *notes))
+    notes += (f"{more} of {len(sets)} element sets were left out.",) if more else ()
+    lesser = sum((deck.lesser for deck in decks), Counter[str]())
+    notes += counted("Nodes in faces are given of some elements only; those were read without", lesser)
+    is_interface = np.concatenate([np.full(len(s.labels), s.is_interface) for one in whole for s in one.sections])
+    return mark_interfaces(mesh.replace(blocks=tuple(blocks), notes=(*mesh.notes, *notes)), is_interface)
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....cells import CELL_TYPES
+from ....cells import BY_NAME, CELL_TYPES
 from ....mesh import Mesh
+from ....mesh.interface import INTERFACE, is_interface
+from ....mesh.labels import LABEL
 from ....mesh.regions import told_regions
 from ...plumbing import writing
 
@@ -24,6 +26,8 @@ _TYPES = {
     "tetra10": "C3D10",
     "wedge15": "C3D15",
     "hexahedron20": "C3D20",
+    "hexahedron27": "C3D27",
+    "wedge18": "C3D15V",
     "triangle": "S3",
     "quad": "S4",
     "triangle6": "STRI65",
@@ -32,57 +36,71 @@ _TYPES = {
     "line3": "T3D3",
     "vertex": "MASS",
 }
-_LINE3 = [0, 2, 1]  # the middle stands between the ends
+_WEDGE12 = BY_NAME["wedge12"].vtk_id
+_COHESIVE = {"wedge": "COH3D6", "hexahedron": "COH3D8", "wedge12": "GK3D12M"}
+_ORDER = {"line3": (0, 2, 1), "hexahedron27": (*range(20), 26, 24, 25, 22, 21, 23, 20)}
+"""Where the order of nodes is not VTK's: for each node of Abaqus its place in VTK's cell."""
 _PER_LINE = 16
+_LARGEST = 999_999_999
 
 
 def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
-    """Write a file; ``material`` is the name of the cell data that number materials."""
+    """Write a file; ``material`` is the name of the cell data that number materials.
+
+    Nodes and elements have the labels of the mesh, where it has any; cohesive cells are cohesive elements again.
+    """
     mesh = writing.plain(mesh)
-    writing.check_types(mesh, _TYPES)
+    interface = is_interface(mesh)
+    is_cohesive = interface if interface is not None else np.zeros(mesh.n_cells, bool)
+    writing.check_types(mesh, {**_TYPES, **({"wedge12": ""} if is_cohesive[mesh.types == _WEDGE12].all() else {})})
     ids, names = told_regions(mesh) or (np.zeros(mesh.n_cells, np.int64), ("",))
     sets = _names(names) if names != ("",) else [""]
-    told = {writing.REGION.upper(), *(name.upper() for name in names)}
-    members = {k: v for k, v in mesh.cell_data.items() if _is_set(v) and k.upper() not in told}
+    of_regions = {writing.REGION.upper(), *(name.upper() for name in names)}
+    apart = (*of_regions, INTERFACE.upper())
+    members = {k: v for k, v in mesh.cell_data.items() if _is_set(v) and k.upper() not in apart}
     materials = mesh.field_data.get(f"{material}:names") if material in mesh.cell_data else None
+    points = writing.numbers(mesh.point_data, mesh.n_points, _LARGEST)
+    cells = writing.numbers(mesh.cell_data, mesh.n_cells, _LARGEST)
     with path.open("w", encoding="utf-8") as file:
         file.write("*HEADING\n*NODE\n")
-        numbers = range(1, mesh.n_points + 1)
         file.writelines(
-            f"{n}, {x!r}, {y!r}, {z!r}\n" for n, (x, y, z) in zip(numbers, mesh.points.tolist(), strict=True)
+            f"{n}, {x!r}, {y!r}, {z!r}\n" for n, (x, y, z) in zip(points.tolist(), mesh.points.tolist(), strict=True)
         )
-        for first, last in _runs(mesh, ids):
+        for first, last in _runs(mesh, ids, is_cohesive):
             name = CELL_TYPES[int(mesh.types[first])].name
+            kind = _COHESIVE.get(name, _TYPES.get(name)) if is_cohesive[first] else _TYPES[name]
             region = sets[int(ids[first])]
-            file.write(f"*ELEMENT, TYPE={_TYPES[name]}" + (f", ELSET={region}\n" if region else "\n"))
-            nodes = writing.nodes_of(mesh, np.arange(first, last)) + 1
-            nodes = nodes[:, _LINE3] if name == "line3" else nodes
-            for number, row in enumerate(nodes.tolist(), first + 1):
+            file.write(f"*ELEMENT, TYPE={kind}" + (f", ELSET={region}\n" if region else "\n"))
+            nodes = points[writing.nodes_of(mesh, np.arange(first, last))]
+            nodes = nodes[:, list(_ORDER[name])] if name in _ORDER else nodes
+            for number, row in zip(cells[first:last].tolist(), nodes.tolist(), strict=True):
                 file.write(_element(number, row))
         for name, values in members.items():
-            file.write(_set(_names((name,))[0], np.flatnonzero(values) + 1))
+            file.write(_set(_names((name,))[0], cells[np.flatnonzero(values)]))
         if materials is not None:
             for number, name in enumerate(materials.ravel().tolist(), 1):
-                cells = np.flatnonzero(mesh.cell_data[material] == number) + 1
                 label = _names((f"MATERIAL-{name}",))[0]
-                file.write(_set(label, cells) + f"*SOLID SECTION, ELSET={label}, MATERIAL={_names((str(name),))[0]}\n")
-    kept = [k for k, v in mesh.cell_data.items() if _is_set(v)] + _told(mesh, ids)
+                file.write(_set(label, cells[mesh.cell_data[material] == number]))
+                file.write(f"*SOLID SECTION, ELSET={label}, MATERIAL={_names((str(name),))[0]}\n")
+    kept = [k for k, v in mesh.cell_data.items() if _is_set(v)] + _in_regions(mesh, ids)
     kept += [material] if materials is not None else []
+    kept += [LABEL] if np.array_equal(cells, mesh.cell_data.get(LABEL, ())) else []
+    kept_points = [LABEL] if np.array_equal(points, mesh.point_data.get(LABEL, ())) else []
     renamed = [name for name, label in zip(names, sets, strict=False) if label and label != name]
-    said = (f"Abaqus's names hold no commas or quotes: {', '.join(renamed[:8])} changed.",) if renamed else ()
-    return (*said, *writing.lost(mesh, cell=kept, field=(*names, *(f"{k}:names" for k in kept))))
+    notes = (f"Abaqus's names hold no commas or quotes: {', '.join(renamed[:8])} changed.",) if renamed else ()
+    return (*notes, *writing.lost(mesh, point=kept_points, cell=kept, field=(*names, *(f"{k}:names" for k in kept))))
 
 
-def _told(mesh: Mesh, ids: NDArray[np.int64]) -> list[str]:
+def _in_regions(mesh: Mesh, ids: NDArray[np.int64]) -> list[str]:
     """Integer cell data that the regions tell as well, number by number."""
-    found = []
+    names = []
     for name, values in mesh.cell_data.items():
         if values.ndim == 1 and values.dtype.kind in "iu" and len(values):
             keys, place = np.unique(values, return_inverse=True)
             n_pairs = len(np.unique(ids * len(keys) + place.reshape(-1)))
             if n_pairs == len(keys) == len(np.unique(ids)) > 1:
-                found.append(name)
-    return found
+                names.append(name)
+    return names
 
 
 def _is_set(values: NDArray[Any]) -> bool:
@@ -92,18 +110,21 @@ def _is_set(values: NDArray[Any]) -> bool:
 
 def _names(names: tuple[str, ...]) -> list[str]:
     """Names that an input file can hold, each another."""
-    found: list[str] = []
+    labels: list[str] = []
+    taken: set[str] = set()
     for name in names:
-        label = re.sub(r"[,\"'=*\r\n]", "_", name).strip()[:80] or "SET"
-        while label.upper() in (other.upper() for other in found):
-            label = f"{label[:76]}-{len(found)}"
-        found.append(label)
-    return found
+        label = plain = re.sub(r"[,\"'=*\r\n]", "_", name).strip()[:80] or "SET"
+        number = len(labels)
+        while label.upper() in taken:
+            label, number = f"{plain[:70]}-{number}", number + 1
+        taken.add(label.upper())
+        labels.append(label)
+    return labels
 
 
-def _runs(mesh: Mesh, ids: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+def _runs(mesh: Mesh, ids: NDArray[np.int64], is_cohesive: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """First and last of the cells of one type and region that follow one another."""
-    keys = ids * 256 + mesh.types
+    keys = (ids * 2 + is_cohesive) * 256 + mesh.types
     edges = [0, *(np.flatnonzero(np.diff(keys)) + 1).tolist(), len(keys)]
     return ((a, b) for a, b in itertools.pairwise(edges) if b > a)
 
