@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from repair_meshes import shaken
+from repair_meshes import curved, shaken
 
 import meshgauge
 from meshgauge import Mesh, Quality, Status, measure
@@ -172,3 +172,69 @@ def test_a_cell_with_an_exactly_flat_corner_is_not_positive() -> None:
     lowest, folded = part.qualities(np.array(mesh.points[part.point_ids]))
     assert measure(mesh).values[0] == 0.0
     assert folded[0] == lowest[0] == 0.0
+
+
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+def test_two_points_of_one_cell_that_coincide_are_parted(boundary: str) -> None:
+    mesh = shaken("hexahedron", 4, 0.0)
+    points = np.array(mesh.points)
+    at = [int(np.flatnonzero((points == place).all(axis=1))[0]) for place in ((2, 2, 2), (2, 2, 1))]
+    points[at[0]] = points[at[1]]
+    result = meshgauge.improve(mesh.replace(points=points), boundary=boundary)
+    assert int((result.before.status != Status.OK).sum()) == 4
+    assert (result.after.status == Status.OK).all()
+    assert result.after.values.min() > 0.999
+    assert not any("coincide" in note for note in result.report.notes)
+
+
+def unmerged(dtype: type) -> Mesh:
+    """Two blocks that touch, each with points of its own there, which differ by rounding."""
+    left = shaken("hexahedron", 3, 0.2)
+    right = left.points + np.array((3.0, 0.0, 0.0))
+    points = np.concatenate([left.points, right]).astype(dtype)
+    seam = np.flatnonzero((points[:, 0] == 3.0) & (np.arange(len(points)) >= left.n_points))
+    inside = seam[((points[seam, 1:] > 0) & (points[seam, 1:] < 3)).all(axis=1)]
+    points[inside] = np.nextafter(points[inside], dtype(9.0))
+    nodes = np.concatenate([left.connectivity, left.connectivity + left.n_points]).reshape(-1, 8)
+    return Mesh.from_arrays(points, {"hexahedron": nodes})
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+def test_points_that_coincide_within_rounding_stay_together(dtype: type, boundary: str) -> None:
+    mesh = unmerged(dtype)
+    seam = np.flatnonzero(np.abs(mesh.points[:, 0] - 3.0) < 1e-3)
+    result = meshgauge.improve(mesh, boundary=boundary)
+    np.testing.assert_array_equal(result.mesh.points[seam], mesh.points[seam])
+    assert "16 points coincide with another" in " ".join(result.report.notes)
+    assert result.report.displacement.n_points > 0
+
+
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+def test_points_of_ghost_cells_stay_so_that_pieces_fit(boundary: str) -> None:
+    whole = shaken("hexahedron", 5, 0.4)
+    x = np.asarray(shaken("hexahedron", 5, 0.0).points)[whole.connectivity.reshape(-1, 8)].mean(axis=1)[:, 0]
+    reached = []
+    for mine, kept in (((x < 2.5), (x < 3.5)), ((x > 2.5), (x > 1.5))):
+        nodes = whole.connectivity.reshape(-1, 8)[kept]
+        ids, local = np.unique(nodes, return_inverse=True)
+        ghost = np.where(mine[kept], 0, 1).astype(np.uint8)
+        piece = Mesh.from_arrays(
+            whole.points[ids], {"hexahedron": local.reshape(-1, 8)}, cell_data={"vtkGhostType": ghost}
+        )
+        result = meshgauge.improve(piece, boundary=boundary)
+        assert result.report.displacement.n_points > 0
+        points = np.full((whole.n_points, 3), np.nan)
+        points[ids] = result.mesh.points
+        reached.append(points)
+    common = ~np.isnan(reached[0] + reached[1]).any(axis=1)
+    assert common.sum() == 3 * 36
+    np.testing.assert_array_equal(reached[0][common], reached[1][common])
+
+
+def test_nodes_between_corners_belong_to_the_boundary() -> None:
+    mesh = curved("tetra", 3, 0.1, 0.05)
+    result = meshgauge.improve(mesh)
+    at = ((mesh.points == 0.0) | (mesh.points == 3.0)).any(axis=1)
+    n = int(at.sum())
+    assert f"the {n:,} points that must stay" in result.report.claims[0].text

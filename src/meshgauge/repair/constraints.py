@@ -17,9 +17,12 @@ from ..quality.measure import Quality
 from ..quality.polyhedra import PolyhedralQuality
 from ..status import Status
 from .curved import can_follow
-from .faces import face_points, mask_of
+from .faces import mask_of, nodes_of_faces
 
 Mask = NDArray[np.bool_]
+
+PLACES = 4
+"""Units in the last place of the stored coordinates within which points coincide."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +42,8 @@ class Constraints:
     interface
         ``(n_points,)`` points of faces between regions, or of surface and line cells inside.
     pinned
-        ``(n_points,)`` points that never move: asked for by the user, coinciding ones, those of cells that take no
-        part.
+        ``(n_points,)`` points that never move: asked for by the user, coinciding ones, those of ghost cells and of
+        cells that take no part.
     notes
         Notes for the report, a sentence each.
     """
@@ -86,16 +89,24 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     if quality.polyhedra is not None:
         can[can_move(quality.polyhedra)] = True
     takes_part &= can
-    left = int(np.count_nonzero(is_solid & ~takes_part))
+    if mesh.is_ghost is not None:
+        takes_part &= ~mesh.is_ghost
     pinned = _asked(fixed, n)
+    if mesh.is_ghost is not None:
+        pinned |= mask_of(n, mesh.connectivity[np.repeat(mesh.is_ghost, np.diff(mesh.offsets))])
+        notes.append("The points of ghost and hidden cells stay, so that pieces fit once each is improved.")
+    aside = is_solid & ~takes_part
+    if mesh.is_ghost is not None:
+        aside &= ~mesh.is_ghost
+    left = int(np.count_nonzero(aside))
     if left:
-        pinned |= mask_of(n, mesh.connectivity[np.repeat(~takes_part & is_solid, np.diff(mesh.offsets))])
+        pinned |= mask_of(n, mesh.connectivity[np.repeat(aside, np.diff(mesh.offsets))])
         notes.append(
             f"{left:,} solid cells take no part (of high order, with hanging nodes, not measured): their points stay."
         )
 
     alone = np.flatnonzero(faces.mates < 0)
-    boundary = mask_of(n, face_points(faces, alone)[0])
+    boundary = nodes_of_faces(faces, alone)
     n_multiple = int(np.count_nonzero(faces.mates == MULTIPLE))
     if n_multiple:
         notes.append(f"{faces.n_multiple:,} faces belong to three cells or more: their points stay like the boundary.")
@@ -103,7 +114,7 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     region_ids, _ = regions(mesh)
     pairs = faces.pairs()
     between = region_ids[faces.cells[pairs[:, 0]]] != region_ids[faces.cells[pairs[:, 1]]]
-    interface = mask_of(n, face_points(faces, pairs[between, 0])[0]) & ~boundary
+    interface = nodes_of_faces(faces, pairs[between, 0]) & ~boundary
     if between.any():
         notes.append(f"{int(between.sum()):,} faces between regions are kept where they are.")
     embedded = mask_of(n, mesh.connectivity[np.repeat(~is_solid, np.diff(mesh.offsets))]) & ~boundary
@@ -113,17 +124,45 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
         notes.append(f"{n_embedded:,} points inside belong to surface, line or vertex cells and stay.")
     interface |= embedded
 
-    representative = coincidence.representatives(mesh.points)
-    twice = coincidence.duplicates(representative, used)
-    if len(twice):
-        pinned |= mask_of(n, np.concatenate([twice, np.asarray(representative, np.int64)[twice]]))
-        notes.append(f"{len(twice):,} points coincide with another: parts that touch there stay together, unmoved.")
+    together, n_together = _held_together(mesh, used)
+    if n_together:
+        pinned |= together
+        notes.append(f"{n_together:,} points coincide with another: parts that touch there stay together, unmoved.")
     return Constraints(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
 
 
 def can_move(measured: PolyhedralQuality) -> NDArray[np.int64]:
     """Ids of the polyhedra that have a value and no hanging node."""
     return measured.cells[~measured.has_hanging & ~np.isnan(measured.values)]
+
+
+def _held_together(mesh: Mesh, used: Mask) -> tuple[Mask, int]:
+    """Points that coincide with another and stay where they are, and how many they are beside the first of each.
+
+    Two points of one cell that coincide are an edge of no length: they are to be parted, not held together.
+    """
+    n = mesh.n_points
+    representative = np.asarray(coincidence.representatives(mesh.points, tolerance=_tolerance(mesh)), np.int64)
+    twice = coincidence.duplicates(representative, used)
+    if not len(twice):
+        return np.zeros(n, bool), 0
+    in_group = mask_of(n, np.concatenate([twice, representative[twice]]))
+    entries = np.flatnonzero(in_group[mesh.connectivity])
+    nodes = np.asarray(mesh.connectivity, np.int64)[entries]
+    cells = np.searchsorted(mesh.offsets, entries, side="right") - 1
+    unique = np.unique(np.stack([cells, representative[nodes], nodes], axis=1), axis=0)
+    same = (unique[1:, :2] == unique[:-1, :2]).all(axis=1)
+    parted = mask_of(n, unique[1:][same, 1])
+    held = in_group & ~parted[representative]
+    return held, int(np.count_nonzero(held[twice]))
+
+
+def _tolerance(mesh: Mesh) -> float:
+    """Relative distance of points that coincide: a few units in the last place of coordinates in single precision."""
+    if mesh.stored != "single" or not mesh.n_points:
+        return coincidence.TOLERANCE
+    largest = float(np.nanmax(np.abs(mesh.points), initial=0.0, where=np.isfinite(mesh.points)))
+    return max(coincidence.TOLERANCE, PLACES * float(np.spacing(np.float32(largest))) / coincidence.size(mesh.points))
 
 
 def _asked(fixed: ArrayLike | None, n: int) -> Mask:

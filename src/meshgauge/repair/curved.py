@@ -127,3 +127,17 @@ def _weights(vtk_id: int) -> Points:
                 weights[node] = 0.0
                 weights[node, list(face)] = 1.0 / len(face)
     return weights
+
+
+@cache
+def nodes_on_faces(vtk_id: int) -> tuple[tuple[int, ...], ...]:
+    """For each face of a curved type its nodes that are no corners: those of its edges in turn, then those inside."""
+    row = CELL_TYPES[vtk_id]
+    assert row.shape is not None
+    weights, middles = _weights(vtk_id), _middles(vtk_id)
+    faces = []
+    for face in row.shape.faces:
+        ring = [middles.get(frozenset((a, b))) for a, b in zip(face, (*face[1:], face[0]), strict=True)]
+        inside = [node for node in between(row) if set(np.flatnonzero(weights[node])) == set(face)]
+        faces.append((*(node for node in ring if node is not None), *inside))
+    return tuple(faces)

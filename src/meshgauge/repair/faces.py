@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cells import CELL_TYPES
 from ..mesh.polyhedra import ragged
 from ..mesh.topology import Topology, face_table
+from .curved import can_follow, nodes_on_faces
 
 Ids = NDArray[np.int64]
 
@@ -53,4 +55,21 @@ def mask_of(n_points: int, points: Ids) -> NDArray[np.bool_]:
     """``(n_points,)`` True for the points named."""
     mark = np.zeros(n_points, bool)
     mark[points] = True
+    return mark
+
+
+def nodes_of_faces(topology: Topology, slots: Ids) -> NDArray[np.bool_]:
+    """``(n_points,)`` True for the points of some slots, of curved cells also the nodes between the corners."""
+    mesh = topology.mesh
+    mark = mask_of(mesh.n_points, face_points(topology, slots)[0])
+    cells = np.asarray(topology.cells, np.int64)[slots]
+    local = slots - topology.starts[cells]
+    for vtk_id in np.unique(mesh.types[cells]):
+        row = CELL_TYPES[int(vtk_id)]
+        if not row.is_curved or not can_follow(row):
+            continue
+        for face, nodes in enumerate(nodes_on_faces(int(vtk_id))):
+            mine = cells[(mesh.types[cells] == vtk_id) & (local == face)]
+            for node in nodes:
+                mark[mesh.connectivity[np.asarray(mesh.offsets, np.int64)[mine] + node]] = True
     return mark

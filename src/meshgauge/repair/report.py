@@ -19,6 +19,9 @@ from .run import Progress
 NAMED = 20
 """Cells that are named one by one."""
 
+LOSS = 1e-6
+"""A cell that has lost less has not: it was drawn to the same place another way."""
+
 
 @dataclass(frozen=True, slots=True)
 class LimitedCell:
@@ -166,7 +169,7 @@ def losses(before: Quality, after: Quality) -> tuple[int, tuple[WorsenedCell, ..
     """How many cells lost quality, those that lost the most, the largest and the mean loss."""
     with np.errstate(invalid="ignore"):
         loss = before.values - after.values
-    cells = np.flatnonzero(loss > 1e-12)
+    cells = np.flatnonzero(loss > LOSS)
     order = cells[np.argsort(-loss[cells], kind="stable")][:NAMED]
     worse = tuple(
         WorsenedCell(int(c), type_name(int(before.mesh.types[c])), float(before.values[c]), float(after.values[c]))

@@ -112,11 +112,14 @@ def smooth(run: Run, points: Points, given: Points) -> Points:
     part = run.moving
     lengths = part.edge_lengths(given)
     starts = part.cells[:-1]
-    ratio = np.maximum.reduceat(lengths.max(axis=1), starts) / np.minimum.reduceat(lengths.min(axis=1), starts)
-    is_layer = (part.qualities(given)[0] > STRAIGHT) & (ratio > ANISOTROPIC)
+    longest, shortest = (
+        np.maximum.reduceat(lengths.max(axis=1), starts),
+        np.minimum.reduceat(lengths.min(axis=1), starts),
+    )
+    is_layer = (part.qualities(given)[0] > STRAIGHT) & (longest > ANISOTROPIC * shortest)
     own = np.flatnonzero(np.repeat(is_layer, np.diff(part.cells)))
     own_lengths = lengths[own]
-    del lengths, ratio  # a tenth of all the memory that an improvement takes
+    del lengths, longest, shortest  # a tenth of all the memory that an improvement takes
     references = _references(part, points, local=False)
     references[own] = own_lengths
     energy = ShapeEnergy(part, references)
