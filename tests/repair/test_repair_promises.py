@@ -215,7 +215,7 @@ def test_points_of_ghost_cells_stay_so_that_pieces_fit(boundary: str) -> None:
     whole = shaken("hexahedron", 5, 0.4)
     x = np.asarray(shaken("hexahedron", 5, 0.0).points)[whole.connectivity.reshape(-1, 8)].mean(axis=1)[:, 0]
     reached = []
-    for mine, kept in (((x < 2.5), (x < 3.5)), ((x > 2.5), (x > 1.5))):
+    for mine, kept in (((x < 3), (x < 4)), ((x > 3), (x > 2))):
         nodes = whole.connectivity.reshape(-1, 8)[kept]
         ids, local = np.unique(nodes, return_inverse=True)
         ghost = np.where(mine[kept], 0, 1).astype(np.uint8)
