@@ -91,12 +91,15 @@ def test_json_is_alone_on_standard_output(capsys: Captured, monkeypatch: pytest.
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
     bad = write("bad.msh", "inverted", "cube")
     assert (
-        main(["check", bad, "--json", "--cells", "1", "--fail", "verdict_shape > 0", "--fail", "nothing invalid"]) == 1
+        main(["check", bad, "--json", "--worst", "1", "--fail", "verdict_shape > 0", "--fail", "nothing invalid"]) == 1
     )
     out, err = capsys.readouterr()
     document = json.loads(out)
     assert [outcome["n_failing"] for outcome in document["files"][0]["outcomes"]] == [1, 1]
     assert err.startswith("::error file=bad.msh,title=verdict_shape > 0::")
+    assert [len(outcome["cells"]) for outcome in document["files"][0]["outcomes"]] == [1, 1]
+    assert main(["check", bad, "--json", "-q"]) == 1
+    json.loads(capsys.readouterr().out)
 
 
 def test_every_output_at_once(capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> None:

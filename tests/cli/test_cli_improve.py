@@ -51,7 +51,7 @@ def tangled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def repaired(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     folder = tmp_path_factory.mktemp("repaired")
-    done = run(BRACKET, "-o", folder / "out.vtu", "--undo", folder / "undo.npz", "--report", folder / "page.html")
+    done = run(BRACKET, "-o", folder / "out.vtu", "--undo", folder / "undo.npz", "--html", folder / "page.html")
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     return folder, done.stdout
@@ -152,7 +152,7 @@ def test_fixed_points_by_data_region_and_box(tangled: Path, tmp_path: Path) -> N
         (["--floor", "-1"], "floor"),
         (["--surface", "no.stl", "--boundary", "slide"], "no such file"),
         (["--in-place"], "exclude"),
-        (["--report", "nowhere/page.html"], "no folder"),
+        (["--html", "nowhere/page.html"], "no folder"),
     ],
 )
 def test_what_cannot_be_is_said_in_one_line(tangled: Path, tmp_path: Path, arguments: list[str], message: str) -> None:

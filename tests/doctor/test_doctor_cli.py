@@ -44,7 +44,7 @@ def test_orient_replaces_its_input_only_if_asked(reversed_file: Path, capsys: py
     assert "--in-place to replace the input" in errors
     assert "is an input; it is not overwritten" in errors
     assert main(["orient", str(reversed_file), "--in-place", "-q"]) == 0
-    assert capsys.readouterr().out == ""
+    assert capsys.readouterr().out == f"{reversed_file}: 24 cells renumbered\n"
     assert (meshgauge.measure(meshgauge.read(reversed_file)).values > 0).all()
     written = reversed_file.read_bytes()
     assert main(["orient", str(reversed_file), "--in-place"]) == 0
@@ -59,6 +59,17 @@ def test_orient_turns_wedges_in_the_other_order(tmp_path: Path, capsys: pytest.C
     assert "All 8 wedge cells are numbered in reverse, in the order that VTK" in capsys.readouterr().out
     assert main(["orient", str(path), "-o", str(out)]) == 0
     assert (meshgauge.measure(meshgauge.read(out, wedge_order="gmsh")).values > 0).all()
+
+
+def test_the_verdict_of_the_doctor_is_a_line(
+    reversed_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    meshgauge.write(tmp_path / "good.vtu", grid("tetra", 1))
+    assert main(["doctor", "-q", str(reversed_file), str(tmp_path / "good.vtu")]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        f"{reversed_file}: 1 defect (orientation)",
+        f"{tmp_path / 'good.vtu'}: nothing is wrong",
+    ]
 
 
 def test_doctor_as_json_names_the_file_that_cannot_be_read(

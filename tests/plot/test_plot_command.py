@@ -88,6 +88,16 @@ def test_one_unreadable_mesh_does_not_hide_the_others(tmp_path: Path, capsys: py
     assert (tmp_path / "a.png").is_file()
 
 
+def test_several_metrics_are_a_picture_each(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    metrics = ["--metric", "jens", "--metric", "scaled_jacobian"]
+    assert main(["plot", BRACKET, "-o", str(tmp_path / "a.png"), *metrics]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"a-jens.png", "a-scaled_jacobian.png"}
+    pictures = [path.read_bytes() for path in tmp_path.iterdir()]
+    assert pictures[0] != pictures[1]
+    assert main(["plot", BRACKET, "-o", str(tmp_path / "b.png"), *metrics[2:]]) == 0
+    assert (tmp_path / "b.png").is_file()
+
+
 @can_draw
 def test_invalid_cells_are_seen_wherever_they_are(tmp_path: Path) -> None:
     """Also those in the part that is cut away: with everything cut away only they are left, in red."""

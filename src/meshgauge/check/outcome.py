@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -149,6 +150,12 @@ class Check:
             "outcomes": [outcome.to_dict() for outcome in self.outcomes],
             "notes": list(self.notes),
         }
+
+
+def overall(checks: Iterable[Check], n_failed: int = 0) -> State:
+    """The gravest of the states of several meshes; UNCHECKED if some could not be read: the answer is not complete."""
+    states = {check.state for check in checks} | ({State.UNCHECKED} if n_failed else set())
+    return next((s for s in (State.UNCHECKED, State.FAIL, State.WARN) if s in states), State.PASS)
 
 
 def broken(level: Level) -> State:

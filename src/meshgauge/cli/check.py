@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
 from collections.abc import Sequence
@@ -11,48 +10,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..errors import RuleError
-from . import inputs, terminal
-from .report import MEASURING, READING, WRITING, FormatOption, WedgeOrder
+from ..errors import FailedFile
+from . import inputs, options, terminal
+from .options import option
 
 if TYPE_CHECKING:
-    from ..check import Rule
-    from ..check.settings import CheckSettings
-
-COULD_NOT = 2
-
-HELP = """Hold meshes against rules: exit code 0 if they keep them, 1 if not.
-
-Rules come from --fail and --warn, else from [bold]meshgauge.toml[/bold] or [bold]\\[tool.meshgauge.check][/bold] of pyproject.toml in this folder or above. Without any, every cell must be valid and measured, and more than 1 % below 0.2 are a warning.
-
-  METRIC >= NUMBER       [dim]or >, <=, <; a cell without a value never passes[/dim]
-
-  nothing invalid        [dim]or invalid inside, degenerate, unmeasured, undecided, ...[/dim]
-
-  no worse than FILE     [dim]a report stored by --write-baseline or report --json[/dim]
-
-The first two may go on: [bold]@ 1%[/bold] or [bold]@ 5 cells[/bold] may break them; [bold]for tetra, wedge[/bold]; [bold]in inlet, 'layer*'[/bold]. The last: [bold]within 0.01[/bold].
-
-Exit codes: 0 passed, also with warnings, 1 a rule is broken, 2 some mesh or rule could not be checked, 130 interrupted."""  # noqa: E501  Typer joins no lines of a paragraph
-
-EPILOG = """[bold]Examples[/bold]
-
-  meshgauge check wing.vtu --fail 'jens >= 0.2 @ 1%' --fail 'nothing invalid'
-
-  meshgauge check 'meshes/*.vtu' --junit junit.xml --sarif mesh.sarif
-
-  meshgauge check wing.vtu --write-baseline wing.json
-
-  meshgauge check wing.vtu --fail 'no worse than wing.json within 0.01'"""
+    from ..check import Check
+    from ..check.sources import RefusedRule
+    from .batch import Batch
 
 PIPELINES = "For pipelines"
 
+FAILED = 1
+"""Exit code: a rule is broken."""
 
-def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
-    app.command(name="check", help=HELP, short_help="Hold meshes against rules, in CI or pre-commit.", epilog=EPILOG)(
-        check
-    )
+SUMMARY = "GITHUB_STEP_SUMMARY"
+"""Environment variable: a file of GitHub Actions to which a job adds Markdown."""
 
 
 def check(
@@ -60,149 +33,134 @@ def check(
         list[str] | None,
         typer.Argument(metavar="[MESH]", help="Mesh files, or patterns.", show_default="those of the settings"),
     ] = None,
+    *,
     fail: Annotated[
-        list[str] | None,
-        typer.Option("--fail", metavar="RULE", help="Fail if this rule is broken; repeatable.", show_default=False),
+        list[str] | None, option("--fail", "RULE", "Fail if this rule is broken; repeatable.", default=False)
     ] = None,
     warn: Annotated[
-        list[str] | None,
-        typer.Option("--warn", metavar="RULE", help="Warn if this rule is broken; repeatable.", show_default=False),
+        list[str] | None, option("--warn", "RULE", "Warn if this rule is broken; repeatable.", default=False)
     ] = None,
     config: Annotated[
-        Path | None,
-        typer.Option(
-            "--config", metavar="FILE", help="Take the settings from this file.", show_default="the nearest one"
-        ),
+        Path | None, option("--config", "FILE", "Take the settings from this file.", default="the nearest one")
     ] = None,
-    cells: Annotated[int, typer.Option("--cells", metavar="N", min=0, help="Name N cells of each broken rule.")] = 5,
     write_baseline: Annotated[
-        Path | None,
-        typer.Option("--write-baseline", metavar="FILE", help="Check nothing, store what is measured instead."),
+        Path | None, option("--write-baseline", "FILE", "Check nothing, store what is measured instead.")
     ] = None,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print JSON instead (docs/check.md).", rich_help_panel=WRITING)
-    ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="One line a mesh, no progress.", rich_help_panel=WRITING)
-    ] = False,
-    junit: Annotated[
-        Path | None, typer.Option("--junit", metavar="FILE", help="Write JUnit XML.", rich_help_panel=PIPELINES)
-    ] = None,
-    sarif: Annotated[
-        Path | None, typer.Option("--sarif", metavar="FILE", help="Write SARIF 2.1.0.", rich_help_panel=PIPELINES)
-    ] = None,
-    gitlab: Annotated[
-        Path | None,
-        typer.Option(
-            "--gitlab", metavar="FILE", help="Write a code quality report of GitLab.", rich_help_panel=PIPELINES
-        ),
-    ] = None,
-    markdown: Annotated[
-        Path | None,
-        typer.Option("--markdown", metavar="FILE", help="Write a summary in Markdown.", rich_help_panel=PIPELINES),
-    ] = None,
+    as_json: options.Json = False,
+    quiet: options.Quiet = False,
+    junit: Annotated[Path | None, option("--junit", "FILE", "Write JUnit XML.", PIPELINES)] = None,
+    sarif: Annotated[Path | None, option("--sarif", "FILE", "Write SARIF 2.1.0.", PIPELINES)] = None,
+    gitlab: Annotated[Path | None, option("--gitlab", "FILE", "Write GitLab's code quality report.", PIPELINES)] = None,
+    markdown: Annotated[Path | None, option("--markdown", "FILE", "Write a summary in Markdown.", PIPELINES)] = None,
     github: Annotated[
         bool | None,
-        typer.Option(
+        option(
             "--github/--no-github",
-            help="Annotate, and add to the summary of the job.",
-            show_default="if it runs in GitHub Actions",
-            rich_help_panel=PIPELINES,
+            None,
+            "Annotate, and add to the summary of the job.",
+            PIPELINES,
+            default="if it runs in GitHub Actions",
         ),
     ] = None,
-    threads: Annotated[
-        int | None,
-        typer.Option(
-            "--threads",
-            metavar="N",
-            min=1,
-            help="Threads to use.",
-            show_default="all processors",
-            rich_help_panel=MEASURING,
-        ),
-    ] = None,
-    wedge_order: Annotated[
-        WedgeOrder,
-        typer.Option("--wedge-order", help="Numbering of wedges in the file.", rich_help_panel=READING),
-    ] = WedgeOrder.auto,
-    format: FormatOption = None,
+    worst: options.Worst = 5,
+    threads: options.Threads = None,
+    wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
+    reading: options.Reading,
 ) -> int:
     """Read, measure and judge each mesh in turn; returns the exit code."""
-    found = _settings(config)
-    paths = inputs.expanded(meshes) if meshes else _meshes(found)
+    from ..check.settings import SettingsError
+    from ..check.sources import RefusedRule, baselines_of, meshes_of, rules_of, settings_of
+
+    settings = settings_of(config)
+    paths = inputs.expanded(meshes or meshes_of(settings))
     if not paths:
-        from ..check.settings import SettingsError
-
         raise SettingsError("no mesh is given, and no settings name any (check.meshes)")
-    targets = {"junit": junit, "sarif": sarif, "gitlab": gitlab, "markdown": markdown}
-    inputs.check_targets(paths, (*targets.values(), write_baseline))
+    files = {"junit": junit, "sarif": sarif, "gitlab": gitlab, "markdown": markdown}
     try:
-        rules = _rules(found, fail or (), warn or ())
-    except _RefusedRule as refused:
-        return refused.said()
+        rules = rules_of(settings, fail or (), warn or ())
+    except RefusedRule as refused:
+        return _point_at(refused)
+    # Before anything is measured: a stored report that is missing, or that an output would overwrite, is known at once.
+    baselines = baselines_of(rules) if write_baseline is None else {}
+    inputs.check_targets(paths, texts=(*files.values(), write_baseline))
 
-    from .gate import Gate
+    from ..check import State, metrics_of
+    from ..check import check as judge
+    from ..check.outcome import overall
+    from ..check.output import text_for
+    from ..check.output.json import checks_json
+    from ..check.output.text import CheckLine, ChecksText, CheckText
+    from .batch import Batch
 
-    gate = Gate(rules, cells, threads, wedge_order.value, format, shows_progress=not quiet)
+    batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
     if write_baseline is not None:
-        return gate.write_baseline(paths, write_baseline)
-    return gate.run(
-        paths,
-        json=json,
-        quiet=quiet,
-        targets={make: path for make, path in targets.items() if path is not None},
-        annotates=github if github is not None else os.environ.get("GITHUB_ACTIONS") == "true",
-    )
+        return _store(batch, paths, metrics_of(rules), write_baseline)
+
+    def examine(path: str) -> Check:
+        quality = batch.measure(path, metrics_of(rules))
+        return judge(quality, rules, path=path, listed=worst, baselines=baselines)
+
+    output, is_read = terminal.Output(), not as_json
+    checks: list[Check] = []
+    for _, one in batch.each(paths, examine):
+        checks.append(one)
+        if is_read:
+            is_read = output.show(CheckLine(one) if quiet else CheckText(one), wrap=not quiet)
+    if as_json:
+        terminal.emit(checks_json(checks, batch.failures))
+    elif len(paths) > 1 and is_read and not quiet:
+        output.show(ChecksText(checks, batch.failures))
+    for kind, target in files.items():
+        if target is not None:
+            _write(target, text_for(kind, checks, batch.failures))
+    if github if github is not None else os.environ.get("GITHUB_ACTIONS") == "true":
+        _annotate(checks, batch.failures)
+    codes = {State.UNCHECKED: terminal.COULD_NOT, State.FAIL: FAILED}
+    return codes.get(overall(checks, len(batch.failures)), terminal.DONE)
 
 
-class _RefusedRule(Exception):
-    """A rule that cannot be understood, and where it is written."""
-
-    def __init__(self, where: str, error: RuleError) -> None:
-        super().__init__(str(error))
-        self.where = where
-        self.error = error
-
-    def said(self) -> int:
-        """Point at the place on standard error; returns the exit code."""
-        terminal.warn("error", f"{self.where}: {self.error.reason}")
-        for line in self.error.pointed.split("\n"):
-            print(f"  {line}", file=sys.stderr)
-        return COULD_NOT
+def _point_at(refused: RefusedRule) -> int:
+    """Print a rule that cannot be understood, with carets below the place; returns the exit code."""
+    terminal.warn("error", f"{refused.where}: {refused.error.reason}")
+    for line in refused.error.pointed.split("\n"):
+        print(f"  {line}", file=sys.stderr)
+    return terminal.COULD_NOT
 
 
-def _settings(config: Path | None) -> CheckSettings | None:
-    """The settings asked for, or the nearest, if there are any."""
-    from ..check.settings import load, nearest
+def _store(batch: Batch, paths: Sequence[str], metrics: Sequence[str], target: Path) -> int:
+    """Store reports as a baseline, if every mesh can be measured; returns the exit code."""
+    from ..report import FileReport
+    from ..report.json import dumps
 
-    path = config if config is not None else nearest(Path.cwd())
-    return load(path) if path is not None else None
+    def examine(path: str) -> FileReport:
+        return FileReport.of(batch.measure(path, metrics), path=path, worst=0, threads=batch.threads)
 
-
-def _meshes(found: CheckSettings | None) -> list[str]:
-    """The meshes that the settings name, as paths from the working folder."""
-    if found is None:
-        return []
-    folder = str(found.path.parent)
-    with contextlib.suppress(ValueError):  # on another drive
-        folder = os.path.relpath(folder)
-    return inputs.expanded(os.path.normpath(os.path.join(folder, mesh)) for mesh in found.meshes)
+    reports = [report for _, report in batch.each(paths, examine)]
+    if not batch.failures:
+        _write(target, dumps(reports) + "\n")
+        if not batch.quiet:
+            terminal.emit(f"{target}: {len(reports)} mesh{'' if len(reports) == 1 else 'es'} stored")
+    return batch.exit_code
 
 
-def _rules(found: CheckSettings | None, fail: Sequence[str], warn: Sequence[str]) -> tuple[Rule, ...]:
-    """The rules of the command line, else those of the settings, else those there always are."""
-    from ..check import Level, default_rules, rule
+def _annotate(checks: Sequence[Check], failures: Sequence[FailedFile]) -> None:
+    """Annotations on standard error, where the runner looks as well and where they disturb no JSON."""
+    from ..check.output.github import github
+    from ..check.output.markdown import markdown
 
-    written = [("--fail", Level.FAIL, text) for text in fail] + [("--warn", Level.WARN, text) for text in warn]
-    folder = Path()
-    if not written and found is not None:
-        folder = found.path.parent
-        for level, texts in ((Level.FAIL, found.fail), (Level.WARN, found.warn)):
-            written += [(f"{found.path}: check.{level}[{n}]", level, text) for n, text in enumerate(texts)]
-    rules = []
-    for where, level, text in written:
+    for line in github(checks, failures):
+        print(line, file=sys.stderr, flush=True)
+    summary = os.environ.get(SUMMARY)
+    if summary:
         try:
-            rules.append(rule(text, level=level, folder=folder))
-        except RuleError as error:
-            raise _RefusedRule(where, error) from error
-    return tuple(rules) or default_rules()
+            with open(summary, "a", encoding="utf-8", errors="backslashreplace") as file:
+                file.write(markdown(checks, failures))
+        except OSError as error:
+            terminal.warn("note", f"{summary}: the summary cannot be written: {error.strerror or error}")
+
+
+def _write(path: Path, text: str) -> None:
+    from ..files.output import replacing
+
+    with replacing(path, text=True) as beside:
+        beside.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")

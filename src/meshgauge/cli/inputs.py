@@ -24,24 +24,69 @@ def expanded(arguments: Iterable[str]) -> list[str]:
         if os.path.exists(argument) or not glob.has_magic(argument):
             paths[argument] = None
             continue
-        found = sorted(glob.glob(argument, recursive=True))
-        if not found:
+        matches = sorted(glob.glob(argument, recursive=True))
+        if not matches:
             raise ReadError(f"{argument}: no file matches this pattern")
-        paths.update(dict.fromkeys(found))
+        paths.update(dict.fromkeys(matches))
     return list(paths)
 
 
-def check_targets(inputs: Iterable[str], targets: Iterable[Path | None]) -> None:
-    """Make sure that outputs can be written, and are neither inputs nor one file. Raises `WriteError`."""
+def check_targets(
+    inputs: Iterable[str], *, texts: Iterable[Path | None] = (), files: Iterable[Path | None] = ()
+) -> None:
+    """Make sure that outputs can be written, and are neither inputs nor one file.
+
+    Parameters
+    ----------
+    inputs
+        What is read.
+    texts
+        Outputs that ``-`` may lead to standard output.
+    files
+        Others.
+
+    Raises
+    ------
+    WriteError
+        If it is not so.
+    """
     taken: list[tuple[Path, str]] = [(Path(path), "is an input; it is not overwritten") for path in inputs]
-    for target in targets:
-        if target is None:
-            continue
-        for path, reason in taken:
-            if _is_same(target, path):
-                raise WriteError(f"{target}: {reason}")
-        taken.append((target, "is given for two outputs"))
-        output.check(target, text=True)
+    for targets, is_text in ((texts, True), (files, False)):
+        for target in targets:
+            if target is None:
+                continue
+            for path, reason in taken:
+                if _is_same(target, path):
+                    raise WriteError(f"{target}: {reason}")
+            taken.append((target, "is given for two outputs"))
+            output.check(target, text=is_text)
+
+
+def mesh_target(paths: list[str], written: Path | None, *, in_place: bool, what: str | None = None) -> Path | None:
+    """Where a mesh is to be written: ``--output``, or the input if ``--in-place`` is given.
+
+    Parameters
+    ----------
+    paths
+        The inputs. Only one can be written.
+    written, in_place
+        The options.
+    what
+        The mesh that is written, in words, if there must be a target; None: there need be none.
+
+    Raises
+    ------
+    WriteError
+        If the options exclude each other, or there are several inputs.
+    """
+    if written is None and not in_place and what is not None:
+        raise WriteError(f"{paths[0]}: give -o OUT for the {what} mesh, or --in-place to replace the input")
+    if written is not None and in_place:
+        raise WriteError(f"{written}: --output and --in-place exclude each other")
+    if len(paths) > 1 and (written is not None or in_place):
+        option = "--in-place" if in_place else f"{written}: --output"
+        raise WriteError(f"{option} takes one mesh, {len(paths)} are given")
+    return Path(paths[0]) if in_place else written
 
 
 def _is_same(a: Path, b: Path) -> bool:
@@ -52,7 +97,7 @@ def _is_same(a: Path, b: Path) -> bool:
 
 
 def size(path: str) -> int:
-    """Bytes of a file, 0 if it cannot be told."""
+    """Bytes of a file, 0 if it is not known."""
     try:
         return os.stat(path).st_size
     except OSError:

@@ -63,7 +63,7 @@ def stoppable() -> Iterator[Stop]:
         signal.signal(signal.SIGINT, old)
 
 
-class Told:
+class ProgressLine:
     """A line that changes on a terminal; nothing where there is none."""
 
     def __init__(self, *, shown: bool) -> None:
@@ -72,7 +72,7 @@ class Told:
             Live(console=console, transient=True, refresh_per_second=5) if shown and sys.stderr.isatty() else None
         )
 
-    def __enter__(self) -> Told:
+    def __enter__(self) -> ProgressLine:
         if self._live is not None:
             self._live.start()
         return self

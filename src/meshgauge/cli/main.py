@@ -11,13 +11,21 @@ import typer
 
 from ..errors import MeshgaugeError
 from ..files import sources
-from . import check, compare, doctor, improve, metrics, orient, paraview, plot, report, view
+from . import command
+from .check import check
+from .compare import compare
+from .doctor import doctor
+from .improve import improve
+from .metrics import metrics
+from .orient import orient
+from .paraview import paraview_plugin
+from .plot import plot
+from .report import report
+from .terminal import COULD_NOT, DONE, TRACEBACK
+from .view import view
 
-DONE, COULD_NOT, INTERRUPTED = 0, 2, 130
-"""Exit codes; the last is what a shell gives for Ctrl-C."""
-
-TRACEBACK = "MESHGAUGE_TRACEBACK"
-"""Environment variable: set, unexpected errors are shown with their traceback."""
+INTERRUPTED = 130
+"""Exit code: what a shell gives for Ctrl-C."""
 
 app = typer.Typer(
     name="meshgauge",
@@ -29,16 +37,8 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-report.register(app)
-check.register(app)
-compare.register(app)
-doctor.register(app)
-improve.register(app)
-orient.register(app)
-plot.register(app)
-paraview.register(app)
-view.register(app)
-metrics.register(app)
+for function in (report, check, compare, doctor, improve, orient, plot, paraview_plugin, view, metrics):
+    command.add(app, function)
 
 
 def _version(asked: bool) -> None:
@@ -85,7 +85,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def failed(message: str) -> int:
-    """Say in one line what could not be done."""
+    """Print in one line what could not be done; returns the exit code."""
     with contextlib.suppress(BrokenPipeError):
         print(f"meshgauge: error: {' '.join(message.split())}", file=sys.stderr)
     return COULD_NOT

@@ -7,13 +7,6 @@ from typing import Annotated
 import typer
 
 
-def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
-    app.command(name="metrics", short_help="List the metrics: range, acceptable range, ideal, cells, reference.")(
-        metrics
-    )
-
-
 def metrics(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME]...", help="Say everything about these.", show_default=False)

@@ -3,67 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
-from ..errors import WriteError
-from . import inputs
-from .report import WRITING, FormatOption
-
-AS_IN_THE_FILE = "gmsh"
-"""Wedges are not turned while reading: which of them are numbered in reverse is told by their faces."""
-
-HELP = """Renumber the cells that are numbered in reverse, so that all are right-handed.
-
-Such cells have valid shapes, but solvers and quality tools take them for inverted: half the tetrahedra that FEniCS writes, wedges in the other order, left-handed files. Which they are is told by the faces that cells share; cells that are really inverted are named and left. Points and data stay as they are.
-
-Exit codes: 0 done, 2 the file could not be read or written, 130 interrupted."""  # noqa: E501  Typer joins no lines of a paragraph
-
-
-def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
-    app.command(
-        name="orient", help=HELP, short_help="Renumber cells that are numbered in reverse.", no_args_is_help=True
-    )(orient)
+from . import inputs, options
 
 
 def orient(
-    mesh: Annotated[str, typer.Argument(metavar="MESH", help="A mesh file.")],
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="MESH", help="Write the renumbered mesh here.", rich_help_panel=WRITING),
-    ] = None,
-    in_place: Annotated[
-        bool, typer.Option("--in-place", help="Replace the input instead.", rich_help_panel=WRITING)
-    ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print nothing but errors.", rich_help_panel=WRITING)
-    ] = False,
-    format: FormatOption = None,
+    mesh: options.OneMesh,
+    *,
+    output: options.OutputMesh = None,
+    in_place: options.InPlace = False,
+    quiet: options.Quiet = False,
+    reading: options.Reading,
 ) -> int:
     """Read, renumber, write, say what was done; returns the exit code."""
-    if output is None and not in_place:
-        raise WriteError(f"{mesh}: give -o OUT for the renumbered mesh, or --in-place to replace the input")
-    if output is not None and in_place:
-        raise WriteError(f"{output}: --output and --in-place exclude each other")
-    if output is not None:
-        inputs.check_targets([mesh], [output])
+    target = inputs.mesh_target([mesh], output, in_place=in_place, what="renumbered") or Path(mesh)
+    inputs.check_targets([mesh], files=[output])
 
     from ..doctor import oriented
-    from ..doctor.text import ChangesText
-    from ..io import read, write
-    from .terminal import Output, activity, warn
+    from ..doctor.text import ChangesLine, ChangesText
+    from .batch import Batch
+    from .terminal import Output
 
-    with activity(f"reading {mesh}", shown=not quiet):
-        before = read(mesh, file_format=format, wedge_order=AS_IN_THE_FILE)
-    with activity(f"renumbering {mesh}", shown=not quiet):
+    batch = Batch(reading=reading, quiet=quiet)
+    before = batch.read(mesh)
+    with batch.progress(f"renumbering {mesh}"):
         after, changes = oriented(before)
-    target = output if output is not None else Path(mesh)
-    if output is not None or after is not before:
-        with activity(f"writing {target}", shown=not quiet):
-            for lost in write(target, after, overwrite=in_place):
-                warn("note", f"{target}: {lost}")
-    if not quiet:
+    if not in_place or after is not before:
+        batch.write(target, after, overwrite=in_place)
+    if quiet:
+        Output().show(ChangesLine(mesh, changes), wrap=False)
+    else:
         Output().show(ChangesText(mesh, changes, notes=before.notes))
-    return 0
+    return batch.exit_code

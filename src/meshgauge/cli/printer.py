@@ -19,13 +19,20 @@ from .terminal import Output, emit
 
 
 class Printer(Protocol):
-    """Prints each file when it is done, and what is to be said at the end."""
+    """Prints each file when it is done, and what belongs at the end."""
 
     def file(self, report: FileReport) -> bool:
         """False if nobody reads any more."""
         ...
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None: ...
+
+
+def printer(*, as_json: bool, quiet: bool, bins: int, several: bool) -> Printer:
+    """The one that the options ask for."""
+    if as_json:
+        return JsonPrinter(bins)
+    return QuietPrinter() if quiet else TextPrinter(bins, several=several)
 
 
 class TextPrinter:

@@ -10,6 +10,12 @@ from collections.abc import Callable, Iterator
 
 from rich.console import Console, RenderableType
 
+DONE, COULD_NOT = 0, 2
+"""Exit codes of every command."""
+
+TRACEBACK = "MESHGAUGE_TRACEBACK"
+"""Environment variable: set, unexpected errors are shown with their traceback."""
+
 PIPED_WIDTH = 160
 """Columns where there is no terminal: room for every table, so that no data are cut."""
 

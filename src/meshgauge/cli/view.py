@@ -10,95 +10,61 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from . import inputs
-from .report import READING, FormatOption, WedgeOrder
+from . import inputs, options
+from .options import option
 
 if TYPE_CHECKING:
     from ..view.model import Model
-
-HELP = """Look at a mesh in a browser, or at two side by side.
-
-Cells are coloured by quality (J_ENS) and can be filtered by quality, type, status and region; slice the mesh, peel layers of cells off it, click a cell to see its nodes, and fly to the worst ones. The page's address brings the same view back. Two meshes share one camera and the same filters.
-
-The program draws and the browser shows: nothing leaves this machine, and only its user can connect. End it with Ctrl-C. Needs [bold]pip install 'meshgauge\\[view]'[/bold]; --screenshot does not.
-
-Exit codes: 0 done, 2 some file could not be read or nothing can be drawn, 130 interrupted."""  # noqa: E501  Typer joins no lines of a paragraph
-
-EPILOG = """[bold]Examples[/bold]
-
-  meshgauge view wing.vtu
-
-  meshgauge view before.vtu after.vtu
-
-  meshgauge view wing.vtu --link 'quality=-1,0.2' --screenshot bad.png"""
 
 SMALLEST, LARGEST = 200, 8000
 """Pixels of a side of a picture."""
 
 
-def register(app: typer.Typer) -> None:
-    """Add the subcommand."""
-    app.command(
-        name="view",
-        help=HELP,
-        short_help="Look at a mesh in a browser, or at two side by side.",
-        epilog=EPILOG,
-        no_args_is_help=True,
-    )(view)
-
-
 def view(
     meshes: Annotated[list[str], typer.Argument(metavar="MESH [AFTER]", help="A mesh file, or two to compare.")],
+    *,
     link: Annotated[
-        str,
-        typer.Option(
-            "--link", metavar="LINK", help="Start with this view: an address of before, or its part after the '#'."
-        ),
+        str, option("--link", "LINK", "Start with this view: an address of before, or its part after the '#'.")
     ] = "",
-    port: Annotated[
-        int, typer.Option("--port", min=0, max=65535, metavar="N", help="Listen on this port; 0: any that is free.")
-    ] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the browser.")] = True,
+    port: Annotated[int, option("--port", "N", "Listen on this port; 0: any that is free.", least=0, most=65535)] = 0,
+    browser: Annotated[bool, option("--browser/--no-browser", None, "Open the browser.")] = True,
     screenshot: Annotated[
-        Path | None,
-        typer.Option("--screenshot", metavar="PNG", help="Write a picture of the view instead, and end."),
+        Path | None, option("--screenshot", "PNG", "Write a picture of the view instead, and end.")
     ] = None,
-    size: Annotated[str, typer.Option("--size", metavar="WxH", help="Size of that picture.")] = "1200x800",
-    format: FormatOption = None,
-    wedge_order: Annotated[
-        WedgeOrder,
-        typer.Option("--wedge-order", help="How the file numbers wedges.", rich_help_panel=READING),
-    ] = WedgeOrder.auto,
+    size: Annotated[str, option("--size", "WxH", "Size of that picture.")] = "1200x800",
+    quiet: options.Quiet = False,
+    threads: options.Threads = None,
+    wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
+    reading: options.Reading,
 ) -> int:
     """Read, measure, and serve or draw; returns the exit code."""
-    meshes = inputs.expanded(meshes)
-    if len(meshes) > 2:
-        raise MeshgaugeError(f"{len(meshes)} meshes to view; expected one, or two to put side by side")
+    paths = inputs.expanded(meshes)
+    if len(paths) > 2:
+        raise MeshgaugeError(f"{len(paths)} meshes to view; expected one, or two to put side by side")
     width, height = _size(size)
-    inputs.check_targets(meshes, [screenshot])
+    inputs.check_targets(paths, files=[screenshot])
     if screenshot is None:
         _require()
 
-    from ..io import read
     from ..view.link import view as understood
     from ..view.model import Model
-    from .terminal import activity
+    from .batch import Batch
 
     understood(link)  # before the work
+    batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
     models: list[Model] = []
-    for path in meshes:
-        with activity(f"reading {path}", shown=True):
-            mesh = read(path, file_format=format, wedge_order=wedge_order.value)
-        with activity(f"measuring {path}", shown=True):
+    for path in paths:
+        quality = batch.measure(path)
+        with batch.progress(f"preparing {path}"):
             try:
-                models.append(Model.of(mesh, Path(path).name, frame=models[0].frame if models else None))
+                models.append(Model.of(quality, Path(path).name, frame=models[0].frame if models else None))
             except MeshgaugeError as error:
                 raise MeshgaugeError(f"{path}: {error}") from error
     if screenshot is not None:
         _draw(models, link, screenshot, width, height)
     else:
         _serve(models, link, port, browser)
-    return 0
+    return batch.exit_code
 
 
 def _size(text: str) -> tuple[int, int]:

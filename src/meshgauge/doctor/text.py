@@ -55,6 +55,35 @@ class DiagnosisText:
         yield Padding(table, (0, 0, 0, 1), expand=False)
 
 
+class DiagnosisLine:
+    """One line: how many defects and notices, and which."""
+
+    def __init__(self, path: str, diagnosis: Diagnosis) -> None:
+        self.path = path
+        self.diagnosis = diagnosis
+
+    def __rich__(self) -> Text:
+        parts = []
+        for level in _LEVELS:
+            names = [finding.name for finding in self.diagnosis.findings if finding.level == level]
+            if names:
+                parts.append(f"{style.plural(len(names), level)} ({', '.join(names)})")
+        verdict = ", ".join(parts) or ("not diagnosed" if self.diagnosis.skipped else "nothing is wrong")
+        return Text(f"{self.path}: {verdict}")
+
+
+class ChangesLine:
+    """What `meshgauge orient` did, in one line."""
+
+    def __init__(self, path: str, changes: Changes) -> None:
+        self.path = path
+        self.changes = changes
+
+    def __rich__(self) -> Text:
+        left = f", {len(self.changes.left):,} left" if len(self.changes.left) else ""
+        return Text(f"{self.path}: {style.plural(len(self.changes.cells), 'cell')} renumbered{left}")
+
+
 class ChangesText:
     """What `meshgauge orient` did, a line each, after what the reader noticed or did."""
 

@@ -101,17 +101,7 @@ class Gauge:
         from ..report.text import FileText
 
         measured = self.measure()
-        mesh = measured.mesh
-        summary = measured.summary()
-        one = FileReport(
-            path=type(self._dataset).__name__,
-            n_points=mesh.n_points,
-            n_cells=mesh.n_cells,
-            summary=summary,
-            worst=tuple(measured.worst(worst)),
-            notes=tuple(mesh.notes),
-            findings=tuple(measured.findings()),
-        )
+        one = FileReport.of(measured, path=type(self._dataset).__name__, worst=worst)
         console = Console(width=120, color_system=None, highlight=False, markup=False, emoji=False)
         with console.capture() as captured:
             console.print(FileText(one))

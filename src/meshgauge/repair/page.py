@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..report import FileReport
 from ..report.html.charts import histograms, lowest
 from ..report.html.page import page
-from ..report.html.section import BUDGET, Section, report_of, section
+from ..report.html.section import BUDGET, Section, section
 from ..report.verdict import verdict
 from .page_progress import progress_chart
 from .page_report import claims, history, tree
@@ -68,7 +69,7 @@ def improve_section(report: Any, before: Quality, after: Quality, *, bins: int =
     plain = report.to_dict() if hasattr(report, "to_dict") else report
     plain = dict(plain) if isinstance(plain, Mapping) else {}
     path = before.mesh.path or after.mesh.path or "mesh"
-    made = section(after, report_of(after, path=path), bins=bins, budget=budget, before=before)
+    made = section(after, FileReport.of(after, path=path), bins=bins, budget=budget, before=before)
     was, now = before.summary(), made.summary
     start = min(lowest(was, bins), lowest(now, bins))
     return replace(

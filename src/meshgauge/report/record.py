@@ -1,4 +1,4 @@
-"""What a report is made of: data only, nothing to read or measure."""
+"""What a report is made of: data only."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from ..quality.summary import Summary
+from ..quality.summary import Summary, summarise
 
 if TYPE_CHECKING:
     from ..doctor import Diagnosis
-    from ..quality.measure import StatusCells, WorstCell
+    from ..quality.measure import Quality, StatusCells, WorstCell
+
+WORST = 10
+"""Worst cells of a report."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,72 @@ class FileReport:
     diagnosis: Diagnosis | None = None  #: what else is wrong with the mesh; None if it was not looked for
     regions: tuple[tuple[str, Summary], ...] = ()  #: name and J_ENS of each region; none unless asked for
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
+
+    @classmethod
+    def of(
+        cls,
+        quality: Quality,
+        *,
+        path: str | None = None,
+        worst: int = WORST,
+        by_region: bool = False,
+        with_diagnosis: bool = False,
+        threads: int | None = None,
+    ) -> FileReport:
+        """The report on a mesh, with every metric that was measured on it.
+
+        Parameters
+        ----------
+        quality
+            From `meshgauge.measure`.
+        path
+            What to call the mesh; None: the file that it was read from, else "mesh".
+        worst
+            How many of the worst cells to list.
+        by_region
+            Summarise each region as well, and name that of each of the worst cells.
+        with_diagnosis
+            Look for what is wrong beside the shapes of cells, unless the mesh has more than `meshgauge.doctor.LIMIT`
+            cells.
+        threads
+            At most this many; None: one for each processor. It has no influence on the report.
+        """
+        mesh = quality.mesh
+        summaries = {
+            name: summarise(values, quality.status, mesh.types, name, threads=threads)
+            for name, values in quality.metrics.items()
+        }
+        cells = tuple(quality.worst(worst)) if worst else ()
+        regions, worst_regions = _by_region(quality, cells) if by_region else ((), ())
+        return cls(
+            path=path or mesh.path or "mesh",
+            n_points=mesh.n_points,
+            n_cells=mesh.n_cells,
+            summary=summaries.pop("jens"),
+            worst=cells,
+            others=tuple(summaries.values()),
+            notes=tuple(mesh.notes),
+            findings=tuple(quality.findings()),
+            diagnosis=_diagnosis(quality) if with_diagnosis else None,
+            regions=regions,
+            worst_regions=worst_regions,
+        )
+
+
+def _by_region(
+    quality: Quality, worst: tuple[WorstCell, ...]
+) -> tuple[tuple[tuple[str, Summary], ...], tuple[str, ...]]:
+    """Summary of each region, and the region of each of the worst cells."""
+    from ..quality.by_region import by_region
+
+    ids, regions = by_region(quality)
+    return regions, tuple(regions[ids[cell.cell]][0] for cell in worst)
+
+
+def _diagnosis(quality: Quality) -> Diagnosis:
+    from ..doctor import LIMIT, diagnosis
+
+    return diagnosis(quality.mesh, quality, limit=LIMIT)
 
 
 def short_names(paths: list[str]) -> list[str]:

@@ -59,12 +59,13 @@ class Model:
     frame: Frame
 
     @classmethod
-    def of(cls, mesh: Mesh, name: str, *, frame: Frame | None = None) -> Model:
-        """Measure a mesh and match its faces; ``frame`` is that of the mesh that it is shown beside.
+    def of(cls, what: Quality | Mesh, name: str, *, frame: Frame | None = None) -> Model:
+        """The model of a mesh, measured or not; ``frame`` is that of the mesh that it is shown beside.
 
         Raises `ViewError` if it has no solid cell to show.
         """
-        quality = measure(mesh)
+        quality = what if isinstance(what, Quality) else measure(what)
+        mesh = quality.mesh
         faces = topology(mesh)
         of_solid = np.zeros(mesh.n_points, np.bool_)
         of_solid[mesh.connectivity[np.repeat(np.diff(faces.starts) > 0, np.diff(mesh.offsets))]] = True

@@ -67,6 +67,17 @@ class CheckText:
             yield ""
 
 
+class CheckLine:
+    """One mesh in one line: the verdict, and the rules that it breaks."""
+
+    def __init__(self, check: Check) -> None:
+        self.check = check
+
+    def __rich__(self) -> Text:
+        broken = "; ".join(str(outcome.rule) for outcome in self.check.of(State.FAIL, State.WARN, State.UNCHECKED))
+        return Text(f"{self.check.path}: {verdict(self.check)}{f': {broken}' if broken else ''}")
+
+
 class ChecksText:
     """The end, where there are several meshes: how many pass, and those that do not."""
 

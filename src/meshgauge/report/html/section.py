@@ -74,7 +74,7 @@ def section(
         The same cells with their points elsewhere: the picture can then show either state.
     """
     if report is None:
-        report = report_of(quality)
+        report = FileReport.of(quality)
     left_out: list[str] = []
     if bins > BINS:
         left_out.append(f"The histograms have {BINS} bars, not {bins}.")
@@ -101,18 +101,4 @@ def section(
         left_out=[*left_out, *drawn.told],
         model=drawn.model,
         geometry=drawn.text,
-    )
-
-
-def report_of(quality: Quality, *, worst: int = 10, path: str | None = None) -> FileReport:
-    """The record of a mesh that was measured from Python."""
-    mesh = quality.mesh
-    return FileReport(
-        path=path or mesh.path or "mesh",
-        n_points=mesh.n_points,
-        n_cells=mesh.n_cells,
-        summary=quality.summary(),
-        worst=tuple(quality.worst(worst)),
-        notes=tuple(mesh.notes),
-        findings=tuple(quality.findings()),
     )

@@ -1,0 +1,88 @@
+"""Where rules and meshes come from: the command line, else the settings, else the rules there always are."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ..errors import MeshgaugeError, RuleError
+from .baseline import Baseline
+from .grammar import rule
+from .judge import default_rules
+from .rules import Level, NoWorse, Rule
+from .settings import CheckSettings, load, nearest
+
+
+class RefusedRule(MeshgaugeError):
+    """A rule that cannot be understood, and where it is written.
+
+    Attributes
+    ----------
+    where
+        The option, or the file and key of the settings.
+    error
+        What is wrong with the rule.
+    """
+
+    def __init__(self, where: str, error: RuleError) -> None:
+        super().__init__(f"{where}: {error}")
+        self.where = where
+        self.error = error
+
+
+def settings_of(config: Path | None) -> CheckSettings | None:
+    """The settings in a file; those nearest to the working folder if None, and None if there are none.
+
+    Raises
+    ------
+    SettingsError
+        If they cannot be read or understood.
+    """
+    path = config if config is not None else nearest(Path.cwd())
+    return load(path) if path is not None else None
+
+
+def meshes_of(settings: CheckSettings | None) -> list[str]:
+    """The meshes, or patterns of their names, that the settings name: as paths from the working folder."""
+    if settings is None:
+        return []
+    folder = str(settings.path.parent)
+    with contextlib.suppress(ValueError):  # on another drive
+        folder = os.path.relpath(folder)
+    return [os.path.normpath(os.path.join(folder, mesh)) for mesh in settings.meshes]
+
+
+def rules_of(settings: CheckSettings | None, fail: Sequence[str] = (), warn: Sequence[str] = ()) -> tuple[Rule, ...]:
+    """The rules of ``--fail`` and ``--warn``, else those of the settings, else `default_rules`.
+
+    Raises
+    ------
+    RefusedRule
+        If one cannot be understood.
+    """
+    written = [("--fail", Level.FAIL, text) for text in fail] + [("--warn", Level.WARN, text) for text in warn]
+    folder = Path()
+    if not written and settings is not None:
+        folder = settings.path.parent
+        for level, texts in ((Level.FAIL, settings.fail), (Level.WARN, settings.warn)):
+            written += [(f"{settings.path}: check.{level}[{n}]", level, text) for n, text in enumerate(texts)]
+    rules = []
+    for where, level, text in written:
+        try:
+            rules.append(rule(text, level=level, folder=folder))
+        except RuleError as error:
+            raise RefusedRule(where, error) from error
+    return tuple(rules) or default_rules()
+
+
+def baselines_of(rules: Iterable[Rule]) -> dict[Path, Baseline]:
+    """The stored reports that rules compare with, by path.
+
+    Raises
+    ------
+    BaselineError
+        If one cannot be read.
+    """
+    return {rule.path: Baseline.from_file(rule.path) for rule in rules if isinstance(rule, NoWorse)}

@@ -1,0 +1,63 @@
+"""A function as a subcommand: with its text, and with its groups of options as options."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import MISSING, fields, is_dataclass
+from typing import Any, get_type_hints
+
+import typer
+
+from .texts import TEXTS
+
+
+def add(app: typer.Typer, function: Callable[..., int | None]) -> None:
+    """Add a subcommand of the name of the function. What its help says is the row of that name in `TEXTS`."""
+    name = function.__name__.replace("_", "-")
+    text = TEXTS[name]
+    call = unfolded(function)
+    examples = ["[bold]Examples[/bold]", *(f"  {line}" for line in text.examples)] if text.examples else []
+    app.command(
+        name=name,
+        help=text.full,
+        short_help=text.short,
+        epilog="\n\n".join(examples),
+        no_args_is_help=any(p.default is p.empty for p in inspect.signature(call).parameters.values()),
+    )(call)
+
+
+def unfolded(function: Callable[..., int | None]) -> Callable[..., int | None]:
+    """The function with the fields of each group (a dataclass of options) as parameters in the place of the group."""
+    hints = get_type_hints(function, include_extras=True)
+    groups = {name: kind for name, kind in hints.items() if is_dataclass(kind) and isinstance(kind, type)}
+    parameters: list[inspect.Parameter] = []
+    for name, parameter in inspect.signature(function).parameters.items():
+        if name in groups:
+            parameters += _parameters(groups[name])
+        else:
+            parameters.append(parameter.replace(kind=parameter.KEYWORD_ONLY, annotation=hints[name]))
+
+    def call(**values: Any) -> int | None:
+        for name, kind in groups.items():
+            values[name] = kind(**{field.name: values.pop(field.name) for field in fields(kind)})
+        return function(**values)
+
+    call.__name__, call.__doc__ = function.__name__, function.__doc__
+    vars(call)["__signature__"] = inspect.Signature(parameters)  # what inspect looks at first
+    call.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return call
+
+
+def _parameters(kind: type[Any]) -> list[inspect.Parameter]:
+    """A parameter for each field of a group."""
+    hints = get_type_hints(kind, include_extras=True)
+    return [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=inspect.Parameter.empty if field.default is MISSING else field.default,
+            annotation=hints[field.name],
+        )
+        for field in fields(kind)
+    ]

@@ -1,0 +1,160 @@
+"""The options that several commands share, each once: its names, its help, its place in the help.
+
+An alias is an option with its type (``threads: Threads = None``). A group is a frozen dataclass of options: a command
+with the parameter ``reading: Reading`` has all of them (`command.unfolded`), so a new one is a new field here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+READING, MEASURING, WRITING = "How to read", "What to measure", "Where to"
+"""Panels of the help."""
+
+
+def option(
+    names: str,
+    metavar: str | None,
+    text: str,
+    panel: str | None = None,
+    *,
+    least: float | None = None,
+    most: float | None = None,
+    default: bool | str = True,
+) -> Any:
+    """What `Annotated` needs to make a parameter an option.
+
+    Parameters
+    ----------
+    names
+        ``"--quiet -q"``.
+    metavar
+        What stands for the value in the help; None: the choices, or nothing.
+    text
+        The help.
+    panel
+        The panel of the help that lists it.
+    least, most
+        The range of a number.
+    default
+        What the help calls the default; False: nothing, True: the value itself.
+    """
+    return typer.Option(
+        *names.split(), metavar=metavar, help=text, rich_help_panel=panel, min=least, max=most, show_default=default
+    )
+
+
+class WedgeOrders(StrEnum):
+    """How the wedges of a file may be numbered."""
+
+    auto = "auto"
+    gmsh = "gmsh"
+    vtk_legacy = "vtk-legacy"
+
+
+class Parts(StrEnum):
+    """What a mesh can be reported by, beside the type of its cells."""
+
+    region = "region"
+
+
+class Purposes(StrEnum):
+    """What a mesh may be for: finite elements or finite volumes."""
+
+    fem = "fem"
+    fv = "fv"
+
+
+Meshes = Annotated[
+    list[str], typer.Argument(metavar="MESH", help="Mesh files, OpenFOAM cases, or patterns such as 'runs/*.vtu'.")
+]
+OneMesh = Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or the folder of an OpenFOAM case.")]
+
+FileFormat = Annotated[
+    str | None,
+    option("--format", "NAME", "Read as this format.", READING, default="by name and content"),
+]
+WedgeOrder = Annotated[
+    WedgeOrders,
+    option("--wedge-order", None, "Numbering of wedges in the file; auto decides by their volumes.", READING),
+]
+Step = Annotated[
+    str | None,
+    option("--step", "STEP", "Which time step: first, last, or its number, from 1.", READING, default=False),
+]
+Displacement = Annotated[
+    str | None,
+    option("--displacement", "NAME", "Add this point data to the points: the deformed shape.", READING, default=False),
+]
+ReadSeconds = Annotated[
+    float | None,
+    option(
+        "--read-seconds",
+        "S",
+        "Stop a third-party reader after this time.",
+        READING,
+        least=0.1,
+        most=1e6,
+        default="60 and 1 a MB",
+    ),
+]
+ReadMemory = Annotated[
+    float | None,
+    option(
+        "--read-memory",
+        "GB",
+        "Memory that a third-party reader may use.",
+        READING,
+        least=0.1,
+        most=1e6,
+        default="4 and 60 times the file",
+    ),
+]
+
+Metrics = Annotated[
+    list[str] | None,
+    option("--metric", "NAME", "Measure this; repeatable. 'meshgauge metrics' lists them.", MEASURING, default="jens"),
+]
+Purpose = Annotated[
+    Purposes | None,
+    option(
+        "--for",
+        None,
+        "What the mesh is for: finite elements or finite volumes.",
+        MEASURING,
+        default="fv for formats of finite volumes, else fem",
+    ),
+]
+By = Annotated[
+    Parts | None,
+    option("--by", None, "Show this as well: materials, zones, physical groups, blocks.", MEASURING),
+]
+_WORST = option("--worst", "N", "List so many cells, the worst first.", MEASURING, least=0)
+Worst = Annotated[int, _WORST]
+WorstIfGiven = Annotated[int | None, _WORST]
+Bins = Annotated[int, option("--bins", "N", "Bins of histograms.", MEASURING, least=1, most=10_000)]
+Threads = Annotated[
+    int | None, option("--threads", "N", "Threads to use.", MEASURING, least=1, default="all processors")
+]
+
+OutputMesh = Annotated[Path | None, option("--output -o", "MESH", "Write the mesh here.", WRITING)]
+InPlace = Annotated[bool, option("--in-place", None, "Replace the input instead.", WRITING)]
+Html = Annotated[
+    Path | None, option("--html", "FILE", "Write a page with pictures: one file that opens offline.", WRITING)
+]
+Json = Annotated[bool, option("--json", None, "Print JSON, for programs.", WRITING)]
+Quiet = Annotated[bool, option("--quiet -q", None, "Print the verdict only, and no progress.", WRITING)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """How files are read: the options of every command that reads."""
+
+    file_format: FileFormat = None
+    read_seconds: ReadSeconds = None
+    read_memory: ReadMemory = None

@@ -1,0 +1,144 @@
+"""What ``--help`` says of each subcommand."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Text(NamedTuple):
+    """The help of a subcommand. Paragraphs are one line each: Typer joins no lines."""
+
+    short: str  #: its line in the list of subcommands
+    full: str
+    examples: tuple[str, ...] = ()
+
+
+TEXTS = {
+    "report": Text(
+        "Measure every cell and report how good the mesh is.",
+        """Measure every cell and report how good the mesh is.
+
+Says how many cells of which type are invalid, degenerate, poor or good, the minimum, quantiles, mean and histogram of their quality by type, and the worst cells (10; 3 of each of several meshes) with the node that is worst. Quality is J_ENS: [green]1[/green] for the ideal cell of every type, [yellow]below 0.2[/yellow] poor, [magenta]0[/magenta] degenerate, [red]below 0[/red] inverted.
+
+A mesh that is written has the metrics and the status of its cells, and the worst of each point, as data. JSON is described in docs/json-schema.md.
+
+Exit codes: 0 done, 2 some file could not be read or written, 130 interrupted.""",
+        (
+            "meshgauge report wing.vtu",
+            "meshgauge report coarse.msh fine.msh      [dim]which is better, and in what[/dim]",
+            "meshgauge report 'runs/**/*.vtu' --json   [dim]for programs[/dim]",
+            "meshgauge report wing.vtu -o out.vtu      [dim]to colour by jens in ParaView[/dim]",
+            "meshgauge report wing.vtu --csv out.csv   [dim]every cell[/dim]",
+            "meshgauge report wing.vtu --html out.html [dim]to look at, and to send[/dim]",
+            "meshgauge report wing.vtu --by region     [dim]material by material[/dim]",
+            "meshgauge report wing.vtu --compare-metric shape",
+        ),
+    ),
+    "check": Text(
+        "Hold meshes against rules, in CI or pre-commit.",
+        """Hold meshes against rules: exit code 0 if they keep them, 1 if not.
+
+Rules come from --fail and --warn, else from [bold]meshgauge.toml[/bold] or [bold]\\[tool.meshgauge.check][/bold] of pyproject.toml in this folder or above. Without any, every cell must be valid and measured, and more than 1 % below 0.2 are a warning.
+
+  METRIC >= NUMBER       [dim]or >, <=, <; a cell without a value never passes[/dim]
+
+  nothing invalid        [dim]or invalid inside, degenerate, unmeasured, undecided, ...[/dim]
+
+  no worse than FILE     [dim]a report stored by --write-baseline or report --json[/dim]
+
+The first two may go on: [bold]@ 1%[/bold] or [bold]@ 5 cells[/bold] may break them; [bold]for tetra, wedge[/bold]; [bold]in inlet, 'layer*'[/bold]. The last: [bold]within 0.01[/bold].
+
+Of each broken rule the worst cells are listed. JSON and the other outputs are described in docs/check.md.
+
+Exit codes: 0 passed, also with warnings, 1 a rule is broken, 2 some mesh or rule could not be checked, 130 interrupted.""",
+        (
+            "meshgauge check wing.vtu --fail 'jens >= 0.2 @ 1%' --fail 'nothing invalid'",
+            "meshgauge check 'meshes/*.vtu' --junit junit.xml --sarif mesh.sarif",
+            "meshgauge check wing.vtu --write-baseline wing.json",
+            "meshgauge check wing.vtu --fail 'no worse than wing.json within 0.01'",
+        ),
+    ),
+    "compare": Text(
+        "Compare meshes: which is better, and in what.",
+        """Compare meshes of the same domain: which is better, in what, and for which type of cell.
+
+Shows the quality of each type of cell of all meshes on one axis, the least value, quantiles and shares side by side, and how often a random cell of one is better than a random cell of the [bold]first[/bold] mesh. Where the cells correspond to those of the first, as before and after an improvement, they are compared one by one, and those that lose most are listed with their places. JSON is described in docs/compare.md.
+
+Exit codes: 0 done, 2 some file could not be read, or fewer than two are left, 130 interrupted.""",
+        (
+            "meshgauge compare before.vtu after.vtu",
+            "meshgauge compare gmsh.msh tetgen.vtu netgen.vol --plot meshes.svg",
+            "meshgauge compare before.vtu after.vtu --json   [dim]for programs[/dim]",
+        ),
+    ),
+    "doctor": Text(
+        "Say what is wrong with a mesh beside the shapes of its cells.",
+        """Say what is wrong with a mesh beside the shapes of its cells.
+
+Finds cells that are numbered in reverse, distinguished from cells that are really inverted; cells that have a point twice or are there twice; faces of three or more cells, and two triangles against a quadrilateral; parts that are not connected; points that coincide, and points of no cell. Nothing is repaired: for cells numbered in reverse see [bold]meshgauge orient[/bold]. JSON is described in docs/doctor.md.
+
+Exit codes: 0 done, 2 some file could not be read, 130 interrupted.""",
+    ),
+    "improve": Text(
+        "Repair: untangle a mesh and raise its worst cells.",
+        """Repair a mesh: move its points so that no cell is inverted, the worst are as good as they can be, and the mean is high.
+
+Cells, their numbering, data and regions stay. Three phases: untangling (only if a cell is inverted), raising the worst, raising the mean. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
+
+[bold]Ctrl-C[/bold] stops at any time and writes the best so far; a second one ends the program, and nothing is written.
+
+Exit codes: 0 no cell is invalid now, 1 some still are (what is better is written), 2 could not, 130 interrupted twice.""",
+        (
+            "meshgauge improve wing.vtu -o better.vtu",
+            "meshgauge improve wing.vtu -o better.vtu --boundary slide     [dim]points move on the surface, too[/dim]",
+            "meshgauge improve wing.vtu -o better.vtu --undo undo.npz --html page.html",
+            "meshgauge improve better.vtu -o wing.vtu --restore undo.npz   [dim]take it back, to the last bit[/dim]",
+        ),
+    ),
+    "orient": Text(
+        "Renumber cells that are numbered in reverse.",
+        """Renumber the cells that are numbered in reverse, so that all are right-handed.
+
+Such cells have valid shapes, but solvers and quality tools take them for inverted: half the tetrahedra that FEniCS writes, wedges in the other order, left-handed files. Which they are is known from the faces that cells share; cells that are really inverted are named and left. Points and data stay as they are.
+
+Exit codes: 0 done, 2 the file could not be read or written, 130 interrupted.""",
+    ),
+    "plot": Text(
+        "Draw the quality of meshes: charts, the worst cells, a cut.",
+        """Draw the quality of meshes: a chart of one or several, or a scene of one.
+
+Charts: [bold]histogram[/bold], [bold]types[/bold] (one a type of cell), [bold]cumulative[/bold] (share of cells at or below each value). Scenes: [bold]worst[/bold] (where the worst cells are, and each from near), [bold]cut[/bold] (the mesh cut open, coloured by quality). Invalid cells are red, poor ones amber, good ones blue, the lighter the better.
+
+Exit codes: 0 done, 2 some file could not be read or the picture not drawn, 130 interrupted.""",
+        (
+            "meshgauge plot wing.vtu -o wing.png",
+            "meshgauge plot coarse.msh fine.msh --kind cumulative -o both.svg",
+            "meshgauge plot wing.vtu --scene worst -o worst.png",
+            "meshgauge plot wing.vtu --scene cut --normal 0 1 0 -o cut.pdf",
+        ),
+    ),
+    "paraview-plugin": Text(
+        "Print where the plugin for ParaView is.",
+        "Print where the plugin for ParaView is (docs/integrations.md).",
+    ),
+    "view": Text(
+        "Look at a mesh in a browser, or at two side by side.",
+        """Look at a mesh in a browser, or at two side by side.
+
+Cells are coloured by quality (J_ENS) and can be filtered by quality, type, status and region; slice the mesh, peel layers of cells off it, click a cell to see its nodes, and fly to the worst ones. The page's address brings the same view back. Two meshes share one camera and the same filters.
+
+The program draws and the browser shows: nothing leaves this machine, and only its user can connect. End it with Ctrl-C. Needs [bold]pip install 'meshgauge\\[view]'[/bold]; --screenshot does not.
+
+Exit codes: 0 done, 2 some file could not be read or nothing can be drawn, 130 interrupted.""",
+        (
+            "meshgauge view wing.vtu",
+            "meshgauge view before.vtu after.vtu",
+            "meshgauge view wing.vtu --link 'quality=-1,0.2' --screenshot bad.png",
+        ),
+    ),
+    "metrics": Text(
+        "List the metrics: range, acceptable range, ideal, cells, reference.",
+        "List the metrics: range, acceptable range, value on the ideal cell, cells, reference.",
+    ),
+}
+"""The help of every subcommand, by its name."""

@@ -1,0 +1,133 @@
+"""Options that several subcommands have are the same everywhere, and do the same."""
+
+from __future__ import annotations
+
+import inspect
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Annotated, get_args
+
+import pytest
+import typer
+from typer.models import OptionInfo
+from typer.testing import CliRunner
+
+from meshgauge import Mesh, io
+from meshgauge.cells import SHAPES
+from meshgauge.cli import command, main, options
+from meshgauge.cli.texts import TEXTS, Text
+
+Captured = pytest.CaptureFixture[str]
+
+COMMANDS = {str(row.name): row.callback for row in main.app.registered_commands if row.callback is not None}
+
+READING = {
+    "report": [],
+    "check": [],
+    "compare": ["{mesh}"],
+    "doctor": [],
+    "orient": ["-o", "{out}.vtu"],
+    "improve": ["-o", "{out}.vtu"],
+    "plot": ["-o", "{out}.png"],
+    "view": ["--screenshot", "{out}.png"],
+}
+"""Subcommands that read meshes, and what each needs beside one."""
+
+DIFFERENT = {"--output"}
+"""Options that share a name, but not what they write: a mesh, or a picture."""
+
+
+def options_of(name: str) -> Iterator[tuple[str, str, type, OptionInfo]]:
+    """Name of the parameter, longest name of the option, type and option, of each option of a subcommand."""
+    for parameter in inspect.signature(COMMANDS[name]).parameters.values():
+        kind, info = get_args(parameter.annotation)
+        if isinstance(info, OptionInfo):
+            yield parameter.name, max(declared(info), key=len), kind, info
+
+
+def declared(info: OptionInfo) -> tuple[str, ...]:
+    """The names of an option. In ``Annotated`` the first argument of `typer.Option` is a name, too."""
+    return (info.default, *(info.param_decls or ()))
+
+
+def look(kind: type, info: OptionInfo) -> tuple[object, ...]:
+    """All that a user sees of an option, but its default."""
+    choices = [c for c in get_args(kind) or (kind,) if c is not type(None)]
+    return (str(choices), declared(info), info.help, info.metavar, info.rich_help_panel, info.min, info.max)
+
+
+def test_an_option_of_several_subcommands_is_the_same_in_all() -> None:
+    seen: dict[str, dict[tuple[object, ...], list[str]]] = defaultdict(lambda: defaultdict(list))
+    for name in COMMANDS:
+        for _, option, kind, info in options_of(name):
+            seen[option][look(kind, info)].append(name)
+    different = {option: dict(looks) for option, looks in seen.items() if len(looks) > 1}
+    assert set(different) <= DIFFERENT, different
+    shared = {option for option, looks in seen.items() if sum(map(len, looks.values())) > 1}
+    assert shared >= {"--json", "--quiet", "--worst", "--threads", "--wedge-order", "--format", "--metric", "--html"}
+
+
+def test_every_subcommand_that_reads_has_all_options_of_reading() -> None:
+    wanted = {field.name for field in fields(options.Reading)}
+    assert {name for name in COMMANDS if wanted <= {parameter for parameter, *_ in options_of(name)}} == set(READING)
+
+
+def test_every_subcommand_and_option_has_a_help() -> None:
+    assert set(TEXTS) == set(COMMANDS)
+    for name in COMMANDS:
+        for _, option, _, info in options_of(name):
+            assert info.help, (name, option)
+            assert info.help[-1] == ".", (name, option)
+    for text in TEXTS.values():
+        assert text.short.endswith(".")
+        assert not any(line != line.strip() for line in text.examples)
+
+
+@pytest.mark.parametrize("name", READING)
+@pytest.mark.parametrize(
+    ("limit", "message"),
+    [(["--read-seconds", "0.1"], "was not done after 0.1 s"), (["--read-memory", "0.1"], "")],
+    ids=["seconds", "memory"],
+)
+def test_limits_of_third_party_readers_hold_in_every_subcommand(
+    name: str, limit: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    io.write(tmp_path / "a.avs", Mesh.from_arrays(SHAPES["tetra"].points, {"tetra": [(0, 1, 2, 3)]}))
+    io.write(tmp_path / "b.vtu", Mesh.from_arrays(SHAPES["tetra"].points, {"tetra": [(0, 1, 2, 3)]}))
+    capsys.readouterr()
+    more = [word.format(mesh="b.vtu", out="out") for word in READING[name]]
+    assert main.main([name, "a.avs", *more, *limit]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("meshgauge: error: a.avs: ")
+    assert message in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.avs", "b.vtu"]
+
+
+def test_a_group_of_options_is_unfolded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fields of a dataclass become options; the command gets the dataclass, with defaults where none is given."""
+    app = typer.Typer()
+    got: list[object] = []
+
+    def greet(name: str, *, greeting: Greeting, loud: bool = False) -> int:
+        got.append((name, greeting, loud))
+        return 0
+
+    monkeypatch.setitem(TEXTS, "greet", Text("Greet.", "Greet."))
+    greet.__annotations__ = {"name": str, "greeting": Greeting, "loud": bool, "return": int}
+    command.add(app, greet)
+    runner = CliRunner()
+    assert runner.invoke(app, ["Ada", "--words", "Good day", "--times", "2", "--loud"]).exit_code == 0
+    assert runner.invoke(app, ["Ada"]).exit_code == 0
+    assert got == [("Ada", Greeting("Good day", 2), True), ("Ada", Greeting(), False)]
+    assert "How to greet" in runner.invoke(app, ["--help"]).output
+
+
+@dataclass(frozen=True)
+class Greeting:
+    """A group of options."""
+
+    words: Annotated[str, options.option("--words", "TEXT", "What to say.", "How to greet")] = "Hello"
+    times: Annotated[int, options.option("--times", "N", "How often.", "How to greet", least=1)] = 1
