@@ -212,8 +212,8 @@ def test_points_that_coincide_within_rounding_stay_together(dtype: type, boundar
 
 @pytest.mark.parametrize("boundary", ["fixed", "slide"])
 def test_points_of_ghost_cells_stay_so_that_pieces_fit(boundary: str) -> None:
-    whole = shaken("hexahedron", 5, 0.4)
-    x = np.asarray(shaken("hexahedron", 5, 0.0).points)[whole.connectivity.reshape(-1, 8)].mean(axis=1)[:, 0]
+    whole = shaken("hexahedron", 6, 0.4)
+    x = np.asarray(shaken("hexahedron", 6, 0.0).points)[whole.connectivity.reshape(-1, 8)].mean(axis=1)[:, 0]
     reached = []
     for mine, kept in (((x < 3), (x < 4)), ((x > 3), (x > 2))):
         nodes = whole.connectivity.reshape(-1, 8)[kept]
@@ -228,7 +228,7 @@ def test_points_of_ghost_cells_stay_so_that_pieces_fit(boundary: str) -> None:
         points[ids] = result.mesh.points
         reached.append(points)
     common = ~np.isnan(reached[0] + reached[1]).any(axis=1)
-    assert common.sum() == 3 * 36
+    assert common.sum() == 3 * 49
     np.testing.assert_array_equal(reached[0][common], reached[1][common])
 
 

@@ -93,8 +93,8 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
         takes_part &= ~mesh.is_ghost
     pinned = _asked(fixed, n)
     if mesh.is_ghost is not None:
-        pinned |= mask_of(n, mesh.connectivity[np.repeat(mesh.is_ghost, np.diff(mesh.offsets))])
-        notes.append("The points of ghost and hidden cells stay, so that pieces fit once each is improved.")
+        pinned |= _shared_with_pieces(mesh, mesh.is_ghost)
+        notes.append("The points of ghost cells stay, and as many layers beside them: other pieces have them.")
     aside = is_solid & ~takes_part
     if mesh.is_ghost is not None:
         aside &= ~mesh.is_ghost
@@ -155,6 +155,27 @@ def _held_together(mesh: Mesh, used: Mask) -> tuple[Mask, int]:
     parted = mask_of(n, unique[1:][same, 1])
     held = in_group & ~parted[representative]
     return held, int(np.count_nonzero(held[twice]))
+
+
+def _shared_with_pieces(mesh: Mesh, is_ghost: Mask) -> Mask:
+    """Points of ghost cells, and of the cells that other pieces have as ghosts: as many layers on this side."""
+    owner = np.repeat(np.arange(mesh.n_cells), np.diff(mesh.offsets))
+
+    def points_of(cells: Mask) -> Mask:
+        return mask_of(mesh.n_points, mesh.connectivity[cells[owner]])
+
+    def cells_at(points: Mask, among: Mask) -> Mask:
+        return mask_of(mesh.n_cells, owner[points[mesh.connectivity]]) & among
+
+    ghosts = points_of(is_ghost)
+    near = far = ghosts & points_of(~is_ghost)
+    reached = np.zeros(mesh.n_cells, bool)
+    while True:
+        layer = cells_at(far, is_ghost & ~reached)
+        if not layer.any():
+            return ghosts | near
+        reached |= layer
+        far, near = far | points_of(layer), near | points_of(cells_at(near, ~is_ghost))
 
 
 def _tolerance(mesh: Mesh) -> float:
