@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 Purpose = Literal["fem", "fv"]
 """What a mesh is for: finite elements or finite volumes. To finite volumes a concave, star-shaped cell is of use."""
+
+PURPOSES: tuple[Purpose, ...] = get_args(Purpose)
 
 
 class Status(IntEnum):
@@ -33,6 +35,17 @@ class Status(IntEnum):
     GHOST = 11
 
 
+class Category(IntEnum):
+    """What a cell counts as. Every cell belongs to one; a measured cell that is valid is then poor or good by value."""
+
+    VALID = 0
+    INVALID = 1
+    DEGENERATE = 2
+    UNDECIDED = 3
+    UNMEASURED = 4  #: a solid cell without a value, which nobody can vouch for
+    APART = 5  #: no solid cell, or a copy of one: in no total
+
+
 @dataclass(frozen=True, slots=True)
 class StatusRow:
     """What a status means, for messages, files and documentation."""
@@ -40,45 +53,71 @@ class StatusRow:
     status: Status
     name: str
     is_measured: bool  #: the cell has a value
-    is_valid: bool  #: the cell passes as valid
+    category: Category  #: what it counts as in a mesh for finite elements; see `category` for finite volumes
     text: str
 
 
 STATUSES: dict[Status, StatusRow] = {
     row.status: row
     for row in (
-        StatusRow(Status.OK, "ok", True, True, "valid: every corner is positive, and the inside where it could differ"),
-        StatusRow(Status.INVERTED, "inverted", True, False, "some corner is negative"),
-        StatusRow(Status.DEGENERATE, "degenerate", True, False, "no corner is negative, some is exactly flat"),
+        StatusRow(
+            Status.OK,
+            "ok",
+            True,
+            Category.VALID,
+            "valid: every corner is positive, and the inside where it could differ",
+        ),
+        StatusRow(Status.INVERTED, "inverted", True, Category.INVALID, "some corner is negative"),
+        StatusRow(
+            Status.DEGENERATE,
+            "degenerate",
+            True,
+            Category.DEGENERATE,
+            "no corner is negative, some is exactly flat",
+        ),
         StatusRow(
             Status.INVERTED_INSIDE,
             "inverted_inside",
             True,
-            False,
+            Category.INVALID,
             "every corner is positive, but the Jacobian determinant is zero or negative inside",
         ),
         StatusRow(
-            Status.REPEATED_POINTS, "repeated_points", True, False, "degenerate: a point occurs twice in the cell"
+            Status.REPEATED_POINTS,
+            "repeated_points",
+            True,
+            Category.DEGENERATE,
+            "degenerate: a point occurs twice in the cell",
         ),
         StatusRow(
             Status.UNDECIDED,
             "undecided",
             True,
-            False,
+            Category.UNDECIDED,
             "every corner is positive, but whether the inside is valid could not be decided",
         ),
         StatusRow(
             Status.CONCAVE,
             "concave",
             True,
-            False,
+            Category.INVALID,
             "a polyhedron with a negative corner, but star-shaped: of use to finite volumes",
         ),
-        StatusRow(Status.BROKEN, "broken", False, False, "a polyhedron whose faces make no closed solid"),
-        StatusRow(Status.NON_FINITE, "non_finite", False, False, "a coordinate is NaN or infinite"),
-        StatusRow(Status.UNSUPPORTED, "unsupported", False, False, "a solid cell of a type that is not measured"),
-        StatusRow(Status.NOT_SOLID, "not_solid", False, False, "a surface, line or vertex cell: has no volume"),
-        StatusRow(Status.GHOST, "ghost", False, False, "a copy of a cell of another piece, or hidden: not looked at"),
+        StatusRow(Status.BROKEN, "broken", False, Category.INVALID, "a polyhedron whose faces make no closed solid"),
+        StatusRow(Status.NON_FINITE, "non_finite", False, Category.UNMEASURED, "a coordinate is NaN or infinite"),
+        StatusRow(
+            Status.UNSUPPORTED,
+            "unsupported",
+            False,
+            Category.UNMEASURED,
+            "a solid cell of a type that is not measured",
+        ),
+        StatusRow(
+            Status.NOT_SOLID, "not_solid", False, Category.APART, "a surface, line or vertex cell: has no volume"
+        ),
+        StatusRow(
+            Status.GHOST, "ghost", False, Category.APART, "a copy of a cell of another piece, or hidden: not looked at"
+        ),
     )
 }
 """Every row, by status."""
@@ -88,42 +127,44 @@ Codes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 
 
-def _table(*statuses: Status) -> Mask:
-    """A mask over all codes, true for these."""
-    table = np.zeros(256, np.bool_)
-    table[list(statuses)] = True
+def _categories(purpose: Purpose) -> Codes:
+    table = np.full(256, Category.APART, np.uint8)
+    for row in STATUSES.values():
+        table[row.status] = row.category
+    if purpose == "fv":
+        table[Status.CONCAVE] = Category.VALID
     table.setflags(write=False)
     return table
 
 
-_INVALID = {
-    "fem": _table(Status.INVERTED, Status.INVERTED_INSIDE, Status.BROKEN, Status.CONCAVE),
-    "fv": _table(Status.INVERTED, Status.INVERTED_INSIDE, Status.BROKEN),
-}
-_DEGENERATE = _table(Status.DEGENERATE, Status.REPEATED_POINTS)
-_MEASURED = _table(*(row.status for row in STATUSES.values() if row.is_measured))
-_APART = _table(Status.NOT_SOLID, Status.GHOST)
+_CATEGORY = {purpose: _categories(purpose) for purpose in PURPOSES}
+_MEASURED = np.array([code in STATUSES and STATUSES[Status(code)].is_measured for code in range(256)])
+
+
+def category(status: Codes, purpose: Purpose = "fem") -> Codes:
+    """The `Category` of each status code, uint8 of the same shape: what the cell counts as in a mesh for a purpose."""
+    return _CATEGORY[purpose][status]
 
 
 def is_invalid(status: Codes, purpose: Purpose = "fem") -> Mask:
     """True for cells that no solver takes: inverted, inverted inside or broken; concave ones too, unless the mesh is
     for finite volumes."""
-    return _INVALID[purpose][status]
+    return np.equal(category(status, purpose), Category.INVALID)
 
 
 def is_degenerate(status: Codes) -> Mask:
-    """True for cells that are exactly flat at a corner, or have a point twice."""
-    return _DEGENERATE[status]
+    """True for cells that are flat at a corner, or have a point twice."""
+    return np.equal(category(status), Category.DEGENERATE)
 
 
 def is_undecided(status: Codes) -> Mask:
     """True for cells of which only the corners are known to be valid."""
-    return np.equal(status, np.uint8(Status.UNDECIDED))
+    return np.equal(category(status), Category.UNDECIDED)
 
 
 def is_solid(status: Codes) -> Mask:
     """True for cells that count: all but surfaces, lines, vertices and ghosts."""
-    return ~_APART[status]
+    return np.not_equal(category(status), Category.APART)
 
 
 def is_measured(status: Codes) -> Mask:
@@ -133,4 +174,12 @@ def is_measured(status: Codes) -> Mask:
 
 def is_unmeasured(status: Codes) -> Mask:
     """True for solid cells without a value: broken, unsupported, or with a coordinate that is not finite."""
-    return ~_MEASURED[status] & ~_APART[status]
+    measured: Mask = _MEASURED[status]
+    return is_solid(status) & ~measured
+
+
+def is_usable(status: Codes, purpose: Purpose = "fem") -> Mask:
+    """True for cells that a solver takes as far as is known: valid, or undecided; neither invalid, degenerate nor
+    without a value."""
+    found = category(status, purpose)
+    return np.equal(found, Category.VALID) | np.equal(found, Category.UNDECIDED)

@@ -164,7 +164,7 @@ def test_a_check_is_plain_data() -> None:
     assert isinstance(found, Check)
     plain = found.to_dict()
     assert json.loads(json.dumps(plain))["path"] == "a.vtu"
-    assert plain["outcomes"][2]["cells"][0]["status"] == "non_finite"
+    assert plain["outcomes"][3]["cells"][0]["status"] == "non_finite"
 
 
 def test_many_cells_are_listed_as_a_full_sort_would() -> None:

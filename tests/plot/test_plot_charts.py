@@ -24,7 +24,7 @@ SMALL = Path(__file__).resolve().parents[2] / "examples" / "meshes" / "bracket_s
 
 def made(values: list[float] | np.ndarray, vtk_id: int = TETRA, metric: str = "jens") -> Summary:
     values = np.asarray(values, float)
-    status = np.where(np.isnan(values), 8, np.where(values < 0, 1, 0)).astype(np.uint8)
+    status = np.select([np.isnan(values), values < 0, values == 0], [3, 1, 2], 0).astype(np.uint8)
     return summarise(values, status, np.full(len(values), vtk_id, np.uint8), metric)
 
 

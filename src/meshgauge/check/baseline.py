@@ -15,7 +15,7 @@ from ..files import sources
 from ..quality.summary import CRITERIA, ROUNDING, Criterion, Standing, Summary
 from .outcome import Change
 
-SCHEMA, VERSION = "meshgauge-report", 1
+SCHEMA, VERSION = "meshgauge-report", 2
 
 KEYS = ("n_invalid", "n_degenerate", "n_unmeasured", "share_not_good", "min", "quantile_0.01", "mean")
 """The criteria in which a mesh must be no worse."""
@@ -49,7 +49,10 @@ class Baseline:
         if not isinstance(document, dict) or document.get("schema") != SCHEMA:
             raise BaselineError(f"{path}: is no report; write one with --write-baseline or 'meshgauge report --json'")
         if document.get("version") != VERSION:
-            raise BaselineError(f"{path}: is version {document.get('version')!r} of a report, expected {VERSION}")
+            raise BaselineError(
+                f"{path}: is version {document.get('version')!r} of a report, expected {VERSION}; renew it with "
+                "--write-baseline"
+            )
         try:
             meshes = {str(file["path"]): _standings(file) for file in document["files"]}
         except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -16,7 +16,7 @@ from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..quality.metrics import metric
 from ..quality.summary import CRITERIA
-from ..status import STATUSES, Status
+from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
 from .baseline import KEYS, Baseline, worse
 from .grammar import rule as rule_of
 from .outcome import Check, FailingCell, Outcome, State, broken
@@ -24,8 +24,8 @@ from .rules import Level, Nothing, NoWorse, Rule, Scope, Threshold
 
 JENS = "jens"
 
-FAIL = ("nothing invalid", "nothing degenerate", "nothing unmeasured")
-WARN = ("nothing undecided", "jens >= 0.2 @ 1%")
+FAIL = ("nothing invalid", "nothing degenerate", "nothing undecided", "nothing unmeasured")
+WARN = ("jens >= 0.2 @ 1%",)
 """The rules where none are given."""
 
 LISTED = 5
@@ -79,10 +79,11 @@ def check(
 
     Notes
     -----
-    A cell without a value (NaN) breaks every threshold on a metric that is defined for its type. One that is inverted
-    inside, or whose value is negative, breaks every threshold that asks for good values: as in the counts of a report,
-    its value is not good, however large (or, where lower is better, low). A rule about regions that the mesh does not
-    have, or a baseline without the mesh, is UNCHECKED; so is every rule on a mesh without solid cells.
+    A cell without a value (NaN) breaks every threshold on a metric that is defined for its type. One that is invalid
+    breaks every threshold that asks for good values: as in the counts of a report, its value is not good, however large
+    (or, where lower is better, low). One that is degenerate breaks those that a flat cell breaks. A rule about regions
+    that the mesh does not have, or a baseline without the mesh, is UNCHECKED; so is every rule on a mesh without solid
+    cells.
     """
     chosen = default_rules() if rules is None else [rule_of(r) if isinstance(r, str) else r for r in rules]
     name = path if path is not None else (quality.mesh.path or "mesh")
@@ -99,7 +100,7 @@ class _Judge:
         self.name = name
         self.listed = listed
         self.baselines = baselines
-        self.solid: Mask = quality.status != Status.NOT_SOLID
+        self.solid: Mask = is_solid(quality.status)
 
     @cached_property
     def regions(self) -> tuple[NDArray[np.int64], tuple[str, ...]]:
@@ -115,35 +116,35 @@ class _Judge:
             return Outcome(rule, State.UNCHECKED, missing)
         cells = self.cells_of(rule.scope)
         if isinstance(rule, Nothing):
-            return self.judged(
-                rule, cells, np.isin(self.quality.status, rule.word.statuses), JENS, (rule.word.name, rule.word.name)
-            )
+            fails = rule.word.mask(self.quality.status, self.quality.mesh.purpose)
+            return self.judged(rule, cells, fails, JENS, (rule.word.name, rule.word.name))
         if rule.metric != JENS:
             cells &= self.defined_for(rule.metric)
         values = self.quality.values_of(rule.metric)
         fails = ~_HOLDS[rule.comparison](values, rule.bound)
-        without_good = self.without_good(rule, values) & ~fails
         phrase = f"{_NOT[rule.comparison]} {rule.bound_text}"
-        counts = {
-            "without a value": int(np.count_nonzero(np.isnan(values) & cells)),
-            "invalid": int(np.count_nonzero(without_good & cells)),
-        }
-        told = ", ".join(f"{n:,} {what}" for what, n in counts.items() if n)
-        said = f"{phrase} ({told})" if told else phrase
-        return self.judged(rule, cells, fails | without_good, rule.metric, (said, phrase))
+        counts = {"without a value": int(np.count_nonzero(np.isnan(values) & cells))}
+        for what, mask in self.never_good(rule).items():
+            counts[what] = int(np.count_nonzero(mask & ~fails & cells))
+            fails = fails | mask
+        reasons = ", ".join(f"{n:,} {what}" for what, n in counts.items() if n)
+        return self.judged(rule, cells, fails, rule.metric, (f"{phrase} ({reasons})" if reasons else phrase, phrase))
 
-    def without_good(self, rule: Threshold, values: NDArray[np.float64]) -> Mask:
-        """True for cells that a report counts as invalid, if the rule asks for good values: no value of theirs is."""
-        wanted = ">" if metric(rule.metric).better == "higher" else "<"
+    def never_good(self, rule: Threshold) -> dict[str, Mask]:
+        """The cells that break a rule that asks for good values whatever theirs are: status goes before value."""
+        row, status = metric(rule.metric), self.quality.status
+        wanted = ">" if row.better == "higher" else "<"
         if rule.comparison[0] != wanted or rule.bound < 0:
-            return np.zeros(len(values), np.bool_)
-        found: Mask = (values < 0) | (self.quality.status == Status.INVERTED_INSIDE)
-        return found
+            return {}
+        never = {"invalid": is_invalid(status, self.quality.mesh.purpose)}
+        if not _HOLDS[rule.comparison](row.flat, rule.bound):
+            never["degenerate"] = is_degenerate(status)
+        return never
 
     def judged(
-        self, rule: Threshold | Nothing, cells: Mask, fails: Mask, metric_name: str, said: tuple[str, str]
+        self, rule: Threshold | Nothing, cells: Mask, fails: Mask, metric_name: str, phrases: tuple[str, str]
     ) -> Outcome:
-        """The outcome for some cells, of which some fail; ``said``: what is wrong with those, and with none."""
+        """The outcome for some cells, of which some fail; ``phrases``: what is wrong with those, and with none."""
         n_cells = int(np.count_nonzero(cells))
         if n_cells == 0:
             return Outcome(rule, State.EMPTY, "the mesh has no such cells")
@@ -151,9 +152,9 @@ class _Judge:
         n, allowed = len(failing), rule.allowance.cells(n_cells)
         whole = f"{n_cells:,} cell{'' if n_cells == 1 else 's'}"
         if n == 0:
-            return Outcome(rule, State.PASS, f"none of {whole} is {said[1]}", n_cells, 0, allowed)
+            return Outcome(rule, State.PASS, f"none of {whole} is {phrases[1]}", n_cells, 0, allowed)
         share = f" ({_percent(n, n_cells)})" if n_cells >= 100 else ""
-        text = f"{n:,} of {whole}{share} {'is' if n == 1 else 'are'} {said[0]}; {_may(allowed)}"
+        text = f"{n:,} of {whole}{share} {'is' if n == 1 else 'are'} {phrases[0]}; {_may(allowed)}"
         if n <= allowed:
             return Outcome(rule, State.PASS, text, n_cells, n, allowed)
         return Outcome(rule, broken(rule.level), text, n_cells, n, allowed, self.worst_of(failing, metric_name, rule))

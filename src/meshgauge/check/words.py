@@ -2,17 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
-from ..status import STATUSES, Status
+import numpy as np
+
+from ..status import (
+    STATUSES,
+    Category,
+    Codes,
+    Mask,
+    Purpose,
+    Status,
+    is_degenerate,
+    is_invalid,
+    is_undecided,
+    is_unmeasured,
+)
 
 
 class Word(NamedTuple):
-    """A word, and the statuses of the cells that it means."""
+    """A word, and the cells that it means: their mask from status codes and the purpose of the mesh."""
 
     name: str
-    statuses: tuple[Status, ...]
+    mask: Callable[[Codes, Purpose], Mask]
     text: str
+
+
+def _inside(codes: Codes, purpose: Purpose) -> Mask:
+    return np.equal(codes, Status.INVERTED_INSIDE) | is_undecided(codes)
+
+
+def _degenerate(codes: Codes, purpose: Purpose) -> Mask:
+    return is_degenerate(codes)
+
+
+def _unmeasured(codes: Codes, purpose: Purpose) -> Mask:
+    return is_unmeasured(codes)
+
+
+def _of_status(codes: Codes, purpose: Purpose, *, status: Status) -> Mask:
+    return np.equal(codes, status)
 
 
 WORDS: dict[str, Word] = {
@@ -20,24 +51,16 @@ WORDS: dict[str, Word] = {
     for word in (
         Word(
             "invalid",
-            (Status.INVERTED, Status.INVERTED_INSIDE, Status.CONCAVE, Status.BROKEN),
-            "inverted, at a corner or inside, or no closed convex solid",
+            is_invalid,
+            "inverted, at a corner or inside, or no closed solid; concave too, unless the mesh is for finite volumes",
         ),
-        Word(
-            "invalid inside",
-            (Status.INVERTED_INSIDE, Status.UNDECIDED),
-            "good at every corner, but not proved to be valid inside",
-        ),
-        Word("degenerate", (Status.DEGENERATE, Status.REPEATED_POINTS), "exactly flat, or with a point twice"),
-        Word(
-            "unmeasured",
-            tuple(row.status for row in STATUSES.values() if not row.is_measured and row.status != Status.NOT_SOLID),
-            "a solid cell without a value",
-        ),
+        Word("invalid inside", _inside, "good at every corner, but not proved to be valid inside"),
+        Word("degenerate", _degenerate, "flat at a corner, or with a point twice"),
+        Word("unmeasured", _unmeasured, "a solid cell without a value"),
         *(
-            Word(row.name, (row.status,), row.text)
+            Word(row.name, partial(_of_status, status=row.status), row.text)
             for row in STATUSES.values()
-            if row.name not in ("ok", "degenerate", "not_solid")
+            if row.name not in ("ok", "degenerate") and row.category != Category.APART
         ),
     )
 }

@@ -81,7 +81,7 @@ def improve(
 
     from .. import repair
     from ..repair import text
-    from ..repair.acceptance import n_invalid
+    from ..repair.acceptance import n_unusable
     from ..repair.fixed import fixed_points as mask_of
     from ..repair.page import improve_page
     from ..repair.surface_file import surface_in
@@ -129,4 +129,4 @@ def improve(
         emit(f"{mesh}: {result.report.verdict}")
     else:
         Output().show(text.ImproveText(mesh, result.report, output=str(written)))
-    return 1 if n_invalid(result.after) else 0
+    return 1 if n_unusable(result.after) else 0

@@ -12,7 +12,7 @@ from ..cells import type_name
 from ..mesh import Mesh
 from ..quality.measure import Quality
 from ..quality.summary import ROUNDING
-from ..status import STATUSES, Status
+from ..status import STATUSES, Status, is_solid
 from .scores import INVALID, Values, scores
 
 AT = (0.05, 0.5, 0.95)
@@ -132,11 +132,9 @@ def paired(before: Quality, after: Quality, *, losses: int = 5) -> Paired:
         How many of the largest losses to name.
     """
     old, new = scores(before), scores(after)
-    solid = after.status != Status.NOT_SOLID
+    solid = is_solid(after.status)
     kinds = {
-        type_name(vtk_id): cells
-        for row, vtk_id, cells in after.mesh.groups()
-        if row is None or row.dimension == 3  # the others have no quality
+        type_name(int(vtk_id)): solid & (after.mesh.types == vtk_id) for vtk_id in np.unique(after.mesh.types[solid])
     }
     change = new - old
     n_moved, largest = _moved(before.mesh, after.mesh)

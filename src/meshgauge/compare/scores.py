@@ -7,27 +7,27 @@ from numpy.typing import NDArray
 
 from ..cells import type_name
 from ..quality.measure import Quality
-from ..status import STATUSES
+from ..quality.summary import ROUNDING
+from ..status import is_degenerate, is_invalid
 
 Values = NDArray[np.float64]
 
 DECIMALS = 9
 """Of scores: perfect cells of two meshes are equal although the last bits of their values are not."""
 
-INVALID = -1.0
-
-_IS_INVALID = np.zeros(256, np.bool_)
-for _row in STATUSES.values():
-    _IS_INVALID[_row.status] = _row.name in ("inverted", "inverted_inside", "concave")
+INVALID, DEGENERATE, LEAST = -1.0, 0.0, 2 * ROUNDING
+"""The merit of invalid and degenerate cells, and the least of the others."""
 
 
 def scores(quality: Quality) -> Values:
     """The merit of every cell, ``(n_cells,)``: J_ENS of a valid cell, 0 of a degenerate one, -1 of every invalid one.
 
-    Invalid cells are all alike, since below 0 less is not worse. NaN for a cell without a value.
+    Invalid cells are all alike, since below 0 less is not worse; so are the concave ones that finite volumes take, just
+    above the degenerate ones. NaN for a cell without a value.
     """
-    merit = np.round(quality.values, DECIMALS) + 0.0
-    merit[_IS_INVALID[quality.status] | (merit < 0)] = INVALID
+    merit = np.maximum(np.round(quality.values, DECIMALS), LEAST)
+    merit[is_degenerate(quality.status)] = DEGENERATE
+    merit[is_invalid(quality.status, quality.mesh.purpose)] = INVALID
     merit[np.isnan(quality.values)] = np.nan
     return merit
 

@@ -17,6 +17,7 @@ from ..io import from_pyvista
 from ..look.bands import POOR
 from ..quality.measure import JENS, Quality
 from ..quality.measure import measure as measure_mesh
+from ..status import Status, is_solid
 
 _MASK = "meshgauge:mask"
 
@@ -41,16 +42,14 @@ def measured(data: Any, metrics: Iterable[str] = (JENS,)) -> Any:
 def low(data: Any, threshold: float = POOR) -> Any:
     """The cells of what `measured` made that are not ok: a vtkUnstructuredGrid with their data.
 
-    Cells whose ``jens`` is below the threshold, that are not valid whatever it is, and solid cells without a value.
+    Solid cells whose ``jens`` is below the threshold, or whose status is another than ok whatever it is.
     """
     from vtkmodules.util.numpy_support import vtk_to_numpy
-
-    from ..status import Status
 
     values = vtk_to_numpy(data.GetCellData().GetArray(JENS))
     status = vtk_to_numpy(data.GetCellData().GetArray("status"))
     with np.errstate(invalid="ignore"):
-        chosen = (status != Status.NOT_SOLID) & ((status != Status.OK) | (values < threshold))
+        chosen = is_solid(status) & ((status != Status.OK) | (values < threshold))
     masked = data.NewInstance()
     masked.ShallowCopy(data)
     _add(masked.GetCellData(), _MASK, chosen.astype(np.uint8))

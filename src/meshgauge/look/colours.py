@@ -15,7 +15,14 @@ INVALID, DEGENERATE, POOR, GOOD, UNKNOWN = "#d1300f", "#8d1f6d", "#f0a202", "#14
 RAMP = (GOOD, "#3f7fae", "#9cc3dc", "#eef4f8")
 """From barely good to ideal, evenly spaced."""
 
-WORDS = {"invalid": INVALID, "degenerate": DEGENERATE, "poor": "#946000", "good": GOOD, "unknown": "#55555d"}
+WORDS = {
+    "invalid": INVALID,
+    "degenerate": DEGENERATE,
+    "undecided": "#55555d",
+    "poor": "#946000",
+    "good": GOOD,
+    "unknown": "#55555d",
+}
 """Of text on white, at least 4.5 : 1."""
 
 INK, FAINT, GRID = "#222222", "#8a8f94", "#e6e8ea"
@@ -91,6 +98,28 @@ def colours(
     return mixed
 
 
+def cell_colours(
+    values: NDArray[np.float64], is_invalid: NDArray[np.bool_], is_degenerate: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """The colour of each cell: by status first, by its J_ENS where it is neither invalid nor degenerate.
+
+    Parameters
+    ----------
+    values
+        ``(n,)`` J_ENS.
+    is_invalid, is_degenerate
+        ``(n,)`` masks of `meshgauge.status`.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, 3)
+        Red, green and blue, 0 to 1.
+    """
+    mixed = colours(values, is_signed=False)
+    mixed[is_invalid], mixed[is_degenerate] = rgb(INVALID), rgb(DEGENERATE)
+    return mixed
+
+
 def as_bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
     """`colours` of J_ENS as bytes, ``(n, 3)``."""
     return (255 * colours(np.asarray(values, np.float64))).round().astype(np.uint8)
@@ -98,7 +127,12 @@ def as_bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
 
 def css(values: NDArray[np.floating]) -> list[str]:
     """`colours` of J_ENS as CSS writes them: ``#d1300f``."""
-    return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in as_bytes(values).tolist()]
+    return css_of(as_bytes(values))
+
+
+def css_of(colours: NDArray[np.uint8]) -> list[str]:
+    """Colours ``(n, 3)`` as CSS writes them."""
+    return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in colours.tolist()]
 
 
 def _mixed(first: str, last: str, share: float) -> str:

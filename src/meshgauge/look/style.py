@@ -10,7 +10,7 @@ SPARKS_ASCII = " .:-=+*%#"
 EIGHTHS = " ▏▎▍▌▋▊▉█"
 
 
-STYLES = {"invalid": "bold red", "degenerate": "bold magenta", "poor": "yellow", "good": "green"}
+STYLES = {"invalid": "bold red", "degenerate": "bold magenta", "undecided": "yellow", "poor": "yellow", "good": "green"}
 """Of the columns of counts, where the count is not 0."""
 
 LEVELS = {

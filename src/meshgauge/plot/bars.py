@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import INK, INVALID, WORDS, colours
+from ..look.colours import DEGENERATE, INK, WORDS, colours
 from ..quality.measure import JENS
 from ..quality.summary import Scale, Tally
 from . import sheet
@@ -92,10 +92,11 @@ def bars(axes: Axes, tally: Tally, edges: Values, counts: Counts, log: bool = Fa
         middles, heights, width=0.88 * width, color=colours_on(middles, tally.scale), edgecolor=INK, linewidth=0.35
     )
     if tally.n_degenerate and tally.scale.flat == 0.0:
-        # Exactly flat cells are no better than inverted ones, though their bin begins what is poor.
+        # Flat cells are no better than inverted ones, though their bin begins what is poor.
         at = int(np.searchsorted(edges, 0.0, side="right")) - 1
-        look: dict[str, Any] = {"color": INVALID, "edgecolor": INK, "linewidth": 0.35}
-        axes.bar(middles[at], max(tally.n_degenerate, LEAST * top), width=0.88 * width[at], **look)
+        look: dict[str, Any] = {"color": DEGENERATE, "edgecolor": INK, "linewidth": 0.35}
+        n = min(tally.n_degenerate, int(counts[at]))
+        axes.bar(middles[at], max(n, LEAST * top) if n else 0, width=0.88 * width[at], **look)
     if log:
         axes.set_yscale("log")
         axes.set_ylim(0.7, top * 1.5)

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError
-from ..look.colours import FAINT, INK, INVALID, colours
+from ..look.colours import DEGENERATE, FAINT, INK, colours
 from ..quality.measure import Quality
 from ..quality.summary import Tally
 from . import marks, sheet
 from .canvas import Canvas, over
 from .series import counts_in, edges_of
-from .solids import CELL, corners, drawable, invalid, ranked, shell, surface
+from .solids import CELL, bad, corners, drawable, ranked, shell, surface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,8 +58,8 @@ def cut(
     Returns
     -------
     matplotlib.figure.Figure
-        1600 by 900 pixels, with a histogram whose colours are the legend; invalid cells are red, poor ones amber, good
-        ones the lighter the better, cells without a value grey.
+        1600 by 900 pixels, with a histogram whose colours are the legend; invalid cells are red, degenerate ones
+        purple, poor ones amber, good ones the lighter the better, cells without a value grey.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def cut(
     grid = solids.grid
     skin = surface(grid)
     centres = np.asarray(grid.cell_centers().points, np.float64)
-    is_bad = invalid(quality)[np.asarray(grid.cell_data[CELL])]
+    is_bad = bad(quality)[np.asarray(grid.cell_data[CELL])]
     worst = ranked(quality, max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
     rings = solids.place([cell.coordinates for cell in worst])
     towards, depth = _plane(corners(skin), rings[0] if worst else None, centres, normal, at)
@@ -176,7 +176,14 @@ def _upright(axes: Axes, every: Tally) -> None:
     axes.barh(middle, shown, height=heights, color=colours(middle), edgecolor=INK, linewidth=0.5)
     if every.n_degenerate:
         at = int(np.searchsorted(bounds, 0.0, side="right")) - 1
-        axes.barh(middle[at], every.n_degenerate, height=heights[at], color=INVALID, edgecolor=INK, linewidth=0.5)
+        axes.barh(
+            middle[at],
+            min(every.n_degenerate, int(counts[at])),
+            height=heights[at],
+            color=DEGENERATE,
+            edgecolor=INK,
+            linewidth=0.5,
+        )
     axes.set_ylim(bounds[0], bounds[-1])
     axes.set_xlim(0, top * 1.02)
     axes.set_xticks([])

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-BANDS = ("invalid", "degenerate", "poor", "good", "unknown")
+BANDS = ("invalid", "degenerate", "undecided", "poor", "good", "unknown")
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -102,7 +102,7 @@ def plural(n: int, noun: str) -> str:
 
 def tallied(tally: Tally) -> dict[str, int]:
     """Cells in each of `BANDS`."""
-    n = (tally.n_invalid, tally.n_degenerate, tally.n_poor, tally.n_good, tally.n_cells - tally.n_measured)
+    n = (tally.n_invalid, tally.n_degenerate, tally.n_undecided, tally.n_poor, tally.n_good, tally.n_unmeasured)
     return dict(zip(BANDS, n, strict=True))
 
 
@@ -124,8 +124,8 @@ def sentence(summary: Summary) -> str:
         parts += [f"min {number(every.min)}", f"median {number(every.quantiles((0.5,))[0.5])}"]
     if inside := every.statuses.get("inverted_inside"):
         parts.append(f"{inside:,} inverted inside, between good corners")
-    if every.n_cells > every.n_measured:
-        parts.append(f"{every.n_cells - every.n_measured:,} not measured")
+    if every.n_unmeasured:
+        parts.append(f"{every.n_unmeasured:,} not measured")
     return "   ·   ".join(parts)
 
 

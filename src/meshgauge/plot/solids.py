@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import BY_NAME, IS_SOLID
+from ..cells import BY_NAME
 from ..errors import MeshgaugeError
 from ..io.plumbing.vtk import grid as vtk_grid
-from ..look.colours import FAINT, INVALID, colours, rgb
+from ..look.colours import FAINT, cell_colours
 from ..mesh import Mesh, connectivity
 from ..quality.measure import Quality, WorstCell
-from ..status import STATUSES, Status
+from ..status import Status, is_degenerate, is_invalid, is_measured, is_solid
 from .canvas import Canvas, Image, over
 
 Array = NDArray[np.float64]
@@ -53,8 +53,7 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
     import pyvista
 
     mesh = _straight(quality.mesh.replace(point_data={}, cell_data={}, field_data={}))
-    is_solid = IS_SOLID[mesh.types]
-    cells = np.flatnonzero(is_solid & (quality.status != Status.NON_FINITE))
+    cells = np.flatnonzero(is_solid(quality.status) & (quality.status != Status.NON_FINITE))
     if not len(cells):
         raise MeshgaugeError("there is nothing to draw: no solid cell with finite coordinates")
     used = np.zeros(mesh.n_points, np.bool_)
@@ -69,8 +68,8 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
     if len(cells) < mesh.n_cells:
         grid = grid.extract_cells(cells)
         grid.clear_data()
-    rgb_of = colours(quality.values[cells])
-    rgb_of[invalid(quality)[cells]] = rgb(INVALID)
+    status = quality.status[cells]
+    rgb_of = cell_colours(quality.values[cells], is_invalid(status, mesh.purpose), is_degenerate(status))
     grid.cell_data["colour"] = (255 * rgb_of).round().astype(np.uint8)
     grid.cell_data[CELL] = cells
     return replace(made, grid=grid)
@@ -91,22 +90,22 @@ def _straight(mesh: Mesh) -> Mesh:
     return mesh.replace(types=types, offsets=np.r_[0, np.cumsum(sizes)], connectivity=mesh.connectivity[keep])
 
 
-def invalid(quality: Quality) -> NDArray[np.bool_]:
-    """``(n_cells,)`` True for measured cells that are not valid."""
-    codes = [status for status, row in STATUSES.items() if row.is_measured and not row.is_valid]
-    return np.isin(quality.status, codes)
+def bad(quality: Quality) -> NDArray[np.bool_]:
+    """``(n_cells,)`` True for measured cells that are invalid or degenerate: those to point out."""
+    status = quality.status
+    return (is_invalid(status, quality.mesh.purpose) | is_degenerate(status)) & is_measured(status)
 
 
 def ranked(quality: Quality, n: int) -> list[WorstCell]:
-    """The n cells to point out: those that are not valid, the lowest first, then the lowest of the others.
+    """The n cells to point out: those that are invalid or degenerate, the lowest first, then the lowest of the others.
 
     A cell that is inverted inside, between good corners, can have a higher J_ENS than valid ones.
     """
-    bad = np.flatnonzero(invalid(quality))
-    bad = bad[np.argsort(quality.values[bad], kind="stable")][:n]
-    found = [quality.worst_node(int(cell)) for cell in bad]
+    first = np.flatnonzero(bad(quality))
+    first = first[np.argsort(quality.values[first], kind="stable")][:n]
+    found = [quality.worst_node(int(cell)) for cell in first]
     if len(found) < n:
-        known = set(bad.tolist())
+        known = set(first.tolist())
         found += [cell for cell in quality.worst(n) if cell.cell not in known][: n - len(found)]
     return found
 

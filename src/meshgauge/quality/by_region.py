@@ -15,13 +15,14 @@ JENS = "jens"
 def by_region(quality: Quality) -> tuple[NDArray[np.int64], tuple[tuple[str, Summary], ...]]:
     """The region of each cell ``(n_cells,)``, and name and J_ENS of each region, in the order of the file."""
     ids, names = regions(quality.mesh)
-    types = quality.mesh.types
+    types, purpose = quality.mesh.types, quality.mesh.purpose
     if len(names) == 1:
-        return ids, ((names[0], summarise(quality.values, quality.status, types, JENS)),)
+        return ids, ((names[0], quality.summary()),)
     order = np.argsort(ids, kind="stable")
     bounds = np.searchsorted(ids[order], np.arange(len(names) + 1))
     found = []
     for n, name in enumerate(names):
         cells = order[bounds[n] : bounds[n + 1]]
-        found.append((name, summarise(quality.values[cells], quality.status[cells], types[cells], JENS)))
+        summary = summarise(quality.values[cells], quality.status[cells], types[cells], JENS, purpose=purpose)
+        found.append((name, summary))
     return ids, tuple(found)

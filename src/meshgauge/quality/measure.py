@@ -21,7 +21,7 @@ from ..look.bands import POOR
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..mesh.topology import inner_faces
-from ..status import STATUSES, Status, is_unmeasured
+from ..status import STATUSES, Category, Purpose, Status, is_unmeasured
 from . import evaluate, validity
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
@@ -155,7 +155,7 @@ class Quality:
 
     def summary(self, name: str = JENS) -> Summary:
         """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
-        return summarise(self.values_of(name), self.status, self.mesh.types, self.rows[name])
+        return summarise(self.values_of(name), self.status, self.mesh.types, self.rows[name], purpose=self.mesh.purpose)
 
     def worst(self, n: int = 10) -> list[WorstCell]:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
@@ -184,7 +184,7 @@ class Quality:
         if not self.status.any():
             return found
         for row in STATUSES.values():
-            if row.status in (Status.OK, Status.NOT_SOLID):
+            if row.status == Status.OK or row.category == Category.APART:
                 continue
             cells = np.flatnonzero(self.status == row.status)
             if len(cells):
@@ -262,7 +262,13 @@ class Quality:
         return notebook.block(repr(self).strip("<>"), notebook.Raw(self.summary()._repr_html_()), table)
 
 
-def measure(mesh: Mesh, *, metrics: str | Metric | Iterable[str | Metric] = (), threads: int | None = None) -> Quality:
+def measure(
+    mesh: Mesh,
+    *,
+    metrics: str | Metric | Iterable[str | Metric] = (),
+    threads: int | None = None,
+    purpose: Purpose | None = None,
+) -> Quality:
     """Measure every cell of a mesh.
 
     Parameters
@@ -274,12 +280,18 @@ def measure(mesh: Mesh, *, metrics: str | Metric | Iterable[str | Metric] = (), 
         own.
     threads
         At most this many; None: one for each processor. It has no influence on the values.
+    purpose
+        What the mesh is for: "fem" or "fv", to which a concave, star-shaped cell is of use. None: ``mesh.purpose``.
 
     Raises
     ------
     MetricError
         If there is no such metric, two have one name, or the function of one returns no array of ``(n_cells,)``.
+    MeshError
+        If there is no such purpose.
     """
+    if purpose is not None and purpose != mesh.purpose:
+        mesh = mesh.replace(purpose=purpose)
     rows = metric_rows(metrics)
     rows = {JENS: METRICS[JENS], **rows}
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}

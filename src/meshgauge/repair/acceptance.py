@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.measure import Quality, measure
-from ..status import STATUSES, Status
+from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is_usable
 from .polyhedral import is_warped
 
 ROUNDS = 40
@@ -63,9 +63,8 @@ def accept(
 
 def violations(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for cells that have lost what they may not lose."""
-    ok, undecided = int(Status.OK), int(Status.UNDECIDED)
-    lost: NDArray[np.bool_] = (before.status == ok) & (after.status != ok)
-    lost |= (before.status == undecided) & ~np.isin(after.status, (ok, undecided))
+    purpose = before.mesh.purpose
+    lost: NDArray[np.bool_] = _soundness(after.status, purpose) < _soundness(before.status, purpose)
     measured = ~np.isnan(before.values)
     lost |= measured & np.isnan(after.values)
     worst = np.nanmin(before.values) if measured.any() else 0.0
@@ -76,9 +75,15 @@ def violations(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.b
     return lost
 
 
+def _soundness(status: NDArray[np.uint8], purpose: Purpose) -> NDArray[np.int8]:
+    """How sure a cell is to be of use: 3 valid, 2 undecided inside, 1 only as a cell of finite volumes, 0 not."""
+    found = np.where(status == Status.OK, 3, np.where(category(status, purpose) == Category.UNDECIDED, 2, 1))
+    return np.where(is_usable(status, purpose), found, 0).astype(np.int8)
+
+
 def is_better(after: Quality, before: Quality) -> bool:
-    """Fewer invalid cells; of as many a better worst; of an equal worst a better mean."""
-    counts = n_invalid(after), n_invalid(before)
+    """Fewer cells that are not usable; of as many a better worst; of an equal worst a better mean."""
+    counts = n_unusable(after), n_unusable(before)
     worst = float(np.nanmin(after.values)), float(np.nanmin(before.values))
     mean = float(np.nanmean(after.values)), float(np.nanmean(before.values))
     if counts[0] != counts[1]:
@@ -86,12 +91,13 @@ def is_better(after: Quality, before: Quality) -> bool:
     return worst[0] > worst[1] + 1e-9 or (worst[0] >= worst[1] - 1e-12 and mean[0] > mean[1])
 
 
-def n_invalid(quality: Quality) -> int:
-    """Solid cells that are not valid, or could not be measured."""
-    return sum(n for name, n in status_counts(quality).items() if name not in ("ok", "undecided"))
+def n_unusable(quality: Quality) -> int:
+    """Solid cells that are invalid or degenerate, or could not be measured."""
+    status = quality.status
+    return int(np.count_nonzero(is_solid(status) & ~is_usable(status, quality.mesh.purpose)))
 
 
 def status_counts(quality: Quality) -> dict[str, int]:
     """Number of solid cells by name of status."""
-    counts = np.bincount(quality.status, minlength=len(Status))
-    return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(counts) if n and s != Status.NOT_SOLID}
+    counts = np.bincount(quality.status[is_solid(quality.status)], minlength=len(Status))
+    return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(counts) if n}

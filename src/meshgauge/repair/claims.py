@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.measure import Quality
-from ..status import Status
+from ..status import is_usable
 from .acceptance import SAME
 from .report import Claim
 
@@ -27,9 +27,7 @@ def claims_of(before: Quality, after: Quality, held: NDArray[np.bool_], *, stric
     same = np.array_equal(
         np.asarray(old.points, np.float64)[held], np.asarray(new.points, np.float64)[held], equal_nan=True
     )
-    was_valid = np.isin(before.status, (Status.OK, Status.UNDECIDED))
-    is_valid = np.isin(after.status, (Status.OK, Status.UNDECIDED))
-    lost = int(np.count_nonzero(was_valid & ~is_valid))
+    lost = int(np.count_nonzero(is_usable(before.status, old.purpose) & ~is_usable(after.status, new.purpose)))
     worst = float(np.nanmin(before.values)), float(np.nanmin(after.values))
     n_held = int(np.count_nonzero(held))
     claims = [

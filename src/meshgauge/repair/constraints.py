@@ -15,7 +15,7 @@ from ..mesh.regions import regions
 from ..mesh.topology import MULTIPLE, Topology, topology
 from ..quality.measure import Quality
 from ..quality.polyhedra import PolyhedralQuality
-from ..status import Status
+from ..status import is_measured
 from .curved import can_follow
 from .faces import mask_of, nodes_of_faces
 
@@ -82,7 +82,7 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     notes: list[str] = []
     n = mesh.n_points
     is_solid = IS_SOLID[mesh.types]
-    takes_part = is_solid & ~np.isin(quality.status, (Status.NON_FINITE, Status.UNSUPPORTED, Status.BROKEN))
+    takes_part = is_measured(quality.status)
     can = np.array(
         [(r := CELL_TYPES.get(t)) is not None and r.shape is not None and can_follow(r) for t in range(256)]
     )[mesh.types]

@@ -15,7 +15,7 @@ from ..errors import MeshError
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from . import report as records
-from .acceptance import accept, is_better, n_invalid, status_counts
+from .acceptance import accept, is_better, n_unusable, status_counts
 from .ceiling import Ceiling, ceiling
 from .claims import claims_of
 from .constraints import Constraints, constraints_of
@@ -171,11 +171,11 @@ def _diagnose(before: Quality) -> tuple[str, ...]:
 
     Raises `MeshError` if cells are numbered in reverse: moving points would invert them to suit their numbering.
     """
-    if n_invalid(before) == 0:
+    if n_unusable(before) == 0:
         return ()
     result = diagnosis(before.mesh, before, limit=LIMIT)
     n_reversed = len(result.orientation.reversed_cells) if result.orientation is not None else 0
-    if n_reversed > REVERSED * n_invalid(before):
+    if n_reversed > REVERSED * n_unusable(before):
         raise MeshError(
             f"{before.mesh.path or 'the mesh'}: {n_reversed:,} cells are numbered in reverse, not inverted: moving "
             "points would ruin them. Renumber them first, with 'meshgauge orient' or meshgauge.doctor.oriented"

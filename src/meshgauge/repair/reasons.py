@@ -10,7 +10,8 @@ import numpy as np
 
 from ..cells import type_name
 from ..quality.measure import Quality
-from ..status import Status
+from ..status import Status, is_invalid, is_solid, is_usable
+from .acceptance import n_unusable
 from .ceiling import FOUR, THREE, Ceiling
 from .constraints import Constraints
 from .report import NAMED, LimitedCell
@@ -43,8 +44,8 @@ def reasons(
     mesh = after.mesh
     with np.errstate(invalid="ignore"):
         below = (after.values < run.target) | np.isnan(after.values)
-    below |= ~np.isin(after.status, (Status.OK, Status.UNDECIDED))
-    below &= after.status != Status.NOT_SOLID
+    below |= ~is_usable(after.status, mesh.purpose)
+    below &= is_solid(after.status)
     cells = np.flatnonzero(below)
     bounds, by_four = np.ones(mesh.n_cells), np.zeros(mesh.n_cells, bool)
     bounds[run.whole.cell_ids], by_four[run.whole.cell_ids] = limit.bounds, limit.by_four
@@ -83,30 +84,40 @@ def _why(
         return ALL
     if not slides and bounds[cell] < target:
         return FOUR if by_four[cell] else THREE
-    if after.values[cell] <= 0.0 and not strict:
-        return INVERTED
     if after.status[cell] == Status.INVERTED_INSIDE:
         return INSIDE
+    if not is_usable(after.status[cell], after.mesh.purpose) and not strict:
+        return INVERTED
     if strict:
         return STRICT
     n_free = int(np.count_nonzero(~held))
     return ONE if n_free == 1 else (NEAR if held.any() else FREE)
 
 
+def _flaw(quality: Quality, n: int) -> str:
+    """What keeps n cells from being usable."""
+    n_invalid = int(np.count_nonzero(is_invalid(quality.status, quality.mesh.purpose)))
+    return "invalid" if n == n_invalid else "invalid or degenerate"
+
+
 def verdict(before: Quality, after: Quality, run: Run, limit: Ceiling, options: Mapping[str, Any]) -> tuple[str, str]:
     """The outcome in a word, and in a sentence."""
-    solid = after.status != Status.NOT_SOLID
-    bad = [int(np.count_nonzero(solid & ~np.isin(q.status, (Status.OK, Status.UNDECIDED)))) for q in (before, after)]
+    solid = is_solid(after.status)
+    bad = [n_unusable(q) for q in (before, after)]
+    flaw = [_flaw(q, n) for q, n in zip((before, after), bad, strict=True)]
     worst = [float(np.nanmin(q.values)) for q in (before, after)]
     mean = [float(np.nanmean(q.values[solid])) for q in (before, after)]
     if np.array_equal(before.mesh.points, after.mesh.points):
-        return "unchanged", f"Nothing was changed: worst {worst[0]:.3f}, mean {mean[0]:.3f}, {bad[0]:,} cells invalid."
+        return (
+            "unchanged",
+            f"Nothing was changed: worst {worst[0]:.3f}, mean {mean[0]:.3f}, {bad[0]:,} cells {flaw[0]}.",
+        )
     went = f"worst {worst[0]:.3f} → {worst[1]:.3f}, mean {mean[0]:.3f} → {mean[1]:.3f}"
     if bad[1]:
-        return "not untangled", f"{bad[1]:,} cells are still invalid ({bad[0]:,} before): {went}."
+        return "not untangled", f"{bad[1]:,} cells are still {flaw[1]} ({bad[0]:,} before): {went}."
     text = f"All {int(np.count_nonzero(solid)):,} cells are valid: {went}."
     if bad[0]:
-        text = f"{bad[0]:,} invalid cells were repaired. {text}"
+        text = f"{bad[0]:,} {flaw[0]} cells were repaired. {text}"
     if options["boundary"] == "fixed" and worst[1] > limit.worst - 1e-3 and limit.worst < 1.0:
         text += f" The worst is at the ceiling that the fixed boundary sets ({limit.worst:.3f})."
     return "improved", text

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from . import RepairReport
 
 SCHEMA = "meshgauge-improve"
-VERSION = 1
+VERSION = 2
 NAMED = 5
 """Cells named one by one."""
 

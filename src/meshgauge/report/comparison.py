@@ -44,7 +44,7 @@ def sentence(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> str:
             clauses.append(f"{names[best[0]]} is {'better' if pair else 'best'} in {said}")
     text = "; ".join(clauses)
     for report, name in zip(measured, names, strict=True):
-        missing = report.summary.all.n_cells - report.summary.all.n_measured
+        missing = report.summary.all.n_unmeasured
         if missing:
             text += f"; {number(missing)} of the cells of {name} could not be measured"
     return f"{text}."

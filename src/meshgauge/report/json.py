@@ -14,7 +14,7 @@ from .record import FileReport
 from .verdict import verdict
 
 SCHEMA = "meshgauge-report"
-VERSION = 1
+VERSION = 2
 
 
 def report_dict(

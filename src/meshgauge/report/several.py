@@ -28,7 +28,7 @@ class SeveralText:
         best = _best(self.reports)
         for at, (report, name) in enumerate(zip(self.reports, names, strict=True)):
             t = report.summary.all
-            unknown = t.n_cells - t.n_measured
+            unknown = t.n_undecided + t.n_unmeasured
             numbers = {"min": t.min, "quantile_0.01": t.quantiles()[0.01], "mean": t.mean}
             counts = (t.n_invalid, t.n_degenerate, t.n_poor, t.n_good)
             table.add_row(

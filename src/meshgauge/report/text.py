@@ -17,7 +17,7 @@ from ..look import style
 from ..look.bands import BANDS
 from ..look.bands import band as band_of
 from ..quality.summary import UNDEFINED, Summary, Tally
-from ..status import STATUSES
+from ..status import STATUSES, Category
 from .record import FileReport
 from .verdict import verdict
 
@@ -27,8 +27,13 @@ SPARK_WIDTH = 20
 BAR_WIDTH = 60
 """Most characters of a bar."""
 
-STYLES_OF_COUNTS = tuple(style.STYLES)
-"""Columns of counts: invalid, degenerate, poor, good."""
+STYLES_OF_COUNTS = ("invalid", "degenerate", "poor", "good")
+"""Columns of counts."""
+
+STATUS_STYLES = {
+    row.name: "bold red" if row.category in (Category.INVALID, Category.DEGENERATE) else "bold yellow"
+    for row in STATUSES.values()
+}
 
 STATUS_TEXTS = {row.name: row.text for row in STATUSES.values()}
 
@@ -108,7 +113,7 @@ def type_tables(summary: Summary, console: Console, options: ConsoleOptions) -> 
 
 def _tables(rows: dict[str, Tally], title: str, console: Console, options: ConsoleOptions) -> RenderableType:
     """One table where it fits, else two, without histograms if need be."""
-    counts = _count_columns()
+    counts = _count_columns(any(tally.n_undecided for tally in rows.values()))
     values = _value_columns(options.ascii_only)
     wide = _table(rows, title, [*counts, *values])
     if fits(wide, console, options):
@@ -124,11 +129,13 @@ def fits(item: RenderableType, console: Console, options: ConsoleOptions) -> boo
     return Measurement.get(console, options.update_width(10_000), item).maximum <= options.max_width
 
 
-def _count_columns() -> list[Column]:
+def _count_columns(with_undecided: bool) -> list[Column]:
+    undecided: Column = ("undecided", lambda t: count(t.n_undecided, "undecided"))
     return [
         ("measured", lambda t: style.number(t.n_measured)),
         ("invalid", lambda t: count(t.n_invalid, "invalid")),
         ("degenerate", lambda t: count(t.n_degenerate, "degenerate")),
+        *([undecided] if with_undecided else []),
         ("poor", lambda t: count(t.n_poor, "poor")),
         ("good", lambda t: count(t.n_good, "good")),
     ]
@@ -205,10 +212,9 @@ def findings(report: FileReport) -> Iterator[RenderableType]:
         more = ", …" if found.n_cells > len(found.cells) else ""
         first = f"cell{'s' if len(found.cells) > 1 else ''} {', '.join(map(str, found.cells))}{more}"
         x, y, z = (f"{v:.4g}" for v in found.location)
-        known = found.status in ("unsupported", "undecided")
         table.add_row(
             style.number(found.n_cells),
-            Text(found.status, "bold yellow" if known else "bold red"),
+            Text(found.status, STATUS_STYLES[found.status]),
             Text(f"{first}; the first at ({x}, {y}, {z}): {found.text}", overflow="fold"),
         )
     yield Padding(table, (0, 0, 1, 1), expand=False)

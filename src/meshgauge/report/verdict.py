@@ -6,16 +6,18 @@ from typing import Literal, NamedTuple
 
 from ..look.style import listed, number, plural
 from ..quality.summary import Summary
+from ..status import STATUSES, Status
 
 Level = Literal["bad", "unknown", "poor", "good", "nothing"]
 
 REASONS = {
     "non_finite": "a coordinate is NaN or infinite",
     "unsupported": "not supported",
-    "broken": "its faces make no closed solid",
     "undefined": "the metric is undefined",
 }
 """Why a solid cell has no value, for people. Cells that are not solid are no reason to doubt a mesh."""
+
+BROKEN = STATUSES[Status.BROKEN].name
 
 
 class Verdict(NamedTuple):
@@ -28,46 +30,57 @@ class Verdict(NamedTuple):
 def verdict(summary: Summary) -> Verdict:
     """The verdict on a summary of J_ENS. A cell without a value is never counted as one that passes."""
     every = summary.all
-    measured, missing = every.n_measured, every.n_cells - every.n_measured
+    missing = every.n_unmeasured
+    looked_at = every.n_cells - missing
     unknown = _not_measured(summary)
-    if measured == 0:
+    if looked_at == 0:
         if missing:
             return Verdict("nothing", f"nothing measured: {unknown}")
         return Verdict("nothing", "nothing measured: the mesh has no solid cells")
-    bad = []
-    inside, concave = every.statuses.get("inverted_inside", 0), every.statuses.get("concave", 0)
-    inverted = every.n_invalid - concave
-    if inverted:
-        told = "inverted inside" if inside == inverted else "inverted"
-        where = f" ({number(inside)} of them inside, between good corners)" if 0 < inside < inverted else ""
-        bad.append(f"{_of(inverted, measured)} {told}{where}")
-    if every.n_degenerate:
-        bad.append(
-            f"{number(every.n_degenerate)} {_are(every.n_degenerate)} degenerate"
-            if bad
-            else f"{_of(every.n_degenerate, measured)} degenerate"
-        )
+    ending = f"; {unknown}" if missing else ""
+    counts = every.statuses
+    concave = counts.get("concave", 0)
+    bad = _bad(counts, every.n_degenerate, looked_at)
     if bad:
         if concave:
             bad.append(f"{number(concave)} {_are(concave)} concave but star-shaped")
-        text = f"{listed(bad)}: the mesh is not usable as it is"
-        return Verdict("bad", f"{text}; {unknown}" if missing else text)
-    if concave:
-        text = f"{_of(concave, measured)} concave but star-shaped: fit for finite volumes only"
-        return Verdict("bad", f"{text}; {unknown}" if missing else text)
+        return Verdict("bad", f"{listed(bad)}: the mesh is not usable as it is{ending}")
     poor = f"{number(every.n_poor)} {_are(every.n_poor)} poor (< 0.2)" if every.n_poor else "none is poor (< 0.2)"
-    undecided = every.statuses.get("undecided", 0)
+    concave_only = (
+        f"{_of(concave, looked_at)} concave but star-shaped: usable for finite volumes, not for finite elements"
+    )
+    if concave and every.n_invalid:
+        return Verdict("bad", f"{concave_only}{ending}")
+    undecided = every.n_undecided
     if undecided:
         doubt = f"of {plural(undecided, 'cell')} only the corners are known to be valid"
-        text = f"no cell is inverted at a corner, but {doubt}; {poor}"
-        return Verdict("unknown", f"{text}; {unknown}" if missing else text)
+        begin = f"{concave_only}; " if concave else "no cell is inverted at a corner, but "
+        return Verdict("unknown", f"{begin}{doubt}; {poor}{ending}")
+    if concave:
+        return Verdict("unknown" if missing else "poor", f"{concave_only}{ending}")
     valid = "valid at their corners" if summary.corners_only else "valid"
     if missing:
-        return Verdict(
-            "unknown", f"{unknown}; the {plural(measured, 'measured cell')} {_are(measured)} {valid}; {poor}"
-        )
-    whole = f"all {number(measured)} measured cells are {valid}" if measured > 1 else f"the one cell is {valid}"
+        known = f"the {plural(looked_at, 'measured cell')} {_are(looked_at)} {valid}"
+        return Verdict("unknown", f"{unknown}; {known}; {poor}")
+    whole = f"all {number(looked_at)} measured cells are {valid}" if looked_at > 1 else f"the one cell is {valid}"
     return Verdict("poor" if every.n_poor else "good", f"{whole}; {poor}")
+
+
+def _bad(counts: dict[str, int], degenerate: int, whole: int) -> list[str]:
+    """What keeps a mesh from every solver, a clause each; the first says of how many cells."""
+    clauses: list[str] = []
+
+    def clause(n: int, what: str) -> None:
+        if n:
+            clauses.append(f"{number(n)} {_are(n)} {what}" if clauses else f"{_of(n, whole)} {what}")
+
+    inside = counts.get("inverted_inside", 0)
+    inverted = counts.get("inverted", 0) + inside
+    where = f" ({number(inside)} of them inside, between good corners)" if 0 < inside < inverted else ""
+    clause(inverted, f"{'inverted inside' if inside == inverted else 'inverted'}{where}")
+    clause(counts.get("broken", 0), "broken, with faces that make no closed solid")
+    clause(degenerate, "degenerate")
+    return clauses
 
 
 def _of(n: int, whole: int) -> str:
@@ -84,6 +97,8 @@ def _not_measured(summary: Summary) -> str:
     total = 0
     for name, tally in summary.types.items():
         for reason, n in tally.not_measured.items():
+            if reason == BROKEN:
+                continue  # invalid, which says more
             by_reason.setdefault(reason, []).append(f"{number(n)} {name}")
             total += n
     why = "; ".join(f"{listed(cells)}: {REASONS.get(reason, reason)}" for reason, cells in by_reason.items())

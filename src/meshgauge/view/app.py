@@ -173,7 +173,7 @@ class App:
         state.card = None
         if wanted.cell is not None:
             model = scene.models[wanted.mesh]
-            state.card = controls.details(card(model, wanted.cell), wanted.mesh, model.name)
+            state.card = controls.details(model, card(model, wanted.cell), wanted.mesh, model.name)
         state.link = fragment(wanted)
 
     def _changed(self, **_: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..look.colours import css
+from ..look.colours import css, css_of
 from .camera import Camera, Vector
 from .card import Card, coordinate, number
 from .filters import AXES, Filters, Plane, others
@@ -118,23 +118,22 @@ def worst(model: Model, n: int) -> list[dict[str, Any]]:
             "type": cell.type,
             "quality": number(cell.quality),
             "status": "" if cell.status == "ok" else cell.status.replace("_", " "),
-            "colour": css(np.array([cell.quality]))[0],
+            "colour": css_of(model.colours(np.array([cell.cell])))[0],
         }
         for cell in model.quality.worst(n)
     ]
 
 
-def details(found: Card, mesh: int, name: str) -> dict[str, Any]:
+def details(model: Model, found: Card, mesh: int, name: str) -> dict[str, Any]:
     """A cell for the page."""
-    values = np.array([found.quality, *(row.quality for row in found.nodes)])
-    fill = css(values)
+    fill = css(np.array([row.quality for row in found.nodes]))
     return {
         "cell": found.cell,
         "mesh": mesh,
         "name": name,
         "type": found.type,
         "quality": number(found.quality),
-        "colour": fill[0],
+        "colour": css_of(model.colours(np.array([found.cell])))[0],
         "status": found.status.replace("_", " "),
         "text": found.text,
         "region": found.region,
@@ -148,7 +147,7 @@ def details(found: Card, mesh: int, name: str) -> dict[str, Any]:
                 "colour": colour,
                 "worst": row.is_worst,
             }
-            for row, colour in zip(found.nodes, fill[1:], strict=True)
+            for row, colour in zip(found.nodes, fill, strict=True)
         ],
     }
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import as_bytes, rgb
+from ..look.colours import rgb
 from .model import Model
 from .surface import Surface
 
@@ -23,15 +23,15 @@ LOOSE = 0.1
 INK, HALO, FAINT = "#1d2126", "#ffffff", "#9aa3ab"
 
 
-def cells(surface: Surface, points: NDArray[np.float32], values: NDArray[np.float64], *, culled: bool = False) -> Any:
+def cells(surface: Surface, points: NDArray[np.float32], model: Model, *, culled: bool = False) -> Any:
     """An actor of polygons in the colours of their cells.
 
-    ``points`` are those of the surface, ``values`` those of all cells; culled, faces turned away are not drawn.
+    ``points`` are those of the surface; culled, faces turned away are not drawn.
     """
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
     data = _polydata(points, surface.offsets, surface.connectivity)
-    data.GetCellData().SetScalars(numpy_to_vtk(as_bytes(values[surface.cells]), deep=True))
+    data.GetCellData().SetScalars(numpy_to_vtk(model.colours(surface.cells), deep=True))
     actor = _actor(data)
     actor.GetMapper().SetScalarModeToUseCellData()
     actor.GetMapper().SetColorModeToDirectScalars()
@@ -108,7 +108,7 @@ def picked(model: Model, cell: int, worst: int | None) -> list[Any]:
     found = model.surface(shown)
     actors = []
     if found.n_faces:
-        actors.append(cells(found, model.points[found.points], model.values))
+        actors.append(cells(found, model.points[found.points], model))
         edges = vtkExtractEdges()
         edges.SetInputData(actors[0].GetMapper().GetInput())
         edges.Update()

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError
+from ..look.bands import POOR
+from ..status import STATUSES, Purpose, is_invalid, is_usable
 
 Mask = NDArray[np.bool_]
 
@@ -54,6 +56,22 @@ class Filters:
             raise ViewError(f"the range of quality is {self.low} to {self.high}, expected -1 <= low <= high <= 1")
         if self.peel < 0:
             raise ViewError(f"{self.peel} layers to peel, expected 0 or more")
+
+
+def presets(purpose: Purpose) -> dict[str, tuple[float, float, tuple[str, ...]]]:
+    """Filters by name: range of quality, and the names of the statuses. Status goes before value."""
+    codes = np.array(sorted(STATUSES), np.uint8)
+
+    def named(mask: Mask) -> tuple[str, ...]:
+        return tuple(
+            STATUSES[status].name for status, wanted in zip(sorted(STATUSES), mask.tolist(), strict=True) if wanted
+        )
+
+    return {
+        "invalid": (-1.0, 1.0, named(is_invalid(codes, purpose))),
+        "poor": (-1.0, POOR, named(is_usable(codes, purpose))),
+        "all": (-1.0, 1.0, named(np.ones(len(codes), np.bool_))),
+    }
 
 
 class Cells(Protocol):

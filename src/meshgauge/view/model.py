@@ -9,12 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CELL_TYPES, type_name
+from ..cells import type_name
+from ..look.colours import cell_colours
 from ..mesh import Mesh
 from ..mesh.regions import regions
 from ..mesh.topology import Topology, topology
 from ..quality.measure import Quality, measure
-from ..status import STATUSES, Status
+from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
 from .filters import ViewError
 from .layers import layers
 from .surface import Surface, exposed, surface
@@ -87,7 +88,13 @@ class Model:
 
     @cached_property
     def is_solid(self) -> NDArray[np.bool_]:
-        return np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])[self.mesh.types]
+        return is_solid(self.quality.status)
+
+    def colours(self, cells: NDArray[np.integer]) -> NDArray[np.uint8]:
+        """``(n, 3)`` red, green and blue of some cells: by status first, by quality where they are usable."""
+        status = self.quality.status[cells]
+        of_cells = cell_colours(self.values[cells], is_invalid(status, self.mesh.purpose), is_degenerate(status))
+        return np.asarray((255 * of_cells).round(), np.uint8)
 
     @property
     def type_ids(self) -> NDArray[np.uint8]:

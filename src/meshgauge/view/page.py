@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from ..look.colours import INVALID, POOR, RAMP, UNKNOWN
+from ..look.colours import DEGENERATE, INVALID, POOR, RAMP, UNKNOWN
+from ..status import Purpose
 from .controls import OBLIQUE, OFF, Choices
+from .filters import presets
 from .model import Model
 
 STYLE = """
@@ -106,7 +108,7 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
                     html.Div(f"{{{{ verdicts[{n}] }}}}", classes="mg-verdict faint")
                     html.Div(f"{{{{ notes[{n}] }}}}", v_if=f"notes[{n}]", classes="mg-verdict faint small")
                 undefined = any(np.isnan(model.values[model.is_solid]).any() for model in models)
-                _histogram(v, html, len(models), undefined)
+                _histogram(v, html, len(models), undefined, choices, models[0].mesh.purpose)
                 _filters(v, html, choices, max(model.n_layers for model in models))
             with html.Div(classes="mg-view", raw_attrs=[CLICK]):
                 remote = vtk_widgets.VtkRemoteView(
@@ -145,7 +147,7 @@ def _raw(**attributes: str) -> dict[str, list[str]]:
     return {"raw_attrs": raw}
 
 
-def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool) -> None:
+def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: Choices, purpose: Purpose) -> None:
     html.H2("Quality (J_ENS)")
     html.Div(BARS.format(line=LINE if n_models > 1 else ""))
     with html.Div(classes="mg-axis"):
@@ -169,17 +171,18 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool) -> None:
             "{{ quality[1].toFixed(2).replace('-', '−') }}"
         )
         v.VSpacer()
-        for text, low, high in (("invalid", -1, 0), ("poor", 0, 0.2), ("all", -1, 1)):
+        for text, (low, high, statuses) in presets(purpose).items():
+            chosen = [name for name in choices.statuses if name in statuses]
             v.VBtn(
                 text,
-                click=f"quality = [{low}, {high}]",
+                click=f"quality = [{low:g}, {high:g}]; statuses = {chosen}",
                 size="x-small",
                 variant="tonal",
                 classes="ml-1 text-none",
                 **_raw(data_range=text),
             )
     with html.Div(classes="mg-legend"):
-        for colour, text in ((INVALID, "invalid"), (POOR, "poor")):
+        for colour, text in ((INVALID, "invalid"), (DEGENERATE, "degenerate"), (POOR, "poor")):
             html.I(style=f"background: {colour}")
             html.Span(text)
         html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(RAMP)})")

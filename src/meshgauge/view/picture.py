@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import as_bytes
+from ..look.colours import DEGENERATE, as_bytes, rgb
+from ..status import is_degenerate
 from .drawn import INK
 from .scene import Scene
 
@@ -43,6 +44,12 @@ def has_undefined(scene: Scene) -> bool:
     return any(bool(np.isnan(model.values[mask]).any()) for model, mask in zip(scene.models, scene.masks, strict=True))
 
 
+def has_degenerate(scene: Scene) -> bool:
+    """Whether a degenerate cell is shown."""
+    pairs = zip(scene.models, scene.masks, strict=True)
+    return any(bool(is_degenerate(model.quality.status[mask]).any()) for model, mask in pairs)
+
+
 def _legend(image: Any, scene: Scene, ink: str) -> None:
     from PIL import ImageDraw, ImageFont
 
@@ -61,6 +68,7 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
     x = float(margin)
     entries: list[tuple[str, NDArray[Any]]] = [
         ("invalid", as_bytes(np.array([-1.0]))),
+        *([("degenerate", 255 * rgb(DEGENERATE)[None])] if has_degenerate(scene) else []),
         ("poor < 0.2", as_bytes(np.array([0.1]))),
         ("0.2", as_bytes(np.linspace(0.2, 1.0, 64))),
         ("1 ideal", np.zeros((0, 3))),

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..look.colours import rgb
+from ..status import is_usable
 from . import drawn, opengl
 from .camera import VIEW_ANGLE, Camera
 from .card import card
@@ -228,7 +229,7 @@ class Scene:
             pane.renderer.RemoveActor(actor)
         pane.fine = _bodies(pane)
         few, points = drawn.coarse(pane.surface, pane.points)
-        pane.coarse = [] if few is pane.surface else [drawn.cells(few, points, model.values)]
+        pane.coarse = [] if few is pane.surface else [drawn.cells(few, points, model)]
         for actor in (*pane.fine, *pane.coarse):
             pane.renderer.AddActor(actor)
         self._choose(pane)
@@ -264,12 +265,12 @@ class Scene:
 
 def _bodies(pane: _Pane) -> list[Any]:
     """Actors of the shown cells. Of many, the backs of the valid cells' faces are left out: half of the work."""
-    faces, values = pane.surface, pane.model.values
+    faces, model = pane.surface, pane.model
     if faces.n_faces <= SMOOTHED:
-        return [drawn.cells(faces, pane.points, values)] if faces.n_faces else []
-    is_valid = values[faces.cells] > 0  # others may be turned inside out
-    parts = [(faces.some(np.flatnonzero(is_valid)), True), (faces.some(np.flatnonzero(~is_valid)), False)]
-    return [drawn.cells(part, pane.points, values, culled=culled) for part, culled in parts if part.n_faces]
+        return [drawn.cells(faces, pane.points, model)] if faces.n_faces else []
+    outward = is_usable(model.quality.status[faces.cells], model.mesh.purpose)  # others may be turned inside out
+    parts = [(faces.some(np.flatnonzero(outward)), True), (faces.some(np.flatnonzero(~outward)), False)]
+    return [drawn.cells(part, pane.points, model, culled=culled) for part, culled in parts if part.n_faces]
 
 
 def _corners(model: Model) -> NDArray[np.float32]:

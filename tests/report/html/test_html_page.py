@@ -144,7 +144,7 @@ def test_invalid_cells_of_good_value_come_first() -> None:
 def test_cells_without_a_value_have_room_too() -> None:
     quality = meshgauge.measure(grid(7))
     none = np.full(quality.n_cells, np.nan)
-    status = np.full(quality.n_cells, meshgauge.Status.BROKEN, np.uint8)
+    status = np.full(quality.n_cells, meshgauge.Status.NON_FINITE, np.uint8)
     unknown = meshgauge.Quality(quality.mesh, none, status, {"jens": none})
     made = html.section(unknown, budget=len(html.section(unknown).geometry) * 2 // 3)
     assert made.model is not None

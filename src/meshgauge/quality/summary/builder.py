@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...status import Status
+from ...status import Category, Purpose, Status, category
 from ..metrics import Metric
 from .exact import exact_sum
 from .scale import HALF, Counts, Scale, Values
@@ -15,12 +15,18 @@ BLOCK = 1 << 15
 """Values worked on at a time, so that temporaries stay in the cache; exact sums rely on it being at most 2**16."""
 
 
-def tallies(values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8], metric: Metric) -> dict[int, Tally]:
+def tallies(
+    values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8], metric: Metric, purpose: Purpose
+) -> dict[int, Tally]:
     """Tallies by VTK id of one chunk."""
     builders: dict[int, _Builder] = {}
     for start in range(0, len(values), BLOCK):
         here = slice(start, start + BLOCK)
         v, s, t = values[here], status[here], types[here]
+        if s.max() >= Status.GHOST:
+            v, s, t = (column[s != Status.GHOST] for column in (v, s, t))  # in no total
+            if len(t) == 0:
+                continue
         if (t != t[0]).any():
             # Types in turn: a radix sort of bytes and one gather, three times faster than a mask for each type.
             order = np.argsort(t, kind="stable")
@@ -29,7 +35,7 @@ def tallies(values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8],
         for first, last in zip([0, *ends], ends, strict=False):
             vtk_id = int(t[first])
             if vtk_id not in builders:
-                builders[vtk_id] = _Builder(Scale.of(metric), Scale.of(metric, vtk_id).acceptable)
+                builders[vtk_id] = _Builder(Scale.of(metric), Scale.of(metric, vtk_id).acceptable, purpose)
             builders[vtk_id].add(v[first:last], s[first:last])
     return {vtk_id: builder.finish() for vtk_id, builder in builders.items()}
 
@@ -37,11 +43,12 @@ def tallies(values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8],
 class _Builder:
     """A tally in the making, block by block. Sorts once, at the end, and only what is kept."""
 
-    def __init__(self, scale: Scale, acceptable: tuple[float, float]) -> None:
+    def __init__(self, scale: Scale, acceptable: tuple[float, float], purpose: Purpose) -> None:
         self.scale = scale
         low, high = acceptable
-        self.acceptable = (max(low, 0.0) if scale.is_signed else low, high)  # below 0 it is invalid, not good
-        self.n_cells = self.n_values = self.n_invalid = self.n_degenerate = self.n_good = self.total = 0
+        self.acceptable = (max(low, 0.0) if scale.is_signed else low, high)  # below 0 it is not good
+        self.purpose = purpose
+        self.n_cells = self.n_values = self.n_poor = self.n_good = self.total = 0
         self.by_status = np.zeros(len(Status), np.int64)
         self.missing = np.zeros(len(Status), np.int64)
         self.low, self.high = np.inf, -np.inf
@@ -50,13 +57,14 @@ class _Builder:
         self.counts: Counts | None = None
 
     def add(self, values: Values, status: NDArray[np.uint8]) -> None:
-        """Count at most `BLOCK` cells."""
+        """Count at most `BLOCK` cells: by status first, and only those that are valid by value."""
         values = np.asarray(values, np.float64)
         self.n_cells += len(values)
-        if status.any():
-            self.by_status += np.bincount(status, minlength=len(Status))
+        all_ok = not status.any()
+        if all_ok:
+            self.by_status[Status.OK] += len(status)
         else:
-            self.by_status[0] += len(status)
+            self.by_status += np.bincount(status, minlength=len(Status))
         least = values.min()
         if np.isnan(least):
             no_value = np.isnan(values)
@@ -65,30 +73,24 @@ class _Builder:
             if len(values) == 0:
                 return
             least = values.min()
-        self._add_values(values, float(least), float(values.max()))
-        if (status == Status.INVERTED_INSIDE).any():
-            self._take_back(values[status == Status.INVERTED_INSIDE])
+        low, high = float(least), float(values.max())
+        self._add_values(values, low, high)
+        if all_ok:
+            self._add_valid(values, low, high)
+        else:
+            self._add_valid(values[category(status, self.purpose) == Category.VALID], low, high)
 
-    def _take_back(self, values: Values) -> None:
-        """Count cells that are turned inside out in the middle as invalid, whatever their corners say."""
-        self.n_invalid += int(np.count_nonzero(values >= 0)) if self.scale.is_signed else len(values)
-        self.n_degenerate -= int(np.count_nonzero(values == self.scale.flat))
-        self.n_good -= self._count_good(values)
+    def _add_valid(self, values: Values, low: float, high: float) -> None:
+        """Count valid cells, whose values are within these bounds, as poor or good."""
+        a, b = self.acceptable
+        n_good = len(values) if low >= a and high <= b else int(np.count_nonzero((values >= a) & (values <= b)))
+        self.n_good += n_good
+        self.n_poor += len(values) - n_good
 
     def _add_values(self, values: Values, low: float, high: float) -> None:
-        a, b = self.acceptable
-        flat = self.scale.flat
         self.n_values += len(values)
         # Adding 0 turns -0 into 0.
         self.low, self.high = min(self.low, low + 0.0), max(self.high, high + 0.0)
-        if low < 0 and self.scale.is_signed:
-            self.n_invalid += int(np.count_nonzero(values < 0))
-        if low <= flat <= high:
-            self.n_degenerate += int(np.count_nonzero(values == flat))
-        if low >= a and high <= b and not low <= flat <= high:
-            self.n_good += len(values)
-        else:
-            self.n_good += self._count_good(values)
         self._add_sum(values, max(abs(low), abs(high)))
         if self.counts is None:
             self.kept.append(values + 0.0)
@@ -99,10 +101,6 @@ class _Builder:
                 self.kept.clear()
         else:
             self._count(values)
-
-    def _count_good(self, values: Values) -> int:
-        a, b = self.acceptable
-        return int(np.count_nonzero((values >= a) & (values <= b) & (values != self.scale.flat)))
 
     def _add_sum(self, values: Values, largest: float) -> None:
         if np.isinf(largest):
@@ -121,12 +119,11 @@ class _Builder:
         values = None if self.counts is not None else np.sort(np.concatenate([np.empty(0), *self.kept]))
         return Tally(
             self.scale,
+            self.purpose,
             self.n_cells,
             tuple(self.by_status.tolist()),
             tuple(self.missing.tolist()),
-            self.n_invalid,
-            self.n_degenerate,
-            self.n_values - self.n_invalid - self.n_degenerate - self.n_good,
+            self.n_poor,
             self.n_good,
             self.low,
             self.high,

@@ -13,6 +13,10 @@ ROUNDING = 1e-9
 """Values are not told apart below this: another order of the points, or another processor, rounds otherwise."""
 
 
+COUNTS = ("n_cells", "n_measured", "n_invalid", "n_degenerate", "n_good", "n_unmeasured")
+"""The counts of a `Standing`, as `Tally.to_dict` has them."""
+
+
 @dataclass(frozen=True, slots=True)
 class Standing:
     """The numbers of a tally by which it is compared: made from the tally, or from what a report stored of it."""
@@ -22,6 +26,7 @@ class Standing:
     n_invalid: int
     n_degenerate: int
     n_good: int
+    n_unmeasured: int  #: without a value, nor invalid for all that
     min: float
     quantile_1: float  #: 1 % of the values are below
     median: float
@@ -38,6 +43,7 @@ class Standing:
             tally.n_invalid,
             tally.n_degenerate,
             tally.n_good,
+            tally.n_unmeasured,
             tally.min,
             at[0.01],
             at[0.5],
@@ -54,7 +60,7 @@ class Standing:
         KeyError, TypeError, ValueError
             If it is something else.
         """
-        counts = {name: stored[name] for name in ("n_cells", "n_measured", "n_invalid", "n_degenerate", "n_good")}
+        counts = {name: stored[name] for name in COUNTS}
         for name, n in counts.items():
             if type(n) is not int or n < 0:
                 raise ValueError(f"{name} is {n!r}, expected a whole number, 0 or more")
@@ -63,13 +69,8 @@ class Standing:
         return cls(*counts.values(), *(nan if v is None else float(v) for v in numbers))
 
     @property
-    def n_unmeasured(self) -> int:
-        """Cells without a value."""
-        return self.n_cells - self.n_measured
-
-    @property
     def share_not_good(self) -> float:
-        """Share of the measured cells that are invalid, degenerate or poor, 0 to 1; NaN if there are none."""
+        """Share of the measured cells that are not good, 0 to 1; NaN if there are none."""
         return (self.n_measured - self.n_good) / self.n_measured if self.n_measured else nan
 
 

@@ -14,6 +14,7 @@ from ...cells import CELL_TYPES, type_name
 from ...kernels.cells.driver import certified_as
 from ...kernels.threads import run
 from ...look import notebook
+from ...status import Purpose, Status
 from ..metrics import Metric
 from ..metrics import metric as metric_row
 from .builder import tallies
@@ -31,10 +32,13 @@ class Summary:
         Of the metric.
     tallies
         By VTK id, ascending: every type that occurs, solid or not.
+    purpose
+        What the mesh is for, which decides whether a concave cell is invalid.
     """
 
     scale: Scale
     tallies: Mapping[int, Tally]
+    purpose: Purpose = "fem"
 
     __hash__ = None  # type: ignore[assignment]  # holds arrays
 
@@ -51,12 +55,12 @@ class Summary:
     @cached_property
     def types(self) -> dict[str, Tally]:
         """Tallies of the solid types by name, in the order of the VTK ids. A type without a row counts as solid."""
-        return {type_name(t): tally for t, tally in self.tallies.items() if _is_solid(t)}
+        return {type_name(t): tally for t, tally in self.tallies.items() if _is_solid(tally)}
 
     @cached_property
     def all(self) -> Tally:
         """The tally of all solid cells."""
-        return reduce(Tally.merge, self.types.values(), Tally.empty(self.scale))
+        return reduce(Tally.merge, self.types.values(), Tally.empty(self.scale, self.purpose))
 
     @property
     def not_measured(self) -> dict[str, dict[str, int]]:
@@ -74,13 +78,16 @@ class Summary:
         """The summary of the cells of both. Associative and commutative, to the last bit."""
         if self.scale != other.scale:
             raise ValueError(f"cannot merge summaries of {self.metric} and {other.metric}")
-        return Summary(self.scale, _merged([self.tallies, other.tallies]))
+        if self.purpose != other.purpose:
+            raise ValueError(f"cannot merge summaries of meshes for {self.purpose} and for {other.purpose}")
+        return Summary(self.scale, _merged([self.tallies, other.tallies]), self.purpose)
 
     def to_dict(self, bins: int = 20) -> dict[str, Any]:
         """As plain numbers, lists and dicts, ready for JSON except that undefined numbers are NaN."""
         return {
             "metric": self.metric,
             "acceptable": list(self.scale.acceptable),
+            "purpose": self.purpose,
             "cell_types": {name: tally.to_dict(bins) for name, tally in self.types.items()},
             "all": self.all.to_dict(bins),
             "not_measured": self.not_measured,
@@ -126,6 +133,7 @@ def summarise(
     types: NDArray[np.uint8],
     metric: str | Metric = "jens",
     *,
+    purpose: Purpose = "fem",
     chunk: int = 1 << 20,
     threads: int | None = None,
 ) -> Summary:
@@ -139,6 +147,8 @@ def summarise(
         ``(n_cells,)`` uint8: codes of `Status`, VTK ids.
     metric
         Its name, or its row.
+    purpose
+        What the mesh is for: to "fv" a concave cell is valid, to "fem" it is not.
     chunk
         Cells of one partial result. It has no influence on the answer.
     threads
@@ -159,9 +169,9 @@ def summarise(
 
     def partial(start: int) -> dict[int, Tally]:
         part = slice(start, start + chunk)
-        return tallies(values[part], status[part], types[part], row)
+        return tallies(values[part], status[part], types[part], row, purpose)
 
-    return Summary(Scale.of(row), _merged(run(partial, range(0, len(values), chunk), threads)))
+    return Summary(Scale.of(row), _merged(run(partial, range(0, len(values), chunk), threads)), purpose)
 
 
 def _merged(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
@@ -172,5 +182,5 @@ def _merged(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
     return dict(sorted(merged.items()))
 
 
-def _is_solid(vtk_id: int) -> bool:
-    return vtk_id not in CELL_TYPES or CELL_TYPES[vtk_id].dimension == 3
+def _is_solid(tally: Tally) -> bool:
+    return tally.by_status[Status.NOT_SOLID] < tally.n_cells

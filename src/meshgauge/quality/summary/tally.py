@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...status import STATUSES, Status
+from ...status import STATUSES, Category, Purpose, Status, category
 from .exact import BIAS
 from .scale import HALF, Counts, Scale, Values
 
@@ -22,6 +22,8 @@ EXACT = 65_536
 UNDEFINED = "undefined"
 """Why a cell has no value although its status is that of a measured one: the metric is not defined for it."""
 
+_CODES = np.arange(len(Status), dtype=np.uint8)
+
 
 @dataclass(frozen=True, eq=False)
 class Tally:
@@ -31,13 +33,14 @@ class Tally:
     ----------
     scale
         Of the metric; the acceptable range is the usual one, cells are counted by that of their type.
+    purpose
+        What the mesh is for, which decides whether a concave cell is invalid.
     n_cells
         Cells counted, measured or not.
     by_status, missing
         Cells by status code, and those of them that have no value (NaN).
-    n_invalid, n_degenerate, n_poor, n_good
-        Measured cells that are below 0 or inverted inside; flat (0, or infinite where lower is better); else outside
-        the range that is acceptable for their type; inside it. They add up to ``n_measured``.
+    n_poor, n_good
+        Valid cells whose value is outside, or inside, of the range that is acceptable for their type.
     low, high
         Least and greatest value, ``inf`` and ``-inf`` if there is none.
     total
@@ -50,11 +53,10 @@ class Tally:
     """
 
     scale: Scale
+    purpose: Purpose
     n_cells: int
     by_status: tuple[int, ...]
     missing: tuple[int, ...]
-    n_invalid: int
-    n_degenerate: int
     n_poor: int
     n_good: int
     low: float
@@ -65,15 +67,41 @@ class Tally:
     counts: Counts | None
 
     @classmethod
-    def empty(cls, scale: Scale) -> Tally:
+    def empty(cls, scale: Scale, purpose: Purpose = "fem") -> Tally:
         """The tally of no cells: merging it changes nothing."""
         none = (0,) * len(Status)
-        return cls(scale, 0, none, none, 0, 0, 0, 0, np.inf, -np.inf, 0, (0, 0), np.empty(0), None)
+        return cls(scale, purpose, 0, none, none, 0, 0, np.inf, -np.inf, 0, (0, 0), np.empty(0), None)
 
     @property
     def n_measured(self) -> int:
         """Cells that have a value."""
         return self.n_cells - sum(self.missing)
+
+    @property
+    def n_invalid(self) -> int:
+        """Cells that no solver takes, see `meshgauge.status.is_invalid`; whatever their value, if they have one."""
+        return self._count_of(Category.INVALID)
+
+    @property
+    def n_degenerate(self) -> int:
+        """Cells that are flat at a corner, or have a point twice; whatever their value, if they have one."""
+        return self._count_of(Category.DEGENERATE)
+
+    @property
+    def n_undecided(self) -> int:
+        """Cells of which only the corners are known to be valid; whatever their value, if they have one."""
+        return self._count_of(Category.UNDECIDED)
+
+    @property
+    def n_unmeasured(self) -> int:
+        """Cells without a value that are in none of the other counts: with them, these add up to `n_cells`."""
+        counted = self.n_invalid + self.n_degenerate + self.n_undecided + self.n_poor + self.n_good
+        return self.n_cells - counted
+
+    def _count_of(self, one: Category) -> int:
+        return sum(
+            n for n, at in zip(self.by_status, category(_CODES, self.purpose).tolist(), strict=True) if at == one
+        )
 
     @property
     def min(self) -> float:
@@ -149,6 +177,8 @@ class Tally:
         """The tally of the cells of both. Associative and commutative, to the last bit."""
         if self.scale != other.scale:
             raise ValueError(f"cannot merge tallies of {self.scale.metric} and {other.scale.metric}")
+        if self.purpose != other.purpose:
+            raise ValueError(f"cannot merge tallies of meshes for {self.purpose} and for {other.purpose}")
         values: Values | None = None
         counts: Counts | None = None
         if self.values is not None and other.values is not None and len(self.values) + len(other.values) <= EXACT:
@@ -157,11 +187,10 @@ class Tally:
             counts = self._fine() + other._fine()
         return Tally(
             self.scale,
+            self.purpose,
             self.n_cells + other.n_cells,
             _added(self.by_status, other.by_status),
             _added(self.missing, other.missing),
-            self.n_invalid + other.n_invalid,
-            self.n_degenerate + other.n_degenerate,
             self.n_poor + other.n_poor,
             self.n_good + other.n_good,
             min(self.low, other.low),
@@ -180,8 +209,10 @@ class Tally:
             "n_measured": self.n_measured,
             "n_invalid": self.n_invalid,
             "n_degenerate": self.n_degenerate,
+            "n_undecided": self.n_undecided,
             "n_poor": self.n_poor,
             "n_good": self.n_good,
+            "n_unmeasured": self.n_unmeasured,
             "min": self.min,
             "max": self.max,
             "mean": self.mean,

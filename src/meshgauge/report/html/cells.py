@@ -13,7 +13,7 @@ from ...kernels.cells import aggregate, driver
 from ...mesh import connectivity
 from ...mesh.polyhedra import ragged
 from ...quality.summary.scale import HALF, Scale
-from ...status import STATUSES
+from ...status import Category, Purpose, category, is_usable
 from .frame import Frame
 
 if TYPE_CHECKING:
@@ -27,6 +27,17 @@ WHOLE, WORST = 50_000, 30_000
 
 NO_BIN = 0xFFFF
 """Instead of the bin of a cell that has no value."""
+
+
+DRAWN_AS = {
+    Category.VALID: 0,
+    Category.UNDECIDED: 0,
+    Category.INVALID: 1,
+    Category.DEGENERATE: 2,
+    Category.UNMEASURED: 3,
+    Category.APART: 3,
+}
+"""The class of a cell for the shaders."""
 
 
 class Nodes(NamedTuple):
@@ -53,14 +64,18 @@ def drawable(quality: Quality) -> NDArray[np.bool_]:
 
 
 def chosen(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) -> Ids:
-    """At most so many cells that can be drawn, ascending: those that are not valid first, then by quality."""
+    """At most so many cells that can be drawn, ascending: those that are not usable first, then by quality."""
     cells = np.flatnonzero(can_be_drawn)
     if len(cells) <= most:
         return cells
-    is_valid = np.array([STATUSES[s].is_valid for s in sorted(STATUSES)])[quality.status[cells]]
     values = np.nan_to_num(quality.values[cells], nan=-2.0)
-    rank = np.where(is_valid, values, values - 10.0)
+    rank = np.where(is_usable(quality.status[cells], quality.mesh.purpose), values, values - 10.0)
     return np.sort(cells[np.argpartition(rank, most)[:most]])
+
+
+def drawn_as(status: int, purpose: Purpose) -> int:
+    """How the script draws a cell of a status: 0 by its value, 1 invalid, 2 degenerate, 3 as one without a value."""
+    return DRAWN_AS[Category(int(category(np.array(status, np.uint8), purpose)))]
 
 
 def nodes_of(quality: Quality, cells: Ids) -> Nodes:

@@ -13,9 +13,9 @@ from ...look.bands import POOR
 from ...look.colours import DEGENERATE, INVALID, STOPS, UNKNOWN
 from ...mesh.topology import topology
 from ...quality.summary import Summary
-from ...status import STATUSES
+from ...status import STATUSES, is_usable
 from . import surface
-from .cells import WHOLE, WORST, Ids, arrays_of, chosen, drawable, kinds, nodes_of
+from .cells import WHOLE, WORST, Ids, arrays_of, chosen, drawable, drawn_as, kinds, nodes_of
 from .frame import Frame
 from .pack import packed
 
@@ -94,7 +94,8 @@ def geometry(
         "edges": summary.all.histogram(bins)[0].tolist(),
         "regions": list(names),
         "statuses": [
-            {"name": row.name, "valid": row.is_valid, "text": row.text} for _, row in sorted(STATUSES.items())
+            {"name": row.name, "class": drawn_as(status, mesh.purpose), "text": row.text}
+            for status, row in sorted(STATUSES.items())
         ],
         "whole": whole,
         "total": n_drawn,
@@ -131,7 +132,7 @@ def _told(
     else:
         told = [
             f"Of {style.number(n_drawn)} cells the {style.number(n)} worst are in this page with their shape: all that "
-            f"are not valid or below {reach:g}, as far as there is room. The numbers are of all cells."
+            f"are not usable or below {reach:g}, as far as there is room. The numbers are of all cells."
         ]
     if "surfaceCell" not in arrays:
         told.append(
@@ -151,9 +152,8 @@ def _arrays(
 
 
 def _reach(quality: Quality, cells: Ids) -> float:
-    """A quality below which all valid cells of the mesh are among these, the worst ones; a multiple of 0.005."""
-    is_valid = np.array([STATUSES[s].is_valid for s in sorted(STATUSES)])[quality.status[cells]]
-    values = quality.values[cells[is_valid]]
+    """A quality below which all usable cells of the mesh are among these, the worst ones; a multiple of 0.005."""
+    values = quality.values[cells[is_usable(quality.status[cells], quality.mesh.purpose)]]
     return math.floor(float(values[~np.isnan(values)].max(initial=-1.0)) * 200) / 200
 
 

@@ -21,7 +21,7 @@ class Sketch(NamedTuple):
     around: list[str]  #: faces of the neighbours
     faces: list[str]  #: of the cell
     fill: str
-    is_invalid: bool
+    is_striped: bool  #: the cell is not usable
     node: tuple[float, float]  #: the worst
 
 
@@ -76,6 +76,6 @@ def sketch(model: dict[str, Any]) -> Sketch:
         around=drawn([face for other in others for face in other["faces"]]),
         faces=drawn(cell["faces"]),
         fill=colour(cell["value"]),
-        is_invalid=cell["invalid"],
+        is_striped=cell["class"] > 0,
         node=(round(x, 1), round(y, 1)),
     )

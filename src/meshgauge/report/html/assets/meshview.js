@@ -75,7 +75,7 @@ class MeshView {
       const centre = [0, 0, 0];
       for (let m = from; m < to; m++) for (let k = 0; k < 3; k++) centre[k] += a.xyz[3 * a.nodes[m] + k] / (to - from);
       this.classes[i] = MG.classOf(a.value[i], model.statuses[a.status[i]]);
-      this.table.set([...centre, this.classes[i] === 3 ? 2 : a.value[i], this.classes[i], 0, 0, 0], 8 * i);
+      this.table.set([...centre, Number.isNaN(a.value[i]) ? 2 : a.value[i], this.classes[i], 0, 0, 0], 8 * i);
       if (this.classes[i]) marks.push(i);
     }
     this.texture.needsUpdate = true;

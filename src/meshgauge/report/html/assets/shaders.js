@@ -6,9 +6,8 @@ MG.colours = null; // of the page, from its first model
 
 MG.rgb = (hex) => new THREE.Vector3(...[1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255));
 
-// Class of a cell: 0 valid, 1 invalid, 2 degenerate, 3 without a value.
-MG.classOf = (value, status) =>
-  Number.isNaN(value) ? 3 : status.name === "degenerate" || status.name === "repeated_points" ? 2 : status.valid ? 0 : 1;
+// Class of a cell: 0 by its value, 1 invalid, 2 degenerate, 3 without a value.
+MG.classOf = (value, status) => status.class || (Number.isNaN(value) ? 3 : 0);
 
 const VERTEX = `
 in vec3 aBary;
