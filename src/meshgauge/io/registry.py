@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextvars import ContextVar
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,6 +16,8 @@ from .formats import openfoam
 from .formats.abaqus.read import ABAQUS
 from .formats.ansys.read import ANSYS
 from .formats.cgns.read import CGNS
+from .formats.collection import PVD, SERIES
+from .formats.ensight import ENSIGHT
 from .formats.exodus import EXODUS
 from .formats.fluent.read import FLUENT
 from .formats.gmsh.format import GMSH
@@ -33,10 +37,13 @@ from .formats.unv import UNV
 from .formats.vtk.hdf import VTKHDF
 from .formats.vtk.legacy import VTK_LEGACY
 from .formats.vtk.xml import VTK_XML, VTU
-from .plumbing import isolate
+from .formats.xdmf import XDMF
+from .plumbing import files, isolate
 from .plumbing.format import Format
+from .plumbing.steps import Step, StepChoice, note, position
 
 ALL: tuple[Format, ...] = (
+    PVD,  # before VTK's others, whose mark it has
     VTU,
     VTK_XML,
     VTK_LEGACY,
@@ -59,6 +66,9 @@ ALL: tuple[Format, ...] = (
     OPENFOAM,
     HEDRA,
     OVM,
+    ENSIGHT,
+    SERIES,
+    XDMF,
     *OTHERS,
     *PLUSPLUS,
 )
@@ -96,17 +106,86 @@ def detect(path: Path, head: bytes) -> Format:
     raise ReadError(f"{path}: the extension {extension!r} and the content are of no known format; known are {known}")
 
 
-def read(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> Mesh:
-    """Read a file: by our own reader in this process, else by that of others in one of its own."""
-    mesh = _guarded(chosen, path, chosen.read)
-    if mesh is None and chosen.foreign is not None:
-        mesh = isolate.read(path, chosen.name, limits)
+def read(chosen: Format, path: Path, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Mesh:
+    """Read a file, or one of its time steps: by our own reader here, else by that of others in a process of its own."""
+    mesh = None
+    if chosen.read is not None or chosen.read_step is not None:
+        mesh = _state(chosen, path, choice, chosen.read, chosen.read_step)
+    if mesh is None and chosen.is_foreign:
+        mesh = isolate.read(path, chosen.name, limits, choice)
     if mesh is None:
         raise ReadError(f"{path}: {chosen.title} can be written, but not read")
     return mesh
 
 
-def read_folder(folder: Path, name: str | None) -> Mesh:
+def read_here(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh:
+    """Read a file by the reader of others in this process."""
+    with sources.recorded() as used:
+        mesh = _state(chosen, path, choice, chosen.foreign, chosen.foreign_step)
+    if mesh is None:
+        raise ReadError(f"{path}: {chosen.title} has no reader for it")
+    return mesh.replace(sources=tuple(used))
+
+
+def read_inside(path: Path) -> Mesh:
+    """Read a file that another one names, in the process of that one's reader.
+
+    Raises
+    ------
+    ReadError
+        If it cannot be read, or names others itself so that there would be no end.
+    """
+    depth = _depth.get()
+    if depth >= _DEEPEST:
+        raise ReadError(f"{path}: files that name files that name files: {depth} deep")
+    before = _depth.set(depth + 1)
+    try:
+        with files.opened(path) as (plain, head):
+            chosen = detect(plain, head)
+            mesh = None
+            if chosen.read is not None or chosen.read_step is not None:
+                mesh = _state(chosen, plain, None, chosen.read, chosen.read_step)
+            return mesh if mesh is not None else read_here(chosen, plain)
+    finally:
+        _depth.reset(before)
+
+
+_depth: ContextVar[int] = ContextVar("depth", default=0)
+_DEEPEST = 3
+
+
+def _state(
+    chosen: Format,
+    path: Path,
+    choice: StepChoice,
+    reader: Callable[[Path], Mesh | None] | None,
+    step_reader: Callable[[Path, int], Mesh | None] | None,
+) -> Mesh | None:
+    """One time step of a file, with a note if it has several; the file as it is if its format knows no steps."""
+    lister = chosen.steps or chosen.foreign_steps
+    found = (_guarded(chosen, path, lister) or ()) if lister is not None and step_reader is not None else ()
+    at = position(found, choice, path)
+    mesh = _guarded(chosen, path, (lambda path: step_reader(path, at)) if step_reader is not None else reader)
+    if mesh is None or len(found) < 2:
+        return mesh
+    return mesh.replace(notes=(*mesh.notes, *note(found, at, choice)))
+
+
+def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Step, ...]:
+    """The time steps of a file; none or one if it holds a single state."""
+    if chosen.steps is not None:
+        return _guarded(chosen, path, chosen.steps) or ()
+    if chosen.foreign_steps is not None:
+        return isolate.steps(path, chosen.name, limits)
+    return ()
+
+
+def steps_here(chosen: Format, path: Path) -> tuple[Step, ...]:
+    """The time steps of a file by the reader of others in this process."""
+    return _guarded(chosen, path, chosen.foreign_steps) or ()
+
+
+def read_folder(folder: Path, name: str | None, choice: StepChoice = None) -> Mesh:
     """Read a folder: a case of OpenFOAM, or its polyMesh.
 
     Raises
@@ -114,25 +193,29 @@ def read_folder(folder: Path, name: str | None) -> Mesh:
     ReadError
         If it is none.
     """
-    inside = openfoam.inside(folder)
-    if inside is None or name not in (None, openfoam.OPENFOAM.name):
-        raise ReadError(f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it")
+    inside = _case(folder, name)
     try:
-        return read(openfoam.OPENFOAM, inside).replace(path=str(folder))
+        return read(openfoam.OPENFOAM, inside, choice=choice).replace(path=str(folder))
     except ReadError as error:
         raise ReadError(str(error).replace(f"{inside}: ", f"{folder}: ")) from error
 
 
-def read_here(chosen: Format, path: Path) -> Mesh:
-    """Read a file by the reader of others in this process."""
-    with sources.recorded() as used:
-        mesh = _guarded(chosen, path, chosen.foreign)
-    if mesh is None:
-        raise ReadError(f"{path}: {chosen.title} has no reader for it")
-    return mesh.replace(sources=tuple(used))
+def steps_of_folder(folder: Path, name: str | None) -> tuple[Step, ...]:
+    """The time steps of a case of OpenFOAM."""
+    return steps(openfoam.OPENFOAM, _case(folder, name))
 
 
-def _guarded(chosen: Format, path: Path, reader: Callable[[Path], Mesh | None] | None) -> Mesh | None:
+def _case(folder: Path, name: str | None) -> Path:
+    inside = openfoam.inside(folder)
+    if inside is None or name not in (None, openfoam.OPENFOAM.name):
+        raise ReadError(f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it")
+    return inside
+
+
+T = TypeVar("T")
+
+
+def _guarded(chosen: Format, path: Path, reader: Callable[[Path], T] | None) -> T | None:
     """What a reader returns; whatever it raises as a `ReadError` that names the file."""
     if reader is None:
         return None

@@ -1,4 +1,4 @@
-"""Exodus II (.exo, .e, .ex2): element blocks with their fields at the first time step.
+"""Exodus II (.exo, .e, .ex2): element blocks with their fields at a time step.
 
 Own, because VTK's reader mixes up the nodes of 14-node pyramids and their like, and gives each block points of its own.
 """
@@ -21,6 +21,7 @@ from ..plumbing.build import Ints, Kind, gathered
 from ..plumbing.format import Format
 from ..plumbing.merge import Part, merged
 from ..plumbing.netcdf import Variable, variables
+from ..plumbing.steps import Step, numbered
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 
@@ -59,14 +60,21 @@ class _Block:
     connect: Variable
 
 
-def read(path: Path) -> Mesh:
+def steps(path: Path) -> tuple[Step, ...]:
+    """Points and cells are the same at all: only data change."""
+    with variables(path) as found:
+        times = found["time_whole"].values().ravel().tolist() if "time_whole" in found else []
+    return numbered(times, geometries=[0] * len(times))
+
+
+def read(path: Path, at: int) -> Mesh:
     """A block for each element block; cell data ``exodus:block`` is its number. Side and node sets are not cells."""
     with variables(path) as found:
         points = _points(found, path)
-        parts, notes = [], []
+        parts = []
         for block in _blocks(found, path):
             part = _part(block, found, points, path)
-            part.cell_data = _fields(found, "elem", f"eb{block.number}", block.n, path, block.number)
+            part.cell_data = _fields(found, "elem", f"eb{block.number}", block.n, path, at, block.number)
             ids = found["eb_prop1"].values() if "eb_prop1" in found else np.empty(0, np.int64)
             number = int(ids[block.number - 1]) if len(ids) >= block.number else block.number
             part.name = block.name or f"block {number}"
@@ -74,14 +82,11 @@ def read(path: Path) -> Mesh:
             parts.append(part)
         if not parts:
             raise ReadError(f"{path}: has no element blocks")
-        point_data = _fields(found, "nod", "", len(points), path)
-        steps = found["time_whole"].shape[0] if "time_whole" in found else 0
+        point_data = _fields(found, "nod", "", len(points), path, at)
     if not any(len(part.types) for part in parts):
         raise ReadError(f"{path}: its element blocks are empty")
     mesh = merged(parts, path=path, points=points)
-    if steps > 1:
-        notes.append(f"The file holds {steps} time steps; the first was read.")
-    return mesh.replace(point_data=point_data, notes=(*mesh.notes, *notes))
+    return mesh.replace(point_data=point_data)
 
 
 def _points(found: dict[str, Variable], path: Path) -> NDArray[np.float64]:
@@ -179,18 +184,18 @@ def _in_range(ids: Ints, n: int, what: str) -> None:
 
 
 def _fields(
-    found: dict[str, Variable], kind: str, suffix: str, n: int, path: Path, number: int = 0
+    found: dict[str, Variable], kind: str, suffix: str, n: int, path: Path, at: int, number: int = 0
 ) -> dict[str, NDArray[Any]]:
-    """Fields on points or on the elements of a block, at the first time step."""
+    """Fields on points or on the elements of a block, at a time step."""
     if f"name_{kind}_var" not in found:
         return {}
     data = {}
     for index, name in enumerate(found[f"name_{kind}_var"].text(), 1):
         own, together = found.get(f"vals_{kind}_var{index}{suffix}"), found.get(f"vals_{kind}_var{suffix}")
         variable = own or together
-        if variable is None or variable.shape[0] == 0:
+        if variable is None or variable.shape[0] <= at:
             continue
-        values = variable.values(0)
+        values = variable.values(at)
         values = values[index - 1] if own is None else values
         if values.shape != (n,):
             where = f" of block {number}" if number else ""
@@ -199,4 +204,6 @@ def _fields(
     return data
 
 
-EXODUS = Format("exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii"), sniff, read, by_content=False)
+EXODUS = Format(
+    "exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii"), sniff, by_content=False, steps=steps, read_step=read
+)

@@ -19,6 +19,7 @@ from ...files import sources
 from ...mesh import Mesh
 from ..plumbing import face_based
 from ..plumbing.format import Format
+from ..plumbing.steps import Step, numbered
 from ..plumbing.text import numbers
 
 _COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.DOTALL)
@@ -49,15 +50,15 @@ class _Piece:
     patches: list[tuple[str, NDArray[np.int64]]]
 
 
-def read(path: Path) -> Mesh:
+def read(path: Path, at: int) -> Mesh:
     """The cells, and the faces of each patch as surface cells: a block each.
 
     ``path`` is a file in the folder of the case, or one in its polyMesh. A decomposed case and one of several regions
-    are one mesh with a block for each. Zones of cells and time steps are not read.
+    are one mesh with a block for each. Zones of cells are not read.
     """
-    folders = _folders(path)
-    pieces = [_piece(name, folder) for name, folder in folders]
-    notes = _times(folders[0][1])
+    found = steps(path)
+    pieces = [_piece(name, folder) for name, folder in _folders(path, found[at].name if found else "constant")]
+    notes: list[str] = []
     ids, points = _united(pieces)
     if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
         notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not united.")
@@ -121,9 +122,11 @@ def _piece(name: str, folder: Path) -> _Piece:
 
 def _point_ids(folder: Path, n_points: int) -> NDArray[np.int64] | None:
     """Where the points of a processor's piece are in the whole mesh, None if there is no such file."""
-    if not any((folder / f"pointProcAddressing{suffix}").is_file() for suffix in ("", ".gz")):
+    # Beside the faces that were read: another time may have other points.
+    own = _present(folder, "faces").parent
+    if not _is_there(own, "pointProcAddressing"):
         return None
-    ids = _File(folder, "pointProcAddressing").labels()
+    ids = _File(own, "pointProcAddressing").labels()
     if len(ids) != n_points:
         raise ReadError(f"{folder / 'pointProcAddressing'}: does not fit the {n_points} points of the piece")
     return ids
@@ -137,44 +140,61 @@ def inside(folder: Path) -> Path | None:
     return folder / "case.foam" if is_case else None
 
 
-def _folders(path: Path) -> list[tuple[str, Path]]:
-    """Name and folder of each polyMesh to read."""
-    if path.parent.name == "polyMesh":
-        return [("cells", path.parent)]
-    for folder in (path.parent / "constant" / "polyMesh", path.parent / "polyMesh"):
-        if folder.is_dir():
-            return [("cells", folder)]
-    processors = [p for p in path.parent.glob("processor[0-9]*") if (p / "constant" / "polyMesh").is_dir()]
+def steps(path: Path) -> tuple[Step, ...]:
+    """``constant`` and the folders of time steps with a mesh or with points of their own, of a case; else none."""
+    roots = _roots(path)
+    if not roots:
+        return ()
+    names = {
+        folder.parents[len(tail.parts) - 1].name
+        for root, tail in roots
+        for folder in root.glob(f"*/{tail.as_posix()}")
+        if _TIME.fullmatch(folder.parents[len(tail.parts) - 1].name)
+        and any(_is_there(folder, name) for name in ("points", "faces"))
+    }
+    times = sorted(names, key=float)
+    if not times:
+        return ()
+    return numbered([None, *map(float, times)], names=["constant", *times])
+
+
+def _roots(path: Path) -> list[tuple[Path, Path]]:
+    """Of a case: the folders that hold ``constant``, each with the way from an instance to its polyMesh."""
+    case = path.parent
+    mesh = Path("polyMesh")
+    if case.name == "polyMesh" or (case / mesh).is_dir():
+        return []
+    if (case / "constant" / mesh).is_dir():
+        return [(case, mesh)]
+    processors = [p for p in case.glob("processor[0-9]*") if (p / "constant" / mesh).is_dir()]
     if processors:
         processors.sort(key=lambda folder: int(folder.name.removeprefix("processor")))
-        return [(folder.name, folder / "constant" / "polyMesh") for folder in processors]
+        return [(folder, mesh) for folder in processors]
+    regions = sorted((case / "constant").glob("*/polyMesh"))
+    return [(case, Path(folder.parent.name, mesh)) for folder in regions]
+
+
+def _folders(path: Path, instance: str) -> list[tuple[str, Path]]:
+    """Name and folder of each polyMesh to read, of an instance: ``constant`` or a time."""
+    if path.parent.name == "polyMesh":
+        return [("cells", path.parent)]
+    roots = _roots(path)
+    if roots:
+        return [(_name(root, tail), root / instance / tail) for root, tail in roots]
+    if (path.parent / "polyMesh").is_dir():
+        return [("cells", path.parent / "polyMesh")]
     if any(path.parent.glob("processors*")):
         raise ReadError(f"{path.parent}: the case is decomposed in collated files; run reconstructParMesh -constant")
-    regions = sorted((path.parent / "constant").glob("*/polyMesh"))
-    if regions:
-        return [(folder.parent.name, folder) for folder in regions]
     raise ReadError(f"{path}: there is no constant/polyMesh beside it")
 
 
+def _name(root: Path, tail: Path) -> str:
+    if len(tail.parts) > 1:
+        return tail.parts[0]
+    return root.name if re.fullmatch(r"processor\d+", root.name) else "cells"
+
+
 _TIME = re.compile(r"\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
-
-
-def _times(folder: Path) -> list[str]:
-    """A note if the case has meshes in folders of time steps, beside the one that is read."""
-    if folder.parent.name != "constant":
-        return []
-    case = folder.parent.parent
-    times = sorted(
-        (
-            p.parent.name
-            for p in case.glob("*/polyMesh")
-            if _TIME.fullmatch(p.parent.name) and p.parent != folder.parent
-        ),
-        key=float,
-    )
-    if not times:
-        return []
-    return [f"Time steps have meshes of their own ({', '.join(times[-8:])}), not read: name the folder, {times[-1]}."]
 
 
 class _File:
@@ -283,11 +303,23 @@ _BRACKETS = bytes.maketrans(b"(){}", b"    ")
 
 
 def _present(folder: Path, name: str) -> Path:
-    """Where a file of a polyMesh is: a time step in which only points move has the others in ``constant``."""
-    constant = folder.parent.parent / "constant" / "polyMesh"
-    if _TIME.fullmatch(folder.parent.name) and not any((folder / f"{name}{s}").is_file() for s in ("", ".gz")):
-        return constant / name
+    """Where a file of a polyMesh is: a time in which only points move has the others from before."""
+    if _is_there(folder, name):
+        return folder / name
+    for instance in (folder.parent, folder.parent.parent):  # the latter of a region
+        if _TIME.fullmatch(instance.name):
+            tail = folder.relative_to(instance)
+            times = [p for p in instance.parent.iterdir() if _TIME.fullmatch(p.name)]
+            earlier = [p for p in times if float(p.name) < float(instance.name)]
+            earlier.sort(key=lambda p: float(p.name), reverse=True)
+            for other in (*earlier, instance.parent / "constant"):
+                if _is_there(other / tail, name):
+                    return other / tail / name
     return folder / name
+
+
+def _is_there(folder: Path, name: str) -> bool:
+    return any((folder / f"{name}{suffix}").is_file() for suffix in ("", ".gz"))
 
 
 def _bytes(path: Path) -> bytes:
@@ -327,4 +359,4 @@ def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
     return found
 
 
-OPENFOAM = Format("openfoam", "OpenFOAM", (".foam",), sniff, read)
+OPENFOAM = Format("openfoam", "OpenFOAM", (".foam",), sniff, steps=steps, read_step=read)

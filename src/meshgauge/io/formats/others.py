@@ -36,21 +36,6 @@ def by_pyvista(path: Path) -> Mesh:
     return _filled(vtk.mesh(data, path), path)
 
 
-def _xdmf_by_vtk(path: Path) -> Mesh:
-    """By VTK itself: PyVista's reader fails where a file names no time."""
-    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-    from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
-
-    reader, times = vtkXdmfReader(), vtkStreamingDemandDrivenPipeline.TIME_STEPS()
-    mesh = _filled(vtk.mesh(vtk.output(reader, path), path), path)
-    steps = reader.GetOutputInformation(0).Length(times)
-    return mesh.replace(notes=(*mesh.notes, *_first_of_steps(steps)))
-
-
-def _first_of_steps(n: int) -> tuple[str, ...]:
-    return (f"The file holds {n} time steps; the first was read.",) if n > 1 else ()
-
-
 def _by_meshio(module: str) -> Reader:
     def read(path: Path) -> Mesh:
         source, notes = meshio.read(path, module)
@@ -117,17 +102,6 @@ def _of_one_integer(module: str, key: str) -> Writer:
     return write
 
 
-def _write_xdmf(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    """Small integers as those of 32 bits: meshio knows no way to write them as text."""
-    wide = {
-        f"{what}_data": {
-            k: v.astype(np.int32) if v.dtype.kind in "biu" and v.itemsize < 4 else v for k, v in data.items()
-        }
-        for what, data in (("cell", mesh.cell_data), ("point", mesh.point_data))
-    }
-    return meshio.write(path, mesh.replace(**wide), "xdmf", data_format="XML")
-
-
 def _mark(pattern: bytes) -> Sniffer:
     compiled = re.compile(pattern, re.IGNORECASE | re.MULTILINE)
     return lambda head, path: compiled.search(head) is not None
@@ -144,20 +118,12 @@ MATERIAL = "avsucd:material"
 
 _FIVE_COUNTS = rb"\A(\s*#[^\n]*\n)*\s*\d+([ \t]+\d+){4}"
 _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
-_XDMF = _mark(rb"<Xdmf\b")
 
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
-    Format("ensight", "EnSight", (".case",), _mark(rb"^\s*type:\s*ensight"),
-           foreign=_checked(within.check_ensight, by_pyvista), has_both_wedge_orders=True),
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
            foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
-    Format("pvd", "ParaView collection", (".pvd",), _mark(rb"type\s*=\s*[\"']Collection"),
-           foreign=_checked(within.check_xml, by_pyvista), has_both_wedge_orders=True),
     # By either.
-    Format("xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), _XDMF,
-           foreign=_checked(within.check_xml, _first_of(_xdmf_by_vtk, _by_meshio("xdmf"))),
-           write=_write_xdmf, has_both_wedge_orders=True),
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),
     Format("obj", "Wavefront OBJ", (".obj",), anything,

@@ -1,4 +1,4 @@
-"""The other side of `_isolate`: reads one file in a process of its own and hands the mesh over."""
+"""The other side of `isolate`: reads one file in a process of its own and hands the mesh over."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from . import handover
 
 
 def main(request: dict[str, Any]) -> None:
-    """Read the file of a request; the result is a mesh or an error, and the process ends without clean-up."""
+    """Read the file of a request; the result is a mesh, its steps or an error. The process ends without clean-up."""
     _limit(float(request["seconds"]), int(request["memory"]))
     from ...errors import ReadError
     from .. import registry
@@ -19,8 +19,11 @@ def main(request: dict[str, Any]) -> None:
     target = os.fdopen(request["fd"], "w+b") if request["result"] is None else open(request["result"], "r+b")  # noqa: SIM115
     path = Path(request["path"])
     try:
-        mesh = registry.read_here(registry.format_named(request["format"]), path)
-        handover.dump(target, mesh)
+        chosen = registry.format_named(request["format"])
+        if request.get("lists"):
+            handover.dump_steps(target, registry.steps_here(chosen, path))
+        else:
+            handover.dump(target, registry.read_here(chosen, path, request["step"]))
     except ReadError as error:
         handover.dump_error(target, str(error).replace(str(path), request["name"]))
     except MemoryError:

@@ -7,12 +7,22 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...mesh import Mesh
+from .steps import Step
 
 Reader = Callable[[Path], Mesh]
 """Reads a file. Wedges stay in the order of the file: `wedge_order.normalise` turns them afterwards."""
 
 OwnReader = Callable[[Path], Mesh | None]
 """Reads a file, or returns None for a kind of it that it leaves to the reader of others."""
+
+StepReader = Callable[[Path, int], Mesh]
+"""Reads one time step of a file, by its index from 0; 0 also of a file that holds a single state."""
+
+OwnStepReader = Callable[[Path, int], Mesh | None]
+"""The same, or None for a kind of file that it leaves to the reader of others."""
+
+StepLister = Callable[[Path], tuple[Step, ...]]
+"""The time steps of a file; none or one if it holds a single state."""
 
 Writer = Callable[[Path, Mesh], tuple[str, ...]]
 """Writes a file that does not exist yet; returns what the format could not hold, a sentence each."""
@@ -44,6 +54,12 @@ class Format:
     foreign
         A reader that may crash, hang, print or end its process, so that it gets one of its own. Called if ``read`` is
         None or returns None.
+    steps
+        Lists the time steps by code of our own; None if there are none, or if ``foreign_steps`` does.
+    foreign_steps
+        Lists them by a reader that may crash.
+    read_step, foreign_step
+        In place of ``read`` and ``foreign`` where a file may hold several time steps.
     write
         None where the format cannot be written.
     by_content
@@ -62,10 +78,19 @@ class Format:
     write: Writer | None = None
     by_content: bool = True
     has_both_wedge_orders: bool = False
+    steps: StepLister | None = None
+    foreign_steps: StepLister | None = None
+    read_step: OwnStepReader | None = None
+    foreign_step: StepReader | None = None
 
     @property
     def is_readable(self) -> bool:
-        return self.read is not None or self.foreign is not None
+        return any((self.read, self.read_step, self.is_foreign))
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether there is a reader that needs a process of its own."""
+        return self.foreign is not None or self.foreign_step is not None
 
 
 def anything(head: bytes, path: Path) -> bool:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import json
 import mmap
-from collections.abc import Mapping
-from typing import Any, BinaryIO
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 from ...errors import ReadError
 from ...mesh import CellBlock, Mesh
 from ...mesh.polyhedra import Polyhedra
+from .steps import Step
+
+T = TypeVar("T")
 
 _ALIGN = 64
 _POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points", "flipped")
@@ -63,6 +66,11 @@ def _finish(file: BinaryIO, head: Mapping[str, Any]) -> None:
     file.flush()
 
 
+def dump_steps(file: BinaryIO, steps: Sequence[Step]) -> None:
+    """Write, in place of a mesh, the time steps of a file."""
+    _finish(file, {"steps": [(step.number, step.time, step.name, step.geometry) for step in steps]})
+
+
 def load(file: BinaryIO, path: str) -> Mesh:
     """The mesh in a file that `dump` wrote; its arrays are views of the file in memory, which they keep alive.
 
@@ -71,19 +79,27 @@ def load(file: BinaryIO, path: str) -> Mesh:
     ReadError
         If the file holds an error instead, or is not whole.
     """
+    return _loaded(file, path, lambda data, head: _mesh(data, head, path))
+
+
+def load_steps(file: BinaryIO, path: str) -> tuple[Step, ...]:
+    """The time steps in a file that `dump_steps` wrote. Raises as `load` does."""
+    return _loaded(file, path, lambda _, head: tuple(Step(*step) for step in head["steps"]))
+
+
+def _loaded(file: BinaryIO, path: str, make: Callable[[NDArray[np.uint8], dict[str, Any]], T]) -> T:
     try:
         data = np.frombuffer(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), np.uint8)
         size = int.from_bytes(data[-8:].tobytes(), "little")
         head = json.loads(data[len(data) - 8 - size : len(data) - 8].tobytes().decode("utf-8", "surrogatepass"))
-        return _mesh(data, head, path)
+        if "error" in head:
+            raise ReadError(head["error"])
+        return make(data, head)
     except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
         raise ReadError(f"{path}: the reader handed over nothing whole: {error}") from error
 
 
 def _mesh(data: NDArray[np.uint8], head: dict[str, Any], path: str) -> Mesh:
-    if "error" in head:
-        raise ReadError(head["error"])
-
     def array(number: int) -> NDArray[Any]:
         entry = head["arrays"][number]
         dtype, shape = np.dtype(entry["dtype"]), tuple(entry["shape"])

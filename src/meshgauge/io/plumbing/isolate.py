@@ -13,6 +13,8 @@ import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -20,6 +22,7 @@ from typing import Any, BinaryIO
 from ...errors import ReadError
 from ...mesh import Mesh
 from . import handover
+from .steps import Step, StepChoice
 
 _START = "import json, sys; r = json.load(sys.stdin); sys.path[:] = r['sys_path']; " + (
     "from meshgauge.io.plumbing import child; child.main(r)"
@@ -71,14 +74,27 @@ def _from_environment(name: str, default: float) -> float:
     return value
 
 
-def read(path: Path, format_name: str, limits: Limits | None = None) -> Mesh:
-    """Read a file by the reader of a format in a child process.
+def read(path: Path, format_name: str, limits: Limits | None = None, choice: StepChoice = None) -> Mesh:
+    """Read a file, or one of its time steps, by the reader of a format in a child process.
 
     Raises
     ------
     ReadError
         If the reader raised, crashed, ended its process, or reached a limit.
     """
+    with _handed_over(path, {"format": format_name, "step": choice}, limits) as file:
+        return handover.load(file, str(path))
+
+
+def steps(path: Path, format_name: str, limits: Limits | None = None) -> tuple[Step, ...]:
+    """The time steps of a file by the reader of a format in a child process. Raises as `read` does."""
+    with _handed_over(path, {"format": format_name, "lists": True}, limits) as file:
+        return handover.load_steps(file, str(path))
+
+
+@contextmanager
+def _handed_over(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterator[BinaryIO]:
+    """What a child process made of a request."""
     if not sys.executable:
         raise ReadError(f"{path}: needs a reader in a process of its own, but this interpreter does not know its path")
     seconds, memory = (limits or Limits()).resolve(path.stat().st_size)
@@ -87,7 +103,7 @@ def read(path: Path, format_name: str, limits: Limits | None = None) -> Mesh:
             "sys_path": [str(Path(entry).resolve()) for entry in sys.path],
             "path": str(path.absolute()),
             "name": str(path),
-            "format": format_name,
+            **asked,
             "result": file.name if isinstance(file.name, str) else None,
             "fd": file.fileno(),
             "seconds": seconds,
@@ -96,7 +112,7 @@ def read(path: Path, format_name: str, limits: Limits | None = None) -> Mesh:
         code = _run(request, seconds, str(path))
         if code != 0:
             raise ReadError(f"{path}: {_death(code)}")
-        return handover.load(file, str(path))
+        yield file
 
 
 def _shared_file() -> BinaryIO:

@@ -11,7 +11,65 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh import CellBlock, Mesh
+from ...mesh.mesh import GHOST_TYPE
 from ...mesh.polyhedra import IndexArray, Polyhedra
+
+
+def joined(meshes: Sequence[Mesh], names: Sequence[str], *, path: Path, names_blocks: bool) -> Mesh:
+    """Pieces of one mesh put one after another; notes name arrays that some of them lack.
+
+    Points are not merged. ``names`` call the pieces in notes, and with ``names_blocks`` those of the blocks begin with
+    them.
+    """
+    parts = [part(mesh, name) for mesh, name in zip(meshes, names, strict=True)]
+    whole = merged(parts, path=path)
+    blocks, start = [], 0
+    for mesh, name in zip(meshes, names, strict=True):
+        for block in mesh.blocks:
+            if block.stop > block.start:
+                called = ": ".join(filter(None, (name, block.name))) if names_blocks else block.name
+                blocks.append(CellBlock(called, start + block.start, start + block.stop))
+        start += mesh.n_cells
+    return whole.replace(
+        blocks=tuple(blocks) if any(block.name for block in blocks) else (),
+        notes=(*whole.notes, *_lacking(meshes, names)),
+        purpose="fv" if any(mesh.purpose == "fv" for mesh in meshes) else "fem",
+        stored="single" if any(mesh.stored == "single" for mesh in meshes if mesh.n_points) else "double",
+    )
+
+
+def part(mesh: Mesh, name: str = "") -> Part:
+    """A mesh as a part of another."""
+    return Part(
+        name,
+        mesh.points,
+        mesh.types,
+        mesh.offsets,
+        mesh.connectivity,
+        mesh.polyhedra,
+        dict(mesh.point_data),
+        dict(mesh.cell_data),
+        dict(mesh.field_data),
+        list(mesh.notes),
+    )
+
+
+def _lacking(meshes: Sequence[Mesh], names: Sequence[str]) -> list[str]:
+    """A sentence for each array that some of the pieces lack and others have; pieces without cells lack nothing."""
+    there = [(mesh, name) for mesh, name in zip(meshes, names, strict=True) if mesh.n_cells]
+    notes = []
+    for what, kind in (("point", "point_data"), ("cell", "cell_data")):
+        arrays = dict.fromkeys(key for mesh, _ in there for key in getattr(mesh, kind))
+        for array in arrays:
+            without = [name for mesh, name in there if array not in getattr(mesh, kind)]
+            if without:
+                more = f" and {len(without) - _NAMED} more" if len(without) > _NAMED else ""
+                notes.append(f"The {what} data {array!r} are missing in {', '.join(without[:_NAMED])}{more}.")
+    return notes
+
+
+_NAMED = 3
+"""Pieces that a note names."""
 
 
 @dataclass(slots=True)
@@ -141,16 +199,16 @@ def _joined_data(data: Sequence[dict[str, NDArray[Any]]], sizes: Sequence[int]) 
                     only = [{f"{name} ({index})": d[name]} if k == index else {} for k in range(len(data))]
                     joined.update(_joined_data(only, sizes))
             continue
-        rows = [d[name] if name in d else _filler(found[0], n) for d, n in zip(data, sizes, strict=True)]
+        rows = [d[name] if name in d else _filler(found[0], n, name) for d, n in zip(data, sizes, strict=True)]
         joined[name] = np.concatenate(rows)
     return joined
 
 
-def _filler(like: NDArray[Any], n: int) -> NDArray[Any]:
+def _filler(like: NDArray[Any], n: int, name: str) -> NDArray[Any]:
     """``n`` rows that say "nothing here"; none leaves the type of the others as it is."""
     shape = (n, *like.shape[1:])
     if n == 0:
         return np.empty(shape, like.dtype)
-    if like.dtype.kind in "US":
+    if like.dtype.kind in "US" or name == GHOST_TYPE:  # where a piece says nothing, nothing is a ghost
         return np.zeros(shape, like.dtype)
     return np.full(shape, np.nan, like.dtype if like.dtype.kind == "f" else np.float64)

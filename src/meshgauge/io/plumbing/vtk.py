@@ -75,11 +75,24 @@ def error_messages(text: str) -> list[str]:
     return [message[:_LONGEST] for message in dict.fromkeys(own or found)]
 
 
-def output(reader: Any, path: Path) -> Any:
-    """The data object that a VTK reader makes of a file; `ReadError` with VTK's reason if it reports an error."""
+def output(reader: Any, path: Path, *, at: int | None = None) -> Any:
+    """The data object that a VTK reader makes of a file; `ReadError` with VTK's reason if it reports an error.
+
+    Parameters
+    ----------
+    reader
+        Knows its file already if it takes names by another method than ``SetFileName``.
+    at
+        The time step, of those that the reader lists.
+    """
     with listening() as log:
-        reader.SetFileName(str(path))
-        reader.Update()
+        if hasattr(reader, "SetFileName"):
+            reader.SetFileName(str(path))
+        listed = times(reader) if at is not None else []
+        if at is not None and at < len(listed):
+            reader.UpdateTimeStep(listed[at])
+        else:
+            reader.Update()
         data = reader.GetOutputDataObject(0)
     if log.errors:
         raise ReadError(f"{path}: VTK says: {'; '.join(log.errors[:3])}")
@@ -88,12 +101,26 @@ def output(reader: Any, path: Path) -> Any:
     return data
 
 
+def times(reader: Any) -> list[float]:
+    """The time steps that a reader lists."""
+    from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+
+    reader.UpdateInformation()
+    information, key = reader.GetOutputInformation(0), vtkStreamingDemandDrivenPipeline.TIME_STEPS()
+    return [float(information.Get(key, index)) for index in range(information.Length(key))]
+
+
 def mesh(data: Any, path: Path | None = None) -> Mesh:
     """The cells of a data set, or of every leaf of a composite one: one block a leaf, in the order of the leaves."""
-    parts = [_part(name, leaf) for name, leaf in leaves(data)]
-    if not parts:
+    return merged(parts(data), path=path, field_data=field_data(data))
+
+
+def parts(data: Any) -> list[Part]:
+    """A part for each leaf. Raises `ReadError` if there is none."""
+    found = [_part(name, leaf) for name, leaf in leaves(data)]
+    if not found:
         raise ReadError(f"a {data.GetClassName()} without any data set that has cells")
-    return merged(parts, path=path, field_data=_field_data(data))
+    return found
 
 
 def leaves(data: Any, name: str = "") -> Iterator[tuple[str, Any]]:
@@ -206,7 +233,7 @@ def _as_unstructured(data: Any) -> Any:
     return grid
 
 
-def _field_data(data: Any) -> dict[str, NDArray[Any]]:
+def field_data(data: Any) -> dict[str, NDArray[Any]]:
     """Field data of a composite data set itself; that of its leaves comes with them."""
     return _arrays(data.GetFieldData(), []) if _children(data) is not None else {}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import mmap
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,18 @@ def check(path: Path, names: Iterable[str]) -> None:
         target = (path.parent / name).resolve()
         if not any(target.is_relative_to(folder) for folder in folders):
             raise ReadError(f"{path}: refers to {target}, which is outside its folder")
-        sources.note(target)
+        # EnSight numbers the files of time steps in place of stars.
+        for file in path.parent.glob(re.sub(r"\*+", "*", name)) if "*" in name else [target]:
+            sources.note(file)
+
+
+def check_present(path: Path, names: Sequence[str]) -> None:
+    """As `check`, and raise if one of the files is missing: some readers would leave it out without a word."""
+    check(path, names)
+    missing = [name for name in names if not (path.parent / name).is_file()]
+    if missing:
+        more = f", and {len(missing) - 1} more" if len(missing) > 1 else ""
+        raise ReadError(f"{path}: refers to {missing[0]}, which is missing{more}")
 
 
 def check_xml(path: Path) -> None:
@@ -39,9 +50,11 @@ def check_xml(path: Path) -> None:
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
         if _ENTITY.search(data):
             raise ReadError(f"{path}: declares entities, which are not read")
-        names = {n.decode("utf-8", "replace").strip() for n in (*_HEAVY.findall(data), *_ATTRIBUTE.findall(data))}
+        heavy = {n.decode("utf-8", "replace").strip() for n in _HEAVY.findall(data)}
+        names = heavy | {n.decode("utf-8", "replace").strip() for n in _ATTRIBUTE.findall(data)}
     names = {n for n in names if not n.startswith(("/Xdmf", "XML", "#"))}
     check(path, names)
+    check_present(path, sorted(heavy & names))
     for name in names:
         target = path.parent / name
         if target.is_file() and target.suffix.lower() in (".h5", ".hdf", ".hdf5"):
@@ -68,11 +81,15 @@ def check_hdf_file(path: Path) -> None:
         return
 
 
-def check_hdf(path: Path, file: Any) -> None:
-    """Raise if an HDF5 file keeps data in others: external links, virtual data sets, external storage."""
+def check_hdf(path: Path, file: Any, *, follows: bool = False) -> None:
+    """Raise if an HDF5 file keeps data in others: external links, virtual data sets, external storage.
+
+    With ``follows`` links and virtual data sets may name other files of its folder, which must keep all of theirs.
+    """
     import h5py
 
     stack, seen, count = [file], set(), 0
+    others: set[str] = set()
     while stack:
         group = stack.pop()
         for name in group:
@@ -81,12 +98,23 @@ def check_hdf(path: Path, file: Any) -> None:
                 raise ReadError(f"{path}: has more than {_MOST_LINKS} objects")
             link = group.get(name, getlink=True)
             if isinstance(link, h5py.ExternalLink):
-                raise ReadError(f"{path}: {name!r} is kept in the file {link.filename!r}; such links are not followed")
+                if not follows:
+                    raise ReadError(
+                        f"{path}: {name!r} is kept in the file {link.filename!r}; such links are not followed"
+                    )
+                others.add(link.filename)
+                continue
             if not isinstance(link, h5py.HardLink):
                 continue
             item = group.get(name)
             if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
-                raise ReadError(f"{path}: array {item.name!r} is kept in other files, which are not read")
+                if item.external or not follows:
+                    raise ReadError(f"{path}: array {item.name!r} is kept in other files, which are not read")
+                others |= {source.file_name for source in item.virtual_sources()} - {"."}
             if isinstance(item, h5py.Group) and item.id.__hash__() not in seen:
                 seen.add(item.id.__hash__())
                 stack.append(item)
+    check_present(path, sorted(others))  # HDF5 looks for a missing one elsewhere, or puts zeros in its place
+    for name in sorted(others):
+        with h5py.File(path.parent / name, "r") as opened:
+            check_hdf(path.parent / name, opened)

@@ -1,12 +1,13 @@
 """VTKHDF files, read and written through h5py: unstructured grids, partitioned, composite and in time steps.
 
-Of a file with time steps the first is read, as VTK does. Polygonal data, images and structured grids go through VTK's
-own reader.
+Polygonal data, images and structured grids go through VTK's own reader. VTK writes pieces and time steps also to files
+beside: external links and virtual data sets are followed to files of the folder.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from ....mesh.polyhedra import Polyhedra
 from ...plumbing import vtk, within
 from ...plumbing.format import Format
 from ...plumbing.merge import Part, merged
+from ...plumbing.steps import Step, numbered
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 _COMPOSITE = ("PartitionedDataSetCollection", "MultiBlockDataSet")
@@ -37,32 +39,68 @@ def sniff(head: bytes, path: Path) -> bool:
         return path.suffix.lower() in (".vtkhdf", ".hdf")
 
 
-def read(path: Path) -> Mesh | None:
-    """Every unstructured grid of the file; a block for each grid of a composite, and for each of several partitions."""
+def steps(path: Path) -> tuple[Step, ...]:
+    """Those of the file; a composite file states them for each of its grids as well."""
+    with _opened(path) as root:
+        own = root.get("Steps")
+        if own is None:
+            return ()
+        times = np.ravel(own["Values"][...]).astype(np.float64).tolist() if "Values" in own else []
+        n = int(own.attrs.get("NSteps", len(times)))
+        if not 0 <= n <= max(len(times), 1):
+            raise ReadError(f"{path}: states {n} time steps, but holds the times of {len(times)}")
+        kind = _kind(root)
+        groups = [root] if kind not in _COMPOSITE else [group for _, group in _grids(root)]
+        tables = [_step_table(group, n) for group in groups]
+        return numbered(times[:n], geometries=[tuple(table[at] for table in tables) for at in range(n)])
+
+
+def _step_table(group: Any, n: int) -> list[tuple[int, ...]]:
+    """For each step, where its points and cells stand: equal where they are the same."""
+    if "Steps" not in group:
+        return [()] * n
+    own = [group["Steps"][name][...] for name in _PLACES if name in group["Steps"]]
+    return [tuple(int(np.ravel(column[at])[0]) for column in own) for at in range(n)]
+
+
+_PLACES = ("PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "ConnectivityIdOffsets")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """The root group of a file; whatever is wrong with it as a `ReadError`."""
     import h5py
 
     try:
         with h5py.File(path, "r") as file:
-            within.check_hdf(path, file)
-            root = file["VTKHDF"]
-            kind = _kind(root)
-            if kind == "UnstructuredGrid":
-                return merged(_parts("", root), path=path, field_data=_field_data(root))
-            if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
-                parts = [part for name, group in _grids(root) for part in _parts(name, group)]
-                return merged(parts, path=path, field_data=_field_data(root))
+            within.check_hdf(path, file, follows=True)
+            yield file["VTKHDF"]
     except MeshgaugeError:
         raise
     except (OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError) as error:
         raise ReadError(f"{path}: not a whole VTKHDF file: {error}") from error
+
+
+def read(path: Path, at: int) -> Mesh | None:
+    """Every unstructured grid of the file; a block for each grid of a composite, and for each of several partitions."""
+    with _opened(path) as root:
+        kind = _kind(root)
+        if kind == "UnstructuredGrid":
+            return merged(_parts("", root, at), path=path, field_data=_field_data(root))
+        if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
+            parts = [part for name, group in _grids(root) for part in _parts(name, group, at)]
+            return merged(parts, path=path, field_data=_field_data(root))
     return None
 
 
-def read_by_vtk(path: Path) -> Mesh:
+def read_by_vtk(path: Path, at: int) -> Mesh:
     """Polygonal data, images and structured grids."""
     from vtkmodules.vtkIOHDF import vtkHDFReader
 
-    return vtk.mesh(vtk.output(vtkHDFReader(), path), path)
+    with _opened(path):
+        reader = vtkHDFReader()
+        reader.SetStep(at)
+        return vtk.mesh(vtk.output(reader, path), path)
 
 
 def _kind(group: Any) -> str:
@@ -95,8 +133,8 @@ def _link_names(node: Any, names: dict[str, str]) -> None:
 
 
 @dataclass(slots=True)
-class _Step:
-    """Where the first time step starts in the arrays of a group."""
+class _Start:
+    """Where a time step starts in the arrays of a group."""
 
     part: int = 0
     n_parts: int | None = None
@@ -104,36 +142,33 @@ class _Step:
     cell: int = 0
     connectivity: int = 0
     data: dict[str, dict[str, int]] = field(default_factory=dict)
-    notes: list[str] = field(default_factory=list)
 
 
-def _first_step(group: Any) -> _Step:
+def _start(group: Any, at: int) -> _Start:
     if "Steps" not in group:
-        return _Step()
-    steps = group["Steps"]
-    n = int(steps.attrs.get("NSteps", 1))
+        return _Start()
+    own = group["Steps"]
 
-    def first(name: str) -> int:
-        return int(np.ravel(steps[name][0])[0]) if name in steps else 0
+    def place(name: str) -> int:
+        return int(np.ravel(own[name][at])[0]) if name in own else 0
 
-    return _Step(
-        part=first("PartOffsets"),
-        n_parts=first("NumberOfParts") if "NumberOfParts" in steps else None,
-        point=first("PointOffsets"),
-        cell=first("CellOffsets"),
-        connectivity=first("ConnectivityIdOffsets"),
+    return _Start(
+        part=place("PartOffsets"),
+        n_parts=place("NumberOfParts") if "NumberOfParts" in own else None,
+        point=place("PointOffsets"),
+        cell=place("CellOffsets"),
+        connectivity=place("ConnectivityIdOffsets"),
         data={
-            kind: {name: int(np.ravel(offsets[0])[0]) for name, offsets in steps[f"{kind}Offsets"].items()}
+            kind: {name: int(np.ravel(offsets[at])[0]) for name, offsets in own[f"{kind}Offsets"].items()}
             for kind in ("PointData", "CellData")
-            if f"{kind}Offsets" in steps
+            if f"{kind}Offsets" in own
         },
-        notes=[f"The file holds {n} time steps; the first was read."] if n > 1 else [],
     )
 
 
-def _parts(name: str, group: Any) -> list[Part]:
-    """The partitions of one grid."""
-    step = _first_step(group)
+def _parts(name: str, group: Any, at: int) -> list[Part]:
+    """The partitions of one grid at a time step."""
+    step = _start(group, at)
     chosen = slice(step.part, None if step.n_parts is None else step.part + step.n_parts)
     n_points, n_cells, n_ids = (
         group[key][chosen].astype(np.int64) for key in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
@@ -142,27 +177,26 @@ def _parts(name: str, group: Any) -> list[Part]:
         raise ReadError("the numbers of points, cells and connectivity ids are not of as many partitions")
     has_polyhedra = "PolyhedronToFaces" in group and len(group["PolyhedronToFaces"])
     parts = []
-    at = _Cursor(step.point, step.cell, step.connectivity, step.part)
+    place = _Cursor(step.point, step.cell, step.connectivity, step.part)
     for index in range(len(n_points)):
         points, cells, ids = int(n_points[index]), int(n_cells[index]), int(n_ids[index])
         parts.append(
             Part(
                 name=name if len(n_points) == 1 else f"{name or 'partition'} {index}".strip(),
-                points=_rows(group["Points"], at.point, points),
-                types=_rows(group["Types"], at.cell, cells),
-                offsets=_rows(group["Offsets"], at.cell + at.part, cells + 1) if cells else np.zeros(1, np.int64),
-                connectivity=_rows(group["Connectivity"], at.connectivity, ids),
-                polyhedra=_polyhedra(group, at, cells, step.part + index) if has_polyhedra else None,
-                point_data=_data(group, "PointData", step, at.point - step.point, step.point, points),
-                cell_data=_data(group, "CellData", step, at.cell - step.cell, step.cell, cells),
-                notes=step.notes,
+                points=_rows(group["Points"], place.point, points),
+                types=_rows(group["Types"], place.cell, cells),
+                offsets=_rows(group["Offsets"], place.cell + place.part, cells + 1) if cells else np.zeros(1, np.int64),
+                connectivity=_rows(group["Connectivity"], place.connectivity, ids),
+                polyhedra=_polyhedra(group, place, cells, step.part + index) if has_polyhedra else None,
+                point_data=_data(group, "PointData", step, place.point - step.point, step.point, points),
+                cell_data=_data(group, "CellData", step, place.cell - step.cell, step.cell, cells),
             )
         )
-        at.point, at.cell, at.connectivity, at.part = (
-            at.point + points,
-            at.cell + cells,
-            at.connectivity + ids,
-            at.part + 1,
+        place.point, place.cell, place.connectivity, place.part = (
+            place.point + points,
+            place.cell + cells,
+            place.connectivity + ids,
+            place.part + 1,
         )
     return parts
 
@@ -203,7 +237,7 @@ def _polyhedra(group: Any, at: _Cursor, n_cells: int, part: int) -> Polyhedra:
     )
 
 
-def _data(group: Any, kind: str, step: _Step, start: int, base: int, n: int) -> dict[str, NDArray[Any]]:
+def _data(group: Any, kind: str, step: _Start, start: int, base: int, n: int) -> dict[str, NDArray[Any]]:
     if kind not in group:
         return {}
     own = step.data.get(kind, {})
@@ -288,4 +322,7 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
         lost.append(f"The {what} data {name!r} (of type {values.dtype}) cannot be held by VTKHDF.")
 
 
-VTKHDF = Format("vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, read, read_by_vtk, write, has_both_wedge_orders=True)
+VTKHDF = Format(
+    "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True,
+    steps=steps, read_step=read, foreign_step=read_by_vtk,
+)  # fmt: skip

@@ -34,8 +34,8 @@ class _Unknown(Exception):
     """Something that is left to VTK."""
 
 
-def read(path: Path) -> Mesh | None:
-    """The mesh, or None if this file is of another kind.
+def read(path: Path, at: int) -> Mesh | None:
+    """The mesh at a time step, or None if this file is of another kind.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def read(path: Path) -> Mesh | None:
             return None
         try:
             root = ElementTree.fromstring(head[: start.start()] + b"</VTKFile>")
-            return _mesh(root, _Appended(file, path, root, start.end()))
+            return _mesh(root, _Appended(file, path, root, start.end()), at)
         except (_Unknown, ElementTree.ParseError, ValueError, KeyError, LookupError):
             return None
 
@@ -68,7 +68,7 @@ class _Appended:
 
     def array(self, item: ElementTree.Element, rows: int, *, after: int = 0) -> NDArray[np.generic]:
         """The array of an XML element, in native byte order; ``after`` empty rows are put before it."""
-        if item.tag != "DataArray" or item.get("format") != "appended" or item.get("TimeStep"):
+        if item.tag != "DataArray" or item.get("format") != "appended":
             raise _Unknown
         name, width = item.get("Name", ""), int(item.get("NumberOfComponents", "1"))
         dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
@@ -92,7 +92,7 @@ class _Appended:
 
     def texts(self, item: ElementTree.Element, rows: int) -> NDArray[np.str_]:
         """Strings, each ended by a zero byte."""
-        if item.get("format") != "appended" or item.get("TimeStep"):
+        if item.get("format") != "appended":
             raise _Unknown
         name, width, at = item.get("Name", ""), int(item.get("NumberOfComponents", "1")), int(item.attrib["offset"])
         self.file.seek(self.start + at)
@@ -148,7 +148,7 @@ class _Appended:
         return values
 
 
-def _mesh(root: ElementTree.Element, data: _Appended) -> Mesh:
+def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
     if root.get("type") != "UnstructuredGrid":
         raise _Unknown
     grid = root.find("UnstructuredGrid")
@@ -157,8 +157,8 @@ def _mesh(root: ElementTree.Element, data: _Appended) -> Mesh:
         raise _Unknown
     piece = pieces[0]
     n_points, n_cells = int(piece.attrib["NumberOfPoints"]), int(piece.attrib["NumberOfCells"])
-    cells = {item.get("Name"): item for item in piece.findall("Cells/DataArray")}
-    points = piece.findall("Points/DataArray")
+    cells = {item.get("Name"): item for item in _of_step(piece, "Cells/DataArray", at)}
+    points = _of_step(piece, "Points/DataArray", at)
     if set(cells) != {"connectivity", "offsets", "types"} or len(points) != 1 or min(n_points, n_cells) < 0:
         raise _Unknown  # polyhedra, or one of VTK's older layouts
     if cells["types"].get("type") != "UInt8":
@@ -173,17 +173,25 @@ def _mesh(root: ElementTree.Element, data: _Appended) -> Mesh:
         types=data.array(cells["types"], n_cells),  # type: ignore[arg-type]
         offsets=offsets,  # type: ignore[arg-type]
         connectivity=data.array(cells["connectivity"], n_ids),  # type: ignore[arg-type]
-        point_data=_named(piece, "PointData", data, n_points),
-        cell_data=_named(piece, "CellData", data, n_cells),
-        field_data=_named(grid, "FieldData", data, None),
+        point_data=_named(piece, "PointData", data, n_points, at),
+        cell_data=_named(piece, "CellData", data, n_cells, at),
+        field_data=_named(grid, "FieldData", data, None, at),
         path=str(data.path),
         copy=False,
     )
 
 
-def _named(parent: ElementTree.Element, kind: str, data: _Appended, rows: int | None) -> dict[str, NDArray[np.generic]]:
+def _of_step(parent: ElementTree.Element, place: str, at: int) -> list[ElementTree.Element]:
+    """The arrays of a time step: those that name it, and those that name none."""
+    found = parent.findall(place)
+    return [item for item in found if str(at) in item.get("TimeStep", str(at)).split()]
+
+
+def _named(
+    parent: ElementTree.Element, kind: str, data: _Appended, rows: int | None, at: int
+) -> dict[str, NDArray[np.generic]]:
     arrays = {}
-    for item in parent.findall(f"{kind}/*"):
+    for item in _of_step(parent, f"{kind}/*", at):
         name = item.get("Name")
         if not name:
             raise _Unknown

@@ -11,7 +11,8 @@ from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import vtk, within
 from ...plumbing.format import HEAD, Format
-from . import vtu_raw
+from ...plumbing.steps import Step, numbered
+from . import parallel, vtu_raw
 
 _READERS = {
     "UnstructuredGrid": "vtkXMLUnstructuredGridReader",
@@ -19,8 +20,6 @@ _READERS = {
     "StructuredGrid": "vtkXMLStructuredGridReader",
     "RectilinearGrid": "vtkXMLRectilinearGridReader",
     "ImageData": "vtkXMLImageDataReader",
-    "PUnstructuredGrid": "vtkXMLPUnstructuredGridReader",
-    "PPolyData": "vtkXMLPPolyDataReader",
     "PStructuredGrid": "vtkXMLPStructuredGridReader",
     "PRectilinearGrid": "vtkXMLPRectilinearGridReader",
     "PImageData": "vtkXMLPImageDataReader",
@@ -29,6 +28,8 @@ _READERS = {
     "vtkPartitionedDataSetCollection": "vtkXMLPartitionedDataSetCollectionReader",
 }
 _TYPE = re.compile(rb"<VTKFile\b[^>]*?\btype\s*=\s*[\"']([^\"']*)[\"']")
+_TIMES = re.compile(rb"\bTimeValues\s*=\s*[\"']([^\"'<>]*)")
+_LONGEST_HEAD = 1 << 20
 _ALONE = ("UnstructuredGrid", "PolyData", "StructuredGrid", "RectilinearGrid", "ImageData")
 """Types of files that refer to no others."""
 _COUNT = re.compile(rb"\bNumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)")
@@ -42,16 +43,43 @@ def sniff(head: bytes, path: Path) -> bool:
     return b"<VTKFile" in head
 
 
-def read(path: Path) -> Mesh:
+def steps(path: Path) -> tuple[Step, ...]:
+    """VTK's writer can put several into one file, by arrays that name their step."""
+    return numbered(_times(path))
+
+
+def _times(path: Path) -> list[float]:
+    with path.open("rb") as file:
+        head = file.read(_LONGEST_HEAD).split(b"<Piece", 1)[0]
+    match = _TIMES.search(head)
+    return [float(word) for word in match.group(1).split()] if match else []
+
+
+def read(path: Path, at: int = 0) -> Mesh:
     """Any of VTK's XML data sets; a composite one gives a block for each leaf."""
     with path.open("rb") as file:
         found = _TYPE.search(file.read(HEAD))
     kind = found.group(1).decode("ascii", "replace") if found else ""
-    if kind not in _READERS:
-        raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {', '.join(_READERS)}")
+    if kind not in (*_READERS, *parallel.KINDS):
+        known = ", ".join((*_READERS, *parallel.KINDS))
+        raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {known}")
     _check(path, refers=kind not in _ALONE)
+    if kind in parallel.KINDS:
+        from ... import registry  # which knows this format
+
+        return parallel.read(path, registry.read_inside)
     reader = getattr(importlib.import_module("vtkmodules.vtkIOXML"), _READERS[kind])()
+    reader.SetTimeStep(at)
+    n = len(_times(path))
+    if n > 1 and not _names_steps(path):
+        # Inline VTK's writer makes a piece of each step, all called the first, and its reader mixes them up.
+        raise ReadError(f"{path}: holds {n} time steps inline, which VTK cannot read back; write them appended")
     return vtk.mesh(vtk.output(reader, path), path)
+
+
+def _names_steps(path: Path) -> bool:
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        return re.search(rb"\bTimeStep\s*=\s*[\"'][^\"']*[1-9]", data) is not None
 
 
 def _check(path: Path, *, refers: bool) -> None:
@@ -70,7 +98,7 @@ def _check(path: Path, *, refers: bool) -> None:
                     raise ReadError(f"{path}: states {count} {what}, but has only {size} bytes")
             at = data.find(b"<Piece", at + 1, stop)
         if refers:
-            within.check(path, (name.decode("utf-8", "replace") for name in _FILE.findall(data[:stop])))
+            within.check_present(path, [name.decode("utf-8", "replace") for name in _FILE.findall(data[:stop])])
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
@@ -86,12 +114,16 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return lost
 
 
-VTU = Format("vtu", "VTK XML", (".vtu",), sniff, vtu_raw.read, read, write, has_both_wedge_orders=True)
+VTU = Format(
+    "vtu", "VTK XML", (".vtu",), sniff, write=write, has_both_wedge_orders=True,
+    steps=steps, read_step=vtu_raw.read, foreign_step=read,
+)  # fmt: skip
 VTK_XML = Format(
     "vtk-xml",
     "VTK XML (other than .vtu)",
     (".pvtu", ".vtm", ".vtmb", ".vtpd", ".vtpc", ".vtp", ".vts", ".vtr", ".vti", ".pvtp", ".pvts", ".pvtr", ".pvti"),
     sniff,
-    foreign=read,
     has_both_wedge_orders=True,
+    steps=steps,
+    foreign_step=read,
 )

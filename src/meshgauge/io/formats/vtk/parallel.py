@@ -1,0 +1,38 @@
+"""VTK's parallel files of cells (.pvtu, .pvtp): pieces, each a file of its own.
+
+Own, because VTK's reader fails where a piece lacks an array or has no cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+from ....errors import ReadError
+from ....mesh import Mesh
+from ...plumbing import within
+from ...plumbing.merge import joined
+
+KINDS = ("PUnstructuredGrid", "PPolyData")
+
+
+def read(path: Path, read_piece: Callable[[Path], Mesh]) -> Mesh:
+    """The pieces one after another; arrays that some lack are NaN there, and a note says so.
+
+    Raises
+    ------
+    ReadError
+        If the file is broken, names no pieces, or one of them is missing.
+    """
+    within.check_xml(path)
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except ElementTree.ParseError as error:
+        raise ReadError(f"{path}: is no XML: {error}") from error
+    names = [item.get("Source", "") for item in root.iter("Piece")]
+    if not names or not all(names):
+        raise ReadError(f"{path}: names no files of its pieces")
+    within.check_present(path, names)
+    meshes = [read_piece(path.parent / name) for name in names]
+    return joined(meshes, names, path=path, names_blocks=False)

@@ -1,0 +1,97 @@
+"""XDMF (.xdmf, .xmf): by VTK's reader, or meshio's where that fails; written by meshio, its arrays as text."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import ReadError
+from ...mesh import Mesh
+from ..plumbing import meshio, vtk, within
+from ..plumbing.format import Format
+from ..plumbing.merge import Part, merged
+from ..plumbing.steps import Step, numbered
+
+_ROOT = re.compile(rb"<Xdmf\b", re.IGNORECASE)
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    return _ROOT.search(head) is not None
+
+
+def steps(path: Path) -> tuple[Step, ...]:
+    """As VTK lists them."""
+    within.check_xml(path)
+    return numbered(vtk.times(_reader(path)))
+
+
+def read(path: Path, at: int) -> Mesh:
+    """The grids at a time step, a block each."""
+    within.check_xml(path)
+    try:
+        mesh = _by_vtk(path, at)
+    except ReadError as error:
+        if at:
+            raise
+        try:
+            source, notes = meshio.read(path, "xdmf")
+            mesh = meshio.mesh(source, path, notes)
+        except ReadError as other:
+            reasons = [str(e).removeprefix(f"{path}: ") for e in (error, other)]
+            raise ReadError(f"{path}: {'; '.join(dict.fromkeys(reasons))}") from other
+    if not mesh.n_cells:
+        raise ReadError(f"{path}: no cells were found in it")
+    return mesh
+
+
+def _reader(path: Path) -> object:
+    """VTK's own: PyVista's fails where a file names no time."""
+    from vtkmodules.vtkIOXdmf2 import vtkXdmfReader
+
+    reader = vtkXdmfReader()
+    reader.SetFileName(str(path))
+    return reader
+
+
+def _by_vtk(path: Path, at: int) -> Mesh:
+    data = vtk.output(_reader(path), path, at=at)
+    return merged(_once(vtk.parts(data)), path=path, field_data=vtk.field_data(data))
+
+
+def _once(parts: list[Part]) -> list[Part]:
+    """Without parts that are the mesh of another once more: a time series may refer to a grid that stands beside it."""
+    kept: list[Part] = []
+    for part in parts:
+        same = next((k for k in kept if _is_same(k, part)), None)
+        if same is None:
+            kept.append(part)
+            continue
+        same.point_data = {**same.point_data, **part.point_data}
+        same.cell_data = {**same.cell_data, **part.cell_data}
+        same.notes.append(f"The grid {part.name!r} is the mesh of {same.name!r} once more, and was not added.")
+    return kept
+
+
+def _is_same(a: Part, b: Part) -> bool:
+    return all(
+        np.array_equal(getattr(a, name), getattr(b, name)) for name in ("types", "offsets", "connectivity", "points")
+    )
+
+
+def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """Small integers as those of 32 bits: meshio knows no way to write them as text."""
+    wide = {
+        f"{what}_data": {
+            k: v.astype(np.int32) if v.dtype.kind in "biu" and v.itemsize < 4 else v for k, v in data.items()
+        }
+        for what, data in (("cell", mesh.cell_data), ("point", mesh.point_data))
+    }
+    return meshio.write(path, mesh.replace(**wide), "xdmf", data_format="XML")
+
+
+XDMF = Format(
+    "xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), sniff, write=write, has_both_wedge_orders=True,
+    foreign_steps=steps, foreign_step=read,
+)  # fmt: skip

@@ -1,0 +1,140 @@
+"""Reading a mesh file, all of it or one of its time steps."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+from ..files import sources
+from ..mesh import Mesh
+from . import registry
+from .plumbing import files
+from .plumbing.isolate import Limits
+from .plumbing.steps import Step, StepChoice, displaced
+from .plumbing.wedge_order import check_order, normalise
+from .registry import format_named
+
+StrPath = str | os.PathLike[str]
+
+
+def read(
+    path: StrPath,
+    *,
+    file_format: str | None = None,
+    wedge_order: str = "auto",
+    step: StepChoice = None,
+    displacement: str | None = None,
+    limits: Limits | None = None,
+) -> Mesh:
+    """Read a mesh file.
+
+    Parameters
+    ----------
+    path
+        A file, plain or gzipped; or the folder of an OpenFOAM case, which has constant/polyMesh in it.
+    file_format
+        A name of `FORMATS`; detected by extension and content if None.
+    wedge_order
+        Order of the wedges in the file: "gmsh" (the normal of (0, 1, 2) points to (3, 4, 5), also VTK's since 9.7),
+        "vtk-legacy" (it points away) or "auto": in formats that exist in both, decided by the other solid cells.
+    step
+        Which time step of a file that holds several: "first", "last" or a number from 1. None reads the first, and a
+        note says so.
+    displacement
+        Point data by which the points are moved: the deformed shape. Vectors, or scalars of that name with ``_x``,
+        ``_y``, ``_z`` behind it.
+    limits
+        Time and memory of a reader that is not ours, which runs in a process of its own; by the size of the file if
+        None.
+
+    Returns
+    -------
+    Mesh
+        All cells of the file in its order, solid or not. ``notes`` says what was changed or left out.
+
+    Raises
+    ------
+    ReadError
+        If the file is missing, of no known format, broken, or would not be read right; if there is no such step or
+        displacement; if its reader crashed, hung or took too much memory. The message names the file.
+    """
+    check_order(wedge_order)
+    given = Path(path)
+    with sources.recorded() as used:
+        mesh = _read(given, file_format, wedge_order, limits, step)
+    for source in mesh.sources:  # those of a reader in a process of its own
+        sources.note(source)
+        used[source] = None
+    sources.check_pending(used)
+    mesh = mesh.replace(path=str(given), sources=tuple(used))
+    return displaced(mesh, displacement) if displacement is not None else mesh
+
+
+def _read(given: Path, file_format: str | None, wedge_order: str, limits: Limits | None, step: StepChoice) -> Mesh:
+    if os.path.isdir(given):  # False, not an error, for a name that no file can have
+        return normalise(registry.read_folder(given, file_format, step), wedge_order, has_both=False)
+    with files.opened(given) as (plain, head):
+        chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
+        mesh = registry.read(chosen, plain, limits, step)
+        return normalise(mesh, wedge_order, has_both=chosen.has_both_wedge_orders)
+
+
+def steps(path: StrPath, *, file_format: str | None = None, limits: Limits | None = None) -> tuple[Step, ...]:
+    """The time steps of a file, in their order; none or one if it holds a single state.
+
+    Parameters
+    ----------
+    path, file_format, limits
+        As for `read`.
+
+    Raises
+    ------
+    ReadError
+        If the file is missing, of no known format or broken.
+    """
+    given = Path(path)
+    if os.path.isdir(given):
+        return registry.steps_of_folder(given, file_format)
+    with files.opened(given) as (plain, head):
+        chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
+        return registry.steps(chosen, plain, limits)
+
+
+def read_steps(
+    path: StrPath,
+    *,
+    file_format: str | None = None,
+    wedge_order: str = "auto",
+    displacement: str | None = None,
+    limits: Limits | None = None,
+) -> Iterator[tuple[tuple[Step, ...], Mesh]]:
+    """Read every state of a file in turn: the steps that have it, and the mesh.
+
+    Steps that differ in data only are one state, unless the points are displaced by such data. A file that holds a
+    single state has the one step 1.
+
+    Parameters
+    ----------
+    path, file_format, wedge_order, displacement, limits
+        As for `read`.
+
+    Raises
+    ------
+    ReadError
+        As `read`.
+    """
+    found = steps(path, file_format=file_format, limits=limits) or (Step(1),)
+    states: dict[int, list[Step]] = {}
+    for step in found:
+        states.setdefault(step.number if displacement is not None else step.geometry, []).append(step)
+    for state in states.values():
+        mesh = read(
+            path,
+            file_format=file_format,
+            wedge_order=wedge_order,
+            step=state[0].number,
+            displacement=displacement,
+            limits=limits,
+        )
+        yield tuple(state), mesh
