@@ -306,7 +306,7 @@ def test_collections_of_xdmf(tmp_path: Path) -> None:
     assert mesh.points[:, 0].max() == 6
     mesh = written("Temporal", grid("a", 0, '<Time Value="0"/>'), grid("a", 5, '<Time Value="1"/>'))
     assert mesh.points[:, 0].max() == 1
-    assert mesh.notes == ("The file holds 2 time steps; the first was read.",)
+    assert mesh.notes == ("The file holds 2 time steps; the first (time 0) was read.",)
 
 
 def test_ensight_polyhedra_and_names_of_parts(tmp_path: Path) -> None:

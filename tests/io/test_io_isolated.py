@@ -141,10 +141,10 @@ def test_own_readers_start_no_process(tmp_path: Path, solid: Mesh, monkeypatch: 
 
 
 def test_every_reader_of_others_is_isolated() -> None:
-    own = {name for name, f in registry.FORMATS.items() if f.foreign is None and f.read is not None}
-    foreign = {name for name, f in registry.FORMATS.items() if f.foreign is not None}
+    own = {name for name, f in registry.FORMATS.items() if f.is_readable and not f.is_foreign}
+    foreign = {name for name, f in registry.FORMATS.items() if f.is_foreign}
     assert {"vtk", "vtk-xml", "ensight", "cgns"} <= foreign
     for name in own:
-        reader = registry.FORMATS[name].read
+        reader = registry.FORMATS[name].read or registry.FORMATS[name].read_step
         assert reader is not None
         assert not re.search(r"pyvista|meshio|_vtk$", f"{reader.__module__}.{reader.__qualname__}"), name

@@ -95,7 +95,8 @@ def test_meshes_of_time_steps_are_told_and_can_be_named(tmp_path: Path) -> None:
     points = (tmp_path / "constant" / "polyMesh" / "points").read_text().replace("(1 1 1)", "(0 0 -1)")
     (moved / "points.gz").write_bytes(gzip.compress(points.encode()))
     mesh = meshgauge.read(tmp_path)
-    assert "Time steps have meshes of their own (0.5)" in mesh.notes[0]
+    assert mesh.notes == ("The file holds 2 time steps; the first (constant) was read.",)
+    assert [(step.time, step.name) for step in meshgauge.io.steps(tmp_path)] == [(None, "constant"), (0.5, "0.5")]
     assert meshgauge.measure(mesh).values[0] == 1.0
     later = meshgauge.read(tmp_path / "0.5")
     assert meshgauge.measure(later).values[0] < 0.0
