@@ -20,7 +20,7 @@ from versions import versions
 
 from meshgauge import Mesh, Status, measure
 from meshgauge.cells import SHAPES
-from meshgauge.kernels.certificate.certificate import certificate
+from meshgauge.kernels.certificate.bounds import bounds
 
 CHUNK = 1 << 16
 
@@ -59,7 +59,7 @@ def against_gmsh(n_cells: int, rounds: int, threads: int) -> None:
 
     def ours() -> None:
         starts = range(0, len(cells), CHUNK)
-        list(pool.map(lambda s: certificate("hexahedron", points, cells[s : s + CHUNK]), starts))
+        list(pool.map(lambda s: bounds("hexahedron", points, cells[s : s + CHUNK]), starts))
 
     ours()
     seconds = best(ours, rounds)

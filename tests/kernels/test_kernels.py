@@ -8,7 +8,7 @@ import pytest
 
 from meshgauge.cells import BY_NAME, SHAPES
 from meshgauge.kernels.cells import driver
-from meshgauge.kernels.certificate.certificate import Validity, certificate
+from meshgauge.kernels.certificate.bounds import Validity, bounds
 from meshgauge.kernels.certificate.numpy_path import can_decide, validity
 
 N = 130  # two blocks and a bit
@@ -98,7 +98,7 @@ def test_few_cells_get_the_verdict_of_the_certificate(name: str) -> None:
     nodes = special(name)
     cells = np.arange(nodes.shape[0] * nodes.shape[1]).reshape(len(nodes), -1)
     with np.errstate(all="ignore"):
-        proved = certificate(name, nodes.reshape(-1, 3), cells).status
+        proved = bounds(name, nodes.reshape(-1, 3), cells).status
     found = validity(name, nodes)
     np.testing.assert_array_equal(found, proved)
     assert {Validity.VALID, Validity.INVALID, Validity.UNDEFINED} <= set(found.tolist())

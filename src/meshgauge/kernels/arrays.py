@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.floating]
 """Coordinates as the file has them, float32 or float64."""
+
+Index = int | np.signedinteger[Any]
+"""A position or a number of items, which compiled code has as int64."""
 
 Float64Array = NDArray[np.float64]
 
@@ -19,3 +24,7 @@ Int8Array = NDArray[np.int8]
 UInt64Array = NDArray[np.uint64]
 UInt8Array = NDArray[np.uint8]
 BoolArray = NDArray[np.bool_]
+
+BLOCK = 64
+"""Cells in a block, on which kernels work coordinate by coordinate: the most whose nodes stay in the first-level cache
+for a hexahedron."""

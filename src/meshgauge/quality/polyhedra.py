@@ -187,14 +187,14 @@ class _Part:
     jens: Values
     hanging: NDArray[np.bool_]
     hanging_quality: Values
-    in_doubt: NDArray[np.bool_]  #: a cell, see `kernels.polyhedra.Doubt`
-    entries_asked: NDArray[np.int64]  #: in ``cell_faces``
+    is_candidate: NDArray[np.bool_]  #: a cell, see `driver.Candidates`
+    unknown_entries: NDArray[np.int64]  #: in ``cell_faces``
 
 
 _OF_NODES = ("node_points", "scaled_jacobian", "k", "jens", "hanging", "hanging_quality")
 
 
-def _joined(parts: list[_Part]) -> dict[str, NDArray[Any]]:
+def _join(parts: list[_Part]) -> dict[str, NDArray[Any]]:
     names = [field.name for field in fields(_Part)]
     return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
 
@@ -234,20 +234,20 @@ def measure_polyhedra(
         return [some[start : start + CHUNK] for start in range(0, max(len(some), 1), CHUNK)]
 
     def work(part: NDArray[np.int64]) -> _Part:
-        return _measured(points, polyhedra, part, table, asks=inner_faces is not None)
+        return _measure_chunk(points, polyhedra, part, table, finds_candidates=inner_faces is not None)
 
-    columns = _joined(run(work, chunks(ids), threads))
-    again, entries = columns["in_doubt"], columns["entries_asked"]
+    columns = _join(run(work, chunks(ids), threads))
+    again, entries = columns["is_candidate"], columns["unknown_entries"]
     if again.any() and inner_faces is not None:
         inner = np.zeros(len(polyhedra.cell_faces), np.uint8)
         inner[entries] = inner_faces(entries)
 
         def work_again(part: NDArray[np.int64]) -> _Part:
-            return _measured(points, polyhedra, part, table, inner=inner)
+            return _measure_chunk(points, polyhedra, part, table, inner=inner)
 
         of_nodes = np.repeat(again, columns["node_counts"])
-        for name, column in _joined(run(work_again, chunks(ids[again]), threads)).items():
-            if name != "entries_asked":
+        for name, column in _join(run(work_again, chunks(ids[again]), threads)).items():
+            if name != "unknown_entries":
                 columns[name][of_nodes if name in _OF_NODES else again] = column
     values, faults = columns["values"], columns["faults"]
     offsets = np.zeros(len(ids) + 1, np.int64)
@@ -308,26 +308,26 @@ def faces_of(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
     )
 
 
-def _measured(
+def _measure_chunk(
     points: NDArray[np.floating],
     polyhedra: Polyhedra,
     cells: NDArray[np.int64],
     table: Solids,
     *,
-    asks: bool = False,
+    finds_candidates: bool = False,
     inner: NDArray[np.uint8] | None = None,
 ) -> _Part:
     """Measure cells; ``inner`` is 1 for each face of a cell that is known to have another cell beyond it."""
     faces, entries = faces_of(polyhedra, cells), _face_entries(polyhedra, cells)
     whole = driver.links(points, faces)
-    links, doubt = driver.without_hanging(points, faces, whole, None if inner is None else inner[entries])
+    links, candidates = driver.without_hanging(points, faces, whole, None if inner is None else inner[entries])
     k = np.full(len(links.node_ids), np.nan)
     which = driver.match(links, table, k)
     is_broken = (links.faults & bits.BROKEN) != 0
     _model_corners(links, np.repeat((which == match.NO_SOLID) & ~is_broken, links.node_counts), k)
     js = driver.node_scaled_jacobian(points, links)
-    if asks:
-        doubt |= driver.doubt(points, faces, whole, js)
+    if finds_candidates:
+        candidates |= driver.candidates(points, faces, whole, js)
     values, jens = driver.cell_jens(js, k, links)
     hanging = links.is_hanging == 1
     shape = driver.shapes(points, faces, links.faults)
@@ -345,8 +345,8 @@ def _measured(
         jens=jens,
         hanging=hanging,
         hanging_quality=np.where(hanging, 1.0 - np.abs(js), np.nan),
-        in_doubt=doubt.cells,
-        entries_asked=entries[doubt.faces],
+        is_candidate=candidates.cells,
+        unknown_entries=entries[candidates.faces],
     )
 
 

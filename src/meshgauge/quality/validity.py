@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..cells import CellType
 from ..kernels.cells import driver
-from ..kernels.certificate.certificate import Validity, certificate, validity
+from ..kernels.certificate.bounds import Validity, bounds, validity
 from ..kernels.threads import run
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import read_only
@@ -59,7 +59,7 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
 
         def work(part: CellIds, row: CellType = row, name: str = known.name) -> None:
             ids = connectivity.picked(mesh, row, part, driver.columns(row))
-            codes[part], lower[part], upper[part] = certificate(name, mesh.points, ids)
+            codes[part], lower[part], upper[part] = bounds(name, mesh.points, ids)
 
         run(work, connectivity.chunks(cells), threads)
     return Certificate(read_only(codes), read_only(lower), read_only(upper))

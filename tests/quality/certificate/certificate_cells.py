@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshgauge.cells import BY_NAME
+from meshgauge.kernels.arrays import BLOCK
 from meshgauge.kernels.certificate.bernstein import bernstein, gather
-from meshgauge.kernels.certificate.tables import KINDS, LANES, table
+from meshgauge.kernels.certificate.tables import KINDS, table
 from meshgauge.kernels.jit import JIT_DISABLED
 
 Array = NDArray[np.float64]
@@ -80,7 +81,7 @@ def coefficients_and_errors(name: str, cells: Array) -> tuple[Array, Array]:
     """The same, and the bound on the rounding of each cell's, ``(m,)``."""
     points, connectivity = separate(cells)
     row, m = table(name), len(cells)
-    nodes = np.empty((-(-m // LANES), 3 * row.n_nodes, LANES))
+    nodes = np.empty((-(-m // BLOCK), 3 * row.n_nodes, BLOCK))
     gather(points, connectivity, nodes)
     values, errors = np.empty((m, row.terms.n_coefficients)), np.empty(m)
     bernstein(nodes, row.terms, np.empty(m, np.uint8), np.empty(m), np.empty(m), values, errors)

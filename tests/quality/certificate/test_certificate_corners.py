@@ -8,7 +8,7 @@ from certificate_cells import CURVED, cloud, family, ideal, many, separate
 
 from meshgauge.cells import BY_NAME
 from meshgauge.kernels.cells.aggregate import fold
-from meshgauge.kernels.certificate.certificate import certificate
+from meshgauge.kernels.certificate.bounds import bounds
 from meshgauge.kernels.certificate.corners import corner_tangents_js
 from meshgauge.kernels.certificate.tables import KINDS, table
 
@@ -79,7 +79,7 @@ def test_sign_is_the_certificates(name: str) -> None:
     """A corner that is not positive makes the cell invalid; zero and NaN come out as such."""
     points, connectivity = cloud(name, many(300), 0.2)
     js = corner_tangents_js(name, points, connectivity)
-    result = certificate(name, points, connectivity)
+    result = bounds(name, points, connectivity)
     assert (result.upper[(js <= 0).any(1)] <= 0).all()
     cell = np.round(64 * ideal(name)) / 64
     a, b, middle = next(edge for edge in BY_NAME[name].edges if len(edge) == 3)

@@ -9,12 +9,12 @@ import pytest
 from certificate_cells import CURVED, LINEAR, ideal, many, mean_edge_cubed, separate
 
 from meshgauge.cells import BY_NAME
-from meshgauge.kernels.certificate.certificate import Certificate, Validity, certificate
+from meshgauge.kernels.certificate.bounds import Bounds, Validity, bounds
 from meshgauge.kernels.certificate.tables import KINDS
 
 
-def one(name: str, nodes: object) -> Certificate:
-    return certificate(name, *separate(np.array(nodes, float)[None]))
+def one(name: str, nodes: object) -> Bounds:
+    return bounds(name, *separate(np.array(nodes, float)[None]))
 
 
 def twisted(name: str, factors: tuple[float, float], height: float) -> np.ndarray:
@@ -80,7 +80,7 @@ def test_sign_of_nearly_flat_tetrahedra(offset: float) -> None:
     cells = np.empty((m, 4, 3))
     cells[:, :3] = rng.random((m, 3, 3)) + offset
     cells[:, 3] = np.einsum("mk,mkx->mx", rng.dirichlet((1, 1, 1), m), cells[:, :3])
-    result = certificate("tetra", *separate(cells))
+    result = bounds("tetra", *separate(cells))
     for n, cell in enumerate(cells.tolist()):
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (
             [Fraction(p) - Fraction(q) for p, q in zip(node, cell[0], strict=True)] for node in cell[1:]
@@ -146,7 +146,7 @@ def test_non_finite_coordinates(name: str, value: float) -> None:
     cells = np.repeat(cell[None], 3 * len(cell) + 1, axis=0)
     for n in range(3 * len(cell)):
         cells[n, n // 3, n % 3] = value
-    result = certificate(name, *separate(cells))
+    result = bounds(name, *separate(cells))
     assert (result.status[:-1] == Validity.UNDEFINED).all()
     assert np.isnan(result.lower[:-1]).all()
     assert np.isnan(result.upper[:-1]).all()
@@ -169,5 +169,5 @@ def test_budget_runs_out() -> None:
     """Without subdivision a cell that needs it is left undecided, never guessed."""
     cell = twisted("hexahedron", (-0.5, -0.55), 10)
     points, connectivity = separate(cell[None])
-    assert certificate("hexahedron", points, connectivity, max_splits=0).status == Validity.UNDECIDED
-    assert certificate("hexahedron", points, connectivity).status == Validity.INVALID
+    assert bounds("hexahedron", points, connectivity, max_splits=0).status == Validity.UNDECIDED
+    assert bounds("hexahedron", points, connectivity).status == Validity.INVALID

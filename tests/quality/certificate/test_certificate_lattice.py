@@ -11,7 +11,7 @@ from certificate_cells import separate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from meshgauge.kernels.certificate.certificate import Validity, certificate
+from meshgauge.kernels.certificate.bounds import Validity, bounds
 
 STEPS = [Fraction(n, 4) for n in range(5)]
 
@@ -65,7 +65,7 @@ def test_verdict_and_rational_values(name: str, n_nodes: int, data: st.DataObjec
     }[name]
     shift = data.draw(st.lists(st.integers(-1, 1), min_size=3 * n_nodes, max_size=3 * n_nodes))
     cell = (np.array(base) + np.reshape(shift, (-1, 3))).tolist()
-    result = certificate(name, *separate(np.array(cell, float)[None]))
+    result = bounds(name, *separate(np.array(cell, float)[None]))
     least = least_on_lattice(name, cell)
     if result.status == Validity.VALID:
         assert least > 0

@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from certificate_cells import LINEAR, cloud, family, ideal, many, separate
 
-from meshgauge.kernels.certificate.certificate import Certificate, Validity, certificate
+from meshgauge.kernels.certificate.bounds import Bounds, Validity, bounds
 from meshgauge.kernels.certificate.tables import KINDS, table
 
 AMPLITUDE = {name: 0.7 if name in LINEAR else 0.15 for name in KINDS}
 
 
-def sample(name: str) -> tuple[np.ndarray, np.ndarray, Certificate]:
+def sample(name: str) -> tuple[np.ndarray, np.ndarray, Bounds]:
     points, connectivity = cloud(name, many(300), AMPLITUDE[name])
-    return points, connectivity, certificate(name, points, connectivity)
+    return points, connectivity, bounds(name, points, connectivity)
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_ideal_cell_is_one(name: str) -> None:
-    result = certificate(name, *separate(ideal(name)[None]))
+    result = bounds(name, *separate(ideal(name)[None]))
     assert result.status == Validity.VALID
     # The bounds include those on rounding, which grow with the number of terms.
     assert 1 - 1e-9 < result.lower <= 1 <= result.upper < 1 + 1e-9
@@ -32,7 +32,7 @@ def test_affine_image_is_constant(name: str) -> None:
         rng = np.random.default_rng(4)
         rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
         matrix = rotation * np.sign(np.linalg.det(rotation)) @ np.diag((1, 1, thickness))
-        result = certificate(name, *separate((ideal(name) @ matrix.T)[None]))
+        result = bounds(name, *separate((ideal(name) @ matrix.T)[None]))
         assert result.status == Validity.VALID
         assert result.lower == pytest.approx(result.upper, rel=1e-4)
 
@@ -42,7 +42,7 @@ def test_signs_and_status_say_the_same(name: str) -> None:
     points, connectivity, _ = sample(name)
     points[: table(name).n_nodes] = ideal(name)
     points[-table(name).n_nodes :] = -ideal(name)
-    result = certificate(name, points, connectivity)
+    result = bounds(name, points, connectivity)
     assert set(np.unique(result.status)) == {Validity.VALID, Validity.INVALID}
     assert (result.lower <= result.upper).all()
     assert np.array_equal(result.lower > 0, result.status == Validity.VALID)
@@ -55,7 +55,7 @@ def test_rotation_and_translation(name: str) -> None:
     rng = np.random.default_rng(3)
     rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     rotation *= np.sign(np.linalg.det(rotation))
-    moved = certificate(name, points @ rotation.T + rng.normal(size=3), connectivity)
+    moved = bounds(name, points @ rotation.T + rng.normal(size=3), connectivity)
     assert np.array_equal(moved.status, result.status)
     valid = result.status == Validity.VALID
     assert moved.upper[valid] == pytest.approx(result.upper[valid], abs=1e-9)
@@ -66,7 +66,7 @@ def test_rotation_and_translation(name: str) -> None:
 def test_unit_of_length(name: str, scale: float) -> None:
     """From 1e-199 to 1e301 the same verdicts and the same numbers."""
     points, connectivity, result = sample(name)
-    scaled = certificate(name, points * scale, connectivity)
+    scaled = bounds(name, points * scale, connectivity)
     assert np.array_equal(scaled.status, result.status)
     assert scaled.lower == pytest.approx(result.lower, rel=1e-13, abs=1e-13)
     assert scaled.upper == pytest.approx(result.upper, rel=1e-13, abs=1e-13)
@@ -75,7 +75,7 @@ def test_unit_of_length(name: str, scale: float) -> None:
 @pytest.mark.parametrize("name", KINDS)
 def test_reflection_inverts(name: str) -> None:
     points, connectivity, result = sample(name)
-    mirrored = certificate(name, points * (1, 1, -1), connectivity)
+    mirrored = bounds(name, points * (1, 1, -1), connectivity)
     assert (mirrored.status[result.status == Validity.VALID] == Validity.INVALID).all()
     assert (mirrored.upper[result.status == Validity.VALID] < 0).all()
 
@@ -85,13 +85,13 @@ def test_layouts_of_arrays(name: str) -> None:
     """float32 points, int32 connectivity, read-only arrays, any number of cells: the same cells, the same result."""
     points, connectivity, _ = sample(name)
     single = points.astype(np.float32)
-    result = certificate(name, single.astype(np.float64), connectivity)
+    result = bounds(name, single.astype(np.float64), connectivity)
     single.flags.writeable = False
-    parts = [certificate(name, single, part.astype(np.int32)) for part in np.array_split(connectivity, 7)]
+    parts = [bounds(name, single, part.astype(np.int32)) for part in np.array_split(connectivity, 7)]
     assert np.array_equal(np.concatenate([p.status for p in parts]), result.status)
     assert np.array_equal(np.concatenate([p.lower for p in parts]), result.lower)
     assert np.array_equal(np.concatenate([p.upper for p in parts]), result.upper)
-    assert len(certificate(name, points, connectivity[:0]).status) == 0
+    assert len(bounds(name, points, connectivity[:0]).status) == 0
 
 
 TURNS = {
@@ -113,7 +113,7 @@ def test_renumbering(name: str) -> None:
     permutation = np.linalg.norm(image[:, None] - cell[None], axis=-1).argmin(1)
     assert sorted(permutation) == list(range(table(name).n_nodes))
     points, connectivity, result = sample(name)
-    turned = certificate(name, points, np.ascontiguousarray(connectivity[:, permutation]))
+    turned = bounds(name, points, np.ascontiguousarray(connectivity[:, permutation]))
     assert np.array_equal(turned.status, result.status)
     valid = result.status == Validity.VALID
     assert (turned.lower[valid] <= result.upper[valid]).all()

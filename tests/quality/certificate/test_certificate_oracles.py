@@ -22,7 +22,7 @@ from certificate_cells import (
     separate,
 )
 
-from meshgauge.kernels.certificate.certificate import Validity, certificate
+from meshgauge.kernels.certificate.bounds import Validity, bounds
 from meshgauge.kernels.certificate.exact import combination, det, exact, root_ratio, whole_points, whole_table
 from meshgauge.kernels.certificate.tables import KINDS, table
 
@@ -96,7 +96,7 @@ def test_agrees_with_gmsh(gmsh: Any, name: str, amplitude: float) -> None:
     """The sign of Gmsh's minDetJac in every cell, and its value between our bounds, up to its tolerance."""
     n = many({1: 3000, 2: 1500}[1 if table(name).n_nodes <= 10 else 2])
     points, connectivity = cloud(name, n, amplitude * (1 if table(name).n_nodes <= 8 else 0.5))
-    ours = certificate(name, points, connectivity)
+    ours = bounds(name, points, connectivity)
     tags = gmsh_mesh(gmsh, name, points, connectivity)
     theirs = np.array(gmsh.model.mesh.getElementQualities(tags, "minDetJac"))
     theirs *= GMSH_TYPES[name][1] / mean_edge_cubed(name, points[connectivity])
@@ -119,7 +119,7 @@ def test_gmsh_passes_invalid_pyramids_of_13_nodes(gmsh: Any) -> None:
     ]
     _, determinants, _ = gmsh.model.mesh.getJacobians(19, np.ravel(local))
     sampled = np.reshape(determinants, (len(tags), -1)).min(1) * scale
-    ours = certificate("pyramid13", points, connectivity)
+    ours = bounds("pyramid13", points, connectivity)
     assert (ours.lower <= sampled).all()
     assert (ours.status[sampled <= 0] == Validity.INVALID).all()
     assert (claimed > sampled + 1e-3).any()
@@ -130,7 +130,7 @@ def test_gmsh_passes_invalid_pyramids_of_13_nodes(gmsh: Any) -> None:
 def test_encloses_dense_samples(name: str, amplitude: float) -> None:
     """No sample of the determinant is below the lower bound, and none of a valid cell is at zero or below."""
     points, connectivity = cloud(name, many(300), amplitude * (1 if table(name).n_nodes <= 8 else 0.6))
-    result = certificate(name, points, connectivity)
+    result = bounds(name, points, connectivity)
     samples = coefficients(name, points[connectivity]) @ basis(name, places(name, many(2000))).T
     least = samples.min(1)
     assert (least >= result.lower - 1e-12).all()
@@ -142,7 +142,7 @@ def test_encloses_dense_samples(name: str, amplitude: float) -> None:
 def test_is_exact_for_linear_cells(name: str) -> None:
     """The bounds are the minimum, up to rounding: the least of dense samples along the lines that hold it."""
     points, connectivity = cloud(name, many(500), 0.3)
-    result = certificate(name, points, connectivity)
+    result = bounds(name, points, connectivity)
     ends = [(0, 0), (1, 0), (0, 1)] if name == "wedge" else [(0, 0), (1, 0), (0, 1), (1, 1)]
     lines = np.array([(r, s, t) for t in np.linspace(0, 1, 2001) for r, s in (ends if name != "tetra" else [(0, 0)])])
     samples = coefficients(name, points[connectivity]) @ basis(name, lines).T
@@ -156,12 +156,12 @@ def test_agrees_with_whole_numbers(name: str) -> None:
     """A few dozen cells in exact arithmetic: the same verdict, and bounds that overlap."""
     n = 24 if table(name).n_nodes < 20 else 6
     points, connectivity = cloud(name, n, 0.3 if table(name).n_nodes <= 8 else 0.15, seed=5)
-    result = certificate(name, points, connectivity)
+    result = bounds(name, points, connectivity)
     for cell in range(n):
-        bounds = exact(name, points[connectivity[cell]].tolist(), 50)
-        assert bounds.status == result.status[cell]
-        assert result.lower[cell] <= bounds.upper
-        assert bounds.lower <= result.upper[cell]
+        proof = exact(name, points[connectivity[cell]].tolist(), 50)
+        assert proof.status == result.status[cell]
+        assert result.lower[cell] <= proof.upper
+        assert proof.lower <= result.upper[cell]
 
 
 @pytest.mark.parametrize("name", KINDS)
@@ -199,7 +199,7 @@ def test_frequency_of_cells_with_fine_corners_and_invalid_inside(amplitude: floa
     cube = ideal("hexahedron")
     n = many(200_000)
     cells = cube + np.random.default_rng(2).uniform(-amplitude, amplitude, (n, 8, 3))
-    result = certificate("hexahedron", *separate(cells))
+    result = bounds("hexahedron", *separate(cells))
     triples = [(0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7), (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2)]
     triples.append((7, 6, 4, 3))
     corners = [np.linalg.det(cells[:, [i, j, k]] - cells[:, [a]]) for a, i, j, k in triples]

@@ -1,7 +1,7 @@
 """Moving data between memory and blocks of cells: what Numba cannot say in plain Python.
 
-A block is 64 cells in structure-of-arrays order, so that the arithmetic over it vectorises. Filling it one number at
-a time costs one store per coordinate, all to different cache lines, and is what limits a tetrahedron: 6.3 ns against
+A block is `BLOCK` cells in structure-of-arrays order, so that the arithmetic over it vectorises. Filling it one number
+at a time costs one store per coordinate, all to different cache lines, and is what limits a tetrahedron: 6.3 ns against
 4.8 ns with `load4`, which reads four points and writes three vectors. Connectivity and output are long streams that
 the hardware prefetcher follows only while they are read, not while a block is computed: asking ahead with `prefetch`
 took a million tetrahedra from 8.3 ns to 6.3 ns each, the time they need in cache.
@@ -13,10 +13,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..arrays import BLOCK
 from ..jit import JIT_DISABLED
-
-BLOCK = 64
-"""Cells in a block: the largest whose coordinates stay in the L1 cache for a hexahedron."""
 
 if JIT_DISABLED:
 

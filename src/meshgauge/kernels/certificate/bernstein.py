@@ -1,6 +1,6 @@
 """Bernstein coefficients of the Jacobian determinant, many cells at a time, with a bound on their rounding.
 
-Cells are gathered to blocks of `LANES`, one row a coordinate, so that every inner loop runs over the lanes of a block
+Cells are gathered to blocks of `BLOCK`, one row a coordinate, so that every inner loop runs over the lanes of a block
 without a branch and is vectorised. One kernel serves all cell types: what differs is the table.
 """
 
@@ -11,8 +11,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import BLOCK
 from ..jit import kernel
-from .tables import INVALID, LANES, TINY, UNDECIDED, VALID, Terms
+from .tables import INVALID, TINY, UNDECIDED, VALID, Terms
 
 
 @kernel
@@ -21,18 +22,18 @@ def gather(
     connectivity: NDArray[np.integer],
     nodes: NDArray[np.float64],
 ) -> None:
-    """Copy the nodes of ``(m, n_nodes)`` cells to ``nodes`` ``(n_blocks, 3·n_nodes, LANES)``; the rest is zero."""
+    """Copy the nodes of ``(m, n_nodes)`` cells to ``nodes`` ``(n_blocks, 3·n_nodes, BLOCK)``; the rest is zero."""
     n_cells, n_nodes = connectivity.shape
     for block in range(nodes.shape[0]):
-        first = block * LANES
-        filled = min(LANES, n_cells - first)
+        first = block * BLOCK
+        filled = min(BLOCK, n_cells - first)
         for lane in range(filled):
             for node in range(n_nodes):
                 point = connectivity[first + lane, node]
                 nodes[block, 3 * node, lane] = points[point, 0]
                 nodes[block, 3 * node + 1, lane] = points[point, 1]
                 nodes[block, 3 * node + 2, lane] = points[point, 2]
-        if filled < LANES:
+        if filled < BLOCK:
             nodes[block, :, filled:] = 0.0
 
 
@@ -51,7 +52,7 @@ def bernstein(
     Parameters
     ----------
     nodes
-        ``(n_blocks, 3·n_nodes, LANES)`` from `gather`.
+        ``(n_blocks, 3·n_nodes, BLOCK)`` from `gather`.
     status, lower, upper
         ``(m,)``, written. `VALID` if every coefficient is positive beyond its rounding, `INVALID` if a corner is
         negative beyond its rounding, else `UNDECIDED`. Bounds are widened by the rounding and divided by the ideal
@@ -65,80 +66,80 @@ def bernstein(
     n_differences = terms.from_node.shape[0]
     n_vectors = terms.vector_start.shape[0] - 1
     n_coefficients = terms.n_coefficients
-    difference = np.empty((3 * n_differences, LANES))
-    norm = np.empty((n_differences, LANES))
-    vector = np.empty((3 * n_vectors, LANES))
-    coefficient = np.empty((n_coefficients, LANES))
-    cross = np.empty((3, LANES))
-    size = np.empty((4, LANES))
-    inverse = np.empty(LANES)
-    scale = np.empty(LANES)
+    difference = np.empty((3 * n_differences, BLOCK))
+    norm = np.empty((n_differences, BLOCK))
+    vector = np.empty((3 * n_vectors, BLOCK))
+    coefficient = np.empty((n_coefficients, BLOCK))
+    cross = np.empty((3, BLOCK))
+    size = np.empty((4, BLOCK))
+    inverse = np.empty(BLOCK)
+    scale = np.empty(BLOCK)
     for block in range(nodes.shape[0]):
         # Differences, their 1-norms, and the sum of these: the cell's size, NaN or infinite if any coordinate is.
-        for lane in range(LANES):
+        for lane in range(BLOCK):
             scale[lane] = 0.0
             inverse[lane] = 0.0
         for n in range(n_differences):
             for axis in range(3):
                 a, b = 3 * terms.from_node[n] + axis, 3 * terms.to_node[n] + axis
-                for lane in range(LANES):
+                for lane in range(BLOCK):
                     difference[3 * n + axis, lane] = nodes[block, b, lane] - nodes[block, a, lane]
-            for lane in range(LANES):
+            for lane in range(BLOCK):
                 norm[n, lane] = (
                     abs(difference[3 * n, lane]) + abs(difference[3 * n + 1, lane]) + abs(difference[3 * n + 2, lane])
                 )
-            for lane in range(LANES):
+            for lane in range(BLOCK):
                 inverse[lane] += norm[n, lane]
         # Divided by the size, so that neither products nor squares leave the range of numbers.
-        for lane in range(LANES):
+        for lane in range(BLOCK):
             inverse[lane] = 1.0 / inverse[lane]
         for row in range(3 * n_differences):
             weight = terms.edge_weight[row // 3]
             if weight != 0.0:
-                for lane in range(LANES):
+                for lane in range(BLOCK):
                     scale[lane] += weight * (difference[row, lane] * inverse[lane]) ** 2
-        for lane in range(LANES):
+        for lane in range(BLOCK):
             scale[lane] = 1.0 / (terms.ideal * scale[lane] * math.sqrt(scale[lane]))
         for direction in range(3):
-            for lane in range(LANES):
+            for lane in range(BLOCK):
                 size[direction, lane] = 0.0
             for v in range(terms.direction_start[direction], terms.direction_start[direction + 1]):
                 for row in range(3):
-                    for lane in range(LANES):
+                    for lane in range(BLOCK):
                         vector[3 * v + row, lane] = 0.0
-                for lane in range(LANES):
+                for lane in range(BLOCK):
                     size[3, lane] = 0.0
                 for m in range(terms.vector_start[v], terms.vector_start[v + 1]):
                     n, weight = terms.vector_difference[m], terms.vector_weight[m]
                     for axis in range(3):
-                        for lane in range(LANES):
+                        for lane in range(BLOCK):
                             vector[3 * v + axis, lane] += weight * inverse[lane] * difference[3 * n + axis, lane]
-                    for lane in range(LANES):
+                    for lane in range(BLOCK):
                         size[3, lane] += abs(weight) * inverse[lane] * norm[n, lane]
-                for lane in range(LANES):
+                for lane in range(BLOCK):
                     size[direction, lane] = max(size[direction, lane], size[3, lane])
         # The product of the three derivatives.
         for k in range(n_coefficients):
-            for lane in range(LANES):
+            for lane in range(BLOCK):
                 coefficient[k, lane] = 0.0
         for pair in range(terms.pair_b.shape[0]):
             for axis in range(3):
                 y, z = (axis + 1) % 3, (axis + 2) % 3
                 b, c = 3 * terms.pair_b[pair], 3 * terms.pair_c[pair]
-                for lane in range(LANES):
+                for lane in range(BLOCK):
                     cross[axis, lane] = (
                         vector[b + y, lane] * vector[c + z, lane] - vector[b + z, lane] * vector[c + y, lane]
                     )
             for term in range(terms.pair_start[pair], terms.pair_start[pair + 1]):
                 a, k, weight = 3 * terms.term_a[term], terms.term_coefficient[term], terms.term_weight[term]
-                for lane in range(LANES):
+                for lane in range(BLOCK):
                     coefficient[k, lane] += weight * (
                         vector[a, lane] * cross[0, lane]
                         + vector[a + 1, lane] * cross[1, lane]
                         + vector[a + 2, lane] * cross[2, lane]
                     )
-        for lane in range(min(LANES, n_cells - block * LANES)):
-            cell = block * LANES + lane
+        for lane in range(min(BLOCK, n_cells - block * BLOCK)):
+            cell = block * BLOCK + lane
             slack = (terms.error * size[0, lane] * size[1, lane] * size[2, lane] + TINY) * scale[lane]
             low, high = math.inf, math.inf
             for k in range(n_coefficients):

@@ -31,7 +31,7 @@ def corner_tangents_js(
     Parameters
     ----------
     name
-        Cell type: one of `certificate.KINDS`; a linear one has straight edges.
+        Cell type: one of `tables.KINDS`; a linear one has straight edges.
     points
         ``(n, 3)`` float64 or float32.
     connectivity

@@ -18,8 +18,8 @@ from .tables import INVALID, UNDECIDED, VALID, Table, table
 Vector = tuple[int, int, int]
 
 
-class Bounds(NamedTuple):
-    """A decision and bounds on the minimum, in units of the ideal cell's determinant at the same edge length."""
+class Proof(NamedTuple):
+    """What is proved of one cell, and bounds on the minimum in units of the ideal cell of the same edge length."""
 
     status: int
     lower: float
@@ -41,13 +41,13 @@ class Whole(NamedTuple):
     child_unit: int
 
 
-def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Bounds:
+def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Proof:
     """Decide whether the determinant of a cell is positive everywhere.
 
     Parameters
     ----------
     name
-        Cell type, one of `certificate_tables.KINDS`.
+        Cell type, one of `tables.KINDS`.
     nodes
         ``(n_nodes, 3)``, finite.
     max_splits
@@ -55,7 +55,7 @@ def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Bound
 
     Returns
     -------
-    Bounds
+    Proof
         `INVALID` if the determinant is zero or negative at some point; `UNDECIDED` only for types that need
         subdivision.
     """
@@ -68,7 +68,7 @@ def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Bound
     corners = row.terms.corners.tolist()
     status, low, high = _decide(row, whole, coefficients, corners, max_splits)
     ideal = row.terms.ideal
-    return Bounds(status, _ratio(low / unit, square, ideal, -1), _ratio(high / unit, square, ideal, 1))
+    return Proof(status, _ratio(low / unit, square, ideal, -1), _ratio(high / unit, square, ideal, 1))
 
 
 def _decide(

@@ -1,9 +1,10 @@
-"""The first pass over linear hexahedra, which clears nearly all of them: `certificate_bernstein` written out for speed.
+"""The first pass over linear hexahedra, which clears nearly all of them: `bernstein` written out for speed.
 
 The determinant on [0, 1]³ is ``det(A(s, t), B(r, t), C(r, s))`` where A, B, C are bilinear in the four edges of a
-direction. Its 27 Bernstein coefficients are sums of triple products of edges (Johnen, Weill, Remacle, arXiv 1706.01613,
-in the form that uses edges alone, so that thin cells lose no digits). The loop over the lanes of a block has no branch
-and stores to two rows, so that LLVM vectorises it: 20 ns a cell against 70 ns with the table.
+direction (drawn at `cells.fast.hexahedron`). Its 27 Bernstein coefficients are sums of triple products of edges
+(Johnen, Weill, Remacle, arXiv 1706.01613, in the form that uses edges alone, so that thin cells lose no digits). The
+loop over the lanes of a block has no branch and stores to two rows, so that LLVM vectorises it: 20 ns a cell against
+70 ns with the table.
 """
 
 from __future__ import annotations
@@ -15,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import HEXAHEDRON
+from ..arrays import BLOCK
 from ..jit import inlined, kernel
 from .bernstein import gather
-from .tables import INVALID, LANES, TINY, UNDECIDED, VALID, U
+from .tables import INVALID, TINY, UNDECIDED, VALID, U
 
 ERROR = 1.01 * 48 * U
 """Rounding of a coefficient in units of M_A·M_B·M_C, the longest edges in 1-norm: a difference, a scaling and two more
@@ -89,12 +91,12 @@ def hexahedron(
     lower: NDArray[np.float64],
     upper: NDArray[np.float64],
 ) -> None:
-    """Bounds on the minimum of the determinant; parameters as those of `certificate_bernstein.bernstein`."""
+    """Bounds on the minimum of the determinant; parameters as those of `bernstein.bernstein`."""
     n_cells = status.shape[0]
-    low = np.empty(LANES)
-    high = np.empty(LANES)
+    low = np.empty(BLOCK)
+    high = np.empty(BLOCK)
     for block in range(nodes.shape[0]):
-        for lane in range(LANES):
+        for lane in range(BLOCK):
             p0 = nodes[block, 0, lane], nodes[block, 1, lane], nodes[block, 2, lane]
             p1 = nodes[block, 3, lane], nodes[block, 4, lane], nodes[block, 5, lane]
             p2 = nodes[block, 6, lane], nodes[block, 7, lane], nodes[block, 8, lane]
@@ -134,8 +136,8 @@ def hexahedron(
             slack = (ERROR * size + TINY) * scale
             low[lane] = least - slack - 1e-15 * abs(least)
             high[lane] = corner + slack + 1e-15 * abs(corner)
-        for lane in range(min(LANES, n_cells - block * LANES)):
-            cell = block * LANES + lane
+        for lane in range(min(BLOCK, n_cells - block * BLOCK)):
+            cell = block * BLOCK + lane
             lower[cell] = low[lane]
             upper[cell] = high[lane]
             status[cell] = VALID if low[lane] > 0.0 else (INVALID if high[lane] < 0.0 else UNDECIDED)
@@ -154,9 +156,9 @@ def hexahedra(
     One call for all cells of a chunk: calls from Python, a few thousand cells each, kept two threads from being faster
     than one.
     """
-    nodes = np.zeros((1, 24, LANES))
-    for first in range(0, status.shape[0], LANES):
-        last = min(first + LANES, status.shape[0])
+    nodes = np.zeros((1, 24, BLOCK))
+    for first in range(0, status.shape[0], BLOCK):
+        last = min(first + BLOCK, status.shape[0])
         gather(points, connectivity[first:last], nodes)
         hexahedron(nodes, status[first:last], lower[first:last], upper[first:last])
 

@@ -54,7 +54,7 @@ MAX_SPLITS = 100
 
 
 def validity(name: str, nodes: Values) -> NDArray[np.uint8]:
-    """`certificate.Validity` of each cell ``(n_cells, n_nodes, 3)`` of a type that `can_decide`."""
+    """`bounds.Validity` of each cell ``(n_cells, n_nodes, 3)`` of a type that `can_decide`."""
     shape = row_of(name).shape
     assert shape is not None
     a, b, c = (_edges(nodes, direction) for direction in directions(shape))

@@ -38,10 +38,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 VALID, INVALID, UNDECIDED, UNDEFINED = 0, 1, 2, 3
-"""Codes of `certificate.Validity`, as the kernels write them."""
-
-LANES = 64
-"""Cells in a block."""
+"""Codes of `bounds.Validity`, as the kernels write them."""
 
 U = 2.0**-53
 """Relative rounding of one operation on float64."""

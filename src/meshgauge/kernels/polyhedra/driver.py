@@ -1,5 +1,5 @@
-"""Polyhedral cells from faces to values: drives the kernels of `polyhedra_links`, `polyhedra_nodes`, `polyhedra_match`
-and `polyhedra_shape` over a chunk of cells, and settles what they leave with `robust`."""
+"""Polyhedral cells from faces to values: drives the kernels of `links`, `nodes`, `match` and `shape` over a chunk of
+cells, and resolves what they leave with `robust`."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Faces:
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Vertex links of cells, see `polyhedra_links.links` and `polyhedra_hanging.reduce`."""
+    """Vertex links of cells, see `links.links` and `hanging.remove`."""
 
     faults: Ids
     node_counts: Ids
@@ -74,19 +74,19 @@ class Links:
 
 
 @dataclass(frozen=True, slots=True)
-class Doubt:
-    """What a mesh is to be asked about."""
+class Candidates:
+    """Where nodes hang if cells lie beyond faces, which only the mesh knows."""
 
     cells: NDArray[np.bool_]  #: a cell; more nodes hang in it if cells lie beyond its faces
-    faces: NDArray[np.bool_]  #: a face; that is one of them
+    faces: NDArray[np.bool_]  #: a face; whether a cell lies beyond it decides that
 
-    def __or__(self, other: Doubt) -> Doubt:
-        return Doubt(self.cells | other.cells, self.faces | other.faces)
+    def __or__(self, other: Candidates) -> Candidates:
+        return Candidates(self.cells | other.cells, self.faces | other.faces)
 
 
 @dataclass(frozen=True, slots=True)
 class Solids:
-    """Regular-faced solids as `polyhedra_match.match` takes them."""
+    """Regular-faced solids as `match.match` takes them."""
 
     keys: NDArray[np.uint64]
     order: Ids
@@ -100,12 +100,12 @@ class Solids:
 def links(points: Points, faces: Faces) -> Links:
     """Links of each cell, hanging nodes among them. Flips of faces that a cell has in mixed orientation are changed."""
     whole = _links(faces)
-    unturned = (whole.faults & polyhedra_links.NON_ORIENTABLE) != 0
-    if unturned.any():
-        polyhedra_links.turn(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unturned)
+    unoriented = (whole.faults & polyhedra_links.NON_ORIENTABLE) != 0
+    if unoriented.any():
+        polyhedra_links.orient(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unoriented)
         whole = _links(faces)
-        turned = unturned & ((whole.faults & polyhedra_links.NON_ORIENTABLE) == 0)
-        whole.faults[turned] |= polyhedra_links.REORIENTED
+        oriented = unoriented & ((whole.faults & polyhedra_links.NON_ORIENTABLE) == 0)
+        whole.faults[oriented] |= polyhedra_links.REORIENTED
     return whole
 
 
@@ -144,28 +144,32 @@ def _links(faces: Faces) -> Links:
 
 def without_hanging(
     points: Points, faces: Faces, whole: Links, inner_faces: NDArray[np.uint8] | None = None
-) -> tuple[Links, Doubt]:
-    """The links without hanging nodes, and what there is to ask.
+) -> tuple[Links, Candidates]:
+    """The links without hanging nodes, and the candidates for more.
 
     ``inner_faces`` is 1 for each face beyond which there is a cell, None if that is not known. Without it only what a
     cell's own faces tell is taken out.
     """
     if inner_faces is not None:
-        return _reduced(points, whole, np.ones(len(whole.node_counts), np.bool_), inner_faces, True)
+        return _without(points, whole, np.ones(len(whole.node_counts), np.bool_), inner_faces, True)
     may = np.asarray(whole.valences == 2)
     four = np.flatnonzero(whole.valences == 4)
     may[four] = (whole.sizes[whole.starts[four][:, None] + np.arange(4)] <= 6).all(axis=1)
     suspects, unknown = _any(may, whole), np.zeros(len(faces.sizes), np.uint8)
     if not suspects.any():
-        return whole, Doubt(suspects, unknown == 1)
-    return _reduced(points, whole, suspects, unknown, False)
+        return whole, Candidates(suspects, unknown == 1)
+    return _without(points, whole, suspects, unknown, False)
 
 
-def doubt(points: Points, faces: Faces, whole: Links, scaled_jacobian: Values) -> Doubt:
-    """What there is to ask of cells in which by J_S of their nodes more might hang."""
+def candidates(points: Points, faces: Faces, whole: Links, scaled_jacobian: Values) -> Candidates:
+    """Cells in which more nodes might hang, by the J_S of their nodes."""
     suspects = _any(np.abs(scaled_jacobian) < FLATTEST, whole, 2)  # both ends of an edge
     unknown = np.zeros(len(faces.sizes), np.uint8)
-    return _reduced(points, whole, suspects, unknown, False, 0)[1] if suspects.any() else Doubt(suspects, unknown == 1)
+    return (
+        _without(points, whole, suspects, unknown, False, 0)[1]
+        if suspects.any()
+        else Candidates(suspects, unknown == 1)
+    )
 
 
 def _any(of_nodes: NDArray[np.bool_], of: Links, at_least: int = 1) -> NDArray[np.bool_]:
@@ -173,25 +177,25 @@ def _any(of_nodes: NDArray[np.bool_], of: Links, at_least: int = 1) -> NDArray[n
     return np.asarray(np.bincount(of.cells[of_nodes], minlength=len(of.node_counts)) >= at_least)
 
 
-def _reduced(
+def _without(
     points: Points,
     of: Links,
     suspects: NDArray[np.bool_],
     inner_faces: NDArray[np.uint8],
     is_known: bool,
     room: int | None = None,
-) -> tuple[Links, Doubt]:
+) -> tuple[Links, Candidates]:
     """As `without_hanging`; only suspects are looked at. If there is room for no links, there are none."""
     n_nodes, n = len(of.node_ids), len(of.points) if room is None else room
-    said, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
+    outcome, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
     link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    asked = np.zeros(len(inner_faces), np.uint8)
-    darts = hanging.reduce(
+    unknown_faces = np.zeros(len(inner_faces), np.uint8)
+    darts = hanging.remove(
         points,
         suspects,
         inner_faces,
         is_known,
-        asked,
+        unknown_faces,
         of.node_counts,
         of.node_ids,
         of.valences,
@@ -199,15 +203,15 @@ def _reduced(
         of.faces,
         of.sizes,
         of.twins,
-        said,
+        outcome,
         is_hanging,
         valences,
         link_points,
         link_sizes,
         link_twins,
     )
-    found = Links(
-        faults=of.faults | np.where(said & hanging.REDUCED, polyhedra_links.HANGING, 0),
+    links_left = Links(
+        faults=of.faults | np.where(outcome & hanging.REDUCED, polyhedra_links.HANGING, 0),
         node_counts=of.node_counts,
         node_ids=of.node_ids,
         valences=valences,
@@ -217,7 +221,7 @@ def _reduced(
         twins=link_twins[:darts],
         faces=of.faces[:0],
     )
-    return found, Doubt((said & hanging.CANDIDATE) != 0, asked == 1)
+    return links_left, Candidates((outcome & hanging.CANDIDATE) != 0, unknown_faces == 1)
 
 
 def invariants(of: Links) -> NDArray[np.uint64]:
@@ -245,7 +249,7 @@ def solids(points: Points, faces: Faces, k: Values) -> Solids:
 
 
 def match(of: Links, table: Solids, k: Values) -> Ids:
-    """Which solid each cell has the form of (see `polyhedra_match`); its constants are written to ``k``."""
+    """Which solid each cell has the form of (see `match`); its constants are written to ``k``."""
     which, keys = np.empty(len(of.node_counts), np.int64), invariants(of)
     polyhedra_match.match(
         of.node_counts,
@@ -274,19 +278,19 @@ def match(of: Links, table: Solids, k: Values) -> Ids:
 def node_scaled_jacobian(points: Points, of: Links) -> Values:
     """J_S at each node, sign exact; NaN at a node of a broken cell and where a coordinate is NaN or infinite.
 
-    At a hanging node it is that of its links before it was taken out; at one of two neighbours, see `polyhedra_nodes`.
+    At a hanging node it is that of its links before it was taken out; at one of two neighbours, see `nodes`.
     """
     out = np.empty(len(of.node_ids))
     left = polyhedra_nodes.scaled_jacobian(points, of.node_ids, of.valences, of.is_hanging, of.points, out)
     if left:
-        _settle(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences >= 3)))
-        _settle_on_edges(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences == 2)))
+        _resolve(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences >= 3)))
+        _resolve_on_edges(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences == 2)))
     out[(of.valences == 2) & (of.is_hanging == 0) & ~np.isnan(out)] = 0.0
-    _unwind(points, of, out)
+    _negate_multiple_windings(points, of, out)
     return out
 
 
-def _settle(points: Points, of: Links, out: Values, nodes: Ids) -> None:
+def _resolve(points: Points, of: Links, out: Values, nodes: Ids) -> None:
     """The nodes that the kernel left, by the path that is right whatever the coordinates."""
     if len(nodes) == 0:
         return
@@ -305,7 +309,7 @@ def _settle(points: Points, of: Links, out: Values, nodes: Ids) -> None:
     out[nodes] = np.where(least < 0.0, nearest, least) + 0.0
 
 
-def _settle_on_edges(points: Points, of: Links, out: Values, nodes: Ids) -> None:
+def _resolve_on_edges(points: Points, of: Links, out: Values, nodes: Ids) -> None:
     """Nodes of two neighbours that the kernel left: the same with the edges scaled first."""
     if len(nodes) == 0:
         return
@@ -321,17 +325,17 @@ def _settle_on_edges(points: Points, of: Links, out: Values, nodes: Ids) -> None
     out[nodes] = np.where(finite, bend, np.nan)
 
 
-def _unwind(points: Points, of: Links, out: Values) -> None:
+def _negate_multiple_windings(points: Points, of: Links, out: Values) -> None:
     """Turn the sign of nodes of five neighbours or more whose link goes around more than once."""
     nodes = np.flatnonzero((of.valences >= 5) & (out > 0.0))
     if len(nodes):
         once = np.empty(len(nodes), np.uint8)
-        polyhedra_nodes.winding(points, of.node_ids[nodes], of.starts[nodes], of.valences[nodes], once, of.points)
+        polyhedra_nodes.winds_once(points, of.node_ids[nodes], of.starts[nodes], of.valences[nodes], once, of.points)
         out[nodes] = np.where(once == 1, out[nodes], -out[nodes])
 
 
 def shapes(points: Points, faces: Faces, faults: Ids) -> Ids:
-    """Bits of `polyhedra_shape` for each cell."""
+    """Bits of `shape` for each cell."""
     out = np.empty(len(faces.counts), np.int64)
     shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, out)
     is_broken = (faults & polyhedra_links.BROKEN) != 0
@@ -370,8 +374,8 @@ def _jens(scaled_jacobian: Values, k: Values) -> Values:
 def prepare(dtype: str) -> None:
     """Compile the kernels that every mesh needs, or load them from the cache, for points of a dtype.
 
-    The others are compiled when the first cell needs them: `polyhedra_links.turn`, `polyhedra_hanging.reduce`,
-    `polyhedra_nodes.winding`, `polyhedra_shape.star_shaped`.
+    The others are compiled when the first cell needs them: `links.orient`, `hanging.remove`,
+    `nodes.winds_once`, `shape.star_shaped`.
     """
     points = np.array(TETRA.points, dtype)
     points.flags.writeable = False  # as those of a mesh: others are another type, to be compiled for anew

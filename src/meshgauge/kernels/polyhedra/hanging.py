@@ -10,6 +10,14 @@ A node between two faces only stands on an edge. In the middle of a split face t
   cell cannot be told from one with real corners, such as a flat roof; that there are cells beyond is for the mesh to
   say.
 
+::
+
+    +----m----+      a quadrilateral split in four: the node in the middle and its four edges go, then the nodes m,
+    |    |    |      which stand on edges between two faces only
+    m----o----m
+    |    |    |      a face split in two, cells beyond both: the edge goes, then its ends; without the mesh the cell
+    +----m----+      could as well have a flat roof
+
 What splits is taken out, again and again, so that faces split more than once are whole again.
 """
 
@@ -20,16 +28,26 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import BoolArray, Float64Array, FloatArray, Index, Int64Array, UInt8Array
 from ..jit import inlined, kernel
 
 FLAT = 0.9396926207859084  # cos 20°
 
 REDUCED, CANDIDATE = 1, 2
-"""Bits of what `reduce` says of a cell: something was taken out; more would be if cells lay beyond all faces."""
+"""Bits of the outcome for a cell: something was taken out; more would be if cells lay beyond all faces."""
 
 
 @inlined
-def _drop_on_edges(n_nodes: Any, nxt: Any, prv: Any, twin: Any, face: Any, size: Any, dart: Any, valence: Any) -> Any:
+def _drop_on_edges(
+    n_nodes: Index,
+    nxt: Int64Array,
+    prv: Int64Array,
+    twin: Int64Array,
+    face: Int64Array,
+    size: Int64Array,
+    dart: Int64Array,
+    valence: Int64Array,
+) -> Any:
     """Take out the nodes between two faces only. Returns how many."""
     dropped = np.int64(0)
     for v in range(n_nodes):
@@ -57,7 +75,7 @@ def _drop_on_edges(n_nodes: Any, nxt: Any, prv: Any, twin: Any, face: Any, size:
 
 
 @inlined
-def _is_straight(xyz: Any, a: Any, v: Any, b: Any) -> Any:
+def _is_straight(xyz: Float64Array, a: Index, v: Index, b: Index) -> Any:
     """True if a node is near the middle between two others: within 20° of their line, neither thrice as far."""
     dot, one, two = 0.0, 0.0, 0.0
     for axis in range(3):
@@ -68,7 +86,16 @@ def _is_straight(xyz: Any, a: Any, v: Any, b: Any) -> Any:
 
 
 @inlined
-def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, sides: Any, normal: Any) -> Any:
+def _measure_faces(
+    n: Index,
+    xyz: Float64Array,
+    tail: Int64Array,
+    nxt: Int64Array,
+    face: Int64Array,
+    size: Int64Array,
+    sides: Int64Array,
+    normal: Float64Array,
+) -> Any:
     """Number the faces anew, with sizes, sides, which may have nodes on them, and unit normals. Returns how many."""
     n_faces = np.int64(0)
     for h in range(n):
@@ -101,15 +128,24 @@ def _measure_faces(n: Any, xyz: Any, tail: Any, nxt: Any, face: Any, size: Any, 
 
 
 @inlined
-def _is_flat(normal: Any, f: Any, g: Any) -> Any:
+def _is_flat(normal: Float64Array, f: Index, g: Index) -> Any:
     return normal[f, 0] * normal[g, 0] + normal[f, 1] * normal[g, 1] + normal[f, 2] * normal[g, 2] > FLAT
 
 
 @inlined
-def _mark_middles(n_nodes: Any, nxt: Any, twin: Any, face: Any, size: Any, dart: Any, valence: Any, normal: Any,
-                  dead: Any) -> Any:  # fmt: skip
+def _mark_middles(
+    n_nodes: Index,
+    nxt: Int64Array,
+    twin: Int64Array,
+    face: Int64Array,
+    size: Int64Array,
+    dart: Int64Array,
+    valence: Int64Array,
+    normal: Float64Array,
+    dead: Int64Array,
+) -> Any:
     """Mark the edges that meet in the middle of a quadrilateral split in four. Returns how many such there are."""
-    found = np.int64(0)
+    n_middles = np.int64(0)
     for v in range(n_nodes):
         if valence[v] != 4:
             continue
@@ -127,13 +163,28 @@ def _mark_middles(n_nodes: Any, nxt: Any, twin: Any, face: Any, size: Any, dart:
                 dead[h] = 1
                 dead[twin[h]] = 1
                 h = nxt[twin[h]]
-            found += 1
-    return found
+            n_middles += 1
+    return n_middles
 
 
 @inlined
-def _mark_between(n: Any, n_nodes: Any, xyz: Any, tail: Any, nxt: Any, twin: Any, face: Any, sides: Any, dart: Any,
-                  valence: Any, normal: Any, label: Any, inner: Any, is_known: Any, dead: Any) -> Any:  # fmt: skip
+def _mark_between(
+    n: Index,
+    n_nodes: Index,
+    xyz: Float64Array,
+    tail: Int64Array,
+    nxt: Int64Array,
+    twin: Int64Array,
+    face: Int64Array,
+    sides: Int64Array,
+    dart: Int64Array,
+    valence: Int64Array,
+    normal: Float64Array,
+    label: Int64Array,
+    inner: UInt8Array,
+    is_known: bool,
+    dead: Int64Array,
+) -> Any:
     """Mark the edges between parts of one face beyond which cells lie. Returns how many are marked."""
     for h in range(n):
         if nxt[h] != -1 and twin[h] > h:
@@ -171,7 +222,17 @@ def _mark_between(n: Any, n_nodes: Any, xyz: Any, tail: Any, nxt: Any, twin: Any
 
 
 @inlined
-def _merge(n: Any, n_nodes: Any, tail: Any, nxt: Any, prv: Any, twin: Any, dart: Any, valence: Any, dead: Any) -> None:
+def _merge(
+    n: Index,
+    n_nodes: Index,
+    tail: Int64Array,
+    nxt: Int64Array,
+    prv: Int64Array,
+    twin: Int64Array,
+    dart: Int64Array,
+    valence: Int64Array,
+    dead: Int64Array,
+) -> None:
     """Take out the edges that are marked."""
     for h in range(n):  # the next edge of the merged face: around the node past those that go
         if nxt[h] != -1 and dead[h] == 0:
@@ -192,8 +253,18 @@ def _merge(n: Any, n_nodes: Any, tail: Any, nxt: Any, prv: Any, twin: Any, dart:
 
 
 @inlined
-def _euler(n: Any, n_nodes: Any, tail: Any, nxt: Any, face: Any, size: Any, twin: Any, dart: Any, valence: Any,
-           stamp: Any) -> Any:  # fmt: skip
+def _euler(
+    n: Index,
+    n_nodes: Index,
+    tail: Int64Array,
+    nxt: Int64Array,
+    face: Int64Array,
+    size: Int64Array,
+    twin: Int64Array,
+    dart: Int64Array,
+    valence: Int64Array,
+    stamp: Int64Array,
+) -> Any:
     """Euler's number of what is left if it is still a polyhedron: no face below three nodes or through one twice, no
     two edges between the same nodes; else a number that none has."""
     half_edges, nodes, faces = np.int64(0), np.int64(0), np.int64(0)
@@ -225,11 +296,26 @@ def _euler(n: Any, n_nodes: Any, tail: Any, nxt: Any, face: Any, size: Any, twin
 
 
 @kernel
-def reduce(
-    points: Any, suspects: Any, inner_faces: Any, is_known: Any, asked: Any, node_counts: Any, node_ids: Any,
-    valences: Any, link_points: Any, link_faces: Any, link_sizes: Any, link_twins: Any, said: Any, is_hanging: Any,
-    new_valences: Any, new_points: Any, new_sizes: Any, new_twins: Any,
-) -> int:  # fmt: skip
+def remove(
+    points: FloatArray,
+    suspects: BoolArray,
+    inner_faces: UInt8Array,
+    is_known: bool,
+    unknown_faces: UInt8Array,
+    node_counts: Int64Array,
+    node_ids: Int64Array,
+    valences: Int64Array,
+    link_points: Int64Array,
+    link_faces: Int64Array,
+    link_sizes: Int64Array,
+    link_twins: Int64Array,
+    outcome: Int64Array,
+    is_hanging: UInt8Array,
+    new_valences: Int64Array,
+    new_points: Int64Array,
+    new_sizes: Int64Array,
+    new_twins: Int64Array,
+) -> int:
     """Write the links of each cell without its hanging nodes; returns how many darts there are.
 
     Parameters
@@ -238,18 +324,18 @@ def reduce(
         ``(n_points, 3)`` float.
     suspects
         True for the cells to look at; the others are copied.
-    inner_faces, is_known, asked
+    inner_faces, is_known, unknown_faces
         1 for a face beyond which there is a cell; True if that is known, else it is 0 for all; receives 1 for a face of
         which it would be of use to know.
     node_counts, node_ids, valences, link_points, link_faces, link_sizes, link_twins
-        The links of all nodes, see `polyhedra_links.links`.
-    said
+        The links of all nodes, see `links.links`.
+    outcome
         Receives `REDUCED` and `CANDIDATE` for each cell.
     is_hanging, new_valences
         Receive a value a node: 1 for a hanging one, which has the links that it had, with twins of -1; its darts.
     new_points, new_sizes, new_twins
         Receive a value a dart, filled from the start; as long as ``link_points``, or empty:
-        then only ``said`` and ``asked`` are written.
+        then only ``outcome`` and ``unknown_faces`` are written.
     """
     most_nodes, most, v0, d0 = np.int64(1), np.int64(1), np.int64(0), np.int64(0)
     for c in range(len(node_counts)):
@@ -272,7 +358,7 @@ def reduce(
         for v in range(n_nodes):
             first[v] = n
             n += valences[v0 + v]
-        said[c] = 0
+        outcome[c] = 0
         reduced = False
         if suspects[c] and n > 0:
             scale = 0.0
@@ -301,15 +387,30 @@ def reduce(
                 if _drop_on_edges(n_nodes, nxt, prv, twin, face, size, dart, valence):
                     reduced = True
                 if _mark_middles(n_nodes, nxt, twin, face, size, dart, valence, normal, dead) == 0:
-                    marked = _mark_between(n, n_nodes, xyz, tail, nxt, twin, face, sides, dart, valence, normal, label,
-                                           inner_faces, is_known, dead)  # fmt: skip
+                    marked = _mark_between(
+                        n,
+                        n_nodes,
+                        xyz,
+                        tail,
+                        nxt,
+                        twin,
+                        face,
+                        sides,
+                        dart,
+                        valence,
+                        normal,
+                        label,
+                        inner_faces,
+                        is_known,
+                        dead,
+                    )
                     if marked == 0:
                         break
                     if not is_known:
-                        said[c] |= CANDIDATE
+                        outcome[c] |= CANDIDATE
                         for h in range(n):
                             if nxt[h] != -1 and _is_flat(normal, face[h], face[twin[h]]):
-                                asked[label[h]] = face[h] != face[twin[h]] or asked[label[h]]
+                                unknown_faces[label[h]] = face[h] != face[twin[h]] or unknown_faces[label[h]]
                         break
                 _merge(n, n_nodes, tail, nxt, prv, twin, dart, valence, dead)
                 _measure_faces(n, xyz, tail, nxt, face, size, sides, normal)
@@ -317,7 +418,7 @@ def reduce(
             if reduced and _euler(n, n_nodes, tail, nxt, face, size, twin, dart, valence, place) != euler:
                 reduced = False
             if reduced:
-                said[c] |= REDUCED
+                outcome[c] |= REDUCED
         new_first = at
         for v in range(n_nodes if len(new_points) else 0):
             hangs = reduced and valence[v] == 0

@@ -3,7 +3,14 @@
 A cell comes as faces, point ids in order. It leaves as *links*: for each node its neighbours in order around it, so
 that three neighbours that follow one another are right-handed where the cell is convex. A neighbour seen from a node is
 a *dart*; each dart knows the face between it and the next one around the node, and its twin, the same edge seen from
-the other end. This is the whole combinatorial map of the cell (the face graph with its orientation).
+the other end. This is the whole combinatorial map of the cell (the face graph with its orientation)::
+
+              j                     the darts of v in order: v-i, v-j, v-k; three that follow one another are
+         F    |    G                right-handed. G is the face of v-i: between it and the next dart, v-j
+              |
+              v------- i            twin of the dart v-i: the dart i-v among those of i
+             /
+            k   H
 
 Everything is linear in the number of darts, whatever the valence: points and edges are paired by hashing.
 """
@@ -14,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import BoolArray, FloatArray, Index, Int64Array, UInt8Array
 from ..jit import inlined, kernel
 
 # What may be wrong with a cell, one bit each; `Fault` gives them names.
@@ -34,7 +42,7 @@ LOW, HASH = 0x7FFFFFFF, 0x4F1BBCDD  # 31 bits; 2^31/φ (Knuth, TAOCP 3, 6.4): th
 
 
 @inlined
-def _table_size(n: Any) -> Any:
+def _table_size(n: Index) -> Any:
     """A power of two, at least 2n."""
     size = 4
     while size < 2 * n:
@@ -43,7 +51,7 @@ def _table_size(n: Any) -> Any:
 
 
 @inlined
-def _slot(keys: Any, mask: Any, key: Any) -> Any:
+def _find(keys: Int64Array, mask: Index, key: Index) -> Any:
     """Where a key is in an open table, or the free place where it belongs."""
     at = ((((key ^ (key >> 31)) & LOW) * HASH) >> 16) & mask
     while keys[at] != -1 and keys[at] != key:
@@ -52,10 +60,22 @@ def _slot(keys: Any, mask: Any, key: Any) -> Any:
 
 
 @inlined
-def _number(
-    at_point: Any, at_face: Any, n_faces: Any, face_points: Any, face_sizes: Any, face_flips: Any, mask: Any,
-    keys: Any, values: Any, ids: Any, stamp: Any, tail: Any, nxt: Any, face: Any,
-) -> Any:  # fmt: skip
+def _number_nodes(
+    at_point: Index,
+    at_face: Index,
+    n_faces: Index,
+    face_points: Int64Array,
+    face_sizes: Int64Array,
+    face_flips: UInt8Array,
+    mask: Index,
+    keys: Int64Array,
+    values: Int64Array,
+    ids: Int64Array,
+    stamp: Int64Array,
+    tail: Int64Array,
+    nxt: Int64Array,
+    face: Int64Array,
+) -> Any:
     """Number the nodes of a cell as they first appear, and write its half-edges. Returns the nodes and the faults."""
     for i in range(mask + 1):
         keys[i] = -1
@@ -67,7 +87,7 @@ def _number(
             faults |= SMALL_FACE
         for i in range(m):
             point = face_points[at_point + h + (m - 1 - i if flip else i)]
-            at = _slot(keys, mask, point)
+            at = _find(keys, mask, point)
             if keys[at] == -1:
                 keys[at] = point
                 values[at] = n_nodes
@@ -90,7 +110,16 @@ def _number(
 
 
 @inlined
-def _pair(n: Any, n_nodes: Any, tail: Any, nxt: Any, mask: Any, keys: Any, first: Any, twin: Any) -> Any:
+def _pair_half_edges(
+    n: Index,
+    n_nodes: Index,
+    tail: Int64Array,
+    nxt: Int64Array,
+    mask: Index,
+    keys: Int64Array,
+    first: Int64Array,
+    twin: Int64Array,
+) -> Any:
     """Find the twin of each half-edge, the other one between the same nodes in whatever direction. Returns faults;
     `NON_ORIENTABLE` if two twins have one direction: then some face is to be turned, or there is no way to turn them.
     """
@@ -101,7 +130,7 @@ def _pair(n: Any, n_nodes: Any, tail: Any, nxt: Any, mask: Any, keys: Any, first
         a = tail[h]
         b = tail[nxt[h]]
         key = min(a, b) * n_nodes + max(a, b)
-        at = _slot(keys, mask, key)
+        at = _find(keys, mask, key)
         twin[h] = -1
         if keys[at] == -1:
             keys[at] = key
@@ -123,9 +152,19 @@ def _pair(n: Any, n_nodes: Any, tail: Any, nxt: Any, mask: Any, keys: Any, first
 
 @kernel
 def links(
-    face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, faults: Any, node_counts: Any,
-    node_ids: Any, valences: Any, link_points: Any, link_faces: Any, link_twins: Any,
-) -> Any:  # fmt: skip
+    face_points: Int64Array,
+    face_sizes: Int64Array,
+    face_flips: UInt8Array,
+    face_counts: Int64Array,
+    room: int,
+    faults: Int64Array,
+    node_counts: Int64Array,
+    node_ids: Int64Array,
+    valences: Int64Array,
+    link_points: Int64Array,
+    link_faces: Int64Array,
+    link_twins: Int64Array,
+) -> Any:
     """Write the links of each cell; returns how many nodes and darts there are.
 
     Parameters
@@ -136,7 +175,7 @@ def links(
         The most points that the faces of a cell have together; faces, if some cell has more of these.
     faults, node_counts
         Receive a value a cell. A cell with a fault of `BROKEN` has its nodes, with valence 0. One that is
-        `NON_ORIENTABLE` may be so for want of `turn`.
+        `NON_ORIENTABLE` may be so for want of `orient`.
     node_ids, valences
         Receive a value a node, cells one after another, nodes as they first appear in the faces: point id, number of
         darts. As long as ``face_points``, filled from the start.
@@ -156,12 +195,24 @@ def links(
         for f in range(at_face, at_face + n_faces):
             n += face_sizes[f]
         mask = _table_size(n) - 1
-        n_nodes, fault = _number(
-            at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, keys, values, ids, stamp, tail,
-            nxt, face,
-        )  # fmt: skip
+        n_nodes, fault = _number_nodes(
+            at_point,
+            at_face,
+            n_faces,
+            face_points,
+            face_sizes,
+            face_flips,
+            mask,
+            keys,
+            values,
+            ids,
+            stamp,
+            tail,
+            nxt,
+            face,
+        )
         if fault == 0:
-            fault = _pair(n, n_nodes, tail, nxt, mask, keys, values, twin)
+            fault = _pair_half_edges(n, n_nodes, tail, nxt, mask, keys, values, twin)
         if fault == 0:
             for v in range(n_nodes):
                 valence[v] = 0
@@ -222,7 +273,9 @@ def links(
 
 
 @inlined
-def _volume(points: Any, ids: Any, n: Any, tail: Any, nxt: Any, face: Any, flip: Any) -> Any:
+def _volume(
+    points: FloatArray, ids: Int64Array, n: Index, tail: Int64Array, nxt: Int64Array, face: Int64Array, flip: Int64Array
+) -> Any:
     """The sign of it counts: tetrahedra over the first node, in units of the cell's size."""
     scale, total, first = 0.0, 0.0, 0
     o = ids[0]
@@ -247,8 +300,14 @@ def _volume(points: Any, ids: Any, n: Any, tail: Any, nxt: Any, face: Any, flip:
 
 
 @kernel
-def turn(
-    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, wanted: Any
+def orient(
+    points: FloatArray,
+    face_points: Int64Array,
+    face_sizes: Int64Array,
+    face_flips: UInt8Array,
+    face_counts: Int64Array,
+    room: int,
+    wanted: BoolArray,
 ) -> None:
     """Change the flips of cells whose faces are of mixed orientation, so that all are outward; where they can be.
 
@@ -270,11 +329,23 @@ def turn(
             n += face_sizes[at_face + f]
         if wanted[c]:
             mask = _table_size(n) - 1
-            n_nodes, _ = _number(
-                at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, keys, values, ids, stamp, tail,
-                nxt, face,
-            )  # fmt: skip
-            _pair(n, n_nodes, tail, nxt, mask, keys, values, twin)
+            n_nodes, _ = _number_nodes(
+                at_point,
+                at_face,
+                n_faces,
+                face_points,
+                face_sizes,
+                face_flips,
+                mask,
+                keys,
+                values,
+                ids,
+                stamp,
+                tail,
+                nxt,
+                face,
+            )
+            _pair_half_edges(n, n_nodes, tail, nxt, mask, keys, values, twin)
             for shell in range(n_faces):
                 if flip[shell] != -1:
                     continue

@@ -1,7 +1,7 @@
 """Which polyhedra have the form of a regular-faced solid, and its constants at their nodes.
 
 Cheap invariants first (numbers of nodes and darts, the faces around every node, as one number); then, for candidates
-only, the face graphs themselves: a dart of the cell is laid on every dart of the solid that looks alike, in both
+only, the face graphs themselves: a dart of the cell is mapped to every dart of the solid that looks alike, in both
 orientations, and the rest must follow. Most trials fail after a few darts, and most solids fit at the first.
 """
 
@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Float64Array, Index, Int64Array, UInt8Array, UInt64Array
 from ..jit import inlined, kernel
 
 NO_SOLID, PRISM, ANTIPRISM = -1, -2, -3
 
 
 @inlined
-def _mixed(value: Any) -> Any:
+def _mix(value: Any) -> Any:
     """A number with all its bits stirred (the finaliser of SplitMix64)."""
     z = np.uint64(value) + np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -27,7 +28,9 @@ def _mixed(value: Any) -> Any:
 
 
 @kernel
-def invariants(node_counts: Any, valences: Any, is_hanging: Any, link_sizes: Any, out: Any) -> None:
+def invariants(
+    node_counts: Int64Array, valences: Int64Array, is_hanging: UInt8Array, link_sizes: Int64Array, out: UInt64Array
+) -> None:
     """One number (uint64) a cell that does not depend on its numbering or orientation; hanging nodes are left out."""
     v, at = np.int64(0), np.int64(0)
     for c in range(len(node_counts)):
@@ -38,16 +41,24 @@ def invariants(node_counts: Any, valences: Any, is_hanging: Any, link_sizes: Any
                 around = np.uint64(d)
                 for i in range(d):
                     a, b = link_sizes[at + i], link_sizes[at + (i + 1 if i + 1 < d else 0)]
-                    around += _mixed(_mixed(a) + _mixed(b))
-                total += _mixed(around)
+                    around += _mix(_mix(a) + _mix(b))
+                total += _mix(around)
                 n_nodes, n_darts = n_nodes + 1, n_darts + d
             at += d
             v += 1
-        out[c] = _mixed(total ^ _mixed(n_nodes)) ^ _mixed(n_darts + 1)
+        out[c] = _mix(total ^ _mix(n_nodes)) ^ _mix(n_darts + 1)
 
 
 @inlined
-def _family(first: Any, stop: Any, n_corners: Any, at: Any, valences: Any, is_hanging: Any, link_sizes: Any) -> Any:
+def _family(
+    first: Index,
+    stop: Index,
+    n_corners: Index,
+    at: Index,
+    valences: Int64Array,
+    is_hanging: UInt8Array,
+    link_sizes: Int64Array,
+) -> Any:
     """`PRISM` or `ANTIPRISM` and the size of its base if the faces around every node are those of one."""
     kind, n = 0, 0
     for v in range(first, stop):
@@ -72,7 +83,7 @@ def _family(first: Any, stop: Any, n_corners: Any, at: Any, valences: Any, is_ha
 
 
 @inlined
-def _family_k(kind: Any, n: Any) -> Any:
+def _family_k(kind: Index, n: Index) -> Any:
     """J_S at the corners of a prism or antiprism of unit edges over a regular n-gon.
 
     Prism: two right angles and one of (n - 2)π/n. Antiprism: the least of the determinants of four edges in turn, two
@@ -86,25 +97,25 @@ def _family_k(kind: Any, n: Any) -> Any:
 
 @kernel
 def match(
-    node_counts: Any,
-    valences: Any,
-    is_hanging: Any,
-    link_sizes: Any,
-    link_twins: Any,
-    keys: Any,
-    rows: Any,
-    solid_keys: Any,
-    solid_order: Any,
-    solid_darts: Any,
-    solid_nodes: Any,
-    solid_starts: Any,
-    solid_valences: Any,
-    solid_sizes: Any,
-    solid_twins: Any,
-    solid_node: Any,
-    solid_k: Any,
-    which: Any,
-    k: Any,
+    node_counts: Int64Array,
+    valences: Int64Array,
+    is_hanging: UInt8Array,
+    link_sizes: Int64Array,
+    link_twins: Int64Array,
+    keys: UInt64Array,
+    rows: Int64Array,
+    solid_keys: UInt64Array,
+    solid_order: Int64Array,
+    solid_darts: Int64Array,
+    solid_nodes: Int64Array,
+    solid_starts: Int64Array,
+    solid_valences: Int64Array,
+    solid_sizes: Int64Array,
+    solid_twins: Int64Array,
+    solid_node: Int64Array,
+    solid_k: Float64Array,
+    which: Int64Array,
+    k: Float64Array,
 ) -> None:
     """For each cell the regular-faced solid whose form it has, and k at each node (left as it is where there is none).
 
@@ -176,10 +187,31 @@ def match(
                 continue
             for trial in range(2 * (solid_darts[solid + 1] - solid_darts[solid])):
                 r0, sense = solid_darts[solid] + trial // 2, 1 - 2 * (trial & 1)
-                if _laid_on(
-                    best_dart, r0, sense, base, first, n, valences, link_sizes, link_twins, starts, node_of, slot_of,
-                    solid_starts, solid_valences, solid_sizes, solid_twins, solid_node, image, shift, stack,
-                ) == corners:  # fmt: skip
+                if (
+                    _match_from(
+                        best_dart,
+                        r0,
+                        sense,
+                        base,
+                        first,
+                        n,
+                        valences,
+                        link_sizes,
+                        link_twins,
+                        starts,
+                        node_of,
+                        slot_of,
+                        solid_starts,
+                        solid_valences,
+                        solid_sizes,
+                        solid_twins,
+                        solid_node,
+                        image,
+                        shift,
+                        stack,
+                    )
+                    == corners
+                ):
                     which[c] = solid
                     for u in range(n):
                         if not is_hanging[first + u]:
@@ -188,11 +220,28 @@ def match(
 
 
 @inlined
-def _laid_on(
-    dart: Any, target: Any, sense: Any, base: Any, first: Any, n: Any, valences: Any, link_sizes: Any, link_twins: Any,
-    starts: Any, node_of: Any, slot_of: Any, solid_starts: Any, solid_valences: Any, solid_sizes: Any,
-    solid_twins: Any, solid_node: Any, image: Any, shift: Any, stack: Any,
-) -> Any:  # fmt: skip
+def _match_from(
+    dart: Index,
+    target: Index,
+    sense: Index,
+    base: Index,
+    first: Index,
+    n: Index,
+    valences: Int64Array,
+    link_sizes: Int64Array,
+    link_twins: Int64Array,
+    starts: Int64Array,
+    node_of: Int64Array,
+    slot_of: Int64Array,
+    solid_starts: Int64Array,
+    solid_valences: Int64Array,
+    solid_sizes: Int64Array,
+    solid_twins: Int64Array,
+    solid_node: Int64Array,
+    image: Int64Array,
+    shift: Int64Array,
+    stack: Int64Array,
+) -> Any:
     """How many nodes of the cell fall on nodes of the solid if one dart falls on another; -1 if they do not fit.
 
     ``image`` receives the solid's node for each node, ``shift`` which of its darts the node's dart 0 falls on.

@@ -1,26 +1,33 @@
-"""J_S at the nodes of polyhedra, from their links (see `polyhedra_links`).
+"""J_S at the nodes of polyhedra, from their links (see `links`).
 
 A node of valence 3 has one triple, one of a higher valence the consecutive triples around it; J_S is their fold. From
 five on, triples can all be positive although the link goes around twice, as in a pentagram: such a corner is turned
-inside out, and `winding` says so. Values whose sign is not certain, see `cells`, are left as NaN.
+inside out, and `winds_once` says so. Values whose sign is not certain, see `cells.fast`, are left as NaN.
 """
 
 from __future__ import annotations
 
 from math import atan2, pi, sqrt
-from typing import Any
 
 import numpy as np
 
+from ..arrays import Float64Array, FloatArray, Int64Array, UInt8Array
 from ..jit import kernel
 
-FLAT = 4e-15  # below this |J_S| a sign is not certain, see `cells`
+FLAT = 4e-15  # below this |J_S| a sign is not certain, see `cells.fast`
 SMALL, LARGE = 1e-280, 1e280  # of l1² l2² l3²: within, it has lost no bits
 
 
 @kernel
-def scaled_jacobian(points: Any, node_ids: Any, valences: Any, is_hanging: Any, link_points: Any, out: Any) -> int:
-    """J_S of each node; NaN where it could not be settled here. Returns how many are NaN.
+def scaled_jacobian(
+    points: FloatArray,
+    node_ids: Int64Array,
+    valences: Int64Array,
+    is_hanging: UInt8Array,
+    link_points: Int64Array,
+    out: Float64Array,
+) -> int:
+    """J_S of each node; NaN where it was not certain here. Returns how many are NaN.
 
     A node of valence 2 has no corner: 0 unless it hangs; then what it gets, 0 to 1, is how far it is from standing
     straight on its edge, the sine of the bend (1 beyond a right angle). NaN for valence 0.
@@ -40,7 +47,7 @@ def scaled_jacobian(points: Any, node_ids: Any, valences: Any, is_hanging: Any, 
             x[i, 0], x[i, 1], x[i, 2] = dx, dy, dz
             square[i] = dx * dx + dy * dy + dz * dz
         at += d
-        settled = d > 0
+        is_certain = d > 0
         # Of a hanging node the size is wanted, not the sign; on a regular octree all are exactly flat.
         flat = -1.0 if is_hanging[v] else FLAT
         small, nearest = 2.0, -2.0
@@ -53,7 +60,7 @@ def scaled_jacobian(points: Any, node_ids: Any, valences: Any, is_hanging: Any, 
             )
             product = square[i] * square[j] * square[k]
             s = det / sqrt(product)
-            settled = settled and (abs(s) > flat) and (product > SMALL) and (product < LARGE)
+            is_certain = is_certain and (abs(s) > flat) and (product > SMALL) and (product < LARGE)
             s = max(min(s, 1.0), -1.0)
             small = min(small, s)
             if s < 0.0:
@@ -66,14 +73,21 @@ def scaled_jacobian(points: Any, node_ids: Any, valences: Any, is_hanging: Any, 
             product = square[0] * square[1]
             straight = x[0, 0] * x[1, 0] + x[0, 1] * x[1, 1] + x[0, 2] * x[1, 2] < 0.0
             value = min(sqrt((cx * cx + cy * cy + cz * cz) / product), 1.0) if straight else 1.0
-            settled = (product > SMALL) and (product < LARGE)
-        out[v] = value if settled else np.nan
-        left += not settled
+            is_certain = (product > SMALL) and (product < LARGE)
+        out[v] = value if is_certain else np.nan
+        left += not is_certain
     return left
 
 
 @kernel
-def winding(points: Any, node_ids: Any, starts: Any, valences: Any, out: Any, link_points: Any) -> None:
+def winds_once(
+    points: FloatArray,
+    node_ids: Int64Array,
+    starts: Int64Array,
+    valences: Int64Array,
+    out: UInt8Array,
+    link_points: Int64Array,
+) -> None:
     """1 for each node whose link, seen along its first neighbour, turns one way by less than half a turn; else 0.
 
     To be asked of nodes whose consecutive triples are all positive: their link then winds once if and only if 1.

@@ -1,4 +1,14 @@
-"""What is asked of the surface of a polyhedral cell as a whole: is it star-shaped, are its faces flat."""
+r"""What the surface of a polyhedral cell is like as a whole: is the cell star-shaped, are its faces flat.
+
+A face is cut into triangles from the mean of its points, as finite-volume codes do. A triangle bounds a half-space; the
+cell is star-shaped if some point lies inside of all of them, and a face is flat as far as its triangles are parallel::
+
+        3-------2
+        | \   / |
+        |   m   |       m = mean of 0, 1, 2, 3
+        | /   \ |       triangles 0-1-m, 1-2-m, 2-3-m, 3-0-m
+        0-------1
+"""
 
 from __future__ import annotations
 
@@ -7,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import BoolArray, Float64Array, FloatArray, Index, Int64Array, UInt8Array
 from ..jit import inlined, kernel
 
 STAR_SHAPED, WARPED, ZERO_EDGE, UNSEEN = 1, 2, 4, 8
@@ -24,7 +35,9 @@ PIVOTS = 1000
 
 
 @inlined
-def _solve(rows: Any, basis: Any, matrix: Any, transposed: Any, right: Any) -> Any:
+def _solve(
+    rows: Float64Array, basis: Int64Array, matrix: Float64Array, transposed: BoolArray, right: Float64Array
+) -> Any:
     """Solve with the 4×4 matrix whose columns are the basis rows' (normal, 1), or its transpose; right is replaced."""
     for i in range(4):
         for j in range(4):
@@ -53,7 +66,9 @@ def _solve(rows: Any, basis: Any, matrix: Any, transposed: Any, right: Any) -> A
 
 
 @inlined
-def _depth(rows: Any, n: Any, basis: Any, matrix: Any, work: Any, transposed: Any) -> Any:
+def _depth(
+    rows: Float64Array, n: Index, basis: Int64Array, matrix: Float64Array, work: Float64Array, transposed: BoolArray
+) -> Any:
     """How far inside all half-spaces a point can be: the greatest t such that normal·x + t <= bound for all rows.
 
     Rows are ``(normal, bound)``; the first six bound a cube. The simplex method on the dual problem, whose bases have
@@ -98,9 +113,18 @@ def _depth(rows: Any, n: Any, basis: Any, matrix: Any, work: Any, transposed: An
 
 @inlined
 def _half_spaces(
-    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, at_point: Any, at_face: Any, n_faces: Any,
-    rows: Any, middle: Any, ends: Any, warped: Any,
-) -> Any:  # fmt: skip
+    points: FloatArray,
+    face_points: Int64Array,
+    face_sizes: Int64Array,
+    face_flips: UInt8Array,
+    at_point: Index,
+    at_face: Index,
+    n_faces: Index,
+    rows: Float64Array,
+    middle: Float64Array,
+    ends: Float64Array,
+    warped: Float64Array,
+) -> Any:
     """Cut the faces of a cell into triangles from the mean of their points, and write ``(normal, bound)`` of each.
 
     In a frame with the mean of the cell's points at its origin and its size as unit. Returns how many there are, -1 if
@@ -166,21 +190,36 @@ def _half_spaces(
 
 @kernel
 def shapes(
-    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, out: Any
+    points: FloatArray,
+    face_points: Int64Array,
+    face_sizes: Int64Array,
+    face_flips: UInt8Array,
+    face_counts: Int64Array,
+    room: int,
+    out: Int64Array,
 ) -> None:
     """Bits `STAR_SHAPED`, `UNSEEN`, `WARPED`, `ZERO_EDGE` for each cell.
 
     Each face is cut into triangles from the mean of its points to its edges, as finite-volume codes do; a cell is
     star-shaped if some point is inside of all of them by `MARGIN`. The mean of the points is tried here; for the cells
-    that are `UNSEEN` from it, see `star_shaped`. Other arrays as for `polyhedra_links.links`.
+    that are `UNSEEN` from it, see `star_shaped`. Other arrays as for `links.links`.
     """
     rows, work = np.empty((room, 4)), np.empty((5, 3))
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n, bits = _half_spaces(
-            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], rows, work[0], work[1:4],
+            points,
+            face_points,
+            face_sizes,
+            face_flips,
+            at_point,
+            at_face,
+            face_counts[c],
+            rows,
+            work[0],
+            work[1:4],
             work[4],
-        )  # fmt: skip
+        )
         least = 1.0
         for row in range(n):
             least = min(least, rows[row, 3])
@@ -194,7 +233,13 @@ def shapes(
 
 @kernel
 def star_shaped(
-    points: Any, face_points: Any, face_sizes: Any, face_flips: Any, face_counts: Any, room: int, out: Any
+    points: FloatArray,
+    face_points: Int64Array,
+    face_sizes: Int64Array,
+    face_flips: UInt8Array,
+    face_counts: Int64Array,
+    room: int,
+    out: BoolArray,
 ) -> None:
     """True for each cell, all of which have a size, that is star-shaped, whatever the point that sees its faces."""
     rows, work = np.empty((room + 6, 4)), np.empty((5, 3))
@@ -207,9 +252,18 @@ def star_shaped(
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n, _ = _half_spaces(
-            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], rows[6:], work[0],
-            work[1:4], work[4],
-        )  # fmt: skip
+            points,
+            face_points,
+            face_sizes,
+            face_flips,
+            at_point,
+            at_face,
+            face_counts[c],
+            rows[6:],
+            work[0],
+            work[1:4],
+            work[4],
+        )
         out[c] = _depth(rows, n + 6, basis, matrix, matrix[4:], transposed) > MARGIN
         for f in range(at_face, at_face + face_counts[c]):
             at_point += face_sizes[f]

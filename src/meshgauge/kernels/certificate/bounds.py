@@ -5,11 +5,11 @@ curved cell all the more. Here the determinant is bounded over the whole closed 
 
 Steps, each for the cells that the one before left open:
 
-1. one set of Bernstein coefficients in floating numbers with a bound on their rounding (`certificate_bernstein`, for
-   the hexahedron `certificate_hexahedron`), which settles nearly all cells;
+1. one set of Bernstein coefficients in floating numbers with a bound on their rounding (`bernstein`, for
+   the hexahedron `hexahedron`), which decides nearly all cells;
 2. corners that are zero because coordinates are equal: flat cells, repeated nodes, of which a mesh may be full;
-3. subdivision (`certificate_subdivision`);
-4. whole numbers (`certificate_exact`), for determinants that are zero or almost.
+3. subdivision (`subdivision`);
+4. whole numbers (`exact`), for determinants that are zero or almost.
 """
 
 from __future__ import annotations
@@ -20,10 +20,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import BLOCK
 from . import numpy_path
-from .tables import INVALID, KINDS, LANES, UNDECIDED, UNDEFINED, VALID, Table, row_of, table
+from .tables import INVALID, KINDS, UNDECIDED, UNDEFINED, VALID, Table, row_of, table
 
-__all__ = ["KINDS", "Certificate", "Validity", "certificate", "validity"]
+__all__ = ["KINDS", "Bounds", "Validity", "bounds", "validity"]
 
 NODE_BYTES = 1 << 20
 """Size of the gathered nodes worked on at a time: they stay in the second-level cache."""
@@ -33,7 +34,7 @@ LARGEST = 1 << 26
 
 
 class Validity(IntEnum):
-    """What is proved of a cell, as stored in `Certificate.status`."""
+    """What is proved of a cell, as stored in `Bounds.status`."""
 
     VALID = VALID  #: the determinant is positive on the whole closed cell
     INVALID = INVALID  #: it is zero or negative at some point of it
@@ -41,8 +42,8 @@ class Validity(IntEnum):
     UNDEFINED = UNDEFINED  #: a coordinate is NaN or infinite
 
 
-class Certificate(NamedTuple):
-    """Verdicts and certified bounds, one a cell.
+class Bounds(NamedTuple):
+    """What is proved of each cell, and certified bounds on its least determinant.
 
     The bounds enclose the minimum of the Jacobian determinant over the cell, divided by the determinant of the ideal
     cell (all faces regular) with the same root-mean-square edge length. So 1 is the ideal cell, the value does not
@@ -56,13 +57,13 @@ class Certificate(NamedTuple):
     upper: NDArray[np.float64]  #: (m,)
 
 
-def certificate(
+def bounds(
     name: str,
     points: NDArray[np.floating],
     connectivity: NDArray[np.integer],
     *,
     max_splits: int = 1000,
-) -> Certificate:
+) -> Bounds:
     """Certify cells of one type.
 
     Parameters
@@ -78,7 +79,7 @@ def certificate(
 
     Returns
     -------
-    Certificate
+    Bounds
         For tetra, pyramid and wedge exact: never undecided, and the bounds differ by rounding only. For the others
         ``lower`` is the least Bernstein coefficient where these are positive, else what subdivision has reached when
         the sign is known, and ``upper`` is the least value seen.
@@ -96,10 +97,10 @@ def certificate(
     result = _empty(n_cells)
     # A kernel of its own gathers by itself.
     node_bytes = LARGEST if row.name in BY_NAME else NODE_BYTES
-    step = LANES * max(node_bytes // (24 * row.n_nodes * LANES), 1)
+    step = BLOCK * max(node_bytes // (24 * row.n_nodes * BLOCK), 1)
     for first in range(0, n_cells, step):
         chunk = slice(first, first + step)
-        part = Certificate(result.status[chunk], result.lower[chunk], result.upper[chunk])
+        part = Bounds(result.status[chunk], result.lower[chunk], result.upper[chunk])
         _certify(row, points, connectivity[chunk], part, max_splits)
     return result
 
@@ -107,12 +108,12 @@ def certificate(
 def validity(
     name: str, points: NDArray[np.floating], connectivity: NDArray[np.integer], *, compiled: bool
 ) -> NDArray[np.uint8]:
-    """`Validity` of each cell, without bounds; parameters as `certificate`.
+    """`Validity` of each cell, without bounds; parameters as `bounds`.
 
     ``compiled``: take the kernels, see `kernels.path`. Curved cells always do.
     """
     if compiled or not numpy_path.can_decide(row_of(name)):
-        return certificate(name, points, connectivity).status
+        return bounds(name, points, connectivity).status
     return numpy_path.validity(name, np.asarray(points[connectivity], np.float64))
 
 
@@ -123,15 +124,15 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
     return view
 
 
-def _empty(n_cells: int) -> Certificate:
-    return Certificate(np.empty(n_cells, np.uint8), np.empty(n_cells), np.empty(n_cells))
+def _empty(n_cells: int) -> Bounds:
+    return Bounds(np.empty(n_cells, np.uint8), np.empty(n_cells), np.empty(n_cells))
 
 
 def _certify(
     row: Table,
     points: NDArray[np.floating],
     connectivity: NDArray[np.integer],
-    result: Certificate,
+    result: Bounds,
     max_splits: int,
 ) -> None:
     """Fill the result for a few thousand cells."""
@@ -142,7 +143,7 @@ def _certify(
     from .subdivision import subdivide
 
     def gathered(cells: NDArray[np.integer]) -> NDArray[np.float64]:
-        nodes = np.empty((-(-len(cells) // LANES), 3 * row.n_nodes, LANES))
+        nodes = np.empty((-(-len(cells) // BLOCK), 3 * row.n_nodes, BLOCK))
         gather(points, _read_only(cells), nodes)
         return nodes
 
@@ -172,17 +173,17 @@ def _certify(
         _certify_exactly(row.name, points[connectivity[cell]], result, cell, max_splits // 10)
 
 
-def _certify_exactly(name: str, nodes: NDArray[np.floating], result: Certificate, cell: int, max_splits: int) -> None:
+def _certify_exactly(name: str, nodes: NDArray[np.floating], result: Bounds, cell: int, max_splits: int) -> None:
     from .exact import exact
 
     if not np.isfinite(nodes).all():
         result.status[cell], result.lower[cell], result.upper[cell] = UNDEFINED, np.nan, np.nan
         return
-    bounds = exact(name, nodes.tolist(), max_splits)
-    if bounds.status == UNDECIDED:
+    proved = exact(name, nodes.tolist(), max_splits)
+    if proved.status == UNDECIDED:
         # What subdivision has reached before may be tighter; it is NaN where the numbers left their range.
-        bounds = bounds._replace(
-            lower=float(np.fmax(bounds.lower, result.lower[cell])),
-            upper=float(np.fmin(bounds.upper, result.upper[cell])),
+        proved = proved._replace(
+            lower=float(np.fmax(proved.lower, result.lower[cell])),
+            upper=float(np.fmin(proved.upper, result.upper[cell])),
         )
-    result.status[cell], result.lower[cell], result.upper[cell] = bounds
+    result.status[cell], result.lower[cell], result.upper[cell] = proved
