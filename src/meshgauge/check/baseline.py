@@ -83,9 +83,9 @@ class Baseline:
 def worse(before: Standings, summary: Summary, margin: float = 0.0) -> list[Change]:
     """What is worse in a summary of J_ENS than it was, over all cells and for each type that was there.
 
-    Numbers of invalid, degenerate and unmeasured cells may not grow; the share of cells below 0.2, the least value, the
-    1 % quantile and the mean may be worse by the margin. Below 0 less is not worse, because J_ENS rises again as a cell
-    turns further: a least value or quantile that was negative and still is counts as no worse.
+    Numbers of invalid, degenerate and unmeasured cells may not grow; the share of cells that are poor or worse, the
+    least value, the 1 % quantile and the mean may be worse by the margin. Below 0 less is not worse, because J_ENS
+    rises again as a cell turns further: a least value or quantile that was negative and still is counts as no worse.
     """
     now = {"all": Standing.of(summary.all), **{name: Standing.of(tally) for name, tally in summary.types.items()}}
     return [

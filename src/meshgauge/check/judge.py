@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES, type_name
 from ..errors import BaselineError
+from ..look.bands import POOR_TEXT
 from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..quality.metrics import metric
@@ -25,7 +26,7 @@ from .rules import Level, Nothing, NoWorse, Rule, Scope, Threshold
 JENS = "jens"
 
 FAIL = ("nothing invalid", "nothing degenerate", "nothing undecided", "nothing unmeasured")
-WARN = ("jens >= 0.2 @ 1%",)
+WARN = (f"jens >= {POOR_TEXT} @ 1%",)
 """The rules where none are given."""
 
 LISTED = 5

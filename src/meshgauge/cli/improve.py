@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 from ..errors import MeshgaugeError
+from ..look.bands import POOR
 from . import inputs, options
 from .options import WRITING, option
 
@@ -36,7 +37,7 @@ def improve(
     boundary: Annotated[
         Boundaries, option("--boundary", None, "Points of the boundary stay, or move on it.", WHAT)
     ] = Boundaries.fixed,
-    target: Annotated[float, option("--target", "Q", "J_ENS that every cell should have.", WHAT)] = 0.2,
+    target: Annotated[float, option("--target", "Q", "J_ENS that every cell should have.", WHAT)] = POOR,
     floor: Annotated[
         float,
         option("--floor", "SHARE", "Share of the worst quality that raising the mean keeps; 1: all of it.", WHAT),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..look.bands import POOR_TEXT
+
 
 class Text(NamedTuple):
     """The help of a subcommand. Paragraphs are one line each: Typer joins no lines."""
@@ -16,9 +18,9 @@ class Text(NamedTuple):
 TEXTS = {
     "report": Text(
         "Measure every cell and report how good the mesh is.",
-        """Measure every cell and report how good the mesh is.
+        f"""Measure every cell and report how good the mesh is.
 
-Says how many cells of which type are invalid, degenerate, poor or good, the minimum, quantiles, mean and histogram of their quality by type, and the worst cells (10; 3 of each of several meshes) with the node that is worst. Quality is J_ENS: [green]1[/green] for the ideal cell of every type, [yellow]below 0.2[/yellow] poor, [magenta]0[/magenta] degenerate, [red]below 0[/red] inverted.
+Says how many cells of which type are invalid, degenerate, poor or good, the minimum, quantiles, mean and histogram of their quality by type, and the worst cells (10; 3 of each of several meshes) with the node that is worst. Quality is J_ENS: [green]1[/green] for the ideal cell of every type, [yellow]below {POOR_TEXT}[/yellow] poor, [magenta]0[/magenta] degenerate, [red]below 0[/red] inverted.
 
 A mesh that is written has the metrics and the status of its cells, and the worst of each point, as data. JSON is described in docs/json-schema.md.
 
@@ -36,9 +38,9 @@ Exit codes: 0 done, 2 some file could not be read or written, 130 interrupted.""
     ),
     "check": Text(
         "Hold meshes against rules, in CI or pre-commit.",
-        """Hold meshes against rules: exit code 0 if they keep them, 1 if not.
+        f"""Hold meshes against rules: exit code 0 if they keep them, 1 if not.
 
-Rules come from --fail and --warn, else from [bold]meshgauge.toml[/bold] or [bold]\\[tool.meshgauge.check][/bold] of pyproject.toml in this folder or above. Without any, every cell must be valid and measured, and more than 1 % below 0.2 are a warning.
+Rules come from --fail and --warn, else from [bold]meshgauge.toml[/bold] or [bold]\\[tool.meshgauge.check][/bold] of pyproject.toml in this folder or above. Without any, every cell must be valid and measured, and more than 1 % below {POOR_TEXT} are a warning.
 
   METRIC >= NUMBER       [dim]or >, <=, <; a cell without a value never passes[/dim]
 

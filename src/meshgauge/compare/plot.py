@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..errors import MeshgaugeError
-from ..look.colours import GRID, INK
+from ..look.colours import GRID, INK, SOFT
 from ..plot import sheet
 from ..plot.bars import BINS, legend, outlines
 from ..plot.curves import curve
@@ -77,7 +77,7 @@ def compared(comparison: Comparison, *, names: Sequence[str] | None = None, bins
         right.grid(axis="x", color=GRID, linewidth=0.8)
         right.yaxis.set_major_formatter(lambda value, _: f"{100 * value:g} %")
     for x, text in ((0.12, "share of cells"), (0.63, "cells at or below")):
-        figure.text(x, 1 - (head - 0.02) / height, text, ha="left", va="bottom", fontsize=9.5, color="#55595e")
+        figure.text(x, 1 - (head - 0.02) / height, text, ha="left", va="bottom", fontsize=9.5, color=SOFT)
     for axes in (left, right):
         axes.set_xlabel(sheet.named(meshes[0].summary.scale), fontsize=10, color=INK)
     return figure

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from ..errors import FailedFile
 from ..look import style
+from ..look.bands import POOR_TEXT
 from ..quality.summary import CRITERIA, Tally
 from ..report.text import colored, fits, new_table, spark
 from . import Against, Comparison, Loss, PairCounts, Paired, Row, sentences
@@ -27,7 +28,7 @@ HEADS = {
     "n_measured": "measured",
     "n_invalid": "invalid",
     "n_degenerate": "degenerate",
-    "share_not_good": "below 0.2",
+    "share_not_good": f"below {POOR_TEXT}",
     "min": "min",
     "quantile_0.01": "1 %",
     "quantile_0.5": "median",

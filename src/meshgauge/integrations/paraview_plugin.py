@@ -22,6 +22,7 @@ from paraview.util.vtkAlgorithm import smdomain, smproperty, smproxy  # noqa: E4
 
 try:
     from meshgauge.integrations.vtk import MeshQuality
+    from meshgauge.look.bands import POOR
 except ImportError as error:
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     raise ImportError(
@@ -37,7 +38,7 @@ except ImportError as error:
 class MeshgaugeQuality(MeshQuality):
     """J_ENS of cells and points; the cells that are not ok apart."""
 
-    @smproperty.doublevector(name="Threshold", default_values=0.2)
+    @smproperty.doublevector(name="Threshold", default_values=POOR)
     @smdomain.doublerange(min=-1, max=1)
     def SetThreshold(self, value: float) -> None:
         """Cells of lower quality go to the second output."""

@@ -78,7 +78,7 @@ class MeshQuality(VTKPythonAlgorithmBase):  # type: ignore[misc]
         return self._threshold
 
     def SetThreshold(self, value: float) -> None:
-        """See `GetThreshold`; 0.2, below which a cell is poor, until it is set."""
+        """See `GetThreshold`; `look.bands.POOR` until it is set."""
         if value != self._threshold:
             self._threshold = value
             self.Modified()

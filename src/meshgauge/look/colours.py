@@ -25,7 +25,17 @@ WORDS = {
 }
 """Of text on white, at least 4.5 : 1."""
 
-INK, FAINT, GRID = "#222222", "#8a8f94", "#e6e8ea"
+ON_ANY = {"invalid": "#e04527", "poor": "#e39c0b", "good": "#4a90c2"}
+"""Of dots and bars on a ground that may be light or dark: at least 3 : 1 on black and, but for poor, on white."""
+
+INK, SOFT, FAINT, GRID = "#222222", "#55595e", "#8a8f94", "#e6e8ea"
+"""Of charts on white: text, lesser text, lines, lines of the grid."""
+
+HALO = "#ffffff"
+"""About marks, so that they are seen on any ground."""
+
+SKIN, GHOST, EDGE = "#cfd6dc", "#66788f", "#334052"
+"""Of shapes: the boundary of a mesh, cells that stand aside, and edges."""
 
 SERIES = ("#14456f", "#d9730d", "#009e73", "#8a4fb0", "#5f6368", "#b8870b", "#56b4e9", "#b03060")
 DASHES = ((), (6, 2), (2, 1.5), (8, 2, 2, 2), (4, 1), (1, 1), (10, 3), (3, 3))

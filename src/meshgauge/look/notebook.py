@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-INVALID, POOR, GOOD = "#e04527", "#e39c0b", "#4a90c2"
-"""Of dots and bars: at least 3 : 1 on black (#111) and, but for `POOR`, on white; a number always stands beside."""
+from .colours import ON_ANY
+
+INVALID, POOR, GOOD = (ON_ANY[band] for band in ("invalid", "poor", "good"))
+"""Of dots and bars; a number always stands beside."""
 
 FAINT = "rgba(128, 128, 128, 0.45)"
 

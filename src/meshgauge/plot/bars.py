@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import DEGENERATE, INK, WORDS, colours
+from ..look.colours import DEGENERATE, FAINT, INK, WORDS, colours
 from ..quality.measure import JENS
 from ..quality.summary import Scale, Tally
 from . import sheet
@@ -123,7 +123,7 @@ def _count_bands(axes: Axes, tally: Tally, edges: Values) -> None:
         at = low if band == "invalid" else min(x, high)
         side = "left" if at == low else "right" if at == high else "center"
         raised = 0.16 if band == "degenerate" else 0.0  # between its neighbours there is no room
-        look: dict[str, Any] = {"color": WORDS[band] if n else "#9aa0a6", "ha": side, "va": "bottom"}
+        look: dict[str, Any] = {"color": WORDS[band] if n else FAINT, "ha": side, "va": "bottom"}
         axes.text(at, 1.075 + raised, f"{n:,}", transform=axes.get_xaxis_transform(), fontsize=13, **look)
         axes.text(at, 1.02 + raised, band, transform=axes.get_xaxis_transform(), fontsize=9, **look)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..look.colours import GRID, INK
+from ..look.colours import GRID, INK, SOFT
 from ..quality.measure import JENS
 from ..quality.summary import Tally
 from . import sheet
@@ -96,5 +96,5 @@ def _legend(figure: Figure, curves: list[tuple[str, Tally]]) -> None:
             ha="left",
             va="center",
             fontsize=8.5,
-            color="#55595e",
+            color=SOFT,
         )

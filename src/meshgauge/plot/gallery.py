@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..cells import cell_type
 from ..errors import MeshgaugeError
-from ..look.colours import FAINT, INK
+from ..look.colours import FAINT, INK, SOFT
 from ..mesh.polyhedra import Polyhedra
 from ..quality.measure import Quality, WorstCell
 from . import marks, sheet
@@ -126,7 +126,7 @@ def _near(
     look: dict[str, Any] = {"va": "center", "clip_on": False}
     axes.text(42, 15 - CAPTION, f"{what}", color=INK, fontsize=11.5, **look)
     axes.text(42, 37 - CAPTION, f"{value}", color=marks.colour_of(cell), fontsize=11.5, weight="bold", **look)
-    axes.text(42 + 11 * len(value), 37 - CAPTION, node, color="#55595e", fontsize=10.5, **look)
+    axes.text(42 + 11 * len(value), 37 - CAPTION, node, color=SOFT, fontsize=10.5, **look)
 
 
 def _cells(grid: Any, cells: ArrayLike) -> Any:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..look.colours import FAINT, INK
+from ..look.colours import FAINT, INK, SKIN
 from ..quality.measure import Quality
 from . import marks
 from .canvas import check_drawing
@@ -44,7 +44,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
     made = pyvista.Plotter(off_screen=off_screen)
     made.set_background("white")
     skin = surface(grid)
-    made.add_mesh(skin, color="#cfd6dc", opacity=0.14, pickable=False)
+    made.add_mesh(skin, color=SKIN, opacity=0.14, pickable=False)
     sharp = edges(skin)
     if sharp.n_cells:
         made.add_mesh(sharp, color=FAINT, pickable=False)

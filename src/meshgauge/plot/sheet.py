@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..look.colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, WORDS
+from ..look.bands import NAMES
+from ..look.colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, SOFT, WORDS
 from ..quality.summary import Summary, Tally
 from ..quality.summary.scale import Scale
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-BANDS = ("invalid", "degenerate", "undecided", "poor", "good", "unknown")
 
 MINUS = "\N{MINUS SIGN}"
 
@@ -65,7 +64,7 @@ def title(on: Figure, text: str, below: str = "") -> None:
     look: dict[str, Any] = {"fontsize": 12, "fontweight": "bold", "parse_math": False}
     on.text(0.02, 1 - 0.12 / height, short(text, 80), ha="left", va="top", color=INK, **look)
     if below:
-        on.text(0.02, 1 - 0.37 / height, below, ha="left", va="top", fontsize=9.5, color="#55595e")
+        on.text(0.02, 1 - 0.37 / height, below, ha="left", va="top", fontsize=9.5, color=SOFT)
 
 
 def named(scale: Scale) -> str:
@@ -101,13 +100,13 @@ def plural(n: int, noun: str) -> str:
 
 
 def tallied(tally: Tally) -> dict[str, int]:
-    """Cells in each of `BANDS`."""
+    """Cells in each of `look.bands.NAMES`."""
     n = (tally.n_invalid, tally.n_degenerate, tally.n_undecided, tally.n_poor, tally.n_good, tally.n_unmeasured)
-    return dict(zip(BANDS, n, strict=True))
+    return dict(zip(NAMES, n, strict=True))
 
 
 def words(tally: Tally, *, without: tuple[str, ...] = ()) -> list[tuple[str, str]]:
-    """What there is of each band, as text and its colour: ``("3 invalid", "#d1300f")``."""
+    """What there is of each band, as text and its colour: ``"3 invalid"`` in that of `WORDS`."""
     said = {"unknown": "not measured"}
     return [
         (f"{n:,} {said.get(band, band)}", WORDS[band])

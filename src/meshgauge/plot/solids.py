@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..cells import BY_NAME
 from ..errors import MeshgaugeError
 from ..io.plumbing.vtk import grid as vtk_grid
-from ..look.colours import FAINT, cell_colours
+from ..look.colours import FAINT, SKIN, cell_colours
 from ..mesh import Mesh, connectivity
 from ..quality.measure import Quality, WorstCell
 from ..status import Status, is_degenerate, is_invalid, is_measured, is_solid
@@ -125,7 +125,7 @@ def edges(skin: Any, angle: float = 40.0) -> Any:
 
 def shell(canvas: Canvas, skin: Any) -> Image:
     """The outside of a mesh as a faint body with its sharp edges; the canvas is empty afterwards."""
-    canvas.plotter.add_mesh(skin, color="#cfd6dc", ambient=0.5, diffuse=0.6)
+    canvas.plotter.add_mesh(skin, color=SKIN, ambient=0.5, diffuse=0.6)
     body = canvas.image(transparent=True)
     canvas.plotter.clear_actors()
     image = over(body, np.full((*body.shape[:2], 3), 255, np.uint8), BODY)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..doctor.diagnosis import LIMIT, diagnosis
 from ..errors import MeshError
+from ..look.bands import POOR
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from . import report as records
@@ -79,7 +80,7 @@ def improve(
     mesh: Mesh,
     *,
     boundary: str = "fixed",
-    target: float = 0.2,
+    target: float = POOR,
     floor: float = 0.9,
     strict: bool = False,
     seconds: float | None = None,

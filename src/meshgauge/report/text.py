@@ -14,7 +14,7 @@ from rich.text import Text
 
 from ..doctor.text import DiagnosisText
 from ..look import style
-from ..look.bands import BANDS
+from ..look.bands import BANDS, POOR_TEXT
 from ..look.bands import band as band_of
 from ..quality.summary import UNDEFINED, Summary, Tally
 from ..status import STATUSES, Category
@@ -180,7 +180,7 @@ def bars(tally: Tally, bins: int, options: ConsoleOptions) -> Iterator[Renderabl
     label, number = 2 * digits + 8, max(len(style.number(top)), 5)
     width = min(max(options.max_width - label - number - 22, 10), BAR_WIDTH)
     dash = "..." if options.ascii_only else "…"
-    yield _title("quality of all cells (J_ENS: 1 is ideal, below 0.2 poor, below 0 inverted)")
+    yield _title(f"quality of all cells (J_ENS: 1 is ideal, below {POOR_TEXT} poor, below 0 inverted)")
     table = Table.grid(padding=(0, 1))
     for justify in ("right", "center", "right", "left", "right", "right", "left"):
         table.add_column(justify=justify, no_wrap=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
+from ..look.bands import POOR_TEXT
 from ..look.style import listed, number, plural
 from ..quality.summary import Summary
 from ..status import STATUSES, Status
@@ -45,7 +46,8 @@ def verdict(summary: Summary) -> Verdict:
         if concave:
             bad.append(f"{number(concave)} {_are(concave)} concave but star-shaped")
         return Verdict("bad", f"{listed(bad)}: the mesh is not usable as it is{ending}")
-    poor = f"{number(every.n_poor)} {_are(every.n_poor)} poor (< 0.2)" if every.n_poor else "none is poor (< 0.2)"
+    poor = f"{number(every.n_poor)} {_are(every.n_poor)}" if every.n_poor else "none is"
+    poor += f" poor (< {POOR_TEXT})"
     concave_only = (
         f"{_of(concave, looked_at)} concave but star-shaped: usable for finite volumes, not for finite elements"
     )

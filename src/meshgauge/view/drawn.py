@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import rgb
+from ..look.colours import FAINT, HALO, INK, rgb
 from .model import Model
 from .surface import Surface
 
@@ -19,8 +19,6 @@ MOST_OUTLINED = 500_000
 
 LOOSE = 0.1
 """Ends of lines for each sharp edge above which the edges are dashes that say nothing."""
-
-INK, HALO, FAINT = "#1d2126", "#ffffff", "#9aa3ab"
 
 
 def cells(surface: Surface, points: NDArray[np.float32], model: Model, *, culled: bool = False) -> Any:

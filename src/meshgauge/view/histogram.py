@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 PER_UNIT = 20
 EDGES = np.arange(-PER_UNIT, PER_UNIT + 1) / PER_UNIT
-"""Edges of the bins: decimals correctly rounded, so that 0 and 0.2, which part the bands, are edges exactly."""
+"""Edges of the bins: decimals correctly rounded, so that 0 and the end of what is poor are edges exactly."""
 
 
 def histogram(values: NDArray[np.float64]) -> NDArray[np.int64]:

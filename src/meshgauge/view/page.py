@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from string import Template
 from typing import Any
 
 import numpy as np
 
-from ..look.colours import DEGENERATE, INVALID, POOR, RAMP, UNKNOWN
+from ..look.bands import POOR as POOR_BELOW
+from ..look.bands import POOR_TEXT
+from ..look.colours import DEGENERATE, FAINT, INVALID, POOR, RAMP, UNKNOWN
+from ..look.theme import DARK, LIGHT
 from ..status import Purpose
 from .controls import OBLIQUE, OFF, Choices
 from .filters import presets
 from .model import Model
 
-STYLE = """
+STYLE = Template("""
 html, body { overflow: hidden !important; }
 .mg { display: grid; grid-template-columns: 336px 1fr 352px; height: 100vh; font-size: 13px;
   font-family: system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; font-variant-numeric: tabular-nums; }
@@ -26,8 +30,8 @@ html, body { overflow: hidden !important; }
 .mg .small { font-size: 11px; }
 .mg-view { position: relative; min-width: 0; min-height: 0; overflow: hidden; }
 .mg-over { position: absolute; z-index: 2; pointer-events: none; padding: 3px 9px; border-radius: 6px;
-  background: rgba(255,255,255,.82); color: #1d2126; }
-.v-theme--dark .mg-over { background: rgba(21,25,30,.8); color: #e8ebee; }
+  background: rgba(255,255,255,.82); color: $light; }
+.v-theme--dark .mg-over { background: rgba(21,25,30,.8); color: $dark; }
 .mg-bars { width: 100%; height: 116px; display: block; touch-action: none; cursor: crosshair; }
 .mg-bars .hit { fill: transparent; } .mg-bars .hit:hover { fill: rgba(128,128,128,.16); }
 .mg-axis { position: relative; height: 16px; font-size: 11px; opacity: .75; }
@@ -37,17 +41,17 @@ html, body { overflow: hidden !important; }
 .mg-worst { width: 100%; border-collapse: collapse; }
 .mg-worst td { padding: 2.5px 4px; } .mg-worst td.n { text-align: right; }
 .mg-worst tr.go { cursor: pointer; } .mg-worst tr.go:hover, .mg-worst tr.on { background: rgba(128,128,128,.16); }
-.mg-worst button { all: unset; cursor: pointer; } .mg-worst button:focus-visible { outline: 2px solid #3f7fae; }
+.mg-worst button { all: unset; cursor: pointer; } .mg-worst button:focus-visible { outline: 2px solid $focus; }
 .mg-dot { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 5px;
   box-shadow: 0 0 0 1px rgba(128,128,128,.5) inset; }
 .mg-node td { padding: 2px; text-align: right; font-size: 11px; }
 .mg-node th { font-weight: 500; opacity: .68; text-align: right; font-size: 11px; padding: 2px; }
-.mg-node tr.worst td { font-weight: 700; background: rgba(209,48,15,.13); }
+.mg-node tr.worst td { font-weight: 700; background: color-mix(in srgb, $invalid 13%, transparent); }
 .mg-tag { display: inline-block; padding: 1px 7px; border-radius: 9px; border: 1px solid rgba(128,128,128,.5); }
 .mg-busy { right: 14px; bottom: 12px; }
 .mg .v-slider.v-input--horizontal { margin-inline: 4px; } .mg .v-chip { margin: 2px 3px 2px 0 !important; }
 .mg .v-slide-group__content { flex-wrap: wrap; } .mg .v-chip-group { padding: 0; }
-"""
+""").substitute(light=LIGHT["ink"], dark=DARK["ink"], focus=RAMP[1], invalid=INVALID)
 
 CLICK = """
   @pointerdown="window.mgPress = [$event.clientX, $event.clientY]"
@@ -79,7 +83,7 @@ LINE = """<path fill="none" stroke="currentColor" stroke-width="1.6" vector-effe
     :d="bins.map((bin, i) => (i ? 'L' : 'M') + 10 * i + ' ' + (99 - 96 * bin.heights[1]) + ' h 10').join(' ')" />"""
 """The second mesh in it."""
 
-AXIS = ((0.0, "−1"), (50.0, "0"), (60.0, "0.2"), (100.0, "1"))
+AXIS = ((0.0, "−1"), (50.0, "0"), (50.0 * (1 + POOR_BELOW), POOR_TEXT), (100.0, "1"))
 """Where on the axis of the histogram, in percent, which number stands."""
 
 
@@ -122,7 +126,7 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
                             f"{{{{ shown[{n}] }}}}", classes="font-weight-bold", **_raw(data_shown=f"{{counts[{n}]}}")
                         )
                 if len(models) > 1:
-                    html.Div(style="position:absolute;left:50%;top:0;bottom:0;width:1px;background:#9aa3ab;z-index:1")
+                    html.Div(style=f"position:absolute;left:50%;top:0;bottom:0;width:1px;background:{FAINT};z-index:1")
                 html.Div(
                     "{{ note }}",
                     v_if="note",
@@ -186,7 +190,7 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: 
             html.I(style=f"background: {colour}")
             html.Span(text)
         html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(RAMP)})")
-        html.Span("0.2 to 1")
+        html.Span(f"{POOR_TEXT} to 1")
         if with_undefined:
             html.I(style=f"background: {UNKNOWN}")
             html.Span("undefined")

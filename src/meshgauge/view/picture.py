@@ -8,16 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import DEGENERATE, as_bytes, rgb
+from ..look.bands import POOR, POOR_TEXT
+from ..look.colours import DEGENERATE, FAINT, as_bytes, rgb
+from ..look.theme import DARK, LIGHT
 from ..status import is_degenerate
-from .drawn import INK
 from .scene import Scene
 
 STRIP = 0.075
 """Height of the legend, as a share of that of the picture; at least `LEAST` pixels."""
 LEAST = 54
-
-DARK_INK = "#e8ebee"
 
 
 def png(scene: Scene, *, theme: str = "light") -> bytes:
@@ -25,7 +24,7 @@ def png(scene: Scene, *, theme: str = "light") -> bytes:
     from PIL import Image
 
     image = Image.fromarray(scene.picture())
-    _legend(image, scene, INK if theme == "light" else DARK_INK)
+    _legend(image, scene, (LIGHT if theme == "light" else DARK)["ink"])
     file = io.BytesIO()
     image.save(file, "PNG", optimize=True)
     return file.getvalue()
@@ -63,21 +62,21 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
         left = n * width // len(scene.models)
         draw.text((left + margin, margin * 0.7), caption, fill=ink, font=font)
         if n:
-            draw.line([(left, 0), (left, height)], fill="#9aa3ab")
+            draw.line([(left, 0), (left, height)], fill=FAINT)
     y, tall = height - margin - size * 2, round(size * 0.8)
     x = float(margin)
     entries: list[tuple[str, NDArray[Any]]] = [
         ("invalid", as_bytes(np.array([-1.0]))),
         *([("degenerate", 255 * rgb(DEGENERATE)[None])] if has_degenerate(scene) else []),
-        ("poor < 0.2", as_bytes(np.array([0.1]))),
-        ("0.2", as_bytes(np.linspace(0.2, 1.0, 64))),
+        (f"poor < {POOR_TEXT}", as_bytes(np.array([POOR / 2]))),
+        (POOR_TEXT, as_bytes(np.linspace(POOR, 1.0, 64))),
         ("1 ideal", np.zeros((0, 3))),
     ]
     if has_undefined(scene):
         entries.append(("undefined", as_bytes(np.array([np.nan]))))
     for text, swatches in entries:
         box = size * (9.0 if len(swatches) > 1 else 1.6 if len(swatches) else 0.0)
-        if text == "0.2":
+        if text == POOR_TEXT:
             draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
             x += draw.textlength(text, font=font) + size * 0.5
         for n, colour in enumerate(swatches):
@@ -86,6 +85,6 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
                 [left, y, x + box * (n + 1) / len(swatches), y + tall], fill=tuple(int(channel) for channel in colour)
             )
         x += box + size * 0.5
-        if text != "0.2":
+        if text != POOR_TEXT:
             draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
             x += draw.textlength(text, font=font) + size * 1.4

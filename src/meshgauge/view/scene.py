@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..look.colours import rgb
+from ..look.theme import DARK, LIGHT
 from ..status import is_usable
 from . import drawn, opengl
 from .camera import VIEW_ANGLE, Camera
@@ -31,7 +32,7 @@ LIGHTS = (((-0.35, 0.75, 1.0), 0.62), ((0.5, -0.15, 1.0), 0.38))
 """Where each light stands, as the camera sees it, and how strong it is: from above on the left, and a little from the
 right."""
 
-BACKGROUNDS = {"light": "#fbfcfd", "dark": "#15191e"}
+BACKGROUNDS = {"light": LIGHT["page"], "dark": DARK["page"]}
 
 
 @dataclass(slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ...look.bands import POOR
 from ...look.colours import colour
 from ...quality.summary import Summary, Tally
 
@@ -47,7 +48,7 @@ class Histogram(NamedTuple):
     n: int
     bars: list[Bar]
     zero: float  #: where 0 is: all to its left is invalid
-    poor: float  #: where 0.2 is
+    poor: float  #: where what is poor ends
     ticks: list[Tick]
     has_numbers: bool
 
@@ -109,7 +110,7 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
         for i in range(first, round(1 / step) + 1)
     ]
     has_numbers = bars[0].width >= ROOM if bars else False
-    return Histogram(key, label, tally.n_measured, bars, round(at(0.0), 2), round(at(0.2), 2), ticks, has_numbers)
+    return Histogram(key, label, tally.n_measured, bars, round(at(0.0), 2), round(at(POOR), 2), ticks, has_numbers)
 
 
 class Spark(NamedTuple):

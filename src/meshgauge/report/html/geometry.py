@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...look import style
 from ...look.bands import POOR
-from ...look.colours import DEGENERATE, INVALID, STOPS, UNKNOWN
+from ...look.colours import DEGENERATE, EDGE, GHOST, INVALID, STOPS, UNKNOWN
 from ...mesh.topology import topology
 from ...quality.summary import Summary
 from ...status import STATUSES, is_usable
@@ -104,7 +104,15 @@ def geometry(
         "frame": {"centre": list(frame.centre), "half": frame.half},
         "coarse": is_coarse,
         "before": before is not None,
-        "colours": {"stops": STOPS, "invalid": INVALID, "degenerate": DEGENERATE, "unknown": UNKNOWN},
+        "colours": {
+            "stops": STOPS,
+            "invalid": INVALID,
+            "degenerate": DEGENERATE,
+            "unknown": UNKNOWN,
+            "ghost": GHOST,
+            "edge": EDGE,
+        },
+        "poorBelow": POOR,
     }
     return Geometry(model, result.text, _told(summary, len(cells), n_drawn, reach, boundary, arrays))
 

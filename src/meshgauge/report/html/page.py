@@ -15,7 +15,7 @@ from ..._version import __version__
 from ...errors import FailedFile
 from ...files import output
 from ...files.output import replacing
-from ...look import colours, style
+from ...look import bands, colours, style, theme
 from ..record import FileReport
 from . import charts
 from .section import BUDGET, Section, section
@@ -58,12 +58,12 @@ def page(
             sections=sections,
             failures=[(failure.path, failure.reason) for failure in failures],
             version=__version__,
+            theme=theme.css(),
             style=_file("assets/page.css"),
             scripts=scripts if has_models else scripts[1:],
             hashes=[_hash(script) for script in scripts],
             licences=[_file(f"vendor/{name}.LICENSE.txt") for name in ("three", "fflate")] if has_models else [],
             stops=colours.STOPS,
-            colours=colours,
         )
     )
     # Names of files and of regions are bytes that need not be text: lone surrogates are no UTF-8.
@@ -156,10 +156,16 @@ def _environment(package: str | None) -> jinja2.Environment:
         "plural": style.plural,
         "spark": charts.spark,
         "sketch": sketch,
+        "band": bands.name,
         "colour": colours.colour,
         "finite": _finite,
     }
-    environment.globals |= {"marks": style.MARKS, "chart_height": charts.HEIGHT, "chart_width": charts.WIDTH}
+    environment.globals |= {
+        "marks": style.MARKS,
+        "poor_below": bands.POOR_TEXT,
+        "chart_height": charts.HEIGHT,
+        "chart_width": charts.WIDTH,
+    }
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False, "separators": (",", ":")}
     return environment
 

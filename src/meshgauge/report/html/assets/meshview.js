@@ -293,7 +293,7 @@ class MeshView {
     const status = model.statuses[a.status[i]];
     const region = model.regions.length > 1 ? ` · ${model.regions[a.region[i]]}` : "";
     const head = make("h4", `${kind.type} ${a.id[i]} `, panel);
-    const bad = this.classes[i] ? "invalid" : a.value[i] < 0.2 ? "poor" : "";
+    const bad = this.classes[i] ? "invalid" : a.value[i] < model.poorBelow ? "poor" : "";
     make("span", this.value(a.value[i]), head, `v ${bad}`);
     const name = status.name === "ok" ? "" : `${status.name.replaceAll("_", " ")}: `;
     make("p", `${name}${status.text}${region}`, panel);

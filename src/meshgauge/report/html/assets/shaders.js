@@ -181,8 +181,8 @@ MG.material = ({ cells = false, style = 0, opacity = 1, edge = 0.6, edgeOpacity 
     polygonOffsetUnits: 1,
     uniforms: {
       ...MG.paint(),
-      uGhost: { value: new THREE.Vector3(0.4, 0.48, 0.58) },
-      uLine: { value: new THREE.Vector3(0.2, 0.25, 0.32) },
+      uGhost: { value: MG.rgb(MG.colours.ghost) },
+      uLine: { value: MG.rgb(MG.colours.edge) },
       uPixel: { value: 1 },
       uOpacity: { value: opacity },
       uEdge: { value: edge },
