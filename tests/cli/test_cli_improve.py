@@ -155,7 +155,9 @@ def test_fixed_points_by_data_region_and_box(tangled: Path, tmp_path: Path) -> N
         (["--html", "nowhere/page.html"], "no folder"),
     ],
 )
-def test_what_cannot_be_is_said_in_one_line(tangled: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
+def test_what_cannot_be_is_an_error_of_one_line(
+    tangled: Path, tmp_path: Path, arguments: list[str], message: str
+) -> None:
     done = run(tangled, "-o", tmp_path / "out.vtu", *arguments)
     assert done.returncode == 2
     assert message in done.stderr

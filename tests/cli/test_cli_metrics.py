@@ -19,7 +19,7 @@ def test_every_metric_is_listed_with_its_reference(capsys: pytest.CaptureFixture
 
 
 @pytest.mark.parametrize("name", METRICS)
-def test_one_metric_is_told_in_full(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_metric_is_shown_in_full(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["metrics", name]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert METRICS[name].text in out

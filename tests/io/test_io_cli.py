@@ -74,7 +74,7 @@ def test_patches_and_zones_keep_their_names_in_what_is_written(case: Path, capsy
     assert regions(back)[1] == ("cells", "wall")
 
 
-def test_limits_of_readers_of_others_are_options(tmp_path: Path, capsys: Captured) -> None:
+def test_limits_of_third_party_readers_are_options(tmp_path: Path, capsys: Captured) -> None:
     path = tmp_path / "a.avs"
     io.write(path, mesh_of("tetra"))
     assert main(["report", str(path), "-q", "--read-seconds", "60", "--read-memory", "3"]) == 0

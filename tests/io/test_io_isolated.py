@@ -1,4 +1,4 @@
-"""Readers of others may do anything: what the user sees is an error that names the file."""
+"""Third-party readers may do anything: what the user sees is an error that names the file."""
 
 from __future__ import annotations
 

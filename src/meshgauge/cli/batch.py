@@ -13,7 +13,7 @@ from ..errors import FailedFile, MeshgaugeError, WriteError
 from ..io import Limits, read, write
 from ..mesh import Mesh
 from . import inputs, terminal
-from .options import Reading, WedgeOrders
+from .options import Purposes, Reading, WedgeOrders
 from .terminal import COULD_NOT, DONE, TRACEBACK
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ class Batch:
 
     reading: Reading
     wedge_order: WedgeOrders = AS_STORED
+    purpose: Purposes | None = None  #: what meshes are for; None: as their format says
     threads: int | None = None
     quiet: bool = False  #: no progress
     on_failure: Callable[[FailedFile], object] | None = None  #: is called for each file that fails, beside the message
@@ -53,12 +54,13 @@ class Batch:
         reading = self.reading
         memory = None if reading.read_memory is None else int(reading.read_memory * 2**30)
         with self.progress(f"reading {path}"):
-            return read(
+            mesh = read(
                 path,
                 file_format=reading.file_format,
                 wedge_order=self.wedge_order.value,
                 limits=Limits(reading.read_seconds, memory),
             )
+            return mesh if self.purpose is None else mesh.replace(purpose=self.purpose.value)
 
     def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
         """What is measured on the mesh in a file. Raises `ReadError` and `MetricError`."""

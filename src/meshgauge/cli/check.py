@@ -63,6 +63,7 @@ def check(
         ),
     ] = None,
     worst: options.Worst = 5,
+    purpose: options.Purpose = None,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -92,7 +93,7 @@ def check(
     from ..check.output.text import CheckLine, ChecksText, CheckText
     from .batch import Batch
 
-    batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
+    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
     if write_baseline is not None:
         return _store(batch, paths, metrics_of(rules), write_baseline)
 

@@ -23,6 +23,7 @@ def compare(
     quiet: options.Quiet = False,
     worst: options.Worst = 5,
     by: options.By = None,
+    purpose: options.Purpose = None,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -45,7 +46,7 @@ def compare(
 
         format_of(plot)  # a name without a format is an error before anything is measured
 
-    batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
+    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
     builder: Builder | None = None
     for path, quality in batch.each(paths, batch.measure):
         if builder is None:

@@ -69,6 +69,7 @@ def improve(
         float,
         option("--feature-angle", "DEGREES", "With --boundary slide: faces that meet at more keep their edge.", FIXED),
     ] = 40.0,
+    purpose: options.Purpose = None,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -92,7 +93,7 @@ def improve(
     from .batch import Batch
     from .terminal import Output, emit
 
-    batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
+    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
     before = batch.read(mesh)
     if restore is not None:
         batch.write(written, restored(restore, before), overwrite=in_place)

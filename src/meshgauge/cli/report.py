@@ -40,6 +40,7 @@ def report(
         bool,
         option("--diagnosis/--no-diagnosis", None, "Look for what else is wrong, see 'meshgauge doctor'.", MEASURING),
     ] = True,
+    purpose: options.Purpose = None,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -58,7 +59,7 @@ def report(
     from .printer import printer
 
     metrics = _metrics(metric or (), compare_metric or ())
-    batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
+    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
 
     def examine(path: str) -> FileReport:
         quality = batch.measure(path, metrics)

@@ -119,7 +119,7 @@ def read(chosen: Format, path: Path, limits: isolate.Limits | None = None, choic
 
 
 def read_here(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh:
-    """Read a file by the reader of others in this process."""
+    """Read a file by the third-party reader in this process."""
     with sources.recorded() as used:
         mesh = _state(chosen, path, choice, chosen.foreign, chosen.foreign_step)
     if mesh is None:
@@ -181,7 +181,7 @@ def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> t
 
 
 def steps_here(chosen: Format, path: Path) -> tuple[Step, ...]:
-    """The time steps of a file by the reader of others in this process."""
+    """The time steps of a file by the third-party reader in this process."""
     return _guarded(chosen, path, chosen.foreign_steps) or ()
 
 
@@ -232,7 +232,7 @@ def _guarded(chosen: Format, path: Path, reader: Callable[[Path], T] | None) -> 
     except MemoryError as error:
         raise ReadError(f"{path}: does not fit into memory, or states sizes that do not fit") from error
     except (Exception, SystemExit) as error:
-        # Readers of others raise anything on a broken file; a traceback from inside them helps no one.
+        # Third-party readers raise anything on a broken file; a traceback from inside them helps no one.
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ReadError(f"{path}: cannot be read as {chosen.title}: {reason}") from error
 

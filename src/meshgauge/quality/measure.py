@@ -153,9 +153,16 @@ class Quality:
             raise MetricError(f"metric {name!r} was not measured; measured are {', '.join(self.metrics)}")
         return self.metrics[name]
 
-    def summary(self, name: str = JENS) -> Summary:
+    def summary(self, name: str = JENS, *, threads: int | None = None) -> Summary:
         """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
-        return summarise(self.values_of(name), self.status, self.mesh.types, self.rows[name], purpose=self.mesh.purpose)
+        return summarise(
+            self.values_of(name),
+            self.status,
+            self.mesh.types,
+            self.rows[name],
+            purpose=self.mesh.purpose,
+            threads=threads,
+        )
 
     def worst(self, n: int = 10) -> list[WorstCell]:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
-from ..quality.summary import Summary, summarise
+from ..quality.summary import Summary
 
 if TYPE_CHECKING:
     from ..doctor import Diagnosis
@@ -62,10 +62,7 @@ class FileReport:
             At most this many; None: one for each processor. It has no influence on the report.
         """
         mesh = quality.mesh
-        summaries = {
-            name: summarise(values, quality.status, mesh.types, name, threads=threads)
-            for name, values in quality.metrics.items()
-        }
+        summaries = {name: quality.summary(name, threads=threads) for name in quality.metrics}
         cells = tuple(quality.worst(worst)) if worst else ()
         regions, worst_regions = _by_region(quality, cells) if by_region else ((), ())
         return cls(

@@ -33,7 +33,7 @@ def main(request: dict[str, Any]) -> None:
             f"{request['name']}: does not fit into {gigabytes:.1f} GB "
             "(--read-memory or MESHGAUGE_READ_GB set another limit)",
         )
-    os._exit(0)  # readers of others may crash once more on their way out
+    os._exit(0)  # third-party readers may crash once more on their way out
 
 
 def _limit(seconds: float, memory: int) -> None:

@@ -13,7 +13,7 @@ Reader = Callable[[Path], Mesh]
 """Reads a file. Wedges stay in the order of the file: `wedge_order.normalise` turns them afterwards."""
 
 OwnReader = Callable[[Path], Mesh | None]
-"""Reads a file, or returns None for a kind of it that it leaves to the reader of others."""
+"""Reads a file, or returns None for a kind of it that it leaves to the third-party reader."""
 
 StepReader = Callable[[Path, int], Mesh]
 """Reads one time step of a file, by its index from 0; 0 also of a file that holds a single state."""

@@ -1,4 +1,4 @@
-"""Readers of others in a process of their own, with a limit of time and of memory.
+"""Third-party readers in a process of their own, with a limit of time and of memory.
 
 VTK's readers end or crash the process on broken files, some hang, some take all memory. In a child process any of that
 is an error with the name of the file. The child is a plain interpreter that runs our `_child`: nothing of the caller's
