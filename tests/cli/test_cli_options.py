@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, get_args
 
+import numpy as np
 import pytest
 import typer
 from typer.models import OptionInfo
@@ -131,3 +133,33 @@ class Greeting:
 
     words: Annotated[str, options.option("--words", "TEXT", "What to say.", "How to greet")] = "Hello"
     times: Annotated[int, options.option("--times", "N", "How often.", "How to greet", least=1)] = 1
+
+
+@pytest.fixture
+def concave(tmp_path: Path) -> Path:
+    """A prism over an L, as a polyhedron: star-shaped, with a negative corner."""
+    pyvista = pytest.importorskip("pyvista")
+    base = [(0, 0), (2, 0), (2, 1.2), (1.2, 1.2), (1.2, 2), (0, 2)]
+    points = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in base])
+    sides = [[n, (n + 1) % 6, (n + 1) % 6 + 6, n + 6] for n in range(6)]
+    faces = [[5, 4, 3, 2, 1, 0], [6, 7, 8, 9, 10, 11], *sides]
+    stream = [len(faces), *(number for face in faces for number in (len(face), *face))]
+    path = tmp_path / "concave.vtu"
+    pyvista.UnstructuredGrid([len(stream), *stream], [42], points).save(path)
+    return path
+
+
+def test_a_concave_cell_is_of_use_to_finite_volumes_only(concave: Path, capsys: Captured) -> None:
+    assert main.main(["check", str(concave), "--fail", "nothing invalid"]) == 1
+    assert main.main(["check", str(concave), "--fail", "nothing invalid", "--for", "fem"]) == 1
+    assert main.main(["check", str(concave), "--fail", "nothing invalid", "--for", "fv"]) == 0
+    counts = {}
+    for purpose in options.Purposes:
+        capsys.readouterr()
+        assert main.main(["report", str(concave), "--json", "--for", purpose]) == 0
+        file = json.loads(capsys.readouterr().out)["files"][0]
+        assert file["purpose"] == purpose.value
+        counts[purpose.value] = file["all"]["n_invalid"]
+        out = concave.with_name(f"{purpose}.vtu")
+        assert main.main(["improve", str(concave), "-o", str(out), "-q", "--for", purpose]) == counts[purpose.value]
+    assert counts == {"fem": 1, "fv": 0}
