@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from ..errors import FailedFile, MeshgaugeError, WriteError
-from ..io import Limits, read, write
+from ..errors import FailedFile, MeshgaugeError, ReadError, WriteError
+from ..io import Limits, read, steps, write
+from ..io import Step as TimeStep
+from ..io.plumbing.steps import StepChoice
 from ..mesh import Mesh
 from . import inputs, terminal
 from .options import Purposes, Reading, WedgeOrders
@@ -26,6 +28,19 @@ LARGE = 4_000_000
 
 AS_STORED = WedgeOrders.gmsh
 """Wedges are not renumbered while reading: for commands that find out which cells are numbered in reverse."""
+
+
+class State(str):
+    """One time step of a file, as a path that names both: ``run.pvd, step 2 (time 0.5)``."""
+
+    file: str
+    step: int
+
+    @classmethod
+    def of(cls, file: str, step: TimeStep) -> State:
+        state = cls(f"{file}, {step}")
+        state.file, state.step = file, step.number
+        return state
 
 
 @dataclass(kw_only=True)
@@ -49,16 +64,53 @@ class Batch:
         """A spinner, if this takes long: ``with batch.progress("drawing a.png"):``."""
         return terminal.activity(text, shown=not self.quiet)
 
+    @property
+    def _limits(self) -> Limits:
+        memory = self.reading.read_memory
+        return Limits(self.reading.read_seconds, None if memory is None else int(memory * 2**30))
+
+    def states(self, paths: Iterable[str], *, every: bool = False) -> list[str]:
+        """The files, and in place of one that holds several time steps each of them, where ``--step all`` asks for it.
+
+        With ``every`` also where ``--step`` is not given. Steps that differ in data only are one, unless the points are
+        displaced by such data. A file whose steps cannot be listed stays: reading it says why.
+        """
+        if self.reading.step != "all" and (self.reading.step is not None or not every):
+            return list(paths)
+        states: list[str] = []
+        for path in paths:
+            try:
+                held = steps(path, file_format=self.reading.file_format, limits=self._limits)
+            except MeshgaugeError:
+                held = ()
+            if len(held) < 2:
+                states.append(path)
+                continue
+            kept = {step.geometry if self.reading.displacement is None else step.number: step for step in held[::-1]}
+            states += [State.of(path, step) for step in reversed(kept.values())]
+        return states
+
+    def require_one_state(self, path: str) -> None:
+        """Raise `ReadError` unless it is known which time step is to be changed, with the points of the file."""
+        if self.reading.step == "all":
+            raise ReadError(f"{path}: --step all names no single step to change")
+        if self.reading.displacement is not None:
+            raise ReadError(f"{path}: --displacement measures a deformed shape; it cannot be written as the mesh")
+        if self.reading.step is None:
+            n = len(steps(path, file_format=self.reading.file_format, limits=self._limits))
+            if n > 1:
+                raise ReadError(f"{path}: holds {n} time steps; --step says which one is to be changed")
+
     def read(self, path: str) -> Mesh:
         """The mesh in a file. Raises `ReadError`."""
-        reading = self.reading
-        memory = None if reading.read_memory is None else int(reading.read_memory * 2**30)
         with self.progress(f"reading {path}"):
             mesh = read(
-                path,
-                file_format=reading.file_format,
+                path.file if isinstance(path, State) else path,
+                file_format=self.reading.file_format,
                 wedge_order=self.wedge_order.value,
-                limits=Limits(reading.read_seconds, memory),
+                step=path.step if isinstance(path, State) else _choice(self.reading.step),
+                displacement=self.reading.displacement,
+                limits=self._limits,
             )
             return mesh if self.purpose is None else mesh.replace(purpose=self.purpose.value)
 
@@ -111,6 +163,20 @@ class Batch:
             self.on_failure(failure)
         terminal.warn("error", f"{path}: {failure.reason}")
         return failure
+
+
+def _choice(text: str | None) -> StepChoice:
+    """What ``--step`` asks for of a file; ``all`` of one that holds a single state is that."""
+    if text == "all":
+        return "first"
+    if text is None:
+        return None
+    if text in ("first", "last"):
+        return "first" if text == "first" else "last"
+    try:
+        return int(text)
+    except ValueError:
+        raise ReadError(f"--step is {text!r}, expected first, last, all or a number from 1") from None
 
 
 def _reason(path: str, error: BaseException) -> str:

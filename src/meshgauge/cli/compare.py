@@ -30,7 +30,7 @@ def compare(
 ) -> int:
     """Read, measure and compare; returns the exit code."""
     paths = inputs.expanded(meshes)
-    if len(paths) < 2:
+    if len(paths) < 2 and reading.step != "all":
         raise MeshgaugeError(f"{paths[0]}: is one mesh; give two or more to compare, or see 'meshgauge report'")
     inputs.check_targets(paths, files=(plot,))
 
@@ -47,6 +47,7 @@ def compare(
         format_of(plot)  # a name without a format is an error before anything is measured
 
     batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
+    paths = batch.states(paths)
     builder: Builder | None = None
     for path, quality in batch.each(paths, batch.measure):
         if builder is None:

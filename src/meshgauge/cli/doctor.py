@@ -38,6 +38,7 @@ def doctor(
     from .terminal import Output, emit
 
     batch = Batch(reading=reading, quiet=quiet)
+    paths = batch.states(paths)
 
     def examine(path: str) -> Diagnosis:
         mesh = batch.read(path)

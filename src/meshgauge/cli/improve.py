@@ -94,6 +94,7 @@ def improve(
     from .terminal import Output, emit
 
     batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
+    batch.require_one_state(mesh)
     before = batch.read(mesh)
     if restore is not None:
         batch.write(written, restored(restore, before), overwrite=in_place)
@@ -121,7 +122,9 @@ def improve(
         if not in_place or result.mesh is not before:
             batch.write(written, result.mesh, overwrite=in_place)
         if undo is not None:
-            store(undo, before, replace(batch, reading=replace(reading, file_format=None)).read(str(written)))
+            store(
+                undo, before, replace(batch, reading=replace(reading, file_format=None, step=None)).read(str(written))
+            )
         if html is not None:
             with batch.progress(f"drawing {html}"):
                 write(html, improve_page(result.report, result.before, result.after))

@@ -85,7 +85,7 @@ WedgeOrder = Annotated[
 ]
 Step = Annotated[
     str | None,
-    option("--step", "STEP", "Which time step: first, last, or its number, from 1.", READING, default=False),
+    option("--step", "STEP", "Which time step: first, last, its number from 1, or all.", READING, default=False),
 ]
 Displacement = Annotated[
     str | None,
@@ -156,5 +156,7 @@ class Reading:
     """How files are read: the options of every command that reads."""
 
     file_format: FileFormat = None
+    step: Step = None
+    displacement: Displacement = None
     read_seconds: ReadSeconds = None
     read_memory: ReadMemory = None

@@ -25,6 +25,7 @@ def orient(
     from .terminal import Output
 
     batch = Batch(reading=reading, quiet=quiet)
+    batch.require_one_state(mesh)
     before = batch.read(mesh)
     with batch.progress(f"renumbering {mesh}"):
         after, changes = oriented(before)

@@ -87,6 +87,7 @@ def plot(
     for name in metrics:
         metric_row(name)
     batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
+    paths = batch.states(paths)
     names = dict(zip(paths, short_names(paths), strict=True))
     summaries: dict[str, dict[str, Summary]] = {name: {} for name in metrics}
     for path, quality in batch.each(paths, lambda path: batch.measure(path, metrics)):

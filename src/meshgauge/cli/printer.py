@@ -9,7 +9,7 @@ from rich.console import Group
 from rich.text import Text
 
 from ..errors import FailedFile
-from ..look.style import LEVELS
+from ..look.style import LEVELS, quality
 from ..report import FileReport
 from ..report.json import dumps
 from ..report.several import SeveralText
@@ -28,10 +28,12 @@ class Printer(Protocol):
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None: ...
 
 
-def printer(*, as_json: bool, quiet: bool, bins: int, several: bool) -> Printer:
+def printer(*, as_json: bool, quiet: bool, bins: int, several: bool, over_time: bool = False) -> Printer:
     """The one that the options ask for."""
     if as_json:
         return JsonPrinter(bins)
+    if over_time:
+        return StepsPrinter()
     return QuietPrinter() if quiet else TextPrinter(bins, several=several)
 
 
@@ -64,6 +66,18 @@ class QuietPrinter:
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
         pass
+
+
+class StepsPrinter(QuietPrinter):
+    """A line for each time step; then the worst over time: the most invalid cells, then the lowest minimum."""
+
+    def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
+        measured = [one for one in reports if one.summary.all.n_measured]
+        if len(measured) > 1:
+            worst = min(measured, key=lambda one: (-one.summary.all.n_invalid, one.summary.all.min))
+            every = worst.summary.all
+            text = f"worst over time: {worst.path}, {every.n_invalid:,} invalid, minimum {quality(every.min)}"
+            self.output.show(Text(text), wrap=False)
 
 
 class JsonPrinter:

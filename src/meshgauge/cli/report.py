@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from ..errors import WriteError
 from . import inputs, options
 from .options import MEASURING, WRITING, option
 
@@ -47,10 +48,10 @@ def report(
 ) -> int:
     """Read, measure, summarise and drop each mesh in turn, then show the report; returns the exit code."""
     paths = inputs.expanded(meshes)
-    several = len(paths) > 1
     target = inputs.mesh_target(paths, output, in_place=in_place)
     inputs.check_targets(paths, texts=(csv, html), files=(output,))
-    n_worst = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
+    if target is not None and (reading.step == "all" or reading.displacement is not None):
+        raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..report import FileReport
@@ -60,6 +61,9 @@ def report(
 
     metrics = _metrics(metric or (), compare_metric or ())
     batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
+    paths = batch.states(paths)
+    several = len(paths) > 1
+    n_worst = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
 
     def examine(path: str) -> FileReport:
         quality = batch.measure(path, metrics)
@@ -82,7 +86,7 @@ def report(
                 page.add(quality, one)
         return one
 
-    printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=several)
+    printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=several, over_time=reading.step == "all")
     reports: list[FileReport] = []
     with (
         CsvWriter(csv, metrics, with_file=several) if csv else contextlib.nullcontext() as table,

@@ -52,6 +52,9 @@ def view(
 
     understood(link)  # before the work
     batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
+    paths = batch.states(paths)
+    if len(paths) > 2:
+        raise MeshgaugeError(f"{len(paths)} time steps to view; expected one, or two to put side by side")
     models: list[Model] = []
     for path in paths:
         quality = batch.measure(path)
