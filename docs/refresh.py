@@ -13,11 +13,17 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterable
+from enum import Enum
+from inspect import Parameter, signature
 from math import isinf
 from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+import typer
 
 from meshgauge import check
 from meshgauge.cells import CELL_TYPES, SHAPES
+from meshgauge.cli.main import app
 from meshgauge.quality.metrics import METRICS, Metric, Standard
 from meshgauge.status import STATUSES
 
@@ -119,6 +125,43 @@ def metric_texts() -> str:
     return "".join(parts).replace("|ARG|", "\\|ARG\\|") + "\n### References\n\n" + listed
 
 
+def commands() -> str:
+    """A heading, a sentence and a table of arguments and options for each subcommand."""
+    parts = []
+    for command in app.registered_commands:
+        assert command.callback is not None
+        parts.append(f"\n## meshgauge {command.name}\n\n{_plain(command.short_help or command.help or '')}\n")
+        hints = get_type_hints(command.callback, include_extras=True)
+        rows = [_parameter(p.name, hints[p.name], p.default) for p in signature(command.callback).parameters.values()]
+        if rows:
+            parts.append("\n" + table(("argument or option", "meaning", "unless given"), rows))
+    return "".join(parts)
+
+
+def _parameter(name: str, hint: Any, default: Any) -> tuple[str, str, str]:
+    """A row: how it is written, what it means, what it is unless given."""
+    kind, info = get_args(hint)[:2]
+    kinds = [k for k in (get_args(kind) or (kind,)) if k is not type(None)]
+    choices = [member.value for k in kinds if isinstance(k, type) and issubclass(k, Enum) for member in k]
+    value = info.metavar or "|".join(choices)
+    # Typer keeps the first name where its default stands without `Annotated`.
+    written = [str(info.default or ""), *(getattr(info, "param_decls", None) or ())]
+    names = [f"`{part}`" for decl in written if decl.startswith("-") for part in decl.split("/")]
+    if isinstance(info, typer.models.ArgumentInfo):
+        usage = f"`{info.metavar or name.upper()}`"
+    else:
+        usage = ", ".join(names or [f"`--{name.replace('_', '-')}`"]) + (f" {value}" if value else "")
+    given = "yes" if default is True else getattr(default, "value", default)
+    is_empty = given is None or given is False or given is Parameter.empty
+    unless = info.show_default if isinstance(info.show_default, str) else "" if is_empty else str(given)
+    return usage, _plain(info.help or ""), unless
+
+
+def _plain(text: str) -> str:
+    """Without the mark-up of the terminal."""
+    return re.sub(r"(?<!\\)\[/?[a-z ]*\]", "", text).replace("\\[", "[").strip()
+
+
 PARTS: dict[str, Callable[[], str]] = {
     "report": lambda: printed("report", BRACKET),
     "check": lambda: printed("check", BRACKET, *RULES, code=1),
@@ -128,6 +171,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "metrics": metrics,
     "metric-texts": metric_texts,
     "default-rules": default_rules,
+    "commands": commands,
 }
 
 

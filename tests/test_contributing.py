@@ -1,0 +1,61 @@
+"""The recipes of CONTRIBUTING.md, followed to the letter in a copy of the checkout."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+RECIPES = dict(re.findall(r"^### (Add .*?)\n(.*?)(?=^### |\Z)", TEXT, re.DOTALL | re.MULTILINE))
+
+
+def change(root: Path, diff: str) -> None:
+    """Apply a diff without line numbers: what it takes away or keeps must stand in the file exactly once."""
+    for file in re.split(r"^--- ", diff, flags=re.MULTILINE)[1:]:
+        name, hunks = file.split("\n", 1)
+        path = root / name
+        text = path.read_text(encoding="utf-8")
+        for hunk in re.split(r"^@@\n", hunks, flags=re.MULTILINE):
+            lines = [line for line in hunk.split("\n") if line]
+            before, after = ("\n".join(line[1:] for line in lines if line[0] in marks) for marks in (" -", " +"))
+            assert text.count(before) == 1, f"{name}: {before!r} stands there {text.count(before)} times"
+            text = text.replace(before, after)
+        path.write_text(text, encoding="utf-8")
+
+
+def test_every_recipe_has_code_and_a_test() -> None:
+    assert len(RECIPES) >= 4
+    for recipe in RECIPES.values():
+        assert "```diff" in recipe
+        assert "$ python -m pytest" in recipe
+
+
+@pytest.mark.parametrize("name", RECIPES)
+def test_a_recipe_works(name: str, tmp_path: Path) -> None:
+    for folder in ("src", "tests", "docs", "examples"):
+        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "pictures"))
+    for file in ("pyproject.toml", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
+        shutil.copy(ROOT / file, tmp_path)
+    recipe = RECIPES[name]
+    for path, code in re.findall(r"^```python file=(\S+)\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
+        assert not (tmp_path / path).exists()
+        (tmp_path / path).write_text(code, encoding="utf-8")
+    for diff in re.findall(r"^```diff\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
+        change(tmp_path, diff)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "src"), "PYTHONIOENCODING": "utf-8"}
+    for command in re.findall(r"^\$ python (.*)$", recipe, re.MULTILINE):
+        if "refresh" in command:
+            continue  # it prints reports of large meshes: slow, and held by the tests of the pages
+        arguments = [sys.executable, *shlex.split(command)]
+        done = subprocess.run(
+            arguments, cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8", timeout=300, check=False
+        )
+        assert done.returncode == 0, f"{command}\n{done.stdout[-3000:]}\n{done.stderr[-2000:]}"
