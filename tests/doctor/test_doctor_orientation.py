@@ -64,7 +64,7 @@ def test_tangled_cells_are_not_a_matter_of_numbering(name: str) -> None:
     found = orientation(quality)
     assert np.flatnonzero(found.numbering == Numbering.TANGLED).tolist() == inverted.tolist()
     assert found.n_reversed == 0
-    assert "renumbering is no remedy" in found.texts[0]
+    assert "renumbering does not repair" in found.texts[0]
     after, changes = oriented(mesh)
     assert after is mesh
     assert changes.texts[0].startswith("Left as they are: ")

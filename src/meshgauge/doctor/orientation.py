@@ -43,7 +43,7 @@ class Numbering(IntEnum):
     RIGHT = 0  #: numbered as it should be, not inverted; or not a cell of which it can be told
     REVERSED = 1  #: numbered in reverse; a valid shape
     REVERSED_TANGLED = 2  #: numbered in reverse, and not valid when renumbered either
-    TANGLED = 3  #: numbered as it should be, and inverted: renumbering is no remedy
+    TANGLED = 3  #: numbered as it should be, and inverted: renumbering does not repair it
     OVERLAPPING = 4  #: not inverted, but on the same side of a face as its neighbour
     UNDECIDED = 5  #: inverted, and the faces do not tell
 
@@ -356,12 +356,12 @@ def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_mirro
     why = _custom(vtk_id, n_cells, counts[Numbering.REVERSED], is_mirrored)
     end = f"numbered in reverse{why}, with valid shapes: run `meshgauge orient`"
     clause(Numbering.REVERSED, f"is {end}", f"are {end}")
-    end = "numbered in reverse and inverted besides, so that `meshgauge orient` is but half the remedy"
+    end = "numbered in reverse and inverted besides, so that `meshgauge orient` repairs only the numbering"
     clause(Numbering.REVERSED_TANGLED, f"is {end}", f"are {end}")
     clause(
         Numbering.TANGLED,
-        "is really inverted: it is numbered like its neighbours, and renumbering is no remedy",
-        "are really inverted: they are numbered like their neighbours, and renumbering is no remedy",
+        "is really inverted: it is numbered like its neighbours, and renumbering does not repair it",
+        "are really inverted: they are numbered like their neighbours, and renumbering does not repair them",
     )
     clause(
         Numbering.OVERLAPPING,
