@@ -303,3 +303,27 @@ def test_to_dict_has_plain_numbers() -> None:
         else:
             assert type(item) in (str, int, float)
     assert len(one["all"]["histogram"]["counts"]) == 4
+
+
+def test_plus_is_merge_of_summaries_and_of_tallies() -> None:
+    values, status, types = cells(1000, 11)
+    whole = summarise(values, status, types)
+    one, other = (summarise(values[at], status[at], types[at]) for at in (slice(0, 400), slice(400, None)))
+    assert one + other == other + one == whole
+    assert one.all + other.all == whole.all
+    with pytest.raises(TypeError):
+        one + 1  # type: ignore[operator]
+    with pytest.raises(TypeError):
+        one.all + one  # type: ignore[operator]
+    of_other_metric = summarise(values, status, types, "scaled_jacobian")
+    with pytest.raises(ValueError, match="cannot merge summaries of jens and scaled_jacobian"):
+        one + of_other_metric
+
+
+def test_a_histogram_has_20_bins_unless_asked_otherwise() -> None:
+    tally = summarise(*cells(1000, 12)).all
+    edges, counts = tally.histogram()
+    np.testing.assert_allclose(edges, np.linspace(-1, 1, 21), atol=1e-15)
+    assert counts.sum() == tally.n_measured
+    for default, asked in zip((edges, counts), tally.histogram(20), strict=True):
+        np.testing.assert_array_equal(default, asked)

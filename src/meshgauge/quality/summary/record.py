@@ -19,7 +19,7 @@ from ..metrics import Metric
 from ..metrics import metric as metric_row
 from .builder import tallies
 from .scale import Scale, Values
-from .tally import Tally
+from .tally import BINS, Tally
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,11 @@ class Summary:
             raise ValueError(f"cannot merge summaries of meshes for {self.purpose} and for {other.purpose}")
         return Summary(self.scale, _merged([self.tallies, other.tallies]), self.purpose)
 
-    def to_dict(self, bins: int = 20) -> dict[str, Any]:
+    def __add__(self, other: Summary) -> Summary:
+        """`merge`: ``summary + summary``, of any two parts of a mesh, or of two meshes."""
+        return self.merge(other) if isinstance(other, Summary) else NotImplemented
+
+    def to_dict(self, bins: int = BINS) -> dict[str, Any]:
         """As plain numbers, lists and dicts, ready for JSON except that undefined numbers are NaN."""
         return {
             "metric": self.metric,

@@ -19,6 +19,9 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 EXACT = 65_536
 """Up to so many measured values are kept, so that quantiles are exact; more are counted in fine bins."""
 
+BINS = 20
+"""Bins of a histogram, unless asked otherwise: 0.1 each of a metric from -1 to 1."""
+
 UNDEFINED = "undefined"
 """Why a cell has no value although its status is that of a measured one: the metric is not defined for it."""
 
@@ -161,7 +164,7 @@ class Tally:
         ranks = {k for q in QUANTILES for k in self._ranks(q)[:2]}
         return max(upper - lower for lower, upper in map(self._bin_of_rank, ranks))
 
-    def histogram(self, bins: int) -> tuple[Values, Counts]:
+    def histogram(self, bins: int = BINS) -> tuple[Values, Counts]:
         """Edges ``(bins + 1,)`` and number of values in each bin ``(bins,)``.
 
         Edges are snapped to those of the fine bins; a value on an edge belongs to the bin above, the last is closed.
@@ -201,7 +204,11 @@ class Tally:
             counts,
         )
 
-    def to_dict(self, bins: int = 20) -> dict[str, Any]:
+    def __add__(self, other: Tally) -> Tally:
+        """`merge`."""
+        return self.merge(other) if isinstance(other, Tally) else NotImplemented
+
+    def to_dict(self, bins: int = BINS) -> dict[str, Any]:
         """As plain numbers, lists and dicts, ready for JSON except that undefined numbers are NaN."""
         edges, counts = self.histogram(bins)
         return {
