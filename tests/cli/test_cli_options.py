@@ -163,3 +163,34 @@ def test_a_concave_cell_is_of_use_to_finite_volumes_only(concave: Path, capsys: 
         out = concave.with_name(f"{purpose}.vtu")
         assert main.main(["improve", str(concave), "-o", str(out), "-q", "--for", purpose]) == counts[purpose.value]
     assert counts == {"fem": 1, "fv": 0}
+
+
+@pytest.fixture
+def series(tmp_path: Path) -> Path:
+    """A collection of two steps."""
+    for n in range(2):
+        io.write(tmp_path / f"{n}.vtu", Mesh.from_arrays(SHAPES["tetra"].points, {"tetra": [(0, 1, 2, 3)]}))
+    sets = "".join(f'<DataSet timestep="{n}" file="{n}.vtu"/>' for n in range(2))
+    path = tmp_path / "run.pvd"
+    path.write_text(f'<VTKFile type="Collection"><Collection>{sets}</Collection></VTKFile>')
+    return path
+
+
+@pytest.mark.parametrize("name", READING)
+@pytest.mark.parametrize(
+    ("choice", "message"),
+    [
+        (["--step", "3"], "run.pvd: holds 2 time steps, step 3 is not among them"),
+        (["--step", "next"], "--step is 'next', expected first, last, all or a number from 1"),
+        (["--step", "1", "--displacement", "none"], "displacement"),
+    ],
+)
+def test_steps_that_are_not_there(
+    name: str, choice: list[str], message: str, series: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.chdir(series.parent)
+    before = sorted(series.parent.iterdir())
+    more = [word.format(mesh="0.vtu", out="out") for word in READING[name]]
+    assert main.main([name, "run.pvd", *more, *choice]) == 2
+    assert message in capsys.readouterr().err
+    assert sorted(series.parent.iterdir()) == before
