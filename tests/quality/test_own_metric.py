@@ -99,19 +99,17 @@ def test_its_summary_counts_and_merges() -> None:
     assert parts[0].merge(parts[1]) == summary
 
 
-def test_below_0_is_invalid_only_where_the_row_says_so() -> None:
+def test_the_status_says_what_is_invalid_and_the_row_whether_below_0_can_be_good() -> None:
     values, ok, types = np.array([-3.0, -0.5, 0.0, 0.5, 3.0]), np.zeros(5, np.uint8), np.full(5, 10, np.uint8)
-    plain = meshgauge.summarise(values, ok, types, HEIGHT).all
-    assert (plain.n_invalid, plain.n_degenerate, plain.n_good, plain.n_poor) == (0, 0, 3, 2)
     signed = Metric(
         name="height", values=height_of_centre, range=(-inf, inf), acceptable=(-1, 1), better="higher", is_signed=True
     )
-    tally = meshgauge.summarise(values, ok, types, signed).all
-    assert (tally.n_invalid, tally.n_degenerate, tally.n_good, tally.n_poor) == (2, 1, 1, 1)
-    # Also where all are within the acceptable range, which is counted at once.
-    assert meshgauge.summarise(values[1:2], ok[1:2], types[1:2], signed).all.n_good == 0
-    inside_out = np.full(5, meshgauge.Status.INVERTED_INSIDE, np.uint8)
-    for metric in (HEIGHT, signed):
+    for metric, n_good in ((HEIGHT, 3), (signed, 2)):
+        tally = meshgauge.summarise(values, ok, types, metric).all
+        assert (tally.n_invalid, tally.n_degenerate, tally.n_good, tally.n_poor) == (0, 0, n_good, 5 - n_good)
+        # Also where all are within the acceptable range, which is counted at once.
+        assert meshgauge.summarise(values[1:2], ok[1:2], types[1:2], metric).all.n_good == n_good - 2
+        inside_out = np.full(5, meshgauge.Status.INVERTED_INSIDE, np.uint8)
         all_invalid = meshgauge.summarise(values, inside_out, types, metric).all
         assert (all_invalid.n_invalid, all_invalid.n_good, all_invalid.n_poor) == (5, 0, 0)
 

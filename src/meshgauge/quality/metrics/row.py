@@ -68,7 +68,7 @@ class Metric:
     acceptable: Interval  #: usual acceptable range; `standard` gives that of a shape
     better: Literal["higher", "lower"]
     ideal: float = math.nan  #: usual value on the ideal cell, edges of length 1; `standard` gives that of a shape
-    is_signed: bool = False  #: a value below 0 says that the cell is invalid
+    is_signed: bool = False  #: only invalid cells have values below 0: none of those is good
     title: str = ""
     text: str = ""  #: one line: what it is, which cells it cannot tell apart
     source: Literal["meshgauge", "verdict", "user"] = "user"

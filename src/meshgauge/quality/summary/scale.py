@@ -29,7 +29,7 @@ class Scale:
     acceptable: tuple[float, float]
     flat: float  #: the value of a flat cell
     better: Literal["higher", "lower"]
-    is_signed: bool  #: a value below 0 says that the cell is invalid
+    is_signed: bool  #: only invalid cells have values below 0
     unit: str
 
     @classmethod
