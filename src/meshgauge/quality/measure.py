@@ -310,7 +310,12 @@ def measure(
             status[cells] = Status.UNSUPPORTED
         if row is POLYHEDRON and mesh.polyhedra is not None:
             polyhedra = measure_polyhedra(
-                mesh.points, mesh.polyhedra, cells, threads=threads, inner_faces=partial(inner_faces, mesh)
+                mesh.points,
+                mesh.polyhedra,
+                cells,
+                threads=threads,
+                stored=mesh.stored,
+                inner_faces=partial(inner_faces, mesh),
             )
             status[cells] = polyhedra.status
             given = PolyhedralCells(mesh.points, mesh.polyhedra, polyhedra)

@@ -22,6 +22,7 @@ from ..kernels.polyhedra.driver import Faces, Links, Solids
 from ..kernels.threads import run
 from ..mesh import CellIds
 from ..mesh.cast import read_only
+from ..mesh.mesh import Precision
 from ..mesh.polyhedra import Polyhedra, ragged
 from ..status import Status
 from .reference import corner_model, solids
@@ -87,6 +88,8 @@ class PolyhedralQuality:
     is_star_shaped
         ``(n,)`` True if some point sees every face from inside, each cut into triangles from the mean of its points.
         Such a cell is of use to finite-volume and virtual-element methods although a corner be concave.
+    has_plane_faces
+        ``(n,)`` True if every face is plane, to 1e-9 of its size or the stored precision, and does not cross itself.
     node_offsets
         ``(n + 1,)`` where the nodes of each cell start in the arrays below.
     node_points
@@ -107,6 +110,7 @@ class PolyhedralQuality:
     faults: NDArray[np.uint16]
     reference_kind: NDArray[np.uint8]
     is_star_shaped: NDArray[np.bool_]
+    has_plane_faces: NDArray[np.bool_]
     node_offsets: NDArray[np.int64]
     node_points: NDArray[np.int64]
     node_scaled_jacobian: Values
@@ -117,8 +121,8 @@ class PolyhedralQuality:
 
     @property
     def is_convex(self) -> NDArray[np.bool_]:
-        """``(n,)`` True if every corner is convex and the surface is a sphere, which makes the whole cell convex."""
-        return np.asarray((self.values > 0.0) & ((self.faults & Fault.HANDLE) == 0))
+        """``(n,)`` True if all corners are convex, all faces plane and the surface a sphere: the cell is convex."""
+        return np.asarray((self.values > 0.0) & ((self.faults & Fault.HANDLE) == 0) & self.has_plane_faces)
 
     @property
     def has_hanging(self) -> NDArray[np.bool_]:
@@ -180,6 +184,7 @@ class _Part:
     faults: NDArray[np.int64]
     kind: NDArray[np.uint8]
     star_shaped: NDArray[np.bool_]
+    plane_faces: NDArray[np.bool_]
     node_counts: NDArray[np.int64]
     node_points: NDArray[np.int64]
     scaled_jacobian: Values
@@ -205,6 +210,7 @@ def measure_polyhedra(
     cells: CellIds,
     *,
     threads: int | None = None,
+    stored: Precision | None = None,
     inner_faces: Callable[[NDArray[np.int64]], NDArray[np.bool_]] | None = None,
 ) -> PolyhedralQuality:
     """Measure polyhedral cells.
@@ -219,6 +225,8 @@ def measure_polyhedra(
         Which cells of ``polyhedra`` to measure, ascending.
     threads
         At most this many; None: one for each processor. It has no influence on the values.
+    stored
+        How exactly the coordinates were stored, which says what a plane face is; None: by their dtype.
     inner_faces
         Tells, for entries of ``polyhedra.cell_faces``, whether a cell lies beyond that face, as
         `meshgauge.mesh.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes
@@ -229,12 +237,14 @@ def measure_polyhedra(
     points = read_only(points)
     driver.prepare(points.dtype.str)
     table = _table()
+    single = points.dtype == np.float32 if stored is None else stored == "single"
+    unit = 2.0**-24 if single else 2.0**-53
 
     def chunks(some: NDArray[np.int64]) -> list[NDArray[np.int64]]:
         return [some[start : start + CHUNK] for start in range(0, max(len(some), 1), CHUNK)]
 
     def work(part: NDArray[np.int64]) -> _Part:
-        return _measure_chunk(points, polyhedra, part, table, finds_candidates=inner_faces is not None)
+        return _measure_chunk(points, polyhedra, part, table, unit=unit, finds_candidates=inner_faces is not None)
 
     columns = _join(run(work, chunks(ids), threads))
     again, entries = columns["is_candidate"], columns["unknown_entries"]
@@ -243,7 +253,7 @@ def measure_polyhedra(
         inner[entries] = inner_faces(entries)
 
         def work_again(part: NDArray[np.int64]) -> _Part:
-            return _measure_chunk(points, polyhedra, part, table, inner=inner)
+            return _measure_chunk(points, polyhedra, part, table, unit=unit, inner=inner)
 
         of_nodes = np.repeat(again, columns["node_counts"])
         for name, column in _join(run(work_again, chunks(ids[again]), threads)).items():
@@ -255,10 +265,11 @@ def measure_polyhedra(
     return PolyhedralQuality(
         cells=read_only(ids),
         values=read_only(values),
-        status=read_only(_status(values, faults, columns["star_shaped"])),
+        status=read_only(_status(values, faults, columns["star_shaped"], columns["plane_faces"])),
         faults=read_only(faults.astype(np.uint16)),
         reference_kind=read_only(columns["kind"]),
         is_star_shaped=read_only(columns["star_shaped"]),
+        has_plane_faces=read_only(columns["plane_faces"]),
         node_offsets=read_only(offsets),
         node_points=read_only(columns["node_points"]),
         node_scaled_jacobian=read_only(columns["scaled_jacobian"]),
@@ -314,10 +325,12 @@ def _measure_chunk(
     cells: NDArray[np.int64],
     table: Solids,
     *,
+    unit: float,
     finds_candidates: bool = False,
     inner: NDArray[np.uint8] | None = None,
 ) -> _Part:
-    """Measure cells; ``inner`` is 1 for each face of a cell that is known to have another cell beyond it."""
+    """Measure cells; ``inner`` is 1 for each face of a cell that is known to have another cell beyond it, ``unit`` the
+    relative rounding of the stored coordinates."""
     faces, entries = faces_of(polyhedra, cells), _face_entries(polyhedra, cells)
     whole = driver.links(points, faces)
     links, candidates = driver.without_hanging(points, faces, whole, None if inner is None else inner[entries])
@@ -330,7 +343,7 @@ def _measure_chunk(
         candidates |= driver.candidates(points, faces, whole, js)
     values, jens = driver.cell_jens(js, k, links)
     hanging = links.is_hanging == 1
-    shape = driver.shapes(points, faces, links.faults)
+    shape = driver.shapes(points, faces, links.faults, unit)
     warped, zero = (shape & polyhedra_shape.WARPED) != 0, (shape & polyhedra_shape.ZERO_EDGE) != 0
     known = np.where(which == match.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
     return _Part(
@@ -338,6 +351,7 @@ def _measure_chunk(
         faults=links.faults | np.where(warped, Fault.WARPED_FACE, 0) | np.where(zero, Fault.ZERO_EDGE, 0),
         kind=np.where(is_broken, ReferenceKind.NONE, known).astype(np.uint8),
         star_shaped=(shape & polyhedra_shape.STAR_SHAPED) != 0,
+        plane_faces=(shape & polyhedra_shape.NOT_PLANE) == 0,
         node_counts=links.node_counts,
         node_points=links.node_ids,
         scaled_jacobian=np.where(hanging, np.nan, js),
@@ -397,9 +411,16 @@ def _turned(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     return best
 
 
-def _status(values: Values, faults: NDArray[np.int64], is_star_shaped: NDArray[np.bool_]) -> NDArray[np.uint8]:
+def _status(
+    values: Values,
+    faults: NDArray[np.int64],
+    is_star_shaped: NDArray[np.bool_],
+    has_plane_faces: NDArray[np.bool_],
+) -> NDArray[np.uint8]:
+    """Positive corners certify a cell whose faces are plane; one with warped faces must be star-shaped as well."""
     cases = {
         Status.BROKEN: (faults & bits.BROKEN) != 0,
+        Status.INVERTED_INSIDE: (values > 0.0) & ~has_plane_faces & ~is_star_shaped,
         Status.OK: values > 0.0,
         Status.CONCAVE: (values < 0.0) & is_star_shaped,
         Status.INVERTED: values < 0.0,

@@ -483,3 +483,31 @@ def test_a_real_mesh_of_perpendicular_bisectors(shared: Path) -> None:
     assert np.isfinite(quality.values).all()
     assert quality.is_star_shaped.all()
     np.testing.assert_array_equal(np.diff(quality.node_offsets), np.diff(mesh.offsets))
+
+
+CROSSED = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (2, 4, 20), (-2, 4, 20), (-2, -4, 20), (2, -4, 20)]
+"""A hexahedron whose top is turned by half a turn: every corner is good, and its sides cross themselves."""
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_good_corners_do_not_certify_a_cell_that_no_point_sees(dtype: type) -> None:
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    crossed = measured(np.array(CROSSED, dtype), faces)
+    assert crossed.values[0] == pytest.approx(0.96003, abs=1e-5)
+    assert crossed.status[0] == Status.INVERTED_INSIDE
+    assert not crossed.is_convex[0]
+
+
+def test_convex_asks_for_plane_faces() -> None:
+    cube = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    assert measured(cube, faces).is_convex[0]
+    for lift, convex in ((1e-11, True), (1e-7, False), (0.1, False)):
+        moved = cube.copy()
+        moved[6] += lift
+        one = measured(moved, faces)
+        assert one.status[0] == Status.OK
+        assert one.is_convex[0] == convex
+    single = cube.copy()
+    single[6] += 1e-8  # less than single precision can say
+    assert measured(single.astype(np.float32), faces).is_convex[0]

@@ -334,10 +334,10 @@ def _negate_multiple_windings(points: Points, of: Links, out: Values) -> None:
         out[nodes] = np.where(once == 1, out[nodes], -out[nodes])
 
 
-def shapes(points: Points, faces: Faces, faults: Ids) -> Ids:
-    """Bits of `shape` for each cell."""
+def shapes(points: Points, faces: Faces, faults: Ids, unit: float = 2.0**-53) -> Ids:
+    """Bits of `shape` for each cell; ``unit`` is the relative rounding of the stored coordinates."""
     out = np.empty(len(faces.counts), np.int64)
-    shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, out)
+    shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unit, out)
     is_broken = (faults & polyhedra_links.BROKEN) != 0
     unseen = ((out & shape.UNSEEN) != 0) & ~is_broken
     if unseen.any():

@@ -20,10 +20,13 @@ import numpy as np
 from ..arrays import BoolArray, Float64Array, FloatArray, Index, Int64Array, UInt8Array
 from ..jit import inlined, kernel
 
-STAR_SHAPED, WARPED, ZERO_EDGE, UNSEEN = 1, 2, 4, 8
+STAR_SHAPED, WARPED, ZERO_EDGE, UNSEEN, NOT_PLANE = 1, 2, 4, 8, 16
 
 WARP = 0.8
 """A face is warped if its projected area is less than this of its area (OpenFOAM's checkMesh, faceFlatness)."""
+
+PLANE = 1e-9
+"""Of the size of a face: its points may be so far from one plane, or as far as the stored precision lets them."""
 
 MARGIN = 1e-10
 """Of the size of the cell: the point that sees every face must be so far inside each of them."""
@@ -120,6 +123,7 @@ def _half_spaces(
     at_point: Index,
     at_face: Index,
     n_faces: Index,
+    unit: float,
     rows: Float64Array,
     middle: Float64Array,
     ends: Float64Array,
@@ -128,12 +132,13 @@ def _half_spaces(
     """Cut the faces of a cell into triangles from the mean of their points, and write ``(normal, bound)`` of each.
 
     In a frame with the mean of the cell's points at its origin and its size as unit. Returns how many there are, -1 if
-    the cell has no size, and the bits `WARPED` and `ZERO_EDGE`.
+    the cell has no size, and the bits `WARPED`, `NOT_PLANE` and `ZERO_EDGE`. ``unit`` is the relative rounding of the
+    stored coordinates.
     """
     n, bits, n_rows = np.int64(0), np.int64(0), np.int64(0)
     for f in range(n_faces):
         n += face_sizes[at_face + f]
-    scale = 0.0
+    scale, farthest = 0.0, 0.0
     for axis in range(3):
         low, high, total = np.inf, -np.inf, 0.0
         for i in range(n):
@@ -143,6 +148,7 @@ def _half_spaces(
             total += value / n
         middle[axis] = total
         scale = max(scale, high - low)
+        farthest = max(farthest, max(abs(low), abs(high)))
     if not (n > 0 and scale > 0.0 and scale < np.inf):
         return np.int64(-1), np.int64(ZERO_EDGE if n > 0 and scale == 0.0 else 0)
     position = at_point
@@ -182,8 +188,21 @@ def _half_spaces(
                     bound += rows[n_rows, axis] * ends[2, axis]
                 rows[n_rows, 3] = bound
                 n_rows += 1
-        if m > 3 and sqrt(warped[0] ** 2 + warped[1] ** 2 + warped[2] ** 2) < WARP * whole:
-            bits |= WARPED
+        if m > 3:
+            area = sqrt(warped[0] ** 2 + warped[1] ** 2 + warped[2] ** 2)
+            if area < WARP * whole:
+                bits |= WARPED
+            out_of_plane, size = 0.0, 0.0
+            for i in range(m):
+                along = 0.0
+                for axis in range(3):
+                    from_middle = (points[face_points[position + i], axis] - middle[axis]) / scale - ends[2, axis]
+                    along += from_middle * warped[axis]
+                    size = max(size, abs(from_middle))
+                out_of_plane = max(out_of_plane, abs(along))
+            crosses_itself = area < (1.0 - 1e-6) * whole  # in its plane; no corner of the cell tells
+            if crosses_itself or out_of_plane > (PLANE * size + 4.0 * unit * farthest / scale) * area:
+                bits |= NOT_PLANE
         position += m
     return n_rows, bits
 
@@ -196,9 +215,10 @@ def shapes(
     face_flips: UInt8Array,
     face_counts: Int64Array,
     room: int,
+    unit: float,
     out: Int64Array,
 ) -> None:
-    """Bits `STAR_SHAPED`, `UNSEEN`, `WARPED`, `ZERO_EDGE` for each cell.
+    """Bits `STAR_SHAPED`, `UNSEEN`, `WARPED`, `NOT_PLANE`, `ZERO_EDGE` for each cell.
 
     Each face is cut into triangles from the mean of its points to its edges, as finite-volume codes do; a cell is
     star-shaped if some point is inside of all of them by `MARGIN`. The mean of the points is tried here; for the cells
@@ -215,6 +235,7 @@ def shapes(
             at_point,
             at_face,
             face_counts[c],
+            unit,
             rows,
             work[0],
             work[1:4],
@@ -259,6 +280,7 @@ def star_shaped(
             at_point,
             at_face,
             face_counts[c],
+            0.0,
             rows[6:],
             work[0],
             work[1:4],
