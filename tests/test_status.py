@@ -16,8 +16,8 @@ from meshgauge.compare.scores import scores
 from meshgauge.look import colours
 from meshgauge.quality.summary import summarise
 from meshgauge.repair.acceptance import n_unusable, status_counts, violations
+from meshgauge.report import FileReport
 from meshgauge.report.html.cells import chosen, drawable, drawn_as
-from meshgauge.report.html.section import report_of
 from meshgauge.report.verdict import verdict
 from meshgauge.status import (
     PURPOSES,
@@ -250,7 +250,7 @@ def test_a_purpose_given_to_measure_is_that_of_the_result(purpose: Purpose) -> N
     quality = measure(grid(), purpose=purpose)
     assert quality.mesh.purpose == quality.summary().purpose == purpose
     assert quality.summary().all.purpose == purpose
-    assert report_of(quality).summary.to_dict()["purpose"] == purpose
+    assert FileReport.of(quality).summary.to_dict()["purpose"] == purpose
 
 
 def test_summaries_of_different_purposes_do_not_merge() -> None:

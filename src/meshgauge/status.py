@@ -101,7 +101,7 @@ STATUSES: dict[Status, StatusRow] = {
             "concave",
             True,
             Category.INVALID,
-            "a polyhedron with a negative corner, but star-shaped: of use to finite volumes",
+            "not convex, but a point sees all of its faces: of use to finite volumes, not to finite elements",
         ),
         StatusRow(Status.BROKEN, "broken", False, Category.INVALID, "a polyhedron whose faces make no closed solid"),
         StatusRow(Status.NON_FINITE, "non_finite", False, Category.UNMEASURED, "a coordinate is NaN or infinite"),

@@ -23,6 +23,7 @@ from ..mesh.cast import frozen
 from ..mesh.topology import inner_faces
 from ..status import STATUSES, Category, Purpose, Status, is_unmeasured
 from . import evaluate, validity
+from .concave import mark_concave
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
@@ -327,6 +328,8 @@ def measure(
             for one in others:
                 if one.is_defined_for(row.shape.name):
                     evaluate.of_cells(one, mesh, row, cells, values[one.name], threads)
+    if mesh.purpose == "fv":
+        mark_concave(mesh, status, polyhedra)
     for one in others:
         values[one.name][is_unmeasured(status)] = np.nan
     return Quality(

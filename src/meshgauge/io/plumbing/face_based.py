@@ -305,6 +305,7 @@ def mesh(
         blocks=tuple(blocks),
         path=str(path),
         notes=tuple(notes),
+        purpose="fv",
         copy=False,
     )
 
