@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..cells import IS_SOLID
 from ..kernels.topology import driver
 from ..mesh import Mesh
 from ..mesh.cast import read_only
+from ..mesh.ghosts import without_ghosts
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import OPPOSITE, Topology, topology
 from ..quality.measure import Quality, measure
@@ -138,11 +139,15 @@ def diagnosis(
         why = f"The mesh was not diagnosed: it has {mesh.n_cells:,} cells, more than {limit:,}."
         return Diagnosis((), None, None, (), None, None, tolerance, (why,))
     quality = quality if quality is not None else measure(mesh)
+    is_ghost = mesh.is_ghost
+    if is_ghost is not None:
+        mesh = without_ghosts(mesh)
+        quality = replace(quality, mesh=mesh)
     is_used, repeated, hashes = driver.signatures(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, mesh.n_points)
     if mesh.polyhedra is not None:
         is_used[mesh.polyhedra.face_points] = True
     representative = points.representatives(mesh.points, tolerance=tolerance)
-    doubles = points.duplicates(representative, is_used)
+    doubles = points.duplicates(representative, is_used if is_ghost is None else _used(mesh, ~is_ghost))
     matched = topology(mesh)
     twice = cells.duplicates(mesh, hashes)
     oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None, ignored=twice)
@@ -168,6 +173,13 @@ def diagnosis(
         n_boundary_faces=matched.n_boundary,
         tolerance=tolerance,
     )
+
+
+def _used(mesh: Mesh, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Points of some of the cells."""
+    used = np.zeros(mesh.n_points, bool)
+    used[mesh.connectivity[np.repeat(cells, np.diff(mesh.offsets))]] = True
+    return used
 
 
 def _part_sizes(mesh: Mesh) -> list[int]:

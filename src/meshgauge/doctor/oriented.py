@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..cells import type_name
 from ..mesh import Mesh
 from ..mesh.cast import frozen, read_only
+from ..mesh.ghosts import without_ghosts
 from ..quality.measure import Quality, measure
 from .orientation import Orientation, orientation
 from .points import duplicates, representatives
@@ -65,7 +66,8 @@ def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]
         What was measured on it; measured here if None.
     """
     quality = quality if quality is not None else measure(mesh)
-    before = _orientation(mesh, quality)
+    real = without_ghosts(mesh)  # ghosts stay as the piece that owns them has them
+    before = _orientation(real, replace(quality, mesh=real))
     ids = before.reversed_cells
     connectivity = mesh.connectivity.copy() if len(ids) else mesh.connectivity
     done, left, texts = [np.empty(0, np.int64)], [np.empty(0, np.int64)], []

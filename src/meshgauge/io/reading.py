@@ -10,6 +10,7 @@ from ..files import sources
 from ..mesh import Mesh
 from . import registry
 from .plumbing import files
+from .plumbing.ghosts import noted
 from .plumbing.isolate import Limits
 from .plumbing.steps import Step, StepChoice, displaced
 from .plumbing.wedge_order import check_order, normalise
@@ -67,7 +68,7 @@ def read(
         sources.note(source)
         used[source] = None
     sources.check_pending(used)
-    mesh = mesh.replace(path=str(given), sources=tuple(used))
+    mesh = noted(mesh.replace(path=str(given), sources=tuple(used)))
     return displaced(mesh, displacement) if displacement is not None else mesh
 
 

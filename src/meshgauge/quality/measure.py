@@ -20,6 +20,7 @@ from ..look import notebook
 from ..look.bands import POOR
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
+from ..mesh.ghosts import without_ghosts
 from ..mesh.topology import inner_faces
 from ..status import STATUSES, Category, Purpose, Status, is_unmeasured
 from . import evaluate, validity
@@ -99,15 +100,20 @@ class Quality:
     @cached_property
     def node_scaled_jacobian(self) -> Values:
         """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
-        values = _node_values(self.mesh, None)
+        values = _node_values(self._measured, None)
         return values if self.polyhedra is None else self._with_polyhedra(values, self.polyhedra.node_scaled_jacobian)
+
+    @cached_property
+    def _measured(self) -> Mesh:
+        """The mesh but for its ghosts."""
+        return without_ghosts(self.mesh)
 
     @cached_property
     def node_jens(self) -> Values:
         """J_ENS of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
         values = self.node_scaled_jacobian
         out = np.full(len(values), np.nan)
-        for row, _, cells in self.mesh.groups():
+        for row, _, cells in self._measured.groups():
             if row is not None and row.shape is not None:
                 for part in connectivity.chunks(cells):
                     at = connectivity.positions(self.mesh, row, part)
@@ -132,7 +138,7 @@ class Quality:
     @cached_property
     def _is_corner(self) -> NDArray[np.bool_]:
         """True for entries of the connectivity that are measured: corners, and the nodes of polyhedra."""
-        mesh = self.mesh
+        mesh = self._measured
         is_corner = np.zeros(len(mesh.connectivity), np.bool_)
         for row, vtk_id, cells in mesh.groups():
             if row is not None and row.shape is not None:
@@ -306,6 +312,7 @@ def measure(
     others = [row for name, row in rows.items() if name != JENS]
     status = np.full(mesh.n_cells, Status.NOT_SOLID, np.uint8)
     polyhedra: PolyhedralQuality | None = None
+    whole, mesh = mesh, without_ghosts(mesh)
     for row, _, cells in mesh.groups():
         if row is None or row.dimension == 3:
             status[cells] = Status.UNSUPPORTED
@@ -332,8 +339,10 @@ def measure(
         mark_concave(mesh, status, polyhedra)
     for one in others:
         values[one.name][is_unmeasured(status)] = np.nan
+    if whole.is_ghost is not None:
+        status[whole.is_ghost] = Status.GHOST
     return Quality(
-        mesh=mesh,
+        mesh=whole,
         values=frozen(values[JENS]),
         status=frozen(status),
         metrics=MappingProxyType({name: frozen(array) for name, array in values.items()}),

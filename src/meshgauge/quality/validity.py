@@ -13,6 +13,7 @@ from ..kernels.certificate.bounds import Validity, bounds, validity
 from ..kernels.threads import run
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import read_only
+from ..mesh.ghosts import without_ghosts
 from ..status import Status
 
 Values = NDArray[np.float64]
@@ -49,6 +50,7 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
     """
     codes = np.full(mesh.n_cells, Validity.UNDEFINED, np.uint8)
     lower, upper = np.full(mesh.n_cells, np.nan), np.full(mesh.n_cells, np.nan)
+    mesh = without_ghosts(mesh)
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue

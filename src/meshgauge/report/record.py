@@ -68,7 +68,7 @@ class FileReport:
         return cls(
             path=path or mesh.path or "mesh",
             n_points=mesh.n_points,
-            n_cells=mesh.n_cells,
+            n_cells=mesh.n_cells - (0 if mesh.is_ghost is None else int(mesh.is_ghost.sum())),
             summary=summaries.pop("jens"),
             worst=cells,
             others=tuple(summaries.values()),

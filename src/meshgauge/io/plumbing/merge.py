@@ -62,7 +62,7 @@ def _lacking(meshes: Sequence[Mesh], names: Sequence[str]) -> list[str]:
         arrays = dict.fromkeys(key for mesh, _ in there for key in getattr(mesh, kind))
         for array in arrays:
             without = [name for mesh, name in there if array not in getattr(mesh, kind)]
-            if without:
+            if without and array != GHOST_TYPE:  # where it is missing, nothing is a ghost
                 more = f" and {len(without) - _NAMED} more" if len(without) > _NAMED else ""
                 notes.append(f"The {what} data {array!r} are missing in {', '.join(without[:_NAMED])}{more}.")
     return notes

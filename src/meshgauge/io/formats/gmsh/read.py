@@ -18,6 +18,7 @@ from numpy.typing import DTypeLike, NDArray
 from ....cells import BY_NAME
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
+from ....mesh.mesh import GHOST_TYPE
 from ...plumbing.ids import Index
 from .cells import BY_ID, GmshType
 
@@ -47,6 +48,7 @@ class _Found:
     groups: dict[tuple[int, int], list[int]] = field(default_factory=dict)
     node_data: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]] = field(default_factory=dict)
     element_data: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]] = field(default_factory=dict)
+    ghosts: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     notes: list[str] = field(default_factory=list)
 
 
@@ -117,7 +119,10 @@ def _cell_data(found: _Found) -> dict[str, NDArray[Any]]:
                 for r in found.runs
             ]
             data[name] = np.concatenate(member).astype(np.uint8)
-    index = Index(np.concatenate([run.tags for run in found.runs]))
+    tags = np.concatenate([run.tags for run in found.runs])
+    if len(found.ghosts):
+        data[GHOST_TYPE] = np.isin(tags, found.ghosts).astype(np.uint8)
+    index = Index(tags)
     for name, pair in found.element_data.items():
         data[name] = _spread(index, *pair)
     return data
@@ -228,6 +233,8 @@ def _section(cursor: _Cursor, section: str, found: _Found) -> None:
             found.runs = _elements_4(cursor, found.groups)
         else:
             found.runs = _elements_2_binary(cursor) if cursor.is_binary else _elements_2_text(cursor)
+    elif section == "GhostElements" and new:
+        found.ghosts = _ghosts(cursor)
     elif section in ("NodeData", "ElementData"):
         _view(cursor, section, found)
     else:
@@ -432,6 +439,31 @@ def _entities_binary(cursor: _Cursor) -> dict[tuple[int, int], list[int]]:
             if dimension:
                 cursor.raw("i4", cursor.sizes(1)[0])
     return groups
+
+
+def _ghosts(cursor: _Cursor) -> NDArray[np.int64]:
+    """Tags of the elements that are here as copies: of a partition that has none of its own in this file.
+
+    The section names for each element its partition and those that have it as a ghost. A file of one partition holds
+    the ghosts beside its own elements; a file of all holds every element once.
+    """
+    tags, owners, holders = [], [], set()
+    if cursor.is_binary:
+        for _ in range(cursor.sizes(1)[0]):
+            tags.append(cursor.sizes(1)[0])
+            owners.append(int(cursor.raw("i4", 1)[0]))
+            holders.update(cursor.raw("i4", cursor.sizes(1)[0]).tolist())
+    else:
+        values, at = cursor.text("GhostElements").astype(np.int64).tolist(), 1
+        for _ in range(values[0]):
+            tag, owner, n = values[at : at + 3]
+            tags.append(tag)
+            owners.append(owner)
+            holders.update(values[at + 3 : at + 3 + n])
+            at += 3 + n
+        if at != len(values):
+            raise cursor.fail(f"{values[0]} ghost elements are stated, {len(values)} numbers given")
+    return np.array([tag for tag, owner in zip(tags, owners, strict=True) if owner not in holders], np.int64)
 
 
 def _view(cursor: _Cursor, section: str, found: _Found) -> None:
