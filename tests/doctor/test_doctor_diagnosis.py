@@ -10,11 +10,12 @@ from doctor_meshes import SPLITS, grid, mixed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
+from scipy.spatial import cKDTree
 
 import meshgauge
 from meshgauge import Mesh
 from meshgauge.doctor import LIMIT, cells, diagnosis
-from meshgauge.doctor.points import duplicates, representatives
+from meshgauge.doctor.points import duplicates, representatives, size
 from meshgauge.doctor.text import DiagnosisText
 
 
@@ -167,6 +168,24 @@ def test_a_point_gone_astray_does_not_make_the_others_coincide() -> None:
 
 def test_many_points_at_one_place_take_no_longer() -> None:
     assert set(representatives(np.ones((19_000, 3))).tolist()) == {0}
+
+
+def test_pairs_across_the_sides_of_boxes_are_found() -> None:
+    """Pairs almost a tolerance apart in every direction, thousands of which have a side of a box between them."""
+    rng = np.random.default_rng(8)
+    n, tolerance = 5000, 1e-4
+    points = rng.random((n, 3))
+    directions = rng.normal(size=(n, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    far = np.concatenate([[(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)], points])
+    apart = tolerance * size(far) * directions
+    both = np.concatenate([far, points + 0.99 * apart])
+    # Points within some tolerances of a third would be told from another pair: there are few, and they are left out.
+    tree = cKDTree(far)
+    alone = tree.query(points, 2)[0][:, 1] > 4 * tolerance * size(far)
+    assert alone.sum() > 0.99 * n
+    found = representatives(both, tolerance=tolerance)[n + 2 :]
+    assert np.array_equal(found[alone], np.arange(2, n + 2)[alone])
 
 
 def test_a_tolerance_out_of_range_is_an_error() -> None:

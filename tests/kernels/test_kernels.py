@@ -6,7 +6,9 @@ import numpy as np
 import oracle
 import pytest
 
+import meshgauge
 from meshgauge.cells import BY_NAME, SHAPES
+from meshgauge.kernels import path
 from meshgauge.kernels.cells import driver
 from meshgauge.kernels.certificate.bounds import Validity, bounds
 from meshgauge.kernels.certificate.numpy_path import can_decide, validity
@@ -52,6 +54,15 @@ def cell_values(name: str, nodes: np.ndarray, dtype: type = np.float64) -> np.nd
     return out
 
 
+def node_values(name: str, nodes: np.ndarray) -> np.ndarray:
+    points = np.ascontiguousarray(nodes.reshape(-1, 3))
+    cells = np.arange(len(points)).reshape(nodes.shape[:2])
+    out = np.full(cells.shape, 9.0)
+    with np.errstate(all="ignore"):
+        driver.node_scaled_jacobian(points, cells, BY_NAME[name], out, compiled=True)
+    return out
+
+
 @pytest.mark.parametrize("name", SHAPES)
 def test_cell_kernels_against_the_oracle(name: str) -> None:
     nodes = random_nodes(name)
@@ -78,12 +89,47 @@ def test_cell_kernels_take_float32(name: str) -> None:
 @pytest.mark.parametrize("name", SHAPES)
 def test_node_kernel_against_the_oracle(name: str) -> None:
     nodes = special(name)
-    cells = np.arange(nodes.shape[0] * nodes.shape[1]).reshape(len(nodes), -1)
-    out = np.full(cells.shape, 9.0)
-    with np.errstate(all="ignore"):
-        driver.node_scaled_jacobian(nodes.reshape(-1, 3), cells, BY_NAME[name], out, compiled=True)
+    out = node_values(name, nodes)
     expected = np.array([oracle.exact_node_scaled_jacobian(name, cell) for cell in nodes])
     np.testing.assert_allclose(out, expected, rtol=1e-9, atol=1e-14)
+
+
+def near_flat_tetrahedra(n: int) -> np.ndarray:
+    """Points on a common plane up to rounding, far from and near to the origin: J_S of 1e-17 to 1e-13, either sign."""
+    rng = np.random.default_rng(4)
+    nodes = rng.random((n, 4, 3)) + rng.choice([0.0, 1.0, 100.0], n)[:, None, None]
+    weights = rng.dirichlet((1, 1, 1), n)
+    nodes[:, 3] = np.einsum("nk,nkx->nx", weights, nodes[:, :3])
+    return nodes
+
+
+def test_the_sign_of_a_flat_cell_is_exact_on_the_compiled_path() -> None:
+    """More cells than NumPy takes, so that the limit itself sends them to the kernels; each sign in rational numbers.
+
+    A kernel that trusts the rounded determinant a little too far gets a few of them wrong.
+    """
+    nodes = near_flat_tetrahedra(path.NUMPY_UP_TO + 5000)
+    assert path.is_compiled(len(nodes))
+    values = meshgauge.jens(nodes.reshape(-1, 3), np.arange(4 * len(nodes)).reshape(-1, 4), "tetra")
+    exact = [oracle.exact_volume_sign(cell) for cell in nodes]
+    assert {-1, 0, 1} >= set(exact) >= {-1, 1}
+    np.testing.assert_array_equal(np.sign(values), exact)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_no_node_exceeds_one(name: str) -> None:
+    """Turned cells with right angles: rounding lifts the quotient above 1, and J_ENS would be told from a wrong J_S."""
+    rng = np.random.default_rng(5)
+    turned = np.linalg.qr(rng.normal(size=(500, 3, 3)))[0]
+    turned[np.linalg.det(turned) < 0, 0] *= -1
+    corner = np.eye(4, 3, k=-1)  # a corner of a cube
+    cells = np.einsum("pxy,ny->pnx", turned, corner)
+    out = node_values("tetra", np.concatenate([cells, cells[:, [0, 2, 1, 3]]]))
+    assert np.abs(out).max() == 1.0
+    assert (np.abs(out[:, 0]) > 1 - 1e-15).all()
+    if name != "tetra":
+        ideal = np.einsum("pxy,ny->pnx", turned, np.array(SHAPES[name].points))
+        assert np.abs(node_values(name, ideal)).max() <= 1.0
 
 
 @pytest.mark.parametrize("n", [0, 1, 3, 63, 64, 65, 129])

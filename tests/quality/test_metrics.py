@@ -20,6 +20,8 @@ from meshgauge.mesh import connectivity
 from meshgauge.quality.metrics import METRICS, Metric, metric, tetra
 from meshgauge.status import is_invalid
 
+pytestmark = pytest.mark.usefixtures("path")
+
 Floats = NDArray[np.float64]
 OURS = [row for row in METRICS.values() if row.source == "meshgauge"]
 PAIRS = [(row, shape) for row in OURS for shape in SHAPES.values() if row.is_defined_for(shape.name)]

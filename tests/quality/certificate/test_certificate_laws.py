@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from certificate_cells import LINEAR, cloud, family, ideal, many, separate
 
-from meshgauge.kernels.certificate.bounds import Bounds, Validity, bounds
+from meshgauge.cells import BY_NAME
+from meshgauge.kernels import path as kernels_path
+from meshgauge.kernels.certificate.bounds import Bounds, Validity, bounds, validity
+from meshgauge.kernels.certificate.numpy_path import can_decide
 from meshgauge.kernels.certificate.tables import KINDS, table
 
 AMPLITUDE = {name: 0.7 if name in LINEAR else 0.15 for name in KINDS}
@@ -118,3 +121,32 @@ def test_renumbering(name: str) -> None:
     valid = result.status == Validity.VALID
     assert (turned.lower[valid] <= result.upper[valid]).all()
     assert (result.lower[valid] <= turned.upper[valid]).all()
+
+
+DECIDED = [name for name in LINEAR if can_decide(BY_NAME[name])]
+
+
+def verdicts(name: str, points: np.ndarray, connectivity: np.ndarray) -> np.ndarray:
+    return validity(name, points, connectivity, compiled=kernels_path.is_compiled(len(connectivity)))
+
+
+@pytest.mark.usefixtures("path")
+@pytest.mark.parametrize("name", DECIDED)
+def test_laws_of_the_verdict_on_both_paths(name: str) -> None:
+    """What holds for the bounds holds for the verdict alone: rotation, unit of length, reflection, NaN, no cells."""
+    points, connectivity, result = sample(name)
+    expected = result.status
+    assert set(np.unique(expected)) == {Validity.VALID, Validity.INVALID}
+    assert np.array_equal(verdicts(name, points, connectivity), expected)
+    rotation = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    rotation *= np.sign(np.linalg.det(rotation))
+    assert np.array_equal(verdicts(name, points @ rotation.T + 2.0, connectivity), expected)
+    for scale in (2.0**-660, 2.0**-400, 2.0**500, 2.0**1000):
+        assert np.array_equal(verdicts(name, points * scale, connectivity), expected)
+    mirrored = verdicts(name, points * (1, 1, -1), connectivity)
+    assert (mirrored[expected == Validity.VALID] == Validity.INVALID).all()
+    spoiled = points.copy()
+    spoiled[connectivity[:2, 1], (0, 2)] = (np.nan, np.inf)
+    assert (verdicts(name, spoiled, connectivity)[:2] == Validity.UNDEFINED).all()
+    assert np.array_equal(verdicts(name, spoiled, connectivity)[2:], expected[2:])
+    assert len(verdicts(name, points, connectivity[:0])) == 0

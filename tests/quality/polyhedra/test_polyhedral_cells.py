@@ -394,6 +394,15 @@ def test_star_shaped_agrees_with_a_dense_search(seed: int) -> None:
         assert depth < 0.0
 
 
+@pytest.mark.parametrize(("lift", "is_warped"), [(0.37, False), (0.38, True)])
+def test_a_face_is_warped_from_the_limit_on(lift: float, is_warped: bool) -> None:
+    """A square with corners lifted by ±h has a projected area of 1/√(1 + 4h²) of its area: 0.8 at h = 0.375."""
+    points = np.array(CUBE, float) * (1, 1, 4)
+    points[:4, 2] += lift * np.array([1, -1, 1, -1])
+    quality = measured(points, CUBE_FACES)
+    assert bool(quality.faults[0] & Fault.WARPED_FACE) == is_warped
+
+
 def test_a_warped_face_is_noted() -> None:
     points = np.array(CUBE, float)
     assert not measured(points, CUBE_FACES).faults[0]
