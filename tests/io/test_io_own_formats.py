@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from io_meshes import LINEAR, mesh_of
 
+import meshgauge
 from meshgauge import io
 from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.errors import ReadError
@@ -198,6 +199,64 @@ def test_mfem_curved_nodes_give_the_corners(tmp_path: Path) -> None:
     mesh = io.read(written(tmp_path, "mfem curved"))
     assert mesh.type_counts() == {"tetra": 1}
     np.testing.assert_array_equal(mesh.points[3], [0, 0, 1])
+
+
+MFEM_FOLD = """MFEM mesh v1.0
+
+dimension
+3
+
+elements
+1
+1 4 0 1 2 3
+
+boundary
+0
+
+vertices
+4
+
+nodes
+FiniteElementSpace
+FiniteElementCollection: {space}
+VDim: 3
+Ordering: {ordering}
+
+{values}
+"""
+
+
+@pytest.mark.parametrize("ordering", [0, 1])
+@pytest.mark.parametrize("space", ["H1_3D_P2", "Quadratic", "H1Pos_3D_P2"])
+def test_mfem_of_order_2_is_measured_with_its_tangents(tmp_path: Path, space: str, ordering: int) -> None:
+    """The node of edge 0-1 at 3.5 of 4: x'(1) = 3.5·4·(1 - 2) + 4·(4 - 1) = -2, so node 1 is turned inside out."""
+    corners = np.array([(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4)], float)
+    pairs = np.array([(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)])
+    between = corners[pairs].mean(axis=1)
+    between[0, 0] = 3.5
+    stored = between.copy()
+    if "Pos" in space:
+        stored = 2 * between - corners[pairs].mean(axis=1)
+    table = np.concatenate([corners, stored])
+    values = " ".join(map(str, (table if ordering else table.T).ravel().tolist()))
+    path = tmp_path / "fold.mesh"
+    path.write_text(MFEM_FOLD.format(space=space, ordering=ordering, values=values))
+    mesh = io.read(path)
+    assert mesh.type_counts() == {"tetra10": 1}
+    np.testing.assert_allclose(mesh.points[mesh.nodes(0)[4:]], between[[0, 3, 1, 2, 4, 5]], atol=1e-15)
+    quality = meshgauge.measure(mesh)
+    assert quality.status.tolist() == [meshgauge.Status.INVERTED]
+    assert quality.values[0] < 0
+
+
+@pytest.mark.parametrize(("space", "n"), [("H1_3D_P3", 20), ("Cubic", 20)])
+def test_mfem_above_order_2_is_undecided(tmp_path: Path, space: str, n: int) -> None:
+    values = " ".join(map(str, np.concatenate([np.eye(4, 3, -1), np.full((n - 4, 3), 0.25)]).ravel().tolist()))
+    path = tmp_path / "a.mesh"
+    path.write_text(MFEM_FOLD.format(space=space, ordering=1, values=values))
+    quality = meshgauge.measure(io.read(path))
+    assert quality.status.tolist() == [meshgauge.Status.UNDECIDED]
+    assert "nothing is known of their inside" in quality.mesh.notes[0]
 
 
 @pytest.mark.parametrize("kind", ["classic", "hdf5"])

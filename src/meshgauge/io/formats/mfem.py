@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing.build import Cells, Kind, checked_codes, gathered, runs
@@ -37,7 +39,8 @@ def sniff(head: bytes, path: Path) -> bool:
 def read(path: Path) -> Mesh:
     """Elements, then boundary elements; their attributes are cell data ``mfem:attribute``.
 
-    Of curved elements the corners are read, which a note says.
+    Tetrahedra of order 2 are read whole. Of other curved elements the corners are read, as cells of high order of which
+    no more is known; a note says so.
     """
     text = Text(path, path.read_bytes(), b"#")
     title = text.line("the version")
@@ -45,6 +48,7 @@ def read(path: Path) -> Mesh:
         shown = title[:40].decode("utf-8", "replace")
         raise ReadError(f"{path}: {shown!r} cannot be read, only MFEM mesh v1.0 to v1.3; save it so, or as VTU")
     dimension, cells, attributes, points = 0, {}, {}, None
+    table: tuple[NDArray[np.float64], int] | None = None
     while key := text.line():
         if key == b"dimension":
             dimension = text.integers("the dimension")[0]
@@ -60,7 +64,8 @@ def read(path: Path) -> Mesh:
         elif key == b"nodes":
             if points is None:
                 raise text.fail("nodes stand before the vertices")
-            points = _nodes(text, len(points))
+            table = _nodes(text, len(points)), len(points)
+            points = table[0]
             break
         elif key == b"mfem_mesh_end":
             break
@@ -70,7 +75,17 @@ def read(path: Path) -> Mesh:
         raise ReadError(f"{path}: has no vertices or no elements; the file is not whole")
     if points.shape[1] == 0:
         raise ReadError(f"{path}: its vertices have no coordinates and it has no nodes; the file is not whole")
-    curved = _is_curved(text)
+    n_vertices = len(points) if table is None else table[1]
+    notes: tuple[str, ...] = ()
+    if table is not None:
+        points = table[0][:n_vertices]
+        if (order := _order(text)) > 1:
+            curved = _tetra10(cells[b"elements"], table[0], n_vertices, text) if order == 2 else None
+            if curved is not None:
+                cells[b"elements"], points = curved
+            else:
+                cells[b"elements"] = _of_high_order(cells[b"elements"])
+                notes = ("The elements are curved: their corners were read, and nothing is known of their inside.",)
     found = [cells[k] for k in (b"elements", b"boundary") if k in cells]
     values = np.concatenate([attributes[k] for k in (b"elements", b"boundary") if k in attributes])
     sizes = np.concatenate([np.diff(c.offsets) for c in found])
@@ -83,7 +98,7 @@ def read(path: Path) -> Mesh:
         blocks=runs(is_boundary, {0: "elements", 1: "boundary"}),
         cell_data={"mfem:attribute": values},
         path=str(path),
-        notes=("The elements are curved: their corners were read.",) if curved else (),
+        notes=notes,
         copy=False,
     )
 
@@ -100,7 +115,7 @@ def _elements(text: Text) -> tuple[Cells, NDArray[np.int64]]:
 
 
 def _nodes(text: Text, n_vertices: int) -> NDArray[np.float64]:
-    """Coordinates of the vertices: the first values of each component of a continuous space."""
+    """The values of a continuous space: of the vertices first, then of edges, faces and elements."""
     header: dict[bytes, bytes] = {}
     while not header.get(b"Ordering"):
         line = text.line("a finite element space")
@@ -124,12 +139,58 @@ def _nodes(text: Text, n_vertices: int) -> NDArray[np.float64]:
     if len(values) % w or len(values) // w < n_vertices:
         raise text.fail(f"{len(values)} numbers for the nodes of {n_vertices} vertices with {w} coordinates")
     table = values.reshape(-1, w) if ordering == b"1" else values.reshape(w, -1).T
-    return np.ascontiguousarray(table[:n_vertices])
+    return np.ascontiguousarray(table)
 
 
-def _is_curved(text: Text) -> bool:
+def _order(text: Text) -> int:
+    """The order of the elements."""
     match = _CONTINUOUS.search(text.data)
-    return match is not None and match.group(1) != b"Linear" and match.group(4) != b"1"
+    named = {b"Linear": 1, b"Quadratic": 2, b"Cubic": 3}
+    return 1 if match is None else named.get(match.group(1)) or int(match.group(4))
+
+
+EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+"""Of MFEM's tetrahedron, in its order. Edges of a mesh are numbered as its elements first name them."""
+
+VTK_EDGES = (0, 3, 1, 2, 4, 5)
+"""Those of VTK's ten-node tetrahedron, among them."""
+
+
+def _tetra10(
+    elements: Cells, table: NDArray[np.float64], n_vertices: int, text: Text
+) -> tuple[Cells, NDArray[np.float64]] | None:
+    """Tetrahedra with the nodes of their edges, and all points; None if there are other elements."""
+    if not len(elements.types) or (elements.types != BY_NAME["tetra"].vtk_id).any():
+        return None
+    corners = elements.connectivity.reshape(-1, 4).astype(np.int64)
+    ends = np.sort(corners[:, EDGES], axis=2).reshape(-1, 2)
+    _, first, edge = np.unique(ends[:, 0] * n_vertices + ends[:, 1], return_index=True, return_inverse=True)
+    rank = np.empty(len(first), np.int64)
+    rank[np.argsort(first, kind="stable")] = np.arange(len(first))
+    if len(table) != n_vertices + len(first):
+        raise text.fail(f"{len(table)} nodes of order 2 for {n_vertices} vertices and {len(first)} edges")
+    points = table.copy()
+    if b"H1Pos" in text.data or re.search(rb"H1@[^_]*Pos", text.data):
+        # Coefficients of Bernstein polynomials: the middle of an edge is at a quarter, a half and a quarter.
+        a, b = points[ends[first, 0]], points[ends[first, 1]]
+        points[n_vertices + rank] = 0.25 * a + 0.5 * table[n_vertices + rank] + 0.25 * b
+    between = n_vertices + rank[edge.reshape(-1, 6)][:, VTK_EDGES]
+    n = len(corners)
+    whole = replace(
+        elements,
+        types=np.full(n, BY_NAME["tetra10"].vtk_id, np.uint8),
+        offsets=np.arange(0, 10 * n + 1, 10),
+        connectivity=np.concatenate([corners, between], axis=1).reshape(-1),
+    )
+    return whole, points
+
+
+def _of_high_order(elements: Cells) -> Cells:
+    """Solids as cells of an order that nothing is known of, so that none passes as valid inside."""
+    types = np.array(elements.types)
+    for name in ("tetra", "hexahedron", "wedge", "pyramid"):
+        types[elements.types == BY_NAME[name].vtk_id] = BY_NAME[f"lagrange_{name}"].vtk_id
+    return replace(elements, types=types)
 
 
 MFEM = Format("mfem", "MFEM", (".mesh",), sniff, read)
