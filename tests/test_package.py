@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import subprocess
 import sys
 from importlib import import_module
@@ -84,3 +85,21 @@ def test_public_names_have_docstrings(name: str) -> None:
     for own, member in vars(public).items() if inspect.isclass(public) and not issubclass(public, int) else ():
         if inspect.isfunction(member) and not own.startswith("_"):
             assert inspect.getdoc(member), f"{name}.{own}"
+
+
+FUNCTIONS = [name for name in NAMES if inspect.isfunction(getattr(meshgauge, name))]
+
+
+@pytest.mark.parametrize("name", [*FUNCTIONS, "Mesh.from_arrays", "Quality.to_html", "Quality.report"])
+def test_docstrings_name_every_parameter_result_and_error(name: str) -> None:
+    function: object = meshgauge
+    for part in name.split("."):
+        function = getattr(function, part)
+    text = inspect.getdoc(function) or ""
+    parameters = [p for p in inspect.signature(function).parameters if p != "self"]  # type: ignore[arg-type]
+    sections = re.split(r"\n\n(\w+)\n-+\n", "\n\n" + text)
+    by_title = {"Raises": "", **dict(zip(sections[1::2], sections[2::2], strict=True))}
+    stated = {one.strip() for line in by_title["Parameters"].split("\n") if line[:1] != " " for one in line.split(",")}
+    assert set(parameters) - {"mesh"} <= stated
+    assert by_title["Returns"].strip()
+    assert by_title["Raises"].strip() or name == "regions", "which takes any mesh"

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .errors import MeshError as MeshError
     from .errors import MeshgaugeError as MeshgaugeError
     from .errors import MetricError as MetricError
+    from .errors import OptionError as OptionError
     from .errors import ReadError as ReadError
     from .errors import RuleError as RuleError
     from .errors import WriteError as WriteError
@@ -71,6 +72,7 @@ _HOME = {
     "MeshError": "errors",
     "MeshgaugeError": "errors",
     "MetricError": "errors",
+    "OptionError": "errors",
     "ReadError": "errors",
     "RuleError": "errors",
     "WriteError": "errors",

@@ -25,7 +25,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from math import cos, pi, sin, sqrt
+from operator import index
 from typing import Literal
 
 import numpy as np
@@ -65,6 +67,9 @@ class Shape:
     def n_nodes(self) -> int:
         return len(self.points)
 
+    def __repr__(self) -> str:
+        return f"<Shape {self.name}: {self.n_nodes} corners, {len(self.edges)} edges, {len(self.faces)} faces>"
+
     @property
     def reversal(self) -> tuple[int, ...]:
         """The nodes in the order of the mirrored cell: the winding of the base reversed, and of what is above it."""
@@ -91,6 +96,10 @@ class CellType:
     reversal: tuple[int, ...] = ()  #: the nodes numbered in reverse; empty: two reference coordinates exchanged
     vtk_class: str = ""  #: VTK's, which knows the places of the nodes, where they are not here
     n_nodes_beside: tuple[int, ...] = ()  #: numbers of nodes that are no full lattice of any order
+
+    def __repr__(self) -> str:
+        nodes = f"{self.n_nodes} nodes" if self.n_nodes is not None else "any number of nodes"
+        return f"<CellType {self.vtk_id} {self.name}: {nodes}, dimension {self.dimension}>"
 
     @property
     def is_curved(self) -> bool:
@@ -392,11 +401,35 @@ def cell_type(which: str | int | CellType) -> CellType:
     """
     if isinstance(which, CellType):
         return which
-    row = BY_NAME.get(which) if isinstance(which, str) else CELL_TYPES.get(int(which))
+    row = BY_NAME.get(which) if isinstance(which, str) else _by_id(which)
     if row is None:
         known = ", ".join(r.name for r in _ROWS if r.shape is not None)
-        raise KeyError(f"no cell type {which!r}; those that can be measured are {known}")
+        meant = _similar_name(which) if isinstance(which, str) else None
+        guess = f", did you mean {meant!r}?" if meant else ";"
+        raise KeyError(f"no cell type {which!r}{guess} those that can be measured are {known}")
     return row
+
+
+def _by_id(which: object) -> CellType | None:
+    try:
+        return CELL_TYPES.get(index(which))  # type: ignore[arg-type]  # as it is tried out
+    except TypeError:
+        return None
+
+
+def _similar_name(name: str) -> str | None:
+    """The type that may be meant by a name that is none: the same beginning and number of nodes, or most letters."""
+    text = name.lower().replace("-", "_").replace(" ", "_")
+    stem = text.rstrip("0123456789")
+    digits = text[len(stem) :]
+    stem = _WORDS.get(stem, stem)
+    near = [known for known in BY_NAME if known.startswith(stem) or stem.startswith(known)] if stem else []
+    with_nodes = [known for known in near if digits and known.endswith(digits)]
+    return next(iter(with_nodes or near or get_close_matches(stem, BY_NAME, 1)), None)
+
+
+_WORDS = {"brick": "hexahedron", "prism": "wedge", "penta": "wedge"}
+"""What other programs call types whose names begin otherwise here."""
 
 
 def type_name(vtk_id: int) -> str:

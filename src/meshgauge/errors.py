@@ -25,6 +25,10 @@ class MetricError(MeshgaugeError, ValueError):
     """No such metric, or it is not defined for what was asked."""
 
 
+class OptionError(MeshgaugeError, ValueError):
+    """An option has a value that it cannot have: no thread, no bin, summaries of two metrics to be merged."""
+
+
 class RuleError(MeshgaugeError, ValueError):
     """A rule of the gate that cannot be understood; knows where in the text it goes wrong.
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -112,10 +114,49 @@ print("hexahedron 521" in str(made.actors) or len(made.actors) >= 4)
 
 
 def test_points_move_and_nothing_else(grid: object) -> None:
-    better = grid.gauge.improve()
+    better, report = grid.gauge.improve()
     assert grid.gauge.quality()["jens"].min() < 0
     assert better.gauge.quality()["jens"].min() > 0.2
     np.testing.assert_array_equal(better.cells, grid.cells)
     assert set(better.cell_data) == set(grid.cell_data)
+    assert "valid" in report.verdict
     with pytest.raises(meshgauge.MeshgaugeError, match="cannot be moved"):
         pyvista.ImageData(dimensions=(2, 2, 2)).gauge.improve()
+
+
+def test_improve_takes_every_option_of_improve() -> None:
+    from meshgauge.integrations.pyvista import Gauge
+
+    theirs = inspect.signature(meshgauge.improve).parameters
+    ours = inspect.signature(Gauge.improve).parameters
+    assert list(ours)[1:] == list(theirs)[1:]
+    for name in list(theirs)[1:]:
+        assert (ours[name].default, ours[name].kind) == (theirs[name].default, theirs[name].kind), name
+
+
+def test_options_of_improve_arrive(grid: pyvista.UnstructuredGrid) -> None:
+    given = {
+        "boundary": "slide",
+        "target": 0.3,
+        "floor": 0.8,
+        "strict": True,
+        "seconds": 5.0,
+        "fixed": [1],
+        "surface": "surface",
+        "feature_angle": 10.0,
+        "progress": print,
+        "should_stop": bool,
+        "threads": 1,
+    }
+    taken = {}
+
+    def improve(mesh: meshgauge.Mesh, **options: object) -> object:
+        taken.update(options)
+        return SimpleNamespace(mesh=mesh, report="the report")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("meshgauge.repair.improve", improve)
+        result = grid.gauge.improve(**given)
+    assert taken == given
+    assert result.report == "the report"
+    assert result.grid is not grid

@@ -12,6 +12,7 @@ from typing import Any
 
 from ..errors import BaselineError
 from ..files import sources
+from ..look.records import brief
 from ..quality.summary import CRITERIA, ROUNDING, Criterion, Standing, Summary
 from .outcome import Change
 
@@ -29,6 +30,8 @@ class Baseline:
 
     path: str
     meshes: Mapping[str, Standings]
+
+    __repr__ = brief
 
     @classmethod
     def from_file(cls, path: str | Path) -> Baseline:

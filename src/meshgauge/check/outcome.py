@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from ..look.records import brief
 from .rules import Level, Rule
 
 
@@ -94,6 +95,8 @@ class Outcome:
     cells: tuple[FailingCell, ...] = ()  #: the first of those that break it, worst first; none if the rule passes
     changes: tuple[Change, ...] = ()  #: of ``no worse than``: what is worse
 
+    __repr__ = brief
+
     @property
     def n_more(self) -> int:
         """Cells that break the rule and are not listed."""
@@ -124,6 +127,8 @@ class Check:
     n_cells: int
     outcomes: tuple[Outcome, ...]
     notes: tuple[str, ...] = ()  #: what was noticed or changed while reading, a sentence each
+
+    __repr__ = brief
 
     @property
     def state(self) -> State:

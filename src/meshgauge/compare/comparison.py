@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError
+from ..look.records import brief
 from ..quality.by_region import by_region
 from ..quality.measure import Quality
 from ..quality.summary import CRITERIA, Standing, Summary, Tally, compared
@@ -43,6 +44,8 @@ class Side:
     samples: Mapping[str, Values]  #: ascending scores of the measured cells, by type
     regions: Mapping[str, Summary]  #: by name of the region; empty unless asked for
 
+    __repr__ = brief
+
     def tally(self, cells: str) -> Tally | None:
         """That of all cells or of a type; None if none of them is measured."""
         tally = self.summary.all if cells == ALL else self.summary.types.get(cells)
@@ -68,6 +71,8 @@ class Row:
     values: tuple[float | None, ...]
     best: tuple[int, ...]  #: positions of the best meshes; all of them if equal; none if they cannot be told apart
 
+    __repr__ = brief
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {"values": list(self.values), "best": list(self.best)}
@@ -81,6 +86,8 @@ class Against:
     superiority: Mapping[str, Superiority]  #: of this mesh over the first: for all cells, and types that both have
     paired: Paired | None
     why_not: str  #: why the cells do not correspond
+
+    __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; undefined numbers are NaN."""
@@ -100,6 +107,8 @@ class Comparison:
     regions: Mapping[str, tuple[Row, ...]]  #: for each region that a mesh has, by its name; empty unless asked for
     against: tuple[Against, ...]  #: the others, in order
     notes: tuple[str, ...]  #: reasons to doubt the comparison, a sentence each
+
+    __repr__ = brief
 
     def to_dict(self, bins: int = 20) -> dict[str, Any]:
         """Plain data; undefined numbers are NaN."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
+from ..look.records import brief
 from ..mesh import Mesh
 from ..quality.measure import Quality
 from ..quality.summary import ROUNDING
@@ -86,6 +87,8 @@ class Paired:
     losses: tuple[Loss, ...]  #: the largest, largest first; a cell that became invalid lost most
     n_moved: int  #: points that are elsewhere
     largest_move: float  #: in the unit of the file
+
+    __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; undefined numbers are NaN."""

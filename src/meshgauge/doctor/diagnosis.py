@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..cells import IS_SOLID
 from ..kernels.topology import driver
+from ..look.records import brief
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.ghosts import without_ghosts
@@ -38,6 +39,8 @@ class Finding:
     count: int
     examples: tuple[int, ...]  #: the first few: cell ids, or point ids where it is points that were counted
     text: str
+
+    __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, for JSON."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
+from ..look.records import brief
 from ..mesh import Mesh
 from ..mesh.cast import frozen, read_only
 from ..mesh.ghosts import without_ghosts
@@ -41,6 +42,8 @@ class Changes:
     left: NDArray[np.int64]
     orientation: Orientation
     texts: tuple[str, ...]
+
+    __repr__ = brief
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, for JSON."""

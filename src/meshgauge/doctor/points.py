@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import OptionError
 from ..kernels.topology import driver
 from ..mesh.polyhedra import IndexArray
 
@@ -66,7 +67,7 @@ def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANC
     Linear in the number of points, as long as no box of 64 tolerances a side holds very many.
     """
     if not _LEAST <= tolerance <= 1.0:
-        raise ValueError(f"tolerance is {tolerance:g}, expected {_LEAST:g} to 1")
+        raise OptionError(f"tolerance is {tolerance:g}, expected {_LEAST:g} to 1")
     factor = extent(points)[1]
     if not 1e-140 < factor < 1e140:
         points = points / factor

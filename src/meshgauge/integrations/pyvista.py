@@ -6,16 +6,20 @@ PyVista from 0.48 on finds this module by its entry point (group ``pyvista.acces
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pyvista
+from numpy.typing import ArrayLike
 
 from ..errors import MeshgaugeError
 from ..io import from_pyvista
 from ..quality.measure import JENS, Quality, measure
+
+if TYPE_CHECKING:
+    from ..repair import Progress, RepairReport
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,6 +34,13 @@ class Report:
 
     def _repr_html_(self) -> str:
         return self.html
+
+
+class Improved(NamedTuple):
+    """What `Gauge.improve` returns."""
+
+    grid: Any  #: a copy of the data set, its points moved
+    report: RepairReport  #: what was reached, at what price, and what is left
 
 
 class Gauge:
@@ -95,18 +106,12 @@ class Gauge:
 
     def report(self, *, worst: int = 10) -> Report:
         """The report that ``meshgauge report`` prints, with this many worst cells."""
-        from rich.console import Console
-
         from ..report import FileReport
-        from ..report.text import FileText
+        from ..report.methods import text
 
         measured = self.measure()
         one = FileReport.of(measured, path=type(self._dataset).__name__, worst=worst)
-        console = Console(width=120, color_system=None, highlight=False, markup=False, emoji=False)
-        with console.capture() as captured:
-            console.print(FileText(one))
-        text = "\n".join(line.rstrip() for line in captured.get().rstrip().splitlines())
-        return Report(text, measured._repr_html_())
+        return Report(text(one, width=120), measured._repr_html_())
 
     def plot_worst(self, n: int = 10, *, show: bool = True) -> Any:
         """The worst cells in their colours, with the worst node of each, in the data set seen through.
@@ -129,15 +134,29 @@ class Gauge:
             made.show()
         return made
 
-    def improve(self, *, boundary: str = "fixed", seconds: float | None = None) -> Any:
-        """A copy of the data set with its points moved so that its quality is better.
+    def improve(
+        self,
+        *,
+        boundary: str = "fixed",
+        target: float = 0.2,
+        floor: float = 0.9,
+        strict: bool = False,
+        seconds: float | None = None,
+        fixed: ArrayLike | None = None,
+        surface: Any = None,
+        feature_angle: float = 40.0,
+        progress: Callable[[Progress], object] | None = None,
+        should_stop: Callable[[], bool] | None = None,
+        threads: int | None = None,
+    ) -> Improved:
+        """A copy of the data set with its points moved so that its quality is better, and the report on that.
 
-        Parameters
-        ----------
-        boundary
-            "fixed": points of the boundary stay; "slide": they move on it. See `meshgauge.improve`.
-        seconds
-            Time after which the best so far is the result; None: no limit.
+        The options are those of `meshgauge.improve`, which describes them.
+
+        Returns
+        -------
+        Improved
+            ``grid, report = grid.gauge.improve()``.
 
         Raises
         ------
@@ -148,10 +167,23 @@ class Gauge:
             raise MeshgaugeError(f"the points of a {type(self._dataset).__name__} cannot be moved")
         from ..repair import improve
 
-        better = improve(from_pyvista(self._dataset), boundary=boundary, seconds=seconds)
+        improvement = improve(
+            from_pyvista(self._dataset),
+            boundary=boundary,
+            target=target,
+            floor=floor,
+            strict=strict,
+            seconds=seconds,
+            fixed=fixed,
+            surface=surface,
+            feature_angle=feature_angle,
+            progress=progress,
+            should_stop=should_stop,
+            threads=threads,
+        )
         copy = self._dataset.copy()
-        copy.points = np.array(better.mesh.points)
-        return copy
+        copy.points = np.array(improvement.mesh.points)
+        return Improved(copy, improvement.report)
 
 
 def _leaves(dataset: Any) -> Iterator[Any]:

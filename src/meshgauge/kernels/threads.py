@@ -7,15 +7,17 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
+from ..errors import OptionError
+
 T = TypeVar("T")
 R = TypeVar("R")
 
 
 def thread_count(threads: int | None) -> int:
-    """How many threads to use: as asked, else the processors this process may run on."""
+    """How many threads to use: as asked, else the processors this process may run on. Raises `OptionError` below 1."""
     if threads is not None:
         if threads < 1:
-            raise ValueError(f"threads is {threads}, expected 1 or more")
+            raise OptionError(f"threads is {threads}, expected 1 or more")
         return threads
     if hasattr(os, "sched_getaffinity"):
         return max(len(os.sched_getaffinity(0)), 1)

@@ -14,6 +14,7 @@ from .._lazy import find
 from ..cells import CELL_TYPES, CellType, cell_type, type_name
 from ..errors import MeshError
 from ..look import notebook
+from ..look.records import shorten
 from ..status import Purpose
 from . import cast
 from .polyhedra import IndexArray, Polyhedra
@@ -132,19 +133,34 @@ class Mesh:
         point_data: Mapping[str, ArrayLike] | None = None,
         cell_data: Mapping[str, ArrayLike] | None = None,
     ) -> Mesh:
-        """A mesh from points ``(n_points, 3)`` and, for each block, a cell type and connectivity ``(n, n_nodes)``.
+        """A mesh from points and, for each block of cells of one type, its connectivity.
 
-        >>> import meshgauge
-        >>> mesh = meshgauge.Mesh.from_arrays(
-        ...     [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [("tetra", [(0, 1, 2, 3)])])
+        Parameters
+        ----------
+        points
+            ``(n_points, 3)`` real, in any unit of length.
+        cells
+            For each block a cell type (name, VTK id) and point ids ``(n, n_nodes)``, as a mapping or as pairs, which
+            may name a type twice. Wedges must have the normal of (0, 1, 2) pointing to (3, 4, 5).
+        point_data, cell_data
+            Arrays by name, of ``n_points`` and ``n_cells`` rows.
 
-        Wedges must have the normal of (0, 1, 2) pointing to (3, 4, 5). Masked coordinates and data become NaN. The mesh
-        shares no memory with the arrays.
+        Returns
+        -------
+        Mesh
+            It shares no memory with the arrays. Masked coordinates and data are NaN.
 
         Raises
         ------
         MeshError
             If the arrays do not make a mesh, an id is masked, or rows differ in length.
+
+        Examples
+        --------
+        >>> import meshgauge
+        >>> points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        >>> meshgauge.Mesh.from_arrays(points, {"tetra": [(0, 1, 2, 3)]})
+        <Mesh: 4 points; 1 tetra>
         """
         pairs = list(cells.items()) if isinstance(cells, Mapping) else list(cells)
         types, sizes, nodes, blocks, start = [], [], [], [], 0
@@ -277,7 +293,7 @@ class Mesh:
 
     def __repr__(self) -> str:
         cells = ", ".join(f"{n} {name}" for name, n in self.type_counts().items()) or "no cells"
-        where = f" from {self.path}" if self.path else ""
+        where = f" from {shorten(self.path)}" if self.path else ""
         return f"<Mesh{where}: {self.n_points} points; {cells}>"
 
     def _repr_html_(self) -> str:

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..look.records import brief
+
 IndexArray = NDArray[np.signedinteger]
 
 
@@ -35,6 +37,8 @@ class Polyhedra:
     face_offsets: IndexArray
     face_points: IndexArray
     flipped: NDArray[np.bool_] | None = None
+
+    __repr__ = brief
 
     @property
     def n_faces(self) -> int:

@@ -40,23 +40,25 @@ def jens(
         Name (``"tetra"``, ``"pyramid"``, ``"wedge"``, ``"hexahedron"``, ...), VTK id or row. A curved cell is measured
         at its corners: with the true tangents of its edges if it is quadratic, else along straight edges.
     nodes
-        Return a value for each node rather than each cell.
+        Return a value for each corner rather than each cell.
     threads
         At most this many; None: one for each processor.
 
     Returns
     -------
     NDArray[np.float64]
-        ``(n_cells,)``, or ``(n_cells, n_corners)`` with ``nodes=True``, in [-1, 1], 1 is best: 1 for the ideal cell,
-        0 if flat (a corner exactly coplanar, a zero-length edge), below 0 if a corner is inverted. NaN where a
-        coordinate is NaN or infinite.
+        ``(n_cells,)``, or ``(n_cells, n_corners)`` with ``nodes=True``, a column for each corner in the order of the
+        columns of ``cells``. In [-1, 1], 1 is best: 1 for the ideal cell, 0 if flat (a corner exactly coplanar, a
+        zero-length edge), below 0 if a corner is inverted. NaN where a coordinate is NaN, masked or infinite.
 
     Raises
     ------
     MeshError
-        If shapes or types of the arrays are wrong or an id is out of range.
+        If shapes or types of the arrays are wrong, rows differ in length, or an id is masked or out of range.
     MetricError
         If the cell type is unknown or is not measured.
+    OptionError
+        If there is less than one thread.
 
     Examples
     --------
@@ -67,7 +69,7 @@ def jens(
     """
     given = _checked(points, cells, cell_type)
     if nodes:
-        return _in_slices(Cells.node_jens, given, (given.shape.n_nodes,), threads)
+        return _in_own_order(_in_slices(Cells.node_jens, given, (given.shape.n_nodes,), threads), given)
     return _in_slices(Cells.jens, given, (), threads)
 
 
@@ -81,28 +83,97 @@ def scaled_jacobian(
 ) -> Values:
     """J_S, the scaled Jacobian: the determinant of the unit edge vectors at each corner (Lobos, section 2).
 
-    Parameters, errors and special values as `jens`. The cell value is the fold of its nodes: the least if all are
-    positive, else the greatest of the negative ones. In [-1, 1]; the ideal cell has its k (1 for hexahedra only).
+    The cell value is the fold of its corners: the least if all are positive, 0 if none is negative but some is 0, else
+    the greatest of the negative ones.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)`` real; any unit, from 1e-200 to 1e300.
+    cells
+        ``(n_cells, n_nodes)`` integer point ids, in the order of nodes of `jens`.
+    cell_type
+        Name (``"tetra"``, ``"pyramid"``, ``"wedge"``, ``"hexahedron"``, ...), VTK id or row.
+    nodes
+        Return a value for each corner rather than each cell.
+    threads
+        At most this many; None: one for each processor.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        ``(n_cells,)``, or ``(n_cells, n_corners)`` with ``nodes=True``, a column for each corner in the order of the
+        columns of ``cells``. In [-1, 1], higher is better; the ideal cell has the constant k of its type: 1 for
+        hexahedra, 0.866 for wedges, 0.707 for tetrahedra and pyramids. 0 if flat, below 0 if a corner is inverted, NaN
+        where a coordinate is NaN, masked or infinite.
+
+    Raises
+    ------
+    MeshError
+        If shapes or types of the arrays are wrong, rows differ in length, or an id is masked or out of range.
+    MetricError
+        If the cell type is unknown or is not measured.
+    OptionError
+        If there is less than one thread.
     """
     given = _checked(points, cells, cell_type)
     if nodes:
-        return _in_slices(Cells.node_scaled_jacobian, given, (given.shape.n_nodes,), threads)
+        return _in_own_order(_in_slices(Cells.node_scaled_jacobian, given, (given.shape.n_nodes,), threads), given)
     return _in_slices(Cells.scaled_jacobian, given, (), threads)
 
 
 def aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
-    """ARG of tetrahedra, ``(n_cells,)``: \\|ARG\\| >= 1, 1 is best; negative if inverted, +inf if exactly flat.
+    """ARG, the aspect ratio gamma of tetrahedra: ``R³√2 / (12 V)``, R² the mean squared edge, V the signed volume.
 
-    ``R³√2 / (12 V)``, R² the mean squared edge, V the signed volume (Lobos, section 3). Parameters, errors and NaN
-    as `jens`.
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)`` real, in any unit.
+    cells
+        ``(n_cells, 4)`` integer point ids.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        ``(n_cells,)``, no unit. 1 for the regular tetrahedron, which is best, and above for others; at most -1 if
+        inverted, +inf if exactly flat. NaN where a coordinate is NaN, masked or infinite.
+
+    Raises
+    ------
+    MeshError
+        If shapes or types of the arrays are wrong, rows differ in length, or an id is masked or out of range.
+
+    Notes
+    -----
+    Lobos, section 3; Verdict's ``aspect_gamma`` is its absolute value.
     """
     return METRICS["aspect_ratio_gamma"].of_cells(_checked(points, cells, TETRA.name))
 
 
 def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
-    """ARG_S = 1/ARG of tetrahedra, ``(n_cells,)`` in [-1, 1], 1 is best; 0 if exactly flat.
+    """ARG_S = 1/ARG of tetrahedra: ``12 V / (R³√2)``, R² the mean squared edge, V the signed volume.
 
-    Parameters, errors and NaN as `jens`.
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)`` real, in any unit.
+    cells
+        ``(n_cells, 4)`` integer point ids.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        ``(n_cells,)`` in [-1, 1], 1 is best: 1 for the regular tetrahedron, 0 if exactly flat, below 0 if inverted.
+        NaN where a coordinate is NaN, masked or infinite.
+
+    Raises
+    ------
+    MeshError
+        If shapes or types of the arrays are wrong, rows differ in length, or an id is masked or out of range.
+
+    Notes
+    -----
+    Lobos, section 3.
     """
     return METRICS["scaled_aspect_ratio_gamma"].of_cells(_checked(points, cells, TETRA.name))
 
@@ -121,6 +192,12 @@ def _checked(points: ArrayLike, nodes: ArrayLike, which: str | int | CellType) -
     if wanted != tuple(range(connectivity.shape[1])):
         connectivity = connectivity[:, list(wanted)]
     return Cells(row, x, np.ascontiguousarray(connectivity, np.int64), path.is_compiled(len(connectivity)))
+
+
+def _in_own_order(values: Values, cells: Cells) -> Values:
+    """Columns in the order in which the type of cell, a voxel say, has its corners; given is that of its shape."""
+    order = np.argsort(cells.type.corners)
+    return values if (np.diff(order) > 0).all() else values[:, order]
 
 
 def _in_slices(

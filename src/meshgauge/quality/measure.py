@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -11,13 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._lazy import find
 from ..cells import POLYHEDRON, CellType, Shape, cell_type, type_name
-from ..errors import MeshgaugeError, MetricError
+from ..errors import MetricError, OptionError
 from ..kernels import path
 from ..kernels.cells import aggregate, driver
-from ..kernels.threads import run
+from ..kernels.threads import run, thread_count
 from ..look import notebook
 from ..look.bands import POOR
+from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
@@ -25,6 +28,7 @@ from ..mesh.topology import inner_faces
 from ..status import STATUSES, Category, Purpose, Status, is_unmeasured
 from . import evaluate, validity
 from .concave import mark_concave
+from .frame import frame
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
@@ -58,6 +62,8 @@ class StatusCells:
     n_cells: int
     cells: tuple[int, ...]  #: the first few, ascending
     location: tuple[float, float, float]  #: mean of the nodes of the first one; NaN if one of them is
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -171,6 +177,64 @@ class Quality:
             threads=threads,
         )
 
+    def by_region(self) -> dict[str, Summary]:
+        """The summary of J_ENS of each region (material, zone, physical group, block), by name, in the order of the
+        file; see `meshgauge.regions`. A mesh without regions has one, called "all"."""
+        return dict(find("quality.by_region", "by_region")(self)[1])
+
+    def report(self, *, worst: int = 10, by_region: bool = False, width: int = 160) -> str:
+        """What ``meshgauge report`` prints: verdict, tables, histogram, worst cells, what else is wrong, notes.
+
+        Parameters
+        ----------
+        worst
+            How many of the worst cells to list.
+        by_region
+            Add a table of the regions.
+        width
+            Columns; what does not fit is wrapped or left out.
+
+        Returns
+        -------
+        str
+            Lines without colours.
+
+        Raises
+        ------
+        OptionError
+            If there is less than one column, or fewer than no cells.
+        """
+        if worst < 0 or width < 1:
+            raise OptionError(f"worst is {worst} and width {width}, expected 0 and 1 or more")
+        text: str = find("report.methods", "report_text")(self, worst=worst, by_region=by_region, width=width)
+        return text
+
+    def to_html(self, path: str | os.PathLike[str], *, worst: int = 10) -> None:
+        """Write the report as a page that opens offline, with charts, the worst cells and the mesh in 3D.
+
+        Parameters
+        ----------
+        path
+            Of the page; an older one is replaced.
+        worst
+            How many of the worst cells to draw.
+
+        Returns
+        -------
+        None
+            The page is whole or not there.
+
+        Raises
+        ------
+        WriteError
+            If it cannot be written, or would replace a file that the mesh was read from.
+        OptionError
+            If ``worst`` is negative.
+        """
+        if worst < 0:
+            raise OptionError(f"worst is {worst}, expected 0 or more")
+        find("report.methods", "write_html")(self, path, worst=worst)
+
     def worst(self, n: int = 10) -> list[WorstCell]:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
         them."""
@@ -184,13 +248,9 @@ class Quality:
         MeshgaugeError
             If pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise MeshgaugeError("a table needs pandas: pip install 'meshgauge[notebook]'") from None
         names = [name for name in WorstCell.__slots__ if name != "coordinates"]
         rows = [(*(getattr(cell, name) for name in names), *cell.coordinates) for cell in self.worst(n)]
-        return pandas.DataFrame(rows, columns=[*names, "x", "y", "z"])
+        return frame(rows, [*names, "x", "y", "z"])
 
     def findings(self, n: int = 5) -> list[StatusCells]:
         """The solid cells that are not ok, by status: how many, the first n, and where the first is."""
@@ -297,13 +357,26 @@ def measure(
     purpose
         What the mesh is for: "fem" or "fv", to which a concave, star-shaped cell is of use. None: ``mesh.purpose``.
 
+    Returns
+    -------
+    Quality
+        J_ENS in [-1, 1] (1 is best) and a status for each cell, and the other metrics.
+
     Raises
     ------
     MetricError
         If there is no such metric, two have one name, or the function of one returns no array of ``(n_cells,)``.
     MeshError
         If there is no such purpose.
+    OptionError
+        If there is less than one thread.
+
+    Notes
+    -----
+    J_ENS is that of C. Lobos, "Towards a unified measurement of quality for mixed-elements", section 4; of polyhedra,
+    which the report leaves open, docs/definition.md says what is measured.
     """
+    thread_count(threads)  # a wrong number is refused, also where there is nothing to measure
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
     rows = metric_rows(metrics)

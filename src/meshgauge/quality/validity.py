@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ..cells import CellType
 from ..kernels.cells import driver
 from ..kernels.certificate.bounds import Validity, bounds, validity
-from ..kernels.threads import run
+from ..kernels.threads import run, thread_count
+from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import read_only
 from ..mesh.ghosts import without_ghosts
@@ -40,6 +41,8 @@ class Certificate:
     lower: Values
     upper: Values
 
+    __repr__ = brief
+
 
 def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
     """Bound the Jacobian determinant inside every cell, and decide its sign.
@@ -47,7 +50,25 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
     Exact for linear tetrahedra, pyramids and wedges; Bernstein coefficients, subdivision and at last whole numbers for
     hexahedra and the quadratic types (Johnen, Remacle, Geuzaine 2013; Johnen, Weill, Remacle 2017). `measure` decides
     the signs as well, and faster; this adds the bounds.
+
+    Parameters
+    ----------
+    mesh
+        Any mesh; of types without a certificate (polyhedra, Lagrange cells) nothing is known.
+    threads
+        At most this many; None: one for each processor. It has no influence on the bounds.
+
+    Returns
+    -------
+    Certificate
+        A decision and two bounds for each cell, without a unit.
+
+    Raises
+    ------
+    OptionError
+        If there is less than one thread.
     """
+    thread_count(threads)
     codes = np.full(mesh.n_cells, Validity.UNDEFINED, np.uint8)
     lower, upper = np.full(mesh.n_cells, np.nan), np.full(mesh.n_cells, np.nan)
     mesh = without_ghosts(mesh)

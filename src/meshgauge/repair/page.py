@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..errors import MeshError
 from ..report import FileReport
 from ..report.html.charts import histograms, lowest
 from ..report.html.page import page
@@ -56,7 +57,7 @@ def improve_page(report: Any, before: Quality, after: Quality, *, title: str = "
 
     Raises
     ------
-    ValueError
+    MeshError
         If the two are not of the same cells.
     """
     return page([improve_section(report, before, after, bins=bins)], title=title, templates=__package__)
@@ -65,7 +66,7 @@ def improve_page(report: Any, before: Quality, after: Quality, *, title: str = "
 def improve_section(report: Any, before: Quality, after: Quality, *, bins: int = 20, budget: int = BUDGET) -> Section:
     """A section about one improvement; parameters and errors as `improve_page`."""
     if not np.array_equal(before.mesh.connectivity, after.mesh.connectivity):
-        raise ValueError("before and after have different cells, expected the same with other points")
+        raise MeshError("before and after have different cells, expected the same with other points")
     plain = report.to_dict() if hasattr(report, "to_dict") else report
     plain = dict(plain) if isinstance(plain, Mapping) else {}
     path = before.mesh.path or after.mesh.path or "mesh"

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..cells import type_name
 from ..doctor.points import extent
+from ..look.records import brief
 from ..mesh.topology import Topology
 from ..quality.measure import Quality
 from ..quality.summary import Summary
@@ -134,6 +135,8 @@ class RepairReport:
     evaluations: int
     notes: tuple[str, ...]
     options: dict[str, Any]
+
+    __repr__ = brief
 
     @property
     def holds(self) -> bool:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import PurePath
 from typing import TYPE_CHECKING
 
+from ..look.records import brief
 from ..quality.summary import Summary
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ class FileReport:
     diagnosis: Diagnosis | None = None  #: what else is wrong with the mesh; None if it was not looked for
     regions: tuple[tuple[str, Summary], ...] = ()  #: name and J_ENS of each region; none unless asked for
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
+
+    __repr__ = brief
 
     @classmethod
     def of(

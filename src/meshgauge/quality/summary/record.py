@@ -11,15 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import CELL_TYPES, type_name
+from ...errors import MeshError, OptionError
 from ...kernels.cells.driver import certified_as
 from ...kernels.threads import run
 from ...look import notebook
 from ...status import Purpose, Status
+from ..frame import frame
 from ..metrics import Metric
 from ..metrics import metric as metric_row
 from .builder import tallies
 from .scale import Scale, Values
-from .tally import BINS, Tally
+from .tally import BINS, QUANTILES, Tally
 
 
 @dataclass(frozen=True)
@@ -75,16 +77,40 @@ class Summary:
         return {r.name: n for r in unknown if (n := self.tallies[r.vtk_id].n_measured)}
 
     def merge(self, other: Summary) -> Summary:
-        """The summary of the cells of both. Associative and commutative, to the last bit."""
+        """The summary of the cells of both, also ``self + other``. Associative and commutative, to the last bit.
+
+        Raises `OptionError` if they are of two metrics, or of meshes of two purposes.
+        """
         if self.scale != other.scale:
-            raise ValueError(f"cannot merge summaries of {self.metric} and {other.metric}")
+            raise OptionError(f"cannot merge summaries of {self.metric} and {other.metric}")
         if self.purpose != other.purpose:
-            raise ValueError(f"cannot merge summaries of meshes for {self.purpose} and for {other.purpose}")
+            raise OptionError(f"cannot merge summaries of meshes for {self.purpose} and for {other.purpose}")
         return Summary(self.scale, _merged([self.tallies, other.tallies]), self.purpose)
 
-    def __add__(self, other: Summary) -> Summary:
-        """`merge`: ``summary + summary``, of any two parts of a mesh, or of two meshes."""
+    def __add__(self, other: object) -> Summary:
+        """The same as `merge`: ``summary + summary``, ``sum(summaries)``."""
         return self.merge(other) if isinstance(other, Summary) else NotImplemented
+
+    def __radd__(self, other: object) -> Summary:
+        return self if other == 0 else NotImplemented  # where `sum` starts
+
+    def frame(self) -> Any:
+        """A `pandas.DataFrame` with a row for each solid type and one called "all", NaN where there is no value.
+
+        Columns: ``n_cells, n_measured, n_invalid, n_degenerate, n_poor, n_good, min, quantile_0.01, ..., max, mean``.
+
+        Raises
+        ------
+        MeshgaugeError
+            If pandas is not installed.
+        """
+        counts = ("n_cells", "n_measured", "n_invalid", "n_degenerate", "n_poor", "n_good")
+        columns = ("type", *counts, "min", *(f"quantile_{at:g}" for at in QUANTILES), "max", "mean")
+        rows = [
+            (name, *(getattr(one, count) for count in counts), one.min, *one.quantiles().values(), one.max, one.mean)
+            for name, one in (*self.types.items(), ("all", self.all))
+        ]
+        return frame(rows, columns, index="type")
 
     def to_dict(self, bins: int = BINS) -> dict[str, Any]:
         """As plain numbers, lists and dicts, ready for JSON except that undefined numbers are NaN."""
@@ -97,6 +123,10 @@ class Summary:
             "not_measured": self.not_measured,
             "corners_only": self.corners_only,
         }
+
+    def __repr__(self) -> str:
+        types = ", ".join(f"{tally.n_cells:,} {name}" for name, tally in self.types.items())
+        return f"<Summary of {self.metric}: {self.all.in_words()}; {types or 'no solid cells'}>"
 
     def _repr_html_(self) -> str:
         """The summary in a notebook: a row a type, and all."""
@@ -158,16 +188,23 @@ def summarise(
     threads
         How many work on it; None for all processors. It has no influence on the answer.
 
+    Returns
+    -------
+    Summary
+        The same to the last bit for any chunk and number of threads.
+
     Raises
     ------
     MetricError
         If there is no such metric.
-    ValueError
+    MeshError
         If the arrays differ in length.
+    OptionError
+        If there is less than one thread.
     """
     row = metric_row(metric)
     if not len(values) == len(status) == len(types):
-        raise ValueError(
+        raise MeshError(
             f"{len(values)} values, {len(status)} statuses and {len(types)} types, expected as many of each"
         )
 

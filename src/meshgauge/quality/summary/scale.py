@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import CELL_TYPES
+from ...errors import OptionError
 from ..metrics import Metric
 from ..metrics import metric as metric_row
 
@@ -71,10 +72,10 @@ class Scale:
 
         Raises
         ------
-        ValueError
+        OptionError
             If there are fewer than 1 or more than the fine bins.
         """
         start = 0 if self.low < 0 else HALF
         if not 1 <= bins <= 2 * HALF - start:
-            raise ValueError(f"bins is {bins}, expected 1 to {2 * HALF - start}")
+            raise OptionError(f"bins is {bins}, expected 1 to {2 * HALF - start}")
         return start + ((2 * HALF - start) * np.arange(bins + 1)) // bins

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import OptionError
 from ...status import STATUSES, Category, Purpose, Status, category
 from .exact import BIAS
 from .scale import HALF, Counts, Scale, Values
@@ -168,7 +169,8 @@ class Tally:
         """Edges ``(bins + 1,)`` and number of values in each bin ``(bins,)``.
 
         Edges are snapped to those of the fine bins; a value on an edge belongs to the bin above, the last is closed.
-        A value outside the range of the metric is counted in the nearest bin, so that none is lost.
+        A value outside the range of the metric is counted in the nearest bin, so that none is lost. Raises
+        `OptionError` if there is no bin, or more than the fine bins.
         """
         edges = self.scale.display(bins)
         fine = self._fine()
@@ -177,11 +179,14 @@ class Tally:
         return self.scale.edges(edges), counts
 
     def merge(self, other: Tally) -> Tally:
-        """The tally of the cells of both. Associative and commutative, to the last bit."""
+        """The tally of the cells of both. Associative and commutative, to the last bit.
+
+        Raises `OptionError` if they are of two metrics, or of meshes of two purposes.
+        """
         if self.scale != other.scale:
-            raise ValueError(f"cannot merge tallies of {self.scale.metric} and {other.scale.metric}")
+            raise OptionError(f"cannot merge tallies of {self.scale.metric} and {other.scale.metric}")
         if self.purpose != other.purpose:
-            raise ValueError(f"cannot merge tallies of meshes for {self.purpose} and for {other.purpose}")
+            raise OptionError(f"cannot merge tallies of meshes for {self.purpose} and for {other.purpose}")
         values: Values | None = None
         counts: Counts | None = None
         if self.values is not None and other.values is not None and len(self.values) + len(other.values) <= EXACT:
@@ -228,6 +233,20 @@ class Tally:
             "histogram": {"edges": edges.tolist(), "counts": counts.tolist()},
             "status": self.statuses,
         }
+
+    def __repr__(self) -> str:
+        return f"<Tally of {self.scale.metric}: {self.in_words()}>"
+
+    def in_words(self) -> str:
+        """Counts, extremes and mean on one line."""
+        if not self.n_measured:
+            return f"{self.n_cells:,} cells, none measured"
+        kinds = ("invalid", "degenerate", "poor", "good")
+        counts = ", ".join(f"{getattr(self, f'n_{kind}'):,} {kind}" for kind in kinds)
+        without = f", {self.n_cells - self.n_measured:,} without a value" if self.n_measured < self.n_cells else ""
+        return (
+            f"{self.n_cells:,} cells, {counts}{without}; min {self.min:.6g}, mean {self.mean:.6g}, max {self.max:.6g}"
+        )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Tally):
