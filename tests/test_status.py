@@ -217,7 +217,7 @@ def test_plot_and_pipeline(status: Status, purpose: Purpose) -> None:
 
     from meshgauge.integrations.vtk import low
     from meshgauge.io.plumbing.vtk import grid as vtk_grid
-    from meshgauge.plot.solids import bad
+    from meshgauge.plot.pyvista_cells import bad
 
     quality = quality_of(status, purpose)
     measured = status not in WITHOUT_VALUE

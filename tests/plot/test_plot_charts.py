@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 import meshgauge
 from meshgauge import MeshgaugeError, plot
 from meshgauge.look.colours import INVALID, POOR, RAMP, SERIES, WORDS, colours, rgb
-from meshgauge.plot import sheet
-from meshgauge.plot.series import counts_in, edges_of, steps_of
+from meshgauge.plot import chart_style
+from meshgauge.plot.distributions import counts_in, edges_of, steps_of
 from meshgauge.quality.summary import Summary, summarise
 
 TETRA, HEXAHEDRON = 10, 12
@@ -159,8 +159,8 @@ def test_names_of_any_kind_and_many_meshes(tmp_path: Path) -> None:
         figure = draw(summaries)
         plot.save(figure, tmp_path / "many.png")
         assert any(text.endswith("end.vtu") and "…" in text for text in texts(figure))
-    looks = [sheet.stroke(n) for n in range(len(names))]
+    looks = [chart_style.stroke(n) for n in range(len(names))]
     assert len(set(looks)) == len(names)
     for name in names[:3]:
         plot.save(plot.histogram({name: made([0.5])}), tmp_path / "one.svg")
-    assert [sheet.short("abcdefg", n) for n in (7, 6, 3)] == ["abcdefg", "ab…efg", "a…g"]
+    assert [chart_style.short("abcdefg", n) for n in (7, 6, 3)] == ["abcdefg", "ab…efg", "a…g"]

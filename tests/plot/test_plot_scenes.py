@@ -9,31 +9,31 @@ import pytest
 
 from meshgauge import Mesh, MeshgaugeError, measure, read
 from meshgauge.cells import SHAPES
-from meshgauge.plot import gallery, marks, section, sheet
-from meshgauge.plot.canvas import frame, over
-from meshgauge.plot.solids import drawable, ranked, surface
+from meshgauge.plot import callouts, chart_style, cut_scene, worst_cells_scene
+from meshgauge.plot.pyvista_cells import drawable, surface, worst_drawable
+from meshgauge.plot.rendering import frame, over
 
 BOX = np.array([(x, y, z) for x in (0.0, 4.0) for y in (0.0, 1.0) for z in (0.0, 2.0)])
 
 
 def test_the_cut_is_at_the_worst_cell_along_the_thinnest_axis() -> None:
     centres = np.array([(2.0, 0.6, 1.0), (3.0, 0.1, 1.0)])
-    towards, depth = section._plane(BOX, np.array([2.0, 0.65, 1.0]), centres, None, None)
+    towards, depth = cut_scene._plane(BOX, np.array([2.0, 0.65, 1.0]), centres, None, None)
     np.testing.assert_array_equal(towards, [0, 1, 0])
     assert depth == pytest.approx(0.65)
     assert centres[0] @ towards <= depth
     # Near the outside of that axis another one is cut.
-    towards, depth = section._plane(BOX, np.array([2.0, 0.01, 0.7]), centres, None, None)
+    towards, depth = cut_scene._plane(BOX, np.array([2.0, 0.01, 0.7]), centres, None, None)
     np.testing.assert_array_equal(np.abs(towards), [0, 0, 1])
 
 
 def test_a_cut_that_is_asked_for() -> None:
-    towards, depth = section._plane(BOX, None, BOX, (3.0, 0.0, 0.0), 0.25)
+    towards, depth = cut_scene._plane(BOX, None, BOX, (3.0, 0.0, 0.0), 0.25)
     np.testing.assert_array_equal(towards, [1, 0, 0])
     assert depth == 1.0
     for normal, at in (((0.0, 0.0, 0.0), 0.5), ((np.nan, 0.0, 0.0), 0.5), (None, 1.5)):
         with pytest.raises(MeshgaugeError, match="expected"):
-            section._plane(BOX, None, BOX, normal, at)
+            cut_scene._plane(BOX, None, BOX, normal, at)
 
 
 @pytest.mark.parametrize("towards", [(0, 0, 1), (1, 2, 3), (0, -1, 0), (0, 0, -1e-9)])
@@ -46,11 +46,11 @@ def test_a_frame_is_a_rotation_that_ends_towards_the_eye(towards: tuple[float, f
 
 def test_badges_and_labels_do_not_cover_each_other() -> None:
     at = np.array([(50.0, 50.0)] * 5 + [(52.0, 51.0), (300.0, 10.0)])
-    places = marks.apart(at, 20.0)
+    places = callouts.apart(at, 20.0)
     far = np.linalg.norm(places[:, None] - places[None, :], axis=2) + 1e3 * np.eye(len(at))
     assert far.min() >= 19
     assert np.linalg.norm(places - at, axis=1).max() < 100
-    column = marks._spread(np.array([5.0, 6.0, 7.0, 300.0]), 60.0, 400.0)
+    column = callouts._spread(np.array([5.0, 6.0, 7.0, 300.0]), 60.0, 400.0)
     assert np.diff(column).min() > 55
     assert 0 <= column.min() <= column.max() <= 400
 
@@ -97,7 +97,7 @@ def test_the_edges_that_meet_at_the_worst_node() -> None:
     for name in ("wrong_answers/polyhedron_corner_inverted.vtu", "wrong_answers/pyramid_inverted.vtk"):
         quality = measure(read(root / name))
         (worst,) = quality.worst(1)
-        ends = gallery._ends(quality, worst)
+        ends = worst_cells_scene._ends(quality, worst)
         assert len(ends) in (3, 4)
         assert not (ends == np.array(worst.coordinates)).all(axis=1).any()
         assert {tuple(end) for end in ends} <= {tuple(p) for p in quality.mesh.points[quality.mesh.nodes(0)]}
@@ -105,7 +105,7 @@ def test_the_edges_that_meet_at_the_worst_node() -> None:
     (worst,) = hexahedron.worst(1)
     nodes = hexahedron.mesh.nodes(0)
     np.testing.assert_array_equal(
-        gallery._ends(hexahedron, worst),
+        worst_cells_scene._ends(hexahedron, worst),
         [hexahedron.mesh.points[nodes[b if a == worst.node else a]] for a, b in SHAPES["hexahedron"].edges
          if worst.node in (a, b)],
     )  # fmt: skip
@@ -120,9 +120,9 @@ def test_cells_inverted_inside_are_pointed_out_before_poor_ones() -> None:
     )
     quality = measure(mesh)
     assert quality.worst(3)[-1].status == "inverted_inside"
-    found = ranked(quality, 3)
+    found = worst_drawable(quality, 3)
     assert [cell.status for cell in found] == ["inverted", "inverted_inside", "ok"]
-    assert [cell.cell for cell in ranked(quality, 1)] == [1]
-    assert marks.said(found[1]) == ("hexahedron 2", "0.960", "inverted inside")
-    assert marks.colour_of(found[1]) == marks.colour_of(found[0]) != marks.colour_of(found[2])
-    assert "1 inverted inside" in sheet.sentence(quality.summary())
+    assert [cell.cell for cell in worst_drawable(quality, 1)] == [1]
+    assert callouts.caption(found[1]) == ("hexahedron 2", "0.960", "inverted inside")
+    assert callouts.colour_of(found[1]) == callouts.colour_of(found[0]) != callouts.colour_of(found[2])
+    assert "1 inverted inside" in chart_style.sentence(quality.summary())

@@ -42,7 +42,7 @@ def compare(
     from .terminal import Output, emit
 
     if plot is not None:
-        from ..plot.files import format_of
+        from ..plot.figure_file import format_of
 
         format_of(plot)  # a name without a format is an error before anything is measured
 

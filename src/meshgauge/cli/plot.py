@@ -77,7 +77,7 @@ def plot(
 
     # From here on NumPy, the readers and matplotlib are needed, which `--help` does not wait for.
     from .. import plot as pictures
-    from ..plot.files import format_of
+    from ..plot.figure_file import format_of
     from ..quality.metrics import metric as metric_row
     from ..report.record import short_names
     from .batch import Batch

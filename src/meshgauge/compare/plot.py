@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 from ..errors import MeshgaugeError
 from ..look.colours import GRID, INK, SOFT
-from ..plot import sheet
-from ..plot.bars import BINS, legend, outlines
-from ..plot.curves import curve
-from ..plot.series import Series, edges_of
+from ..plot import chart_style
+from ..plot.cumulative_chart import curve
+from ..plot.distributions import Series, edges_of
+from ..plot.histogram_chart import BINS, legend, outlines
 from . import Comparison
 
 if TYPE_CHECKING:
@@ -50,18 +50,18 @@ def compared(comparison: Comparison, *, names: Sequence[str] | None = None, bins
     edges = edges_of([mesh.summary.all for mesh in meshes], bins)
     head, foot = 0.95 + 0.24 * len(meshes), 0.6
     height = head + ROW * len(comparison.rows) + foot
-    figure = sheet.figure(10, height)
-    sheet.title(figure, "Quality side by side", "each mesh as a share of its own cells of the type")
+    figure = chart_style.figure(10, height)
+    chart_style.title(figure, "Quality side by side", "each mesh as a share of its own cells of the type")
     legend(figure, meshes, 1 - 0.72 / height)
     for n, cells in enumerate(comparison.rows):
         bottom = (foot + ROW * (len(comparison.rows) - 1 - n) + 0.12) / height
         size = (ROW - 0.3) / height
         tallies = [side.tally(cells) for side in comparison.sides]
         empty = meshes[0].summary.all.empty(meshes[0].summary.scale)
-        left = sheet.axes(figure, (0.12, bottom, 0.42, size))
-        right = sheet.axes(figure, (0.63, bottom, 0.345, size))
+        left = chart_style.axes(figure, (0.12, bottom, 0.42, size))
+        right = chart_style.axes(figure, (0.63, bottom, 0.345, size))
         for axes in (left, right):
-            sheet.shade(axes, meshes[0].summary.scale, float(edges[0]), float(edges[-1]))
+            chart_style.shade(axes, meshes[0].summary.scale, float(edges[0]), float(edges[-1]))
             axes.tick_params(labelbottom=n == len(comparison.rows) - 1)
         left.grid(visible=False)
         left.set_yticks([])
@@ -79,5 +79,5 @@ def compared(comparison: Comparison, *, names: Sequence[str] | None = None, bins
     for x, text in ((0.12, "share of cells"), (0.63, "cells at or below")):
         figure.text(x, 1 - (head - 0.02) / height, text, ha="left", va="bottom", fontsize=9.5, color=SOFT)
     for axes in (left, right):
-        axes.set_xlabel(sheet.named(meshes[0].summary.scale), fontsize=10, color=INK)
+        axes.set_xlabel(chart_style.axis_label(meshes[0].summary.scale), fontsize=10, color=INK)
     return figure

@@ -13,24 +13,24 @@ from typing import TYPE_CHECKING
 from .._lazy import door
 
 if TYPE_CHECKING:
-    from .bars import histogram as histogram
-    from .curves import cumulative as cumulative
-    from .files import save as save
-    from .gallery import worst as worst
-    from .rows import types as types
-    from .scene import plotter as plotter
-    from .section import cut as cut
+    from .cumulative_chart import cumulative as cumulative
+    from .cut_scene import cut as cut
+    from .figure_file import save as save
+    from .histogram_chart import histogram as histogram
+    from .interactive_scene import plotter as plotter
+    from .type_chart import types as types
+    from .worst_cells_scene import worst as worst
 
 _HOME = {
-    "histogram": "bars",  # modules have other names than functions, which they would hide
-    "types": "rows",
-    "cumulative": "curves",
-    "worst": "gallery",
-    "cut": "section",
-    "plotter": "scene",
-    "save": "files",
+    "histogram": "histogram_chart",
+    "types": "type_chart",
+    "cumulative": "cumulative_chart",
+    "worst": "worst_cells_scene",
+    "cut": "cut_scene",
+    "plotter": "interactive_scene",
+    "save": "figure_file",
 }
-"""The module of each public name."""
+"""The module of each public name; none has the name of a function, which it would hide."""
 
 __all__ = list(_HOME)
 

@@ -11,10 +11,10 @@ from ..errors import MeshgaugeError
 from ..look.colours import DEGENERATE, FAINT, INK, colours
 from ..quality.measure import Quality
 from ..quality.summary import Tally
-from . import marks, sheet
-from .canvas import Canvas, over
-from .series import counts_in, edges_of
-from .solids import CELL, bad, corners, drawable, ranked, shell, surface
+from . import callouts, chart_style
+from .distributions import counts_in, edges_of
+from .pyvista_cells import CELL, bad, corners, drawable, shell, surface, worst_drawable
+from .rendering import Canvas, over
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,7 +71,7 @@ def cut(
     skin = surface(grid)
     centres = np.asarray(grid.cell_centers().points, np.float64)
     is_bad = bad(quality)[np.asarray(grid.cell_data[CELL])]
-    worst = ranked(quality, max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
+    worst = worst_drawable(quality, max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
     rings = solids.place([cell.coordinates for cell in worst])
     towards, depth = _plane(corners(skin), rings[0] if worst else None, centres, normal, at)
     # Centres in the plane, but for rounding, belong to what is shown.
@@ -93,17 +93,17 @@ def cut(
             canvas.add(surface(grid.extract_cells(np.flatnonzero(is_bad))))
             image = over(canvas.image(transparent=True), image, SHINE)
         rings = canvas.pixels(rings)
-    figure = sheet.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
-    axes = marks.picture(figure, image, 0, 0)
+    figure = chart_style.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
+    axes = callouts.picture(figure, image, 0, 0)
     for place in rings[NAMED:]:
-        marks.ring(axes, place, 5)
+        callouts.ring(axes, place, 5)
     if worst:
-        marks.labels(axes, worst[:NAMED], rings[:NAMED], LABELS_TO, HEIGHT)
+        callouts.labels(axes, worst[:NAMED], rings[:NAMED], LABELS_TO, HEIGHT)
     summary = quality.summary()
-    below = sheet.sentence(summary)
+    below = chart_style.sentence(summary)
     if hidden:
         below += f"   ·   {hidden:,} invalid cells before the cut are not drawn"
-    sheet.title(figure, title, below)
+    chart_style.title(figure, title, below)
     if summary.all.n_measured:
         _upright(figure.add_axes((0.805, 0.16, 0.165, 0.68)), summary.all)
     return figure
@@ -192,6 +192,6 @@ def _upright(axes: Axes, every: Tally) -> None:
         spine.set_visible(side == "left")
         spine.set_color(FAINT)
     axes.set_title("quality $J_{ENS}$", fontsize=13, color=INK, loc="left", pad=12)
-    found = sheet.words(every)
-    for n, (text, colour) in enumerate(reversed(found)):
-        axes.text(0, -0.045 - 0.045 * (len(found) - 1 - n), text, transform=axes.transAxes, fontsize=12.5, color=colour)
+    lines = chart_style.words(every)
+    for n, (text, colour) in enumerate(reversed(lines)):
+        axes.text(0, -0.045 - 0.045 * (len(lines) - 1 - n), text, transform=axes.transAxes, fontsize=12.5, color=colour)

@@ -39,14 +39,16 @@ def series(what: Drawable | Mapping[str, Drawable], metric: str = JENS) -> list[
     MetricError
         If the metric was not measured.
     """
-    named = what if isinstance(what, Mapping) else {"": what}
-    found = [Series(str(name), one if isinstance(one, Summary) else one.summary(metric)) for name, one in named.items()]
-    if not any(one.summary.all.n_measured for one in found):
+    by_name = what if isinstance(what, Mapping) else {"": what}
+    meshes = [
+        Series(str(name), one if isinstance(one, Summary) else one.summary(metric)) for name, one in by_name.items()
+    ]
+    if not any(one.summary.all.n_measured for one in meshes):
         raise MeshgaugeError("there is nothing to draw: no cell has a value")
-    metrics = {one.summary.metric for one in found}
+    metrics = {one.summary.metric for one in meshes}
     if len(metrics) > 1:
         raise MeshgaugeError(f"the summaries are of different metrics: {', '.join(sorted(metrics))}")
-    return found
+    return meshes
 
 
 def edges_of(tallies: list[Tally], bins: int) -> Values:
@@ -83,8 +85,8 @@ def steps_of(tally: Tally) -> tuple[Values, Counts]:
     """Ascending values and how many cells are at or below each; of many cells the upper edges of fine bins."""
     if tally.values is not None:
         values = tally.values[np.isfinite(tally.values)]
-        found, counts = np.unique(values, return_counts=True)
-        return found, np.cumsum(counts) + tally.n_infinite[0]
+        different, counts = np.unique(values, return_counts=True)
+        return different, np.cumsum(counts) + tally.n_infinite[0]
     assert tally.counts is not None
     fine = np.flatnonzero(tally.counts)
     upper = np.minimum(tally.scale.edges(fine + 1), tally.max)

@@ -10,8 +10,8 @@ import numpy as np
 from ..look.colours import GRID, INK, SOFT
 from ..quality.measure import JENS
 from ..quality.summary import Tally
-from . import sheet
-from .series import Drawable, edges_of, series, steps_of
+from . import chart_style
+from .distributions import Drawable, edges_of, series, steps_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,12 +46,12 @@ def cumulative(what: Drawable | Mapping[str, Drawable], *, metric: str = JENS, l
         curves = [("all cells", meshes[0].summary.all), *(kinds if len(kinds) > 1 else [])]
     curves = [(name, tally) for name, tally in curves if tally.n_measured]
     edges = edges_of([tally for _, tally in curves], 20)
-    figure = sheet.figure(8, 4.6)
-    below = sheet.sentence(meshes[0].summary) if alone else "each mesh as a share of its own cells"
-    sheet.title(figure, (alone and meshes[0].name) or "Cells at or below each quality", below)
-    axes = sheet.axes(figure, (0.1, 0.13, 0.62, 0.7))
+    figure = chart_style.figure(8, 4.6)
+    below = chart_style.sentence(meshes[0].summary) if alone else "each mesh as a share of its own cells"
+    chart_style.title(figure, (alone and meshes[0].name) or "Cells at or below each quality", below)
+    axes = chart_style.axes(figure, (0.1, 0.13, 0.62, 0.7))
     scale = meshes[0].summary.scale
-    sheet.shade(axes, scale, float(edges[0]), float(edges[-1]))
+    chart_style.shade(axes, scale, float(edges[0]), float(edges[-1]))
     for n, (_, tally) in enumerate(curves):
         curve(axes, tally, n, thick=alone and n == 0)
     if log:
@@ -62,14 +62,14 @@ def cumulative(what: Drawable | Mapping[str, Drawable], *, metric: str = JENS, l
     axes.grid(axis="x", color=GRID, linewidth=0.8)
     axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:g} %")
     axes.set_ylabel("cells at or below", fontsize=10, color=INK)
-    axes.set_xlabel(sheet.named(scale), fontsize=10, color=INK)
+    axes.set_xlabel(chart_style.axis_label(scale), fontsize=10, color=INK)
     _legend(figure, curves)
     return figure
 
 
 def curve(axes: Axes, tally: Tally, n: int, *, thick: bool = False) -> None:
     """The share of the cells of a tally at or below each value, in the look of the n-th; a dot where it starts."""
-    colour, style = sheet.stroke(n)
+    colour, style = chart_style.stroke(n)
     values, below = steps_of(tally)
     share = below / tally.n_measured
     x = np.r_[values[:1], values, axes.get_xlim()[1]]
@@ -85,14 +85,14 @@ def _legend(figure: Figure, curves: list[tuple[str, Tally]]) -> None:
     step = 0.46 / figure.get_figheight()
     for n, (name, tally) in enumerate(curves):
         y = 0.8 - n * step
-        colour, style = sheet.stroke(n)
+        colour, style = chart_style.stroke(n)
         figure.add_artist(Line2D([0.745, 0.785], [y, y], color=colour, linewidth=2.2, linestyle=style))
         look: dict[str, Any] = {"va": "center", "fontsize": 9.5, "color": INK, "parse_math": False}
-        figure.text(0.795, y, sheet.short(name, 19), ha="left", weight="bold", **look)
+        figure.text(0.795, y, chart_style.short(name, 19), ha="left", weight="bold", **look)
         figure.text(
             0.795,
             y - 0.42 * step,
-            f"{sheet.plural(tally.n_measured, 'cell')}, min {sheet.number(tally.min)}",
+            f"{chart_style.plural(tally.n_measured, 'cell')}, min {chart_style.number(tally.min)}",
             ha="left",
             va="center",
             fontsize=8.5,

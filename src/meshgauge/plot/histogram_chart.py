@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..look.colours import DEGENERATE, FAINT, INK, WORDS, colours
 from ..quality.measure import JENS
 from ..quality.summary import Scale, Tally
-from . import sheet
-from .series import Counts, Drawable, Series, Values, counts_in, edges_of, series
+from . import chart_style
+from .distributions import Counts, Drawable, Series, Values, counts_in, edges_of, series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,14 +63,14 @@ def histogram(
 
 def _one(mesh: Series, edges: Values, log: bool) -> Figure:
     every = mesh.summary.all
-    figure = sheet.figure(8, 4.4)
-    sheet.title(figure, mesh.name or "Quality of all cells", sheet.sentence(mesh.summary))
-    axes = sheet.axes(figure, (0.09, 0.13, 0.88, 0.62))
-    sheet.shade(axes, every.scale, float(edges[0]), float(edges[-1]))
+    figure = chart_style.figure(8, 4.4)
+    chart_style.title(figure, mesh.name or "Quality of all cells", chart_style.sentence(mesh.summary))
+    axes = chart_style.axes(figure, (0.09, 0.13, 0.88, 0.62))
+    chart_style.shade(axes, every.scale, float(edges[0]), float(edges[-1]))
     counts = counts_in(every, edges)
     bars(axes, every, edges, counts, log)
     axes.set_ylabel("cells", fontsize=10, color=INK)
-    axes.set_xlabel(sheet.named(every.scale), fontsize=10, color=INK)
+    axes.set_xlabel(chart_style.axis_label(every.scale), fontsize=10, color=INK)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
     _count_bands(axes, every, edges)
     return figure
@@ -115,9 +115,9 @@ def _count_bands(axes: Axes, tally: Tally, edges: Values) -> None:
         "poor": (max(zero, low) + start) / 2 if start > low else (end + high) / 2,
         "good": (max(start, low) + min(end, high)) / 2,
     }
-    found = sheet.tallied(tally)
+    n_of = chart_style.band_counts(tally)
     for band, x in middle.items():
-        n = found[band]
+        n = n_of[band]
         if (band == "degenerate" or not low < x < high) and not n:
             continue
         at = low if band == "invalid" else min(x, high)
@@ -129,18 +129,18 @@ def _count_bands(axes: Axes, tally: Tally, edges: Values) -> None:
 
 
 def _several(meshes: list[Series], edges: Values, log: bool) -> Figure:
-    figure = sheet.figure(8, 4.2 + 0.24 * len(meshes))
+    figure = chart_style.figure(8, 4.2 + 0.24 * len(meshes))
     height = figure.get_figheight()
-    sheet.title(figure, "Quality of all cells", "each mesh as a share of its own cells")
+    chart_style.title(figure, "Quality of all cells", "each mesh as a share of its own cells")
     room = (0.72 + 0.24 * len(meshes)) / height
-    axes = sheet.axes(figure, (0.09, 0.55 / height, 0.88, 1 - room - 0.62 / height))
+    axes = chart_style.axes(figure, (0.09, 0.55 / height, 0.88, 1 - room - 0.62 / height))
     scale = meshes[0].summary.scale
-    sheet.shade(axes, scale, float(edges[0]), float(edges[-1]))
+    chart_style.shade(axes, scale, float(edges[0]), float(edges[-1]))
     top = outlines(axes, [mesh.summary.all for mesh in meshes], edges, log)
     if not log:
         axes.set_ylim(0, top * 1.05)
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g} %")
-    axes.set_xlabel(sheet.named(scale), fontsize=10, color=INK)
+    axes.set_xlabel(chart_style.axis_label(scale), fontsize=10, color=INK)
     legend(figure, meshes, 1 - 0.72 / height)
     return figure
 
@@ -153,7 +153,7 @@ def outlines(axes: Axes, tallies: list[Tally], edges: Values, log: bool = False)
             continue
         share = 100.0 * counts_in(tally, edges) / tally.n_measured
         top = max(top, float(share.max()))
-        colour, style = sheet.stroke(n)
+        colour, style = chart_style.stroke(n)
         axes.stairs(share, edges, color=colour, linewidth=1.6, linestyle=style, zorder=3)
         axes.stairs(share, edges, color=colour, alpha=0.09, fill=True, zorder=2)
     if log:
@@ -168,12 +168,12 @@ def legend(figure: Figure, meshes: list[Series], top: float) -> None:
     step = 0.24 / figure.get_figheight()
     for n, mesh in enumerate(meshes):
         y = top - n * step
-        colour, style = sheet.stroke(n)
+        colour, style = chart_style.stroke(n)
         figure.add_artist(Line2D([0.09, 0.135], [y, y], color=colour, linewidth=2, linestyle=style))
         every = mesh.summary.all
-        said = ", ".join(text for text, _ in sheet.words(every, without=("good",)))
-        least = f", min {sheet.number(every.min)}" if every.n_measured else ""
-        text = f"{sheet.plural(every.n_cells, 'cell')}{least}{', ' if said else ''}{said}"
+        counts_text = ", ".join(text for text, _ in chart_style.words(every, without=("good",)))
+        least = f", min {chart_style.number(every.min)}" if every.n_measured else ""
+        text = f"{chart_style.plural(every.n_cells, 'cell')}{least}{', ' if counts_text else ''}{counts_text}"
         look: dict[str, Any] = {"va": "center", "fontsize": 9.5, "color": INK, "parse_math": False}
-        figure.text(0.145, y, sheet.short(mesh.name, 86 - len(text)), ha="left", weight="bold", **look)
+        figure.text(0.145, y, chart_style.short(mesh.name, 86 - len(text)), ha="left", weight="bold", **look)
         figure.text(0.97, y, text, ha="right", **look)

@@ -23,7 +23,7 @@ def figure(width: float, height: float, dpi: float = 150) -> Figure:
     """An empty white figure, in inches, that pyplot does not know of."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from .figure import Picture
+    from .notebook_figure import Picture
 
     made = Picture(figsize=(width, height), dpi=dpi, facecolor="white")
     FigureCanvasAgg(made)
@@ -67,7 +67,7 @@ def title(on: Figure, text: str, below: str = "") -> None:
         on.text(0.02, 1 - 0.37 / height, below, ha="left", va="top", fontsize=9.5, color=SOFT)
 
 
-def named(scale: Scale) -> str:
+def axis_label(scale: Scale) -> str:
     """The metric in a few words, for an axis."""
     if scale.metric == "jens":
         return "quality $J_{ENS}$"
@@ -99,7 +99,7 @@ def plural(n: int, noun: str) -> str:
     return f"{n:,} {noun}{'' if n == 1 else 's'}"
 
 
-def tallied(tally: Tally) -> dict[str, int]:
+def band_counts(tally: Tally) -> dict[str, int]:
     """Cells in each of `look.bands.NAMES`."""
     n = (tally.n_invalid, tally.n_degenerate, tally.n_undecided, tally.n_poor, tally.n_good, tally.n_unmeasured)
     return dict(zip(NAMES, n, strict=True))
@@ -107,10 +107,10 @@ def tallied(tally: Tally) -> dict[str, int]:
 
 def words(tally: Tally, *, without: tuple[str, ...] = ()) -> list[tuple[str, str]]:
     """What there is of each band, as text and its colour: ``"3 invalid"`` in that of `WORDS`."""
-    said = {"unknown": "not measured"}
+    names = {"unknown": "not measured"}
     return [
-        (f"{n:,} {said.get(band, band)}", WORDS[band])
-        for band, n in tallied(tally).items()
+        (f"{n:,} {names.get(band, band)}", WORDS[band])
+        for band, n in band_counts(tally).items()
         if n and band not in without
     ]
 

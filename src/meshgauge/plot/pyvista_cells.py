@@ -15,7 +15,7 @@ from ..look.colours import FAINT, SKIN, cell_colours
 from ..mesh import Mesh, connectivity
 from ..quality.measure import Quality, WorstCell
 from ..status import Status, is_degenerate, is_invalid, is_measured, is_solid
-from .canvas import Canvas, Image, over
+from .rendering import Canvas, Image, over
 
 Array = NDArray[np.float64]
 
@@ -96,18 +96,18 @@ def bad(quality: Quality) -> NDArray[np.bool_]:
     return (is_invalid(status, quality.mesh.purpose) | is_degenerate(status)) & is_measured(status)
 
 
-def ranked(quality: Quality, n: int) -> list[WorstCell]:
+def worst_drawable(quality: Quality, n: int) -> list[WorstCell]:
     """The n cells to point out: those that are invalid or degenerate, the lowest first, then the lowest of the others.
 
     A cell that is inverted inside, between good corners, can have a higher J_ENS than valid ones.
     """
     first = np.flatnonzero(bad(quality))
     first = first[np.argsort(quality.values[first], kind="stable")][:n]
-    found = [quality.worst_node(int(cell)) for cell in first]
-    if len(found) < n:
+    cells = [quality.worst_node(int(cell)) for cell in first]
+    if len(cells) < n:
         known = set(first.tolist())
-        found += [cell for cell in quality.worst(n) if cell.cell not in known][: n - len(found)]
-    return found
+        cells += [cell for cell in quality.worst(n) if cell.cell not in known][: n - len(cells)]
+    return cells
 
 
 def surface(grid: Any) -> Any:

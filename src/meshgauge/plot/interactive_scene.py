@@ -8,9 +8,9 @@ import numpy as np
 
 from ..look.colours import FAINT, INK, SKIN
 from ..quality.measure import Quality
-from . import marks
-from .canvas import check_drawing
-from .solids import CELL, drawable, edges, ranked, surface
+from . import callouts
+from .pyvista_cells import CELL, drawable, edges, surface, worst_drawable
+from .rendering import check_drawing
 
 
 def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) -> Any:
@@ -48,7 +48,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
     sharp = edges(skin)
     if sharp.n_cells:
         made.add_mesh(sharp, color=FAINT, pickable=False)
-    cells = ranked(quality, n)
+    cells = worst_drawable(quality, n)
     if cells:
         drawn = np.isin(np.asarray(grid.cell_data[CELL]), [cell.cell for cell in cells])
         made.add_mesh(
@@ -60,7 +60,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
         )
         made.add_point_labels(
             solids.place([cell.coordinates for cell in cells]),
-            [f"    {': '.join(marks.said(cell)[:2])}" for cell in cells],
+            [f"    {': '.join(callouts.caption(cell)[:2])}" for cell in cells],
             point_color=INK,
             point_size=14,
             render_points_as_spheres=True,

@@ -12,9 +12,9 @@ from ..errors import MeshgaugeError
 from ..look.colours import FAINT, INK, SOFT
 from ..mesh.polyhedra import Polyhedra
 from ..quality.measure import Quality, WorstCell
-from . import marks, sheet
-from .canvas import Canvas, frame, over
-from .solids import CELL, Solids, corners, drawable, ranked, shell, surface
+from . import callouts, chart_style
+from .pyvista_cells import CELL, Solids, corners, drawable, shell, surface, worst_drawable
+from .rendering import Canvas, frame, over
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,11 +53,11 @@ def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
     if not 1 <= n <= MOST:
         raise MeshgaugeError(f"{n} worst cells are asked for, expected 1 to {MOST}")
     solids = drawable(quality)
-    cells = ranked(quality, n)
+    cells = worst_drawable(quality, n)
     if not cells:
         raise MeshgaugeError("there is nothing to draw: no cell has a value")
-    figure = sheet.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
-    sheet.title(figure, title, sheet.sentence(quality.summary()))
+    figure = chart_style.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
+    chart_style.title(figure, title, chart_style.sentence(quality.summary()))
     _whole(figure, solids, cells)
     columns = min(len(cells), 3 if len(cells) <= 6 else 4)
     rows = -(-len(cells) // columns)
@@ -82,12 +82,12 @@ def _whole(figure: Figure, solids: Solids, cells: list[WorstCell]) -> None:
         canvas.add(surface(_cells(solids.grid, [cell.cell for cell in cells])), width=0.8)
         image = over(canvas.image(transparent=True), image)
         at = canvas.pixels(solids.place([cell.coordinates for cell in cells]))
-    axes = marks.picture(figure, image, 10, HEAD)
-    places = marks.apart(at, 26.0)
+    axes = callouts.picture(figure, image, 10, HEAD)
+    places = callouts.apart(at, 26.0)
     for number, (place, point) in enumerate(zip(places, at, strict=True), 1):
         if np.linalg.norm(place - point) > 2:
             axes.plot(*zip(place, point, strict=True), color=INK, linewidth=0.9, zorder=2)
-        marks.badge(axes, place, str(number))
+        callouts.badge(axes, place, str(number))
 
 
 def _near(
@@ -117,15 +117,15 @@ def _near(
         canvas.add(surface(_cells(solids.grid, [cell.cell])), edge_opacity=0.9, width=1.1)
         image = over(canvas.image(transparent=True), behind, 0.93)
         at = canvas.pixels(np.array([where, *solids.place(_ends(quality, cell))]))
-    axes = marks.picture(figure, image, left, top + CAPTION)
+    axes = callouts.picture(figure, image, left, top + CAPTION)
     for end in at[1:]:
         axes.plot([at[0, 0], end[0]], [at[0, 1], end[1]], color=INK, linewidth=2.4, solid_capstyle="round", zorder=2)
-    marks.ring(axes, at[0])
-    what, value, node = marks.said(cell)
-    marks.badge(axes, np.array([20.0, 26.0 - CAPTION]), str(number))
+    callouts.ring(axes, at[0])
+    what, value, node = callouts.caption(cell)
+    callouts.badge(axes, np.array([20.0, 26.0 - CAPTION]), str(number))
     look: dict[str, Any] = {"va": "center", "clip_on": False}
     axes.text(42, 15 - CAPTION, f"{what}", color=INK, fontsize=11.5, **look)
-    axes.text(42, 37 - CAPTION, f"{value}", color=marks.colour_of(cell), fontsize=11.5, weight="bold", **look)
+    axes.text(42, 37 - CAPTION, f"{value}", color=callouts.colour_of(cell), fontsize=11.5, weight="bold", **look)
     axes.text(42 + 11 * len(value), 37 - CAPTION, node, color=SOFT, fontsize=10.5, **look)
 
 
@@ -152,10 +152,10 @@ def _ends(quality: Quality, cell: WorstCell) -> Array:
 
 def _neighbours(polyhedra: Polyhedra, cell: WorstCell) -> list[int]:
     """The points beside the worst one in the faces of a polyhedron."""
-    found: set[int] = set()
+    neighbours: set[int] = set()
     for face in polyhedra.cell_faces[polyhedra.cell_offsets[cell.cell] : polyhedra.cell_offsets[cell.cell + 1]]:
         loop = polyhedra.face_points[polyhedra.face_offsets[face] : polyhedra.face_offsets[face + 1]].tolist()
         if cell.point in loop:
             at = loop.index(cell.point)
-            found |= {loop[at - 1], loop[(at + 1) % len(loop)]}
-    return sorted(found)
+            neighbours |= {loop[at - 1], loop[(at + 1) % len(loop)]}
+    return sorted(neighbours)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from ..look.colours import INK
 from ..quality.measure import JENS
-from . import sheet
-from .bars import BINS, bars, legend, outlines
-from .series import Drawable, counts_in, edges_of, series
+from . import chart_style
+from .distributions import Drawable, counts_in, edges_of, series
+from .histogram_chart import BINS, bars, legend, outlines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,33 +24,33 @@ def types(what: Drawable | Mapping[str, Drawable], *, metric: str = JENS, bins: 
     Parameters, errors and result as `histogram`; each row has a scale of its own.
     """
     meshes = series(what, metric)
-    named = list(dict.fromkeys(name for mesh in meshes for name, t in mesh.summary.types.items() if t.n_measured))
+    type_names = list(dict.fromkeys(name for mesh in meshes for name, t in mesh.summary.types.items() if t.n_measured))
     edges = edges_of([mesh.summary.all for mesh in meshes], bins)
     alone = len(meshes) == 1
     head = 0.75 if alone else 0.75 + 0.24 * len(meshes)
-    height = head + ROW * len(named) + 0.6
-    figure = sheet.figure(8, height)
+    height = head + ROW * len(type_names) + 0.6
+    figure = chart_style.figure(8, height)
     if alone:
-        sheet.title(figure, meshes[0].name or "Quality by type of cell", sheet.sentence(meshes[0].summary))
+        chart_style.title(figure, meshes[0].name or "Quality by type of cell", chart_style.sentence(meshes[0].summary))
     else:
-        sheet.title(figure, "Quality by type of cell", "each mesh as a share of its own cells of the type")
+        chart_style.title(figure, "Quality by type of cell", "each mesh as a share of its own cells of the type")
         legend(figure, meshes, 1 - 0.72 / height)
-    for n, name in enumerate(named):
-        bottom = 0.6 + ROW * (len(named) - 1 - n)
-        axes = sheet.axes(figure, (0.17, (bottom + 0.08) / height, 0.66 if alone else 0.8, (ROW - 0.2) / height))
+    for n, name in enumerate(type_names):
+        bottom = 0.6 + ROW * (len(type_names) - 1 - n)
+        axes = chart_style.axes(figure, (0.17, (bottom + 0.08) / height, 0.66 if alone else 0.8, (ROW - 0.2) / height))
         tallies = [mesh.summary.types.get(name) for mesh in meshes]
         there = [tally for tally in tallies if tally is not None]
-        sheet.shade(axes, there[0].scale, float(edges[0]), float(edges[-1]))
+        chart_style.shade(axes, there[0].scale, float(edges[0]), float(edges[-1]))
         axes.grid(visible=False)
         axes.set_yticks([])
         if alone:
             bars(axes, there[0], edges, counts_in(there[0], edges))
-            sheet.line_of_words(axes, 1.03, 0.97, sheet.words(there[0]), ha="left")
+            chart_style.line_of_words(axes, 1.03, 0.97, chart_style.words(there[0]), ha="left")
         else:
             empty = meshes[0].summary.all.empty(there[0].scale)
             axes.set_ylim(0, outlines(axes, [tally or empty for tally in tallies], edges) * 1.05)
-        axes.tick_params(labelbottom=n == len(named) - 1)
+        axes.tick_params(labelbottom=n == len(type_names) - 1)
         label = f"{name}\n{there[0].n_cells:,}" if alone else name
         axes.text(-0.025, 0.45, label, transform=axes.transAxes, ha="right", va="center", fontsize=10, color=INK)
-    axes.set_xlabel(sheet.named(meshes[0].summary.scale), fontsize=10, color=INK)
+    axes.set_xlabel(chart_style.axis_label(meshes[0].summary.scale), fontsize=10, color=INK)
     return figure

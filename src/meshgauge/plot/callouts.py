@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..look.bands import POOR
 from ..look.colours import INK, WORDS
 from ..quality.measure import WorstCell
-from .sheet import number
+from .chart_style import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -48,10 +48,10 @@ def badge(axes: Axes, at: Array, text: str) -> None:
     )  # fmt: skip
 
 
-def said(cell: WorstCell) -> tuple[str, str, str]:
+def caption(cell: WorstCell) -> tuple[str, str, str]:
     """What a cell is, its value, and where it is worst; why it is not valid if its value does not tell."""
-    told = cell.status in ("ok", "inverted")
-    where = f"worst at point {cell.point}" if told else cell.status.replace("_", " ")
+    value_says_it = cell.status in ("ok", "inverted")
+    where = f"worst at point {cell.point}" if value_says_it else cell.status.replace("_", " ")
     return f"{cell.type} {cell.cell}", number(cell.quality), where
 
 
@@ -69,7 +69,7 @@ def labels(axes: Axes, cells: list[WorstCell], at: Array, x: float, height: floa
     places = _spread(at[order, 1], step, height)
     for n, y in zip(order, places, strict=True):
         cell, (px, py) = cells[n], at[n]
-        what, value, where = said(cell)
+        what, value, where = caption(cell)
         axes.plot([px, x + 6], [py, y], color=INK, linewidth=0.9, zorder=2, clip_on=False)
         ring(axes, at[n])
         look: dict[str, Any] = {"ha": "right", "fontsize": 12.5, "clip_on": False}

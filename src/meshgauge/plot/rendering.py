@@ -97,13 +97,13 @@ class Canvas:
 
     def pixels(self, points: Array) -> Array:
         """Where points are in the picture, ``(n, 2)``: from left, from top."""
-        found = []
+        places = []
         for point in points:
             self.plotter.renderer.SetWorldPoint(*point, 1.0)
             self.plotter.renderer.WorldToDisplay()
             x, y, _ = self.plotter.renderer.GetDisplayPoint()
-            found.append((x / SMOOTHING, self.height - y / SMOOTHING))
-        return np.array(found).reshape(-1, 2)
+            places.append((x / SMOOTHING, self.height - y / SMOOTHING))
+        return np.array(places).reshape(-1, 2)
 
 
 def check_drawing() -> None:
