@@ -2,7 +2,15 @@
 
 import sys
 
-from .cli.main import main
+
+def run() -> int:
+    """The command line; returns the exit code. Ctrl-C while it is still being loaded is no traceback either."""
+    try:
+        from .cli.main import main
+    except KeyboardInterrupt:
+        return 130
+    return main()
+
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(run())

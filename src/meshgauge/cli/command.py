@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import MISSING, fields, is_dataclass
+from functools import cache
 from typing import Any, get_type_hints
 
 import typer
@@ -49,10 +50,11 @@ def unfolded(function: Callable[..., int | None]) -> Callable[..., int | None]:
     return call
 
 
-def _parameters(kind: type[Any]) -> list[inspect.Parameter]:
+@cache
+def _parameters(kind: type[Any]) -> tuple[inspect.Parameter, ...]:
     """A parameter for each field of a group."""
     hints = get_type_hints(kind, include_extras=True)
-    return [
+    return tuple(
         inspect.Parameter(
             field.name,
             inspect.Parameter.KEYWORD_ONLY,
@@ -60,4 +62,4 @@ def _parameters(kind: type[Any]) -> list[inspect.Parameter]:
             annotation=hints[field.name],
         )
         for field in fields(kind)
-    ]
+    )

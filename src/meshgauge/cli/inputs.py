@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import ReadError, WriteError
-from ..files import output
 
 
 def expanded(arguments: Iterable[str]) -> list[str]:
@@ -50,6 +49,8 @@ def check_targets(
     WriteError
         If it is not so.
     """
+    from ..files import output  # what it needs takes a while to load, which `--help` does not wait for
+
     taken: list[tuple[Path, str]] = [(Path(path), "is an input; it is not overwritten") for path in inputs]
     for targets, is_text in ((texts, True), (files, False)):
         for target in targets:
