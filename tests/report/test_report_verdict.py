@@ -33,7 +33,7 @@ NAN = np.nan
         ({"tetra": [0.2, 0.5]}, "good", "all 2 measured cells are valid; none is poor (< 0.2)"),
         ({"tetra": [0.7]}, "good", "the one cell is valid; none is poor (< 0.2)"),
         ({"tetra10": [0.7, 0.8]}, "good", "all 2 measured cells are valid; none is poor (< 0.2)"),
-        ({"hexa_prism": [0.7, 0.8]}, "good", "all 2 measured cells are valid at their corners; none is poor (< 0.2)"),
+        ({"hexa_prism": [0.7, 0.8]}, "good", "all 2 measured cells are valid; none is poor (< 0.2)"),
         (
             {"tetra": [0.5, NAN]},
             "unknown",

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..cells import CellType
 from ..kernels.cells import driver
+from ..kernels.certificate import prism
 from ..kernels.certificate.bounds import Validity, bounds, validity
 from ..kernels.threads import run, thread_count
 from ..look.records import brief
@@ -111,16 +112,18 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     if _corners_decide(row):
         return
     ok = np.flatnonzero(status == Status.OK)
-    if known is None:
-        if row.is_curved:
-            status[ok] = Status.UNDECIDED
+    if known is None and row.is_curved:
+        status[ok] = Status.UNDECIDED
         return
     if len(ok) == 0:
         return
     ids = connectivity.picked(mesh, row, part, driver.columns(row))
     if len(ok) < len(ids):
         ids = ids[ok]
-    proved = validity(known.name, mesh.points, ids, compiled=compiled)
+    if known is None:
+        proved = prism.validity(np.asarray(mesh.points[ids], np.float64))
+    else:
+        proved = validity(known.name, mesh.points, ids, compiled=compiled)
     status[ok[proved == Validity.INVALID]] = Status.INVERTED_INSIDE
     status[ok[proved == Validity.UNDECIDED]] = Status.UNDECIDED
 

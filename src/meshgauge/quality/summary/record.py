@@ -71,9 +71,9 @@ class Summary:
 
     @property
     def corners_only(self) -> dict[str, int]:
-        """Measured cells by type name, of types whose inside nothing tells: Lagrange cells, prisms over polygons."""
+        """Measured cells by type name, of types whose inside nothing tells: cells above second order."""
         rows = (CELL_TYPES[t] for t in self.tallies if t in CELL_TYPES)
-        unknown = (r for r in rows if r.shape is not None and certified_as(r) is None)
+        unknown = (r for r in rows if r.shape is not None and r.is_curved and certified_as(r) is None)
         return {r.name: n for r in unknown if (n := self.tallies[r.vtk_id].n_measured)}
 
     def merge(self, other: Summary) -> Summary:
