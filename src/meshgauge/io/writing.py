@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import ReadError, WriteError
 from ..files.output import STANDARD_OUTPUT, replacing
 from ..mesh import Mesh
 from . import registry
+from .plumbing import verify
+from .plumbing.format import Format
+from .plumbing.names import held
 from .plumbing.writing import with_regions
 from .reading import steps
 
@@ -47,9 +51,12 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
     chosen = registry.for_writing(target, file_format)
     assert chosen.write is not None
     _check_sources(target, mesh, overwrite=overwrite)
+    given, renamed = held(with_regions(mesh), chosen.forbidden)
     with replacing(target, overwrite=overwrite) as beside:
         try:
-            return chosen.write(beside, with_regions(mesh))
+            lost = (*renamed, *chosen.write(beside, given))
+            _verify(chosen, beside, given, lost)
+            return lost
         except WriteError as error:
             message = str(error).removeprefix(f"{beside}: ").replace(str(beside), str(target))
             raise WriteError(f"{target}: {message}") from error
@@ -60,6 +67,27 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
         except Exception as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise WriteError(f"{target}: cannot be written as {chosen.title}: {reason}") from error
+
+
+def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> None:
+    """Read back what was written, before it takes the place of anything.
+
+    Raises
+    ------
+    WriteError
+        If it cannot be read, is another mesh, or lacks data that are not among those that were lost.
+    """
+    if not mesh.n_cells:
+        return
+    try:
+        back = registry.read(chosen, path)
+    except ReadError as error:
+        raise WriteError(f"what was written cannot be read back: {error}") from error
+    verify.check(mesh, back, is_exact=chosen.is_exact)
+    if chosen.is_exact:
+        gone = [name for name in verify.missing(mesh, back) if repr(name) not in " ".join(lost)]
+        if gone:
+            raise WriteError(f"the data {', '.join(map(repr, gone))} do not read back")
 
 
 def _check_sources(target: Path, mesh: Mesh, *, overwrite: bool) -> None:

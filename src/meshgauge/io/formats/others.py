@@ -122,7 +122,8 @@ _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
-           foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False),
+           foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False,
+           forbidden=",\"'=()"),
     # By either.
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),

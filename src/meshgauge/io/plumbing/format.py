@@ -54,6 +54,10 @@ class Format:
     foreign
         A reader that may crash, hang, print or end its process, so that it gets one of its own. Called if ``read`` is
         None or returns None.
+    forbidden
+        Characters, beside control characters, that names cannot have in a file that is written.
+    is_exact
+        True if the format keeps every bit of a mesh, the order of its cells and all names.
     steps
         Lists the time steps by code of our own; None if there are none, or if ``foreign_steps`` does.
     foreign_steps
@@ -78,6 +82,8 @@ class Format:
     write: Writer | None = None
     by_content: bool = True
     has_both_wedge_orders: bool = False
+    forbidden: str = ""
+    is_exact: bool = False
     steps: StepLister | None = None
     foreign_steps: StepLister | None = None
     read_step: OwnStepReader | None = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -265,10 +265,10 @@ def _numpy(array: Any) -> NDArray[Any]:
     return np.asarray(vtk_to_numpy(array))
 
 
-def grid(mesh: Mesh) -> tuple[Any, tuple[str, ...]]:
+def grid(mesh: Mesh, *, called: Callable[[str], str] = str) -> tuple[Any, tuple[str, ...]]:
     """A vtkUnstructuredGrid that shares the arrays of a mesh, and what it could not hold.
 
-    The grid must not outlive the mesh.
+    The grid must not outlive the mesh. ``called`` gives the names of its arrays.
     """
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
@@ -291,7 +291,7 @@ def grid(mesh: Mesh) -> tuple[Any, tuple[str, ...]]:
         (made.GetCellData(), mesh.cell_data, "cell"),
         (made.GetFieldData(), mesh.field_data, "field"),
     ):
-        _attach(attributes, data, what, lost)
+        _attach(attributes, {called(name): values for name, values in data.items()}, what, lost)
     return made, tuple(lost)
 
 

@@ -323,6 +323,6 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
 
 
 VTKHDF = Format(
-    "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True,
+    "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     steps=steps, read_step=read, foreign_step=read_by_vtk,
 )  # fmt: skip

@@ -65,15 +65,25 @@ def _stated(path: Path) -> dict[str, int]:
     return first
 
 
+def _unlike_keyword(name: str) -> str:
+    """The name, unless readers take it for the start of another section."""
+    return f"{name}_" if name.upper() == "METADATA" else name
+
+
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    """A binary legacy file of an unstructured grid."""
+    """A binary legacy file of an unstructured grid. VTK ends the process on names with braces."""
     from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
 
-    grid, lost = vtk.grid(mesh)
+    grid, lost = vtk.grid(mesh, called=_unlike_keyword)
+    data = (*mesh.point_data, *mesh.cell_data, *mesh.field_data)
+    lost += tuple(f"The data {n!r} are called {_unlike_keyword(n)!r}." for n in data if _unlike_keyword(n) != n)
     writer = vtkUnstructuredGridWriter()
     writer.SetFileTypeToBinary()
     vtk.save(writer, grid, path)
     return lost
 
 
-VTK_LEGACY = Format("vtk", "legacy VTK", (".vtk",), sniff, legacy_own.read, read, write, has_both_wedge_orders=True)
+VTK_LEGACY = Format(
+    "vtk", "legacy VTK", (".vtk",), sniff, legacy_own.read, read, write,
+    has_both_wedge_orders=True, forbidden="{}", is_exact=True,
+)  # fmt: skip

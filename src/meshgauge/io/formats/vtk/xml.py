@@ -6,6 +6,7 @@ import importlib
 import mmap
 import re
 from pathlib import Path
+from xml.sax.saxutils import escape
 
 from ....errors import ReadError
 from ....mesh import Mesh
@@ -101,11 +102,15 @@ def _check(path: Path, *, refers: bool) -> None:
             within.check_present(path, [name.decode("utf-8", "replace") for name in _FILE.findall(data[:stop])])
 
 
+def _escaped(name: str) -> str:
+    return escape(name, {'"': "&quot;"})
+
+
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """A VTU with raw appended data compressed by zlib, as PyVista writes it."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-    grid, lost = vtk.grid(mesh)
+    grid, lost = vtk.grid(mesh, called=_escaped)  # VTK's writer puts names into its XML as they are
     writer = vtkXMLUnstructuredGridWriter()
     writer.SetDataModeToAppended()
     writer.EncodeAppendedDataOff()
@@ -115,7 +120,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
 
 
 VTU = Format(
-    "vtu", "VTK XML", (".vtu",), sniff, write=write, has_both_wedge_orders=True,
+    "vtu", "VTK XML", (".vtu",), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     steps=steps, read_step=vtu_raw.read, foreign_step=read,
 )  # fmt: skip
 VTK_XML = Format(

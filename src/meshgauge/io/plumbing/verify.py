@@ -1,0 +1,84 @@
+"""What was written, held against what was to be written, before it takes the place of anything."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...cells import CELL_TYPES, IS_SOLID, type_name
+from ...errors import WriteError
+from ...mesh import Mesh
+
+_SAME = {8: 9, 11: 12}
+"""Types that some formats hold as another: pixels as quads, voxels as hexahedra."""
+
+_ROUNDED = 1e-5
+"""Of the size of a mesh: the most that text and single precision move a point."""
+
+
+def check(before: Mesh, after: Mesh, *, is_exact: bool) -> None:
+    """Raise `WriteError` unless a mesh that was read back is the one that was written.
+
+    Parameters
+    ----------
+    before, after
+        What was to be written, and what was read back.
+    is_exact
+        Whether the format keeps every bit, order and name. Else solid cells must be all there, and points in place.
+    """
+    if is_exact:
+        _equal(before, after)
+        return
+    want, have = _solids(before), _solids(after)
+    if want != have:
+        raise WriteError(f"{_counted(want)} were to be written, {_counted(have)} read back")
+    if after.n_points == before.n_points and before.n_points:
+        with np.errstate(invalid="ignore", over="ignore"):
+            size = float(np.ptp(before.points, axis=0).max())
+            off = float(np.abs(np.asarray(after.points, np.float64) - before.points).max())
+            if np.isfinite(size) and off > _ROUNDED * max(size, float(np.abs(before.points).max())):
+                raise WriteError(f"points read back up to {off:.3g} from where they were")
+
+
+def _equal(before: Mesh, after: Mesh) -> None:
+    for name in ("points", "types", "offsets", "connectivity"):
+        if not _same(getattr(before, name), getattr(after, name)):
+            raise WriteError(f"{name} do not read back as they were")
+    if (before.polyhedra is None) != (after.polyhedra is None):
+        raise WriteError("polyhedra do not read back as they were")
+    for what in ("point_data", "cell_data", "field_data"):
+        for name, values in getattr(after, what).items():
+            if name in getattr(before, what) and not _same(getattr(before, what)[name], values):
+                raise WriteError(f"the {what.replace('_', ' ')} {name!r} do not read back as they were")
+
+
+def missing(before: Mesh, after: Mesh) -> list[str]:
+    """Names of data that did not come back."""
+    return [
+        name
+        for what in ("point_data", "cell_data", "field_data")
+        for name in getattr(before, what)
+        if name not in getattr(after, what)
+    ]
+
+
+def _same(before: NDArray[Any], after: NDArray[Any]) -> bool:
+    a, b = before.ravel(), after.ravel()
+    if a.dtype.kind == "S":
+        a = np.char.decode(a, "utf-8", "replace")
+    is_float = a.dtype.kind == b.dtype.kind == "f"
+    return bool(np.array_equal(a, b, equal_nan=is_float))
+
+
+def _solids(mesh: Mesh) -> dict[int, int]:
+    counts: dict[int, int] = {}
+    for vtk_id, n in zip(*np.unique(mesh.types[IS_SOLID[mesh.types]], return_counts=True), strict=True):
+        key = _SAME.get(int(vtk_id), int(vtk_id))
+        counts[key] = counts.get(key, 0) + int(n)
+    return counts
+
+
+def _counted(counts: dict[int, int]) -> str:
+    return ", ".join(f"{n} {type_name(t) if t in CELL_TYPES else t}" for t, n in sorted(counts.items())) or "no solids"

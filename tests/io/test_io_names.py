@@ -1,0 +1,106 @@
+"""Names that break files: escaped or written out with a note; nothing replaces a file that does not read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from io_meshes import mesh_of
+
+from meshgauge import io
+from meshgauge.errors import WriteError
+from meshgauge.io import registry
+from meshgauge.mesh import CellBlock, Mesh
+
+NAMES = ("p<0", "a & b", '5" pipe', "it's", "a>b", "u_{1}", "{}", "100 %", "a, b", "é ü 漢", "METADATA", "a\tb", "a\nb")
+HOSTILE = ("a\x00b", "\x1b[31m", "a\u2028b", "a\u0085b", "\udcff", "\x9b")
+
+
+def loaded(names: tuple[str, ...]) -> Mesh:
+    mesh = mesh_of("tetra", "hexahedron")
+    rng = np.random.default_rng(0)
+    return mesh.replace(
+        point_data={name: rng.random(mesh.n_points) for name in names},
+        cell_data={name: rng.integers(0, 9, mesh.n_cells) for name in names},
+        field_data={name: np.array([1.0, 2.0]) for name in names},
+    )
+
+
+def columns(mesh: Mesh) -> list[list[float]]:
+    return sorted(values.tolist() for values in mesh.point_data.values())
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf"])
+@pytest.mark.parametrize("names", [NAMES, HOSTILE])
+def test_no_name_costs_an_array(tmp_path: Path, extension: str, names: tuple[str, ...]) -> None:
+    pv = pytest.importorskip("pyvista")
+    path = tmp_path / f"a{extension}"
+    mesh = loaded(names)
+    lost = io.write(path, mesh)
+    back = io.read(path)
+    assert columns(back) == columns(mesh)
+    kept = set(back.point_data)
+    for name in names:
+        assert name in kept or any(repr(name) in sentence for sentence in lost)
+    assert not any(ord(c) < 32 or c in "\u2028\u0085" for name in kept for c in name)
+    grid = pv.read(path)
+    assert sorted(np.asarray(grid.point_data[name]).tolist() for name in grid.point_data) == columns(mesh)
+    if extension != ".vtk":
+        assert {"p<0", "a & b", '5" pipe', "u_{1}"} <= kept or names is HOSTILE
+
+
+@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf", ".msh", ".inp", ".su2", ".mesh", ".xdmf", ".ugrid"])
+def test_no_name_of_a_region_breaks_a_file(tmp_path: Path, extension: str) -> None:
+    mesh = mesh_of("tetra", "hexahedron")
+    blocks = (CellBlock("a\u2028b\x00", 0, 2), CellBlock("c\nd\x85", 2, 4))
+    path = tmp_path / f"a{extension}"
+    io.write(path, mesh.replace(blocks=blocks))
+    assert io.read(path).type_counts() == mesh.type_counts()
+
+
+def test_commas_do_not_hang_tecplot(tmp_path: Path) -> None:
+    mesh = mesh_of("tetra")
+    lost = io.write(tmp_path / "a.dat", mesh.replace(point_data={", ": np.ones(mesh.n_points)}))
+    assert any("', '" in sentence for sentence in lost)
+    assert io.read(tmp_path / "a.dat").n_cells == 2
+
+
+def test_names_that_become_the_same_stay_apart(tmp_path: Path) -> None:
+    mesh = mesh_of("tetra")
+    data = {"a\\x1b": np.zeros(mesh.n_points), "a\x1b": np.ones(mesh.n_points)}
+    io.write(tmp_path / "a.vtu", mesh.replace(point_data=data))
+    assert sorted(values[0] for values in io.read(tmp_path / "a.vtu").point_data.values()) == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("damage", ["points", "connectivity", "data", "unreadable"])
+@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf", ".msh"])
+def test_what_does_not_read_back_replaces_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str, extension: str
+) -> None:
+    path = tmp_path / f"a{extension}"
+    io.write(path, mesh_of("tetra"))
+    before = path.read_bytes()
+    real = registry.read
+
+    def worse(*arguments: object, **options: object) -> Mesh:
+        mesh = real(*arguments, **options)  # type: ignore[arg-type]
+        if damage == "points":
+            return mesh.replace(points=mesh.points + 1e-3)
+        if damage == "connectivity":
+            types = mesh.types.copy()
+            types[0] = 9  # a tetrahedron is gone, though nothing was said
+            return mesh.replace(types=types)
+        if damage == "data":
+            return mesh.replace(point_data={})
+        raise registry.ReadError("broken")
+
+    monkeypatch.setattr(registry, "read", worse)
+    mesh = mesh_of("tetra").replace(point_data={"t": np.ones(8)})
+    if damage == "data" and extension == ".msh":
+        io.write(path, mesh)  # such formats may lose data
+        return
+    with pytest.raises(WriteError, match=r"a\.\w+: "):
+        io.write(path, mesh)
+    assert path.read_bytes() == before
+    assert len(list(tmp_path.iterdir())) == 1
