@@ -66,8 +66,8 @@ def _stated(path: Path) -> dict[str, int]:
 
 
 def _unlike_keyword(name: str) -> str:
-    """The name, unless readers take it for the start of another section."""
-    return f"{name}_" if name.upper() == "METADATA" else name
+    """The name, unless it begins as a section that VTK's reader then looks for, and crashes."""
+    return f"_{name}" if name.upper().startswith("METADATA") else name
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
