@@ -36,7 +36,7 @@ class Server:
             raise AssertionError(self.process.stderr.read())
 
     def end(self) -> tuple[int, str]:
-        """Ctrl-C; returns the exit code and what was said on standard error."""
+        """Ctrl-C; returns the exit code and what it printed on standard error."""
         self.process.send_signal(signal.SIGINT)
         _, errors = self.process.communicate(timeout=20)
         return self.process.returncode, errors
@@ -151,7 +151,7 @@ def test_a_click_shows_the_numbers_of_the_cell_there(page: Any, server: Server, 
     scene = Scene([bracket], size=(round(box["width"]), round(box["height"])))
     scene.show(view(page.url))
     places = [(x, y) for x in np.linspace(0.1, 0.9, 17) for y in np.linspace(0.1, 0.9, 17)]
-    seen = {found[1]: place for place in places if (found := scene.pick(*place)) is not None}
+    seen = {result[1]: place for place in places if (result := scene.pick(*place)) is not None}
     assert len(seen) > 3
     for cell, (x, y) in list(seen.items())[:4]:
         page.mouse.click(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
@@ -211,9 +211,9 @@ def test_nothing_is_served_without_the_secret(server: Server) -> None:
         connection = http.client.HTTPConnection("127.0.0.1", parts.port, timeout=10)
         connection.request("GET", path, headers=headers)
         got = connection.getresponse()
-        found = got.status, got.read()
+        result = got.status, got.read()
         connection.close()
-        return found
+        return result
 
     upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
     upgrade["Sec-WebSocket-Key"] = "AAAAAAAAAAAAAAAAAAAAAA=="

@@ -21,7 +21,7 @@ from meshgauge.view.filters import AXES, Filters, Plane, ViewError, in_range, sh
 from meshgauge.view.histogram import EDGES, histogram
 from meshgauge.view.model import Frame, Model
 from meshgauge.view.picking import hit
-from meshgauge.view.surface import exposed, polygons
+from meshgauge.view.surface import polygons, seen_faces
 
 
 def test_without_filters_every_solid_cell_is_shown(bracket: Model) -> None:
@@ -44,7 +44,7 @@ def test_masks_are_those_of_a_plain_loop(bracket: Model, wanted: Filters) -> Non
     ids, names = meshgauge.mesh.regions.regions(mesh)  # type: ignore[attr-defined]
     centres = np.array([mesh.points[mesh.nodes(c)].mean(axis=0) for c in range(mesh.n_cells)])
     along = None if wanted.plane is None else centres @ np.array(wanted.plane.normal)
-    found = shown(bracket, wanted)
+    result = shown(bracket, wanted)
     for cell in range(mesh.n_cells):
         value = quality.values[cell]
         expected = wanted.low <= value < wanted.high or (wanted.high == 1 and value == 1)
@@ -57,7 +57,7 @@ def test_masks_are_those_of_a_plain_loop(bracket: Model, wanted: Filters) -> Non
             if abs(along[cell] - cut) < 1e-6:
                 continue  # single precision decides
             expected &= along[cell] <= cut
-        assert found[cell] == expected, cell
+        assert result[cell] == expected, cell
 
 
 def test_ranges_side_by_side_share_no_cell_and_miss_none() -> None:
@@ -110,7 +110,7 @@ def test_exposed_faces_are_those_of_one_shown_cell(bracket: Model) -> None:
         if mask[faces.cells[slot]]:
             seen.setdefault(frozenset(faces.face(slot)), []).append(slot)
     expected = sorted(slots[0] for slots in seen.values() if len(slots) == 1)
-    slots = exposed(faces, mask)
+    slots = seen_faces(faces, mask)
     assert slots.tolist() == expected
     offsets, points = polygons(faces, slots)
     for f in range(0, len(slots), 37):
@@ -120,7 +120,7 @@ def test_exposed_faces_are_those_of_one_shown_cell(bracket: Model) -> None:
 def test_faces_of_polyhedra_among_other_cells(shared: Path) -> None:
     path = Path(shared, "meshes/jdroniou+HArDCore3D-release/meshes/Voro-Tets-1/RF_fmt/voro.4.ele")
     model = Model.of(meshgauge.read(path), "voronoi")
-    slots = exposed(model.topology, model.values > np.median(model.values))
+    slots = seen_faces(model.topology, model.values > np.median(model.values))
     offsets, points = polygons(model.topology, slots)
     for f in range(0, len(slots), 11):
         assert tuple(points[offsets[f] : offsets[f + 1]]) == model.topology.face(int(slots[f]))
@@ -142,7 +142,7 @@ def test_a_cell_with_a_point_that_cannot_be_drawn_is_left_out() -> None:
 def test_a_mesh_of_any_size_fills_the_scene(scale: float) -> None:
     corners = np.array(list(itertools.product((0, 1), repeat=3))) * scale + 3 * scale
     frame = Frame.of(corners)
-    assert np.linalg.norm(frame.placed(corners), axis=1) == pytest.approx(1.0)
+    assert np.linalg.norm(frame.to_scene(corners), axis=1) == pytest.approx(1.0)
 
 
 def test_nothing_to_show_is_an_error() -> None:
@@ -159,7 +159,7 @@ def test_a_ray_hits_what_a_plain_loop_says_first() -> None:
         origin = random.normal(size=3)
         origin *= 4 / np.linalg.norm(origin)
         ray = random.normal(size=3) * 0.4 - origin
-        found = hit(faces, points, origin, ray)
+        result = hit(faces, points, origin, ray)
         best = None
         for f in range(faces.n_faces):
             corners = points[faces.connectivity[faces.offsets[f] : faces.offsets[f + 1]]].astype(float)
@@ -169,9 +169,9 @@ def test_a_ray_hits_what_a_plain_loop_says_first() -> None:
                 u, v, t = np.linalg.solve(matrix, origin - a)
                 if u >= 0 and v >= 0 and u + v <= 1 and t > 0 and (best is None or t < best[1]):
                     best = f, t
-        assert (found is None) == (best is None)
-        if found is not None and best is not None:
-            assert found[1] == pytest.approx(best[1], rel=1e-5)
+        assert (result is None) == (best is None)
+        if result is not None and best is not None:
+            assert result[1] == pytest.approx(best[1], rel=1e-5)
 
 
 def test_the_ray_of_the_middle_is_the_line_of_sight() -> None:
@@ -190,13 +190,13 @@ def test_a_camera_flown_to_a_cell_looks_at_it(bracket: Model) -> None:
 
 
 def test_the_card_of_a_cell(bracket: Model) -> None:
-    found = card(bracket, 1743)
+    result = card(bracket, 1743)
     worst = bracket.quality.worst(3)[2]
-    assert (worst.cell, found.type, found.status, found.region) == (1743, "pyramid", "inverted", "region 2")
-    assert (found.quality, len(found.nodes)) == (worst.quality, 5)
-    assert found.worst is not None
-    assert (found.worst.node, found.worst.point, found.worst.quality) == (4, 2260, worst.node_quality)
-    assert found.worst.coordinates == worst.coordinates
+    assert (worst.cell, result.type, result.status, result.region) == (1743, "pyramid", "inverted", "region 2")
+    assert (result.quality, len(result.nodes)) == (worst.quality, 5)
+    assert result.worst is not None
+    assert (result.worst.node, result.worst.point, result.worst.quality) == (4, 2260, worst.node_quality)
+    assert result.worst.coordinates == worst.coordinates
     with pytest.raises(ViewError, match="no cell 6192"):
         card(bracket, 6192)
 
@@ -221,8 +221,8 @@ def test_colours_tell_the_bands_apart() -> None:
 def test_values_of_one_cell_are_those_of_the_whole_mesh(bracket: Model) -> None:
     for cell in range(0, bracket.mesh.n_cells, 97):
         start, stop = (int(at) for at in bracket.mesh.offsets[cell : cell + 2])
-        found = [row.quality for row in card(bracket, cell).nodes]
-        assert np.array_equal(found, bracket.quality.node_jens[start:stop])
+        result = [row.quality for row in card(bracket, cell).nodes]
+        assert np.array_equal(result, bracket.quality.node_jens[start:stop])
 
 
 def test_values_of_the_nodes_of_a_polyhedron(shared: Path) -> None:
@@ -230,5 +230,5 @@ def test_values_of_the_nodes_of_a_polyhedron(shared: Path) -> None:
     model = Model.of(meshgauge.read(path), "pebi")
     for cell in range(0, model.mesh.n_cells, 211):
         start, stop = (int(at) for at in model.mesh.offsets[cell : cell + 2])
-        found = [row.quality for row in card(model, cell).nodes]
-        assert np.array_equal(found, model.quality.node_jens[start:stop], equal_nan=True)
+        result = [row.quality for row in card(model, cell).nodes]
+        assert np.array_equal(result, model.quality.node_jens[start:stop], equal_nan=True)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from meshgauge.view.camera import Camera
-from meshgauge.view.controls import Choices, changed, controls
+from meshgauge.view.controls import Choices, controls, view_from
 from meshgauge.view.filters import AXES, Filters, Plane, ViewError
 from meshgauge.view.link import View, fragment, view
 from meshgauge.view.model import Model
@@ -94,14 +94,14 @@ def test_what_is_no_link(link: str) -> None:
 )
 def test_the_controls_of_the_page_give_the_view_back(bracket: Model, link: str) -> None:
     choices, there = Choices.of([bracket]), view(link)
-    assert changed(View(), controls(there, choices), choices, Camera()) == there
+    assert view_from(View(), controls(there, choices), choices, Camera()) == there
 
 
 def test_a_slice_across_the_line_of_sight_stays_when_the_camera_moves(bracket: Model) -> None:
     choices = Choices.of([bracket])
-    first = changed(View(), {**controls(View(), choices), "axis": "view"}, choices, Camera())
+    first = view_from(View(), {**controls(View(), choices), "axis": "view"}, choices, Camera())
     elsewhere = Camera(position=(5.0, 0.0, 0.0))
-    again = changed(first, {**controls(first, choices), "at": 0.7}, choices, elsewhere)
+    again = view_from(first, {**controls(first, choices), "at": 0.7}, choices, elsewhere)
     assert first.filters.plane is not None
     assert again.filters == replace(first.filters, plane=replace(first.filters.plane, at=0.7))
 
@@ -113,4 +113,4 @@ def test_a_slice_across_the_line_of_sight_stays_when_the_camera_moves(bracket: M
 def test_what_a_browser_must_not_set_is_refused(bracket: Model, wrong: dict[str, object]) -> None:
     choices = Choices.of([bracket])
     with pytest.raises((ViewError, TypeError, ValueError, KeyError)):
-        changed(View(), {**controls(View(), choices), **wrong}, choices, Camera())
+        view_from(View(), {**controls(View(), choices), **wrong}, choices, Camera())

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from view_meshes import cubes
 
 from meshgauge.cli.main import main
-from meshgauge.view import drawn, opengl
+from meshgauge.view import actors, opengl
 from meshgauge.view.filters import Filters, Plane, ViewError
 from meshgauge.view.link import _READ, View, view
 from meshgauge.view.model import Model
@@ -69,8 +69,8 @@ def test_what_is_picked_is_the_cell_in_the_middle_of_a_picture_flown_to(scene: S
         scene.show(replace(View(), camera=scene.home.looking_at(*bracket.place_of(cell)), filters=Filters()))
         alone = Filters(low=max(float(bracket.values[cell]) - 1e-9, -1.0), high=min(bracket.values[cell] + 1e-9, 1.0))
         scene.show(replace(scene.view, filters=alone))
-        found = scene.pick(0.5, 0.5)
-        seen += found == (0, cell)
+        picked = scene.pick(0.5, 0.5)
+        seen += picked == (0, cell)
     assert seen >= 10  # of a concave cell the middle may lie outside
 
 
@@ -79,9 +79,9 @@ def test_a_pick_agrees_with_the_pixel(scene: Scene, bracket: Model) -> None:
     picture = scene.picture()
     for x in np.linspace(0.1, 0.9, 9):
         for y in np.linspace(0.1, 0.9, 9):
-            found = scene.pick(float(x), float(y))
+            picked = scene.pick(float(x), float(y))
             pixel = picture[int((1 - y) * 300), int(x * 360)]
-            if found is None:
+            if picked is None:
                 assert inks(np.stack([picture[0, 0], pixel])[None]) == 0 or pixel.std() < 12  # or the outline
             else:
                 assert inks(np.stack([picture[0, 0], pixel])[None]) == 1
@@ -125,14 +125,14 @@ def test_while_it_moves_less_is_drawn_of_many_faces() -> None:
     model = cubes(30, noise=0.3, name="rough")
     scene = Scene([model], size=SIZE)
     scene.show(View(filters=Filters(high=0.4)))
-    assert scene.n_faces > drawn.BUDGET
+    assert scene.n_faces > actors.BUDGET
     shown = model.surface(scene.masks[0])
-    few, points = drawn.coarse(shown, model.points[shown.points])
+    few, points = actors.coarse(shown, model.points[shown.points])
     whole = scene.picture()
     scene.moving(True)
     visible = [actor.GetVisibility() for pane in scene._panes for actor in (*pane.fine, *pane.coarse)]
     assert visible == [0] * (len(visible) - 1) + [1]
-    assert len(points) >= few.n_faces <= drawn.BUDGET
+    assert len(points) >= few.n_faces <= actors.BUDGET
     assert inks(whole) > 0.2 * whole[..., 0].size
     assert np.array_equal(scene.picture(), whole)
 

@@ -46,11 +46,11 @@ def view(
     if screenshot is None:
         _require()
 
-    from ..view.link import view as understood
+    from ..view.link import view as parse
     from ..view.model import Model
     from .batch import Batch
 
-    understood(link)  # before the work
+    parse(link)  # before the work
     batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
     paths = batch.states(paths)
     if len(paths) > 2:
@@ -91,12 +91,12 @@ def _require() -> None:
 def _draw(models: list[Model], link: str, target: Path, width: int, height: int) -> None:
     """Write a picture of the view."""
     from ..files.output import replacing
-    from ..view.link import view as understood
+    from ..view.link import view as parse
     from ..view.picture import png
     from ..view.scene import Scene
 
     scene = Scene(models, size=(width, height))
-    scene.show(understood(link))
+    scene.show(parse(link))
     with replacing(target) as beside:
         beside.write_bytes(png(scene))
     scene.close()

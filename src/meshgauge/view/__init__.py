@@ -1,5 +1,5 @@
 """Looking at a mesh: which cells are shown, what is known of one, the scene of them, and a local web application.
 
-Only `app` and `page` know of the web, and only `opengl`, `drawn`, `scene` and `picture` of VTK and images; the rest is
+Only `app` and `page` know of the web, and only `opengl`, `actors`, `scene` and `picture` of VTK and images; the rest is
 arrays and plain values.
 """

@@ -39,7 +39,7 @@ class App:
         self._task: asyncio.Task[None] | None = None
         self._drawing: asyncio.TimerHandle | None = None
         self.server = get_server(f"meshgauge-{self.path}", client_type="vue3")
-        self._interactor = self.scene.interactor(lambda: self.scene.moving(True), self._moved)
+        self._interactor = self.scene.interactor(lambda: self.scene.moving(True), self._on_move)
         state = self.server.state
         state.trame__title = " | ".join(["meshgauge", *(model.name for model in models)])
         state.update(
@@ -54,12 +54,12 @@ class App:
                 "worst": [controls.worst(model, controls.WORST // len(models)) for model in models],
             }
         )
-        self._tell()
+        self._update_page()
         for action in (self.pick, self.fly, self.forget, self.whole, self.reset, self.open_link, self.picture):
-            self.server.controller.trigger(action.__name__)(self._guarded(action))
+            self.server.controller.trigger(action.__name__)(self._with_errors_shown(action))
         self._push = page.build(self.server, models, self.choices, self.scene.window)
-        state.change(*CONTROLS)(self._changed)
-        state.change("theme")(self._themed)
+        state.change(*CONTROLS)(self._on_change)
+        state.change("theme")(self._on_theme)
 
     def run(self, *, port: int, ready: Callable[[str], None]) -> None:
         """Serve until interrupted; ``ready`` is called with the address. Raises OSError if the port is taken."""
@@ -90,8 +90,8 @@ class App:
         server.serve[self.path] = vue3.www
         server.enable_module({"www": str(Path(__file__).with_name("www"))})
 
-    def _guarded(self, action: Callable[..., Any]) -> Callable[..., Any]:
-        """An action of the page; what cannot be done is said there."""
+    def _with_errors_shown(self, action: Callable[..., Any]) -> Callable[..., Any]:
+        """An action of the page; an error is shown there."""
 
         def done(*arguments: Any) -> Any:
             try:
@@ -116,11 +116,11 @@ class App:
 
     def pick(self, x: float, y: float) -> None:
         """Show the cell that is seen at a place of the picture, or none."""
-        found = self.scene.pick(float(x), float(y))
-        if found is None:
+        hit = self.scene.pick(float(x), float(y))
+        if hit is None:
             self.forget()
         else:
-            self._show(replace(self._current(), mesh=found[0], cell=found[1]))
+            self._show(replace(self._current(), mesh=hit[0], cell=hit[1]))
 
     def fly(self, mesh: int, cell: int) -> None:
         """Pick a cell and fly the camera to it."""
@@ -148,7 +148,7 @@ class App:
     def _show(self, wanted: View) -> None:
         self.scene.show(wanted)
         self.server.state.note = ""
-        self._tell()
+        self._update_page()
         self._draw_soon()
 
     def _draw_soon(self) -> None:
@@ -161,7 +161,7 @@ class App:
             self._drawing.cancel()
         self._drawing = loop.call_later(PAUSE, self._push)
 
-    def _tell(self) -> None:
+    def _update_page(self) -> None:
         """Let the page say what the scene shows."""
         scene, state, wanted = self.scene, self.server.state, self.scene.view
         state.update(controls.controls(wanted, self.choices))
@@ -176,7 +176,7 @@ class App:
             state.card = controls.details(model, card(model, wanted.cell), wanted.mesh, model.name)
         state.link = fragment(wanted)
 
-    def _changed(self, **_: Any) -> None:
+    def _on_change(self, **_: Any) -> None:
         """A control was moved: make the scene anew soon, once for all moves until then."""
         if self._task is None or self._task.done():
             try:
@@ -190,7 +190,7 @@ class App:
         with state:
             values = {name: state[name] for name in CONTROLS}
             try:
-                wanted = controls.changed(self._current(), values, self.choices, self.scene.camera)
+                wanted = controls.view_from(self._current(), values, self.choices, self.scene.camera)
                 if wanted != self.scene.view:
                     self._show(wanted)
             except (ViewError, TypeError, ValueError, KeyError) as error:
@@ -200,7 +200,7 @@ class App:
         """The view as it is, with the camera where the mouse has moved it."""
         return replace(self.scene.view, camera=self.scene.camera) if self.scene.is_moved else self.scene.view
 
-    def _moved(self) -> None:
+    def _on_move(self) -> None:
         """The mouse has moved the camera."""
         self.scene.moving(False)
         self.scene.view = self._current()
@@ -208,6 +208,6 @@ class App:
         state.link = fragment(self.scene.view)
         state.flush()
 
-    def _themed(self, theme: str, **_: Any) -> None:
+    def _on_theme(self, theme: str, **_: Any) -> None:
         self.scene.theme("dark" if theme == "dark" else "light")
         self._draw_soon()

@@ -34,14 +34,14 @@ class Choices:
     @classmethod
     def of(cls, models: Sequence[Model]) -> Choices:
         """Those of the first mesh, then those that only others have."""
-        found: list[dict[str, int]] = [{}, {}, {}]
+        totals: list[dict[str, int]] = [{}, {}, {}]
         for model in models:
             for merged, counts in zip(
-                found, (model.counts("types"), model.counts("statuses"), model.counts("regions")), strict=True
+                totals, (model.counts("types"), model.counts("statuses"), model.counts("regions")), strict=True
             ):
                 for name, n in counts.items():
                     merged.setdefault(name, n)
-        return cls(*found)
+        return cls(*totals)
 
 
 def controls(view: View, choices: Choices) -> dict[str, Any]:
@@ -124,20 +124,20 @@ def worst(model: Model, n: int) -> list[dict[str, Any]]:
     ]
 
 
-def details(model: Model, found: Card, mesh: int, name: str) -> dict[str, Any]:
+def details(model: Model, card: Card, mesh: int, name: str) -> dict[str, Any]:
     """A cell for the page."""
-    fill = css(np.array([row.quality for row in found.nodes]))
+    fill = css(np.array([row.quality for row in card.nodes]))
     return {
-        "cell": found.cell,
+        "cell": card.cell,
         "mesh": mesh,
         "name": name,
-        "type": found.type,
-        "quality": number(found.quality),
-        "colour": css_of(model.colours(np.array([found.cell])))[0],
-        "status": found.status.replace("_", " "),
-        "text": found.text,
-        "region": found.region,
-        "layer": found.layer,
+        "type": card.type,
+        "quality": number(card.quality),
+        "colour": css_of(model.colours(np.array([card.cell])))[0],
+        "status": card.status.replace("_", " "),
+        "text": card.text,
+        "region": card.region,
+        "layer": card.layer,
         "nodes": [
             {
                 "node": row.node,
@@ -147,12 +147,12 @@ def details(model: Model, found: Card, mesh: int, name: str) -> dict[str, Any]:
                 "colour": colour,
                 "worst": row.is_worst,
             }
-            for row, colour in zip(found.nodes, fill, strict=True)
+            for row, colour in zip(card.nodes, fill, strict=True)
         ],
     }
 
 
-def changed(view: View, values: Mapping[str, Any], choices: Choices, camera: Camera) -> View:
+def view_from(view: View, values: Mapping[str, Any], choices: Choices, camera: Camera) -> View:
     """The view with what the controls say; a plane across the line of sight (of ``camera``) stays as it was set."""
     plane = view.filters.plane
     kept = plane is not None and controls(view, choices)["axis"] == OBLIQUE and values["axis"] == OBLIQUE

@@ -59,10 +59,10 @@ def is_allowed(peer: tuple[str, int] | None, port: int) -> bool:
     if not hasattr(os, "getuid"):
         return True
     try:
-        found = owner(TABLE.read_text(encoding="ascii"), peer[1], port)
+        user = owner(TABLE.read_text(encoding="ascii"), peer[1], port)
     except OSError:
         return True  # no such table: not Linux
-    return found is None or found in (0, os.getuid())
+    return user is None or user in (0, os.getuid())
 
 
 def middleware() -> Any:

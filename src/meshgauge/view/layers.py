@@ -26,8 +26,8 @@ def layers(topology: Topology) -> NDArray[np.int32]:
     while len(front):
         layer[front] = depth
         beyond = mates[ragged(starts[front], n_faces[front])]
-        found = cells[beyond[beyond >= 0]]
-        front = np.unique(found[layer[found] == NONE]).astype(np.int64)
+        next_cells = cells[beyond[beyond >= 0]]
+        front = np.unique(next_cells[layer[next_cells] == NONE]).astype(np.int64)
         depth += 1
     layer[(layer == NONE) & (n_faces > 0)] = max(depth - 1, 0)
     return layer

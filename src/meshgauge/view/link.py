@@ -60,18 +60,18 @@ def view(link: str) -> View:
     text = link.rpartition("#")[2] if "#" in link else ("" if "://" in link else link)
     if len(text) > LONGEST:
         raise ViewError(f"a link of {len(text)} characters; {LONGEST} are read at most")
-    found = View()
+    state = View()
     for part in filter(None, text.split("&")):
         key, equals, value = part.partition("=")
         if key not in _READ or not equals:
             raise ViewError(f"{part[:60]!r} in a link is not understood; known are {', '.join(_READ)}")
         try:
-            found = _READ[key](found, value)
+            state = _READ[key](state, value)
         except ViewError:
             raise
         except ValueError as error:
             raise ViewError(f"{part[:60]!r} in a link is not understood") from error
-    return found
+    return state
 
 
 def _numbers(values: Iterable[float]) -> str:
@@ -108,20 +108,20 @@ def _camera(text: str) -> Camera:
     return Camera((n[0], n[1], n[2]), (n[3], n[4], n[5]), (n[6], n[7], n[8]))
 
 
-def _cell(found: View, text: str) -> View:
+def _cell(state: View, text: str) -> View:
     cell, _, mesh = text.partition(",")
     if int(cell) < 0 or mesh not in ("", "0", "1"):
         raise ValueError(text)
-    return replace(found, cell=int(cell), mesh=int(mesh or 0))
+    return replace(state, cell=int(cell), mesh=int(mesh or 0))
 
 
 def _filter(name: str, read: Callable[[str], object]) -> Callable[[View, str], View]:
-    return lambda found, text: replace(found, filters=replace(found.filters, **{name: read(text)}))  # type: ignore[arg-type]
+    return lambda state, text: replace(state, filters=replace(state.filters, **{name: read(text)}))  # type: ignore[arg-type]
 
 
-def _range(found: View, text: str) -> View:
+def _range(state: View, text: str) -> View:
     low, high = _floats(text, 2)
-    return replace(found, filters=replace(found.filters, low=low, high=high))
+    return replace(state, filters=replace(state.filters, low=low, high=high))
 
 
 _READ: dict[str, Callable[[View, str], View]] = {
@@ -133,6 +133,6 @@ _READ: dict[str, Callable[[View, str], View]] = {
     "plane": _filter("plane", _plane),
     "peel": _filter("peel", int),
     "cell": _cell,
-    "edges": lambda found, text: replace(found, edges=_flag(text)),
-    "camera": lambda found, text: replace(found, camera=_camera(text)),
+    "edges": lambda state, text: replace(state, edges=_flag(text)),
+    "camera": lambda state, text: replace(state, camera=_camera(text)),
 }

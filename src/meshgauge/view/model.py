@@ -18,7 +18,7 @@ from ..quality.measure import Quality, measure
 from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
 from .filters import ViewError
 from .layers import layers
-from .surface import Surface, exposed, surface
+from .surface import Surface, seen_faces, surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class Frame:
         radius = float(np.linalg.norm(half / longest)) * longest
         return cls((x, y, z), radius or 1.0)
 
-    def placed(self, points: NDArray[np.floating]) -> NDArray[np.float32]:
+    def to_scene(self, points: NDArray[np.floating]) -> NDArray[np.float32]:
         """Points in the scene, float32; NaN or infinite where they are."""
         with np.errstate(over="ignore", invalid="ignore"):
             return np.asarray((points - np.array(self.centre)) / self.radius, np.float32)
@@ -135,7 +135,7 @@ class Model:
     @cached_property
     def points(self) -> NDArray[np.float32]:
         """``(n_points, 3)`` in the frame of the scene."""
-        return self.frame.placed(self.mesh.points)
+        return self.frame.to_scene(self.mesh.points)
 
     @cached_property
     def is_drawable(self) -> NDArray[np.bool_]:
@@ -163,12 +163,12 @@ class Model:
             names, ids = self.status_names, self.status_ids
         else:
             names, ids = self.region_names, self.region_ids
-        found = np.bincount(ids[self.is_solid], minlength=len(names))
-        return {names[n]: int(found[n]) for n in np.flatnonzero(found)}
+        counts = np.bincount(ids[self.is_solid], minlength=len(names))
+        return {names[n]: int(counts[n]) for n in np.flatnonzero(counts)}
 
     def surface(self, shown: NDArray[np.bool_]) -> Surface:
         """The faces that are seen of some cells."""
-        return surface(self.topology, exposed(self.topology, shown), self.is_drawable)
+        return surface(self.topology, seen_faces(self.topology, shown), self.is_drawable)
 
     @cached_property
     def boundary(self) -> Surface:

@@ -27,7 +27,7 @@ def hit(
     candidates = _around(surface, points, origin, ray)
     surface = surface.some(candidates)
     sizes = np.diff(surface.offsets)
-    found: tuple[int, float] | None = None
+    best: tuple[int, float] | None = None
     for k in range(1, int(sizes.max(initial=0)) - 1):
         # The k-th triangle of every polygon that has so many.
         faces = np.flatnonzero(sizes > k + 1)
@@ -35,9 +35,9 @@ def hit(
         a, b, c = (points[surface.connectivity[first + m]] for m in (0, k, k + 1))
         distance = _distances(a, b, c, origin, ray)
         nearest = int(np.argmin(distance)) if len(distance) else 0
-        if len(distance) and np.isfinite(distance[nearest]) and (found is None or distance[nearest] < found[1]):
-            found = int(candidates[faces[nearest]]), float(distance[nearest])
-    return found
+        if len(distance) and np.isfinite(distance[nearest]) and (best is None or distance[nearest] < best[1]):
+            best = int(candidates[faces[nearest]]), float(distance[nearest])
+    return best
 
 
 def _around(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..look.colours import rgb
 from ..look.theme import DARK, LIGHT
 from ..status import is_usable
-from . import drawn, opengl
+from . import actors, opengl
 from .camera import VIEW_ANGLE, Camera
 from .card import card
 from .filters import ViewError, shown
@@ -96,7 +96,7 @@ class Scene:
             renderers.append(renderer)
         renderer, overlay = renderers
         overlay.InteractiveOff()
-        renderer.AddActor(drawn.outline(model))
+        renderer.AddActor(actors.outline(model))
         none = np.zeros(0, np.int64)
         empty = Surface(none, np.zeros(1, np.int64), none, none)
         return _Pane(model, renderer, overlay, np.zeros(0, np.bool_), empty, np.zeros((0, 3), np.float32))
@@ -176,8 +176,8 @@ class Scene:
         n = min(max(int(x * panes), 0), panes - 1)
         pane = self._panes[n]
         ray = camera.ray(x * panes - n, y, self._aspect)
-        found = hit(pane.surface, pane.points, np.array(camera.position), ray)
-        return None if found is None else (n, int(pane.surface.cells[found[0]]))
+        struck = hit(pane.surface, pane.points, np.array(camera.position), ray)
+        return None if struck is None else (n, int(pane.surface.cells[struck[0]]))
 
     def moving(self, is_moving: bool) -> None:
         """Draw less while the camera moves, and all of it again after."""
@@ -229,8 +229,8 @@ class Scene:
         for actor in (*pane.fine, *pane.coarse):
             pane.renderer.RemoveActor(actor)
         pane.fine = _bodies(pane)
-        few, points = drawn.coarse(pane.surface, pane.points)
-        pane.coarse = [] if few is pane.surface else [drawn.cells(few, points, model)]
+        few, points = actors.coarse(pane.surface, pane.points)
+        pane.coarse = [] if few is pane.surface else [actors.cells(few, points, model)]
         for actor in (*pane.fine, *pane.coarse):
             pane.renderer.AddActor(actor)
         self._choose(pane)
@@ -249,7 +249,7 @@ class Scene:
         if self.view.cell is not None:
             pane = self._panes[self.view.mesh]
             worst = card(pane.model, self.view.cell).worst
-            for actor in drawn.picked(pane.model, self.view.cell, worst.point if worst else None):
+            for actor in actors.marks(pane.model, self.view.cell, worst.point if worst else None):
                 pane.overlay.AddActor(actor)
 
     def _smooth(self) -> None:
@@ -268,10 +268,10 @@ def _bodies(pane: _Pane) -> list[Any]:
     """Actors of the shown cells. Of many, the backs of the valid cells' faces are left out: half of the work."""
     faces, model = pane.surface, pane.model
     if faces.n_faces <= SMOOTHED:
-        return [drawn.cells(faces, pane.points, model)] if faces.n_faces else []
+        return [actors.cells(faces, pane.points, model)] if faces.n_faces else []
     outward = is_usable(model.quality.status[faces.cells], model.mesh.purpose)  # others may be turned inside out
     parts = [(faces.some(np.flatnonzero(outward)), True), (faces.some(np.flatnonzero(~outward)), False)]
-    return [drawn.cells(part, pane.points, model, culled=culled) for part, culled in parts if part.n_faces]
+    return [actors.cells(part, pane.points, model, culled=culled) for part, culled in parts if part.n_faces]
 
 
 def _corners(model: Model) -> NDArray[np.float32]:

@@ -44,7 +44,7 @@ class Surface:
         return Surface(self.points, _offsets(sizes), self.connectivity[at], self.cells[faces])
 
 
-def exposed(topology: Topology, shown: NDArray[np.bool_]) -> Ids:
+def seen_faces(topology: Topology, shown: NDArray[np.bool_]) -> Ids:
     """The faces of the shown cells that no other shown cell has, as slots of the topology, ascending."""
     slots = np.flatnonzero(shown[topology.cells])
     mates = topology.mates[slots]

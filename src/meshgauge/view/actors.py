@@ -79,7 +79,7 @@ def outline(model: Model) -> Any:
         sharp.NonManifoldEdgesOff()
         sharp.ColoringOff()
         sharp.Update()
-        if _hangs_together(sharp.GetOutput()):
+        if _is_connected(sharp.GetOutput()):
             return plain(sharp.GetOutput(), FAINT, line_width=1.2)
     box = vtkOutlineFilter()
     box.SetInputData(data)
@@ -87,7 +87,7 @@ def outline(model: Model) -> Any:
     return plain(box.GetOutput(), FAINT, line_width=1.2)
 
 
-def _hangs_together(lines: Any) -> bool:
+def _is_connected(lines: Any) -> bool:
     """Whether edges make long lines, as those of a part do, and not dashes, as those of a rough surface."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
@@ -97,16 +97,16 @@ def _hangs_together(lines: Any) -> bool:
     return bool(np.count_nonzero(degrees == 1) <= LOOSE * lines.GetNumberOfCells())
 
 
-def picked(model: Model, cell: int, worst: int | None) -> list[Any]:
+def marks(model: Model, cell: int, worst: int | None) -> list[Any]:
     """Actors of one cell that is pointed out, the later over the earlier: faces, edges, its worst point."""
     from vtkmodules.vtkFiltersCore import vtkExtractEdges
 
     shown = np.zeros(model.mesh.n_cells, np.bool_)
     shown[cell] = True
-    found = model.surface(shown)
+    seen = model.surface(shown)
     actors = []
-    if found.n_faces:
-        actors.append(cells(found, model.points[found.points], model))
+    if seen.n_faces:
+        actors.append(cells(seen, model.points[seen.points], model))
         edges = vtkExtractEdges()
         edges.SetInputData(actors[0].GetMapper().GetInput())
         edges.Update()
