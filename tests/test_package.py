@@ -103,3 +103,13 @@ def test_docstrings_name_every_parameter_result_and_error(name: str) -> None:
     assert set(parameters) - {"mesh"} <= stated
     assert by_title["Returns"].strip()
     assert by_title["Raises"].strip() or name == "regions", "which takes any mesh"
+
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def test_public_names_are_in_the_documentation_and_the_changelog() -> None:
+    pages = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "docs").glob("*.md"))
+    log = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    for text, where in ((pages, "docs/"), (log, "CHANGELOG.md")):
+        assert [name for name in NAMES if not re.search(rf"\b{name}\b", text)] == [], where

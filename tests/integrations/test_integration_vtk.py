@@ -16,7 +16,7 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkOutputWindow, vtkStringOutputWindow
 
 import meshgauge
-from meshgauge.integrations.vtk import MeshQuality, low, measured
+from meshgauge.integrations.vtk import MeshQuality, low_cells, with_quality
 from meshgauge.io.plumbing import vtk
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -58,7 +58,7 @@ def test_both_outputs(mesh: meshgauge.Mesh, data: Any) -> None:
 def test_cells_without_a_value_are_low_and_surfaces_are_not() -> None:
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (np.nan, 0, 0)], float)
     mixed = meshgauge.Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (0, 1, 2, 4)]), ("triangle", [(0, 1, 2)])])
-    found = low(measured(vtk.grid(mixed)[0]), -1.0)
+    found = low_cells(with_quality(vtk.grid(mixed)[0]), -1.0)
     assert found.GetNumberOfCells() == 1
     assert np.isnan(array(found.GetCellData(), "jens")).all()
     assert found.GetCellData().GetNumberOfArrays() == 2

@@ -56,18 +56,18 @@ class Gauge:
         self._dataset = dataset
 
     def measure(self, metrics: Iterable[str] = (JENS,)) -> Quality:
-        """What `meshgauge.measure` says of the data set: values, status, worst cells.
+        """What `meshgauge.measure` returns for the data set: values, status, worst cells.
 
         Raises
         ------
         MetricError
             If there is no such metric.
         """
-        found = measure(from_pyvista(self._dataset), metrics=metrics)
+        quality = measure(from_pyvista(self._dataset), metrics=metrics)
         n_cells = sum(leaf.n_cells for leaf in _leaves(self._dataset))
-        if found.n_cells != n_cells:
-            raise MeshgaugeError(f"{found.n_cells} of {n_cells} cells could be converted")
-        return found
+        if quality.n_cells != n_cells:
+            raise MeshgaugeError(f"{quality.n_cells} of {n_cells} cells could be converted")
+        return quality
 
     def quality(self, metrics: Iterable[str] = (JENS,)) -> Any:
         """A copy of the data set with the quality of its cells.

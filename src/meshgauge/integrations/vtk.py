@@ -22,7 +22,7 @@ from ..status import Status, is_solid
 _MASK = "meshgauge:mask"
 
 
-def measured(data: Any, metrics: Iterable[str] = (JENS,)) -> Any:
+def with_quality(data: Any, metrics: Iterable[str] = (JENS,)) -> Any:
     """A shallow copy of a vtkDataSet with cell data by metric and ``status``, point data ``jens_worst``, ``jens_node``.
 
     NaN where a metric is undefined. Raises what `meshgauge.measure` and `meshgauge.from_pyvista` do.
@@ -39,8 +39,8 @@ def measured(data: Any, metrics: Iterable[str] = (JENS,)) -> Any:
     return copy
 
 
-def low(data: Any, threshold: float = POOR) -> Any:
-    """The cells of what `measured` made that are not ok: a vtkUnstructuredGrid with their data.
+def low_cells(data: Any, threshold: float = POOR) -> Any:
+    """The cells of what `with_quality` made that are not ok: a vtkUnstructuredGrid with their data.
 
     Solid cells whose ``jens`` is below the threshold, or whose status is another than ok whatever it is.
     """
@@ -59,15 +59,15 @@ def low(data: Any, threshold: float = POOR) -> Any:
     pick.SetThresholdFunction(vtkThreshold.THRESHOLD_UPPER)
     pick.SetUpperThreshold(0.5)
     pick.Update()
-    found = vtkUnstructuredGrid()
-    found.ShallowCopy(pick.GetOutput())
-    found.GetCellData().RemoveArray(_MASK)
-    found.GetCellData().SetActiveScalars(JENS)
-    return found
+    chosen_cells = vtkUnstructuredGrid()
+    chosen_cells.ShallowCopy(pick.GetOutput())
+    chosen_cells.GetCellData().RemoveArray(_MASK)
+    chosen_cells.GetCellData().SetActiveScalars(JENS)
+    return chosen_cells
 
 
 class MeshQuality(VTKPythonAlgorithmBase):  # type: ignore[misc]
-    """Measures a vtkDataSet. Output 0: `measured`; output 1: `low`, by `SetThreshold`."""
+    """Measures a vtkDataSet. Output 0: `with_quality`; output 1: `low_cells`, by `SetThreshold`."""
 
     def __init__(self) -> None:
         super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=2, outputType="vtkDataSet")
@@ -106,8 +106,8 @@ class MeshQuality(VTKPythonAlgorithmBase):  # type: ignore[misc]
         """Measure; what cannot be is reported as VTK reports errors."""
         data = self.GetInputData(inputs, 0, 0)
         try:
-            result = measured(data)
-            cells = low(result, self._threshold)
+            result = with_quality(data)
+            cells = low_cells(result, self._threshold)
         except MeshgaugeError as error:
             from vtkmodules.vtkCommonCore import vtkOutputWindow
 

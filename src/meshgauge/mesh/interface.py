@@ -16,5 +16,5 @@ def is_interface(mesh: Mesh) -> NDArray[np.bool_] | None:
     marks = mesh.cell_data.get(INTERFACE)
     if marks is None or marks.ndim != 1 or marks.dtype.kind not in "iub":
         return None
-    found = marks != 0
-    return found if bool(found.any()) else None
+    is_marked = marks != 0
+    return is_marked if bool(is_marked.any()) else None

@@ -84,18 +84,18 @@ def regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]]:
         Each region once. A number is written with the name of its data ("material 3") unless the file names it.
         A mesh without any regions has one, called "all".
     """
-    found = _chosen(mesh, [named_blocks(mesh), *_from_data(mesh), _blocks(mesh)])
-    return found if found is not None else (np.zeros(mesh.n_cells, np.int64), ("all",))
+    best = _best(mesh, [named_blocks(mesh), *_from_data(mesh), _blocks(mesh)])
+    return best if best is not None else (np.zeros(mesh.n_cells, np.int64), ("all",))
 
 
-def told_regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]] | None:
-    """As `regions`, but only what the file tells by names or numbers, and None if it tells nothing."""
-    return _chosen(mesh, [named_blocks(mesh), *_from_data(mesh)])
+def named_regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]] | None:
+    """As `regions`, but only those that the file gives a name or a number; None if there are none."""
+    return _best(mesh, [named_blocks(mesh), *_from_data(mesh)])
 
 
-def _chosen(mesh: Mesh, found: Sequence[_Partition | None]) -> _Partition | None:
+def _best(mesh: Mesh, partitions: Sequence[_Partition | None]) -> _Partition | None:
     """The first partition that parts the solid cells, else the first there is."""
-    candidates = [partition for partition in found if partition is not None]
+    candidates = [partition for partition in partitions if partition is not None]
     is_solid = IS_SOLID[mesh.types]
     for ids, names in candidates:
         solid = ids[is_solid]
@@ -130,12 +130,12 @@ def named_blocks(mesh: Mesh) -> _Partition | None:
 
 def _from_data(mesh: Mesh) -> list[_Partition]:
     order = {key: place for place, key in enumerate(KEYS)}
-    found = []
+    partitions = []
     for name, values in mesh.cell_data.items():
         place = order.get(name.lower().replace("-", "_").replace(" ", "_"))
         if place is not None and (partition := _partition(mesh, name, values)) is not None:
-            found.append((place, partition))
-    return [partition for _, partition in sorted(found, key=lambda pair: pair[0])]
+            partitions.append((place, partition))
+    return [partition for _, partition in sorted(partitions, key=lambda pair: pair[0])]
 
 
 def _partition(mesh: Mesh, name: str, values: NDArray[Any]) -> _Partition | None:

@@ -15,7 +15,7 @@ from ....cells import BY_NAME, CELL_TYPES
 from ....mesh import Mesh
 from ....mesh.interface import INTERFACE, is_interface
 from ....mesh.labels import LABEL
-from ....mesh.regions import told_regions
+from ....mesh.regions import named_regions
 from ...plumbing import writing
 
 _TYPES = {
@@ -53,7 +53,7 @@ def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
     interface = is_interface(mesh)
     is_cohesive = interface if interface is not None else np.zeros(mesh.n_cells, bool)
     writing.check_types(mesh, {**_TYPES, **({"wedge12": ""} if is_cohesive[mesh.types == _WEDGE12].all() else {})})
-    ids, names = told_regions(mesh) or (np.zeros(mesh.n_cells, np.int64), ("",))
+    ids, names = named_regions(mesh) or (np.zeros(mesh.n_cells, np.int64), ("",))
     sets = _names(names) if names != ("",) else [""]
     of_regions = {writing.REGION.upper(), *(name.upper() for name in names)}
     apart = (*of_regions, INTERFACE.upper())

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ....cells import CELL_TYPES
 from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
-from ....mesh.regions import told_regions
+from ....mesh.regions import named_regions
 from ...plumbing import face_based, meshio, within
 from ...plumbing.build import Ints, Kind, gathered
 from ...plumbing.format import Format
@@ -257,7 +257,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """By meshio's writer, in MED's order of nodes; regions become groups of cells."""
     import h5py
 
-    found = told_regions(mesh)
+    found = named_regions(mesh)
     ids, names = found if found is not None else (np.zeros(mesh.n_cells, np.int64), ())
     data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY)}
     fields = {k: v for k, v in mesh.field_data.items() if k not in (f"{GROUP}:names", *names)}

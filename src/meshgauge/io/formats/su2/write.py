@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ....cells import CELL_TYPES
 from ....errors import WriteError
 from ....mesh import Mesh
-from ....mesh.regions import told_regions
+from ....mesh.regions import named_regions
 from ...plumbing import writing
 
 _KNOWN = ("triangle", "quad", "tetra", "hexahedron", "wedge", "pyramid")
@@ -27,7 +27,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     writing.check_types(mesh, _KNOWN if inside == 3 else _FLAT_KNOWN)
     if inside == 2 and mesh.points[:, 2].any():
         raise WriteError("the format holds solid cells, or surfaces in the plane z = 0")
-    ids, names = told_regions(mesh) or (np.zeros(mesh.n_cells, np.int64), ("marker",))
+    ids, names = named_regions(mesh) or (np.zeros(mesh.n_cells, np.int64), ("marker",))
     solid = dimension == inside
     zones, notes = _zones(mesh, ids, names, solid)
     with path.open("w", encoding="utf-8") as file:
