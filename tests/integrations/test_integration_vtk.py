@@ -81,7 +81,7 @@ def test_what_cannot_be_measured_is_an_error_of_vtk(monkeypatch: pytest.MonkeyPa
     def fails(*_: object) -> None:
         raise meshgauge.MeshError("cell 3 is bad")
 
-    monkeypatch.setattr("meshgauge.integrations.vtk.measured", fails)
+    monkeypatch.setattr("meshgauge.integrations.vtk.with_quality", fails)
     before, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(window)
     try:
