@@ -70,7 +70,7 @@ def steps(path: Path) -> tuple[Step, ...]:
 def read(path: Path, at: int) -> Mesh:
     """A block for each element block; cell data ``exodus:block`` is its number. Side and node sets are not cells."""
     with variables(path) as found:
-        points = _points(found, path)
+        points, is_single = _points(found, path)
         parts = []
         for block in _blocks(found, path):
             part = _part(block, found, points, path)
@@ -86,10 +86,11 @@ def read(path: Path, at: int) -> Mesh:
     if not any(len(part.types) for part in parts):
         raise ReadError(f"{path}: its element blocks are empty")
     mesh = merged(parts, path=path, points=points)
-    return mesh.replace(point_data=point_data)
+    return mesh.replace(point_data=point_data, stored="single" if is_single else "double")
 
 
-def _points(found: dict[str, Variable], path: Path) -> NDArray[np.float64]:
+def _points(found: dict[str, Variable], path: Path) -> tuple[NDArray[np.float64], bool]:
+    """The points, and whether the file holds them in single precision."""
     if "coord" in found:
         columns = list(found["coord"].values())
     else:
@@ -101,7 +102,7 @@ def _points(found: dict[str, Variable], path: Path) -> NDArray[np.float64]:
     points = np.zeros((len(columns[0]), 3))
     for axis, column in enumerate(columns):
         points[:, axis] = column
-    return points
+    return points, columns[0].dtype.itemsize == 4
 
 
 def _blocks(found: dict[str, Variable], path: Path) -> list[_Block]:
