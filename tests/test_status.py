@@ -11,7 +11,7 @@ from meshgauge import Mesh, Quality, Status, measure
 from meshgauge.cells import BY_NAME
 from meshgauge.check import check
 from meshgauge.check.judge import default_rules
-from meshgauge.compare.pairs import paired
+from meshgauge.compare.pairs import pair_cells
 from meshgauge.compare.scores import scores
 from meshgauge.look import colours
 from meshgauge.quality.summary import summarise
@@ -172,9 +172,9 @@ def test_compare(status: Status, purpose: Purpose) -> None:
         assert merit > 0
     usable = bool(is_usable(after.status[CELL : CELL + 1], purpose)[0])
     measured = status not in WITHOUT_VALUE | APART
-    counts = paired(before, after).all
+    counts = pair_cells(before, after).all
     assert counts.n_broken == (measured and not usable)
-    assert paired(after, before).all.n_repaired == (measured and not usable)
+    assert pair_cells(after, before).all.n_repaired == (measured and not usable)
     assert counts.n_unmeasured == (status in WITHOUT_VALUE)
 
 

@@ -16,7 +16,7 @@ from meshgauge import Quality
 from meshgauge.check import Baseline, State, check, rule
 from meshgauge.check.baseline import KEYS, worse
 from meshgauge.errors import BaselineError
-from meshgauge.quality.summary import Standing
+from meshgauge.quality.summary import KeyFigures
 from meshgauge.report import FileReport
 from meshgauge.report.json import dumps
 
@@ -50,10 +50,10 @@ def test_a_mesh_in_fine_bins_is_no_worse_than_itself() -> None:
     n = 70_000
     summary = meshgauge.summarise(rng.uniform(0, 1, n), np.zeros(n, np.uint8), np.full(n, 10, np.uint8))
     assert summary.all.quantile_resolution > 0
-    standing = Standing.from_dict(json.loads(json.dumps(summary.all.to_dict())))
-    assert standing == Standing.of(summary.all)
-    assert worse({"all": standing}, summary) == []
-    assert worse({"all": replace(standing, quantile_1=standing.quantile_1 + 3e-4)}, summary)
+    figures = KeyFigures.from_dict(json.loads(json.dumps(summary.all.to_dict())))
+    assert figures == KeyFigures.of(summary.all)
+    assert worse({"all": figures}, summary) == []
+    assert worse({"all": replace(figures, quantile_1=figures.quantile_1 + 3e-4)}, summary)
 
 
 @pytest.mark.parametrize(

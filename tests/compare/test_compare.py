@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import meshgauge
 from meshgauge import Mesh
-from meshgauge.compare import Comparison, comparison, correspond, paired, superiority
+from meshgauge.compare import Comparison, comparison, correspond, pair_cells, superiority
 from meshgauge.compare.scores import scores
 from meshgauge.errors import MeshgaugeError
 from meshgauge.status import Status
@@ -73,7 +73,7 @@ def test_a_mesh_against_itself() -> None:
 
 def test_before_and_after_are_mirror_images() -> None:
     a, b = mixed(4, 0.3, 1), mixed(4, 0.3, 2)
-    there, back = paired(a, b).all, paired(b, a).all
+    there, back = pair_cells(a, b).all, pair_cells(b, a).all
     assert (there.n_better, there.n_worse, there.n_equal) == (back.n_worse, back.n_better, back.n_equal)
     assert (there.n_repaired, there.n_broken) == (back.n_broken, back.n_repaired)
     assert there.changes == pytest.approx([-x for x in reversed(back.changes)])
@@ -83,7 +83,7 @@ def test_what_became_of_each_cell() -> None:
     nan = math.nan
     before = measured([1.0, 1.0, 0.3, -0.5, -0.5, 0.0, 1.0, nan, 0.2, 1.0])
     after = measured([1.0, 0.5, 0.6, -0.9, 0.5, 0.5, -0.5, 1.0, 0.0, nan])
-    found = paired(before, after, losses=3)
+    found = pair_cells(before, after, losses=3)
     counts = found.all
     assert (counts.n_better, counts.n_worse, counts.n_equal, counts.n_unmeasured) == (3, 3, 2, 2)
     assert (counts.n_repaired, counts.n_broken, counts.n_still_invalid) == (2, 2, 1)
@@ -102,9 +102,9 @@ def test_the_changes_are_those_of_numpy() -> None:
     a, b = mixed(4, 0.1, 1), mixed(4, 0.1, 2)
     assert (a.status == Status.OK).all()
     expected = np.quantile(b.values - a.values, (0.05, 0.5, 0.95))
-    assert paired(a, b).all.changes == pytest.approx(expected, abs=2e-9)
+    assert pair_cells(a, b).all.changes == pytest.approx(expected, abs=2e-9)
     change = b.values - a.values
-    losses = paired(a, b, losses=7).losses
+    losses = pair_cells(a, b, losses=7).losses
     assert [loss.cell for loss in losses] == np.argsort(change, kind="stable")[:7].tolist()
 
 
@@ -120,7 +120,7 @@ def test_when_cells_correspond() -> None:
     assert correspond(a, swapped) == "cell 1 has other points"
     other = Mesh.from_arrays(a.points, [("tetra", [(0, 1, 2, 3)]), ("quad", [(4, 5, 6, 7)])])
     assert correspond(a, other) == "cell 1 is of type tetra in one, quad in the other"
-    turned = paired(measured([1.0, 1.0], reverse=[1]), measured([1.0, 1.0]))
+    turned = pair_cells(measured([1.0, 1.0], reverse=[1]), measured([1.0, 1.0]))
     assert (turned.all.n_repaired, turned.all.n_better) == (1, 1)
 
 

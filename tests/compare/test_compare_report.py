@@ -19,7 +19,7 @@ import meshgauge
 from meshgauge import Quality
 from meshgauge.cli.main import main
 from meshgauge.compare import comparison
-from meshgauge.compare.plot import compared
+from meshgauge.compare.plot import comparison_chart
 from meshgauge.compare.sentences import at_random, of_the_worst, sentences, which_is_better
 from meshgauge.compare.text import ComparisonText
 
@@ -152,7 +152,7 @@ def test_the_picture_holds_what_was_compared() -> None:
     pytest.importorskip("matplotlib")
 
     found = comparison({"a": mixed(3, 0.3, 0), "b": mixed(3, 0.1, 0)})
-    figure = compared(found, names=["before", "after"])
+    figure = comparison_chart(found, names=["before", "after"])
     assert len(figure.axes) == 2 * len(found.rows)
     texts = {text.get_text() for text in figure.texts}
     assert {"before", "after"} <= texts

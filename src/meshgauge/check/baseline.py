@@ -13,7 +13,7 @@ from typing import Any
 from ..errors import BaselineError
 from ..files import sources
 from ..look.records import brief
-from ..quality.summary import CRITERIA, ROUNDING, Criterion, Standing, Summary
+from ..quality.summary import CRITERIA, ROUNDING, Criterion, KeyFigures, Summary
 from .outcome import Change
 
 SCHEMA, VERSION = "meshgauge-report", 2
@@ -21,15 +21,15 @@ SCHEMA, VERSION = "meshgauge-report", 2
 KEYS = ("n_invalid", "n_degenerate", "n_unmeasured", "share_not_good", "min", "quantile_0.01", "mean")
 """The criteria in which a mesh must be no worse."""
 
-Standings = Mapping[str, Standing]
+FiguresByType = Mapping[str, KeyFigures]
 
 
 @dataclass(frozen=True)
 class Baseline:
-    """What a report said of meshes: by path, for all cells (``all``) and by type."""
+    """What a report stored of meshes: by path, for all cells (``all``) and by type."""
 
     path: str
-    meshes: Mapping[str, Standings]
+    meshes: Mapping[str, FiguresByType]
 
     __repr__ = brief
 
@@ -57,14 +57,14 @@ class Baseline:
                 "--write-baseline"
             )
         try:
-            meshes = {str(file["path"]): _standings(file) for file in document["files"]}
+            meshes = {str(file["path"]): _figures(file) for file in document["files"]}
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BaselineError(f"{path}: is damaged: {type(error).__name__} {error}") from error
         if not meshes:
             raise BaselineError(f"{path}: holds no mesh")
         return cls(str(path), meshes)
 
-    def of(self, mesh: str) -> Standings:
+    def of(self, mesh: str) -> FiguresByType:
         """What it holds of a mesh: under the same path, or the only one of the same file name, or the only one.
 
         Raises
@@ -83,14 +83,14 @@ class Baseline:
         return same[0]
 
 
-def worse(before: Standings, summary: Summary, margin: float = 0.0) -> list[Change]:
+def worse(before: FiguresByType, summary: Summary, margin: float = 0.0) -> list[Change]:
     """What is worse in a summary of J_ENS than it was, over all cells and for each type that was there.
 
     Numbers of invalid, degenerate and unmeasured cells may not grow; the share of cells that are poor or worse, the
     least value, the 1 % quantile and the mean may be worse by the margin. Below 0 less is not worse, because J_ENS
     rises again as a cell turns further: a least value or quantile that was negative and still is counts as no worse.
     """
-    now = {"all": Standing.of(summary.all), **{name: Standing.of(tally) for name, tally in summary.types.items()}}
+    now = {"all": KeyFigures.of(summary.all), **{name: KeyFigures.of(tally) for name, tally in summary.types.items()}}
     return [
         change
         for cells, standing in now.items()
@@ -99,7 +99,7 @@ def worse(before: Standings, summary: Summary, margin: float = 0.0) -> list[Chan
     ]
 
 
-def _changes(cells: str, before: Standing, now: Standing, margin: float) -> Iterator[Change]:
+def _changes(cells: str, before: KeyFigures, now: KeyFigures, margin: float) -> Iterator[Change]:
     for row in (CRITERIA[key] for key in KEYS):
         old, new = row.value(before), row.value(now)
         if math.isnan(old) or (math.isnan(new) and row.kind != "count" and now.n_unmeasured > before.n_unmeasured):
@@ -123,6 +123,6 @@ def _text(cells: str, row: Criterion, old: float, new: float) -> str:
     return f"{label} {new:.4g} against {old:.4g}"
 
 
-def _standings(file: Mapping[str, Any]) -> Standings:
-    types = {str(name): Standing.from_dict(tally) for name, tally in file["cell_types"].items()}
-    return {"all": Standing.from_dict(file["all"]), **types}
+def _figures(file: Mapping[str, Any]) -> FiguresByType:
+    types = {str(name): KeyFigures.from_dict(tally) for name, tally in file["cell_types"].items()}
+    return {"all": KeyFigures.from_dict(file["all"]), **types}

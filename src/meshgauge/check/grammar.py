@@ -68,8 +68,8 @@ def rule(text: str, *, level: Level | str = Level.FAIL, folder: Path = Path()) -
     RuleError
         If the text is no rule; it points at the place.
     """
-    found = replace(_Parser(text).rule(), level=Level(level))
-    return replace(found, folder=folder) if isinstance(found, NoWorse) else found
+    rule = replace(_Parser(text).rule(), level=Level(level))
+    return replace(rule, folder=folder) if isinstance(rule, NoWorse) else rule
 
 
 class _Parser:
@@ -170,14 +170,14 @@ class _Parser:
 
     def names(self, what: str) -> list[_Token]:
         """One or more names with commas between."""
-        found = []
+        tokens = []
         while True:
             token = self.next()
             if token.kind not in ("word", "string", "number") or not _name(token):
                 self.fail(token, f"expected {what}")
-            found.append(token)
+            tokens.append(token)
             if self.peek().text != ",":
-                return found
+                return tokens
             self.next()
 
     def type_name(self, token: _Token, metric: str | None) -> str:
@@ -215,7 +215,7 @@ class _Parser:
         raise RuleError(reason, self.text, token.start, token.stop)
 
     def _tokens(self) -> list[_Token]:
-        found: list[_Token] = []
+        tokens: list[_Token] = []
         at, end = 0, len(self.text.rstrip())
         while at < end:
             match = TOKEN.match(self.text, at)
@@ -223,9 +223,9 @@ class _Parser:
                 at += len(self.text[at:]) - len(self.text[at:].lstrip())
                 raise RuleError("a quotation mark without its other", self.text, at, end)
             kind: Kind = match.lastgroup  # type: ignore[assignment]  # the groups are named so
-            found.append(_Token(kind, match[kind], match.start(kind), match.end(kind)))
+            tokens.append(_Token(kind, match[kind], match.start(kind), match.end(kind)))
             at = match.end()
-        return [*found, _Token("end", "", end, end)]
+        return [*tokens, _Token("end", "", end, end)]
 
 
 def _name(token: _Token) -> str:

@@ -54,11 +54,11 @@ class FailingCell:
     def text(self) -> str:
         """One phrase: ``hexahedron cell 521 (inverted, jens -0.06) at node 0, point 718 (0.11, 0.053, 0.016)``."""
         value = "no value" if math.isnan(self.value) else f"{self.metric} {self.value:.4g}"
-        said = value if self.status == "ok" else f"{self.status}, {value}"
+        reading = value if self.status == "ok" else f"{self.status}, {value}"
         where = "around" if self.point is None else f"at node {self.node}, point {self.point}"
         place = ", ".join(f"{x:.6g}" for x in self.coordinates)
         region = f" in {self.region}" if self.region is not None else ""
-        return f"{self.type} cell {self.cell} ({said}){region} {where} ({place})"
+        return f"{self.type} cell {self.cell} ({reading}){region} {where} ({place})"
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,9 +63,9 @@ def compare(
     elif comparison is not None:
         Output().show(ComparisonText(comparison, batch.failures))
     if comparison is not None and plot is not None:
-        from ..compare.plot import compared
+        from ..compare.plot import comparison_chart
         from ..plot import save
 
         with batch.progress(f"drawing {plot}"):
-            save(compared(comparison, names=names(comparison)), plot)
+            save(comparison_chart(comparison, names=names(comparison)), plot)
     return batch.exit_code

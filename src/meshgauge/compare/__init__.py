@@ -1,7 +1,7 @@
 """Meshes of one domain side by side, and the same cells before and after."""
 
 from .comparison import Against, Builder, Comparison, Row, Side, comparison
-from .pairs import Loss, PairCounts, Paired, correspond, paired
+from .pairs import Loss, PairCounts, PairedCells, correspond, pair_cells
 from .superiority import Superiority, superiority
 
 __all__ = [
@@ -10,12 +10,12 @@ __all__ = [
     "Comparison",
     "Loss",
     "PairCounts",
-    "Paired",
+    "PairedCells",
     "Row",
     "Side",
     "Superiority",
     "comparison",
     "correspond",
-    "paired",
+    "pair_cells",
     "superiority",
 ]

@@ -13,8 +13,8 @@ from ..errors import MeshgaugeError
 from ..look.records import brief
 from ..quality.by_region import by_region
 from ..quality.measure import Quality
-from ..quality.summary import CRITERIA, Standing, Summary, Tally, compared
-from .pairs import Paired, correspond, paired
+from ..quality.summary import CRITERIA, KeyFigures, Summary, Tally, rankings
+from .pairs import PairedCells, correspond, pair_cells
 from .scores import Values, by_type
 from .superiority import Superiority, superiority
 
@@ -24,10 +24,10 @@ KEYS = tuple(CRITERIA)
 ALL = "all"
 
 OUTSIDE = 0.01
-"""Boxes that differ by more than this share of the size are told."""
+"""Boxes that differ by more than this share of the size are reported."""
 
 MIXED = 0.05
-"""Shares of a type that differ by more than this are told."""
+"""Shares of a type that differ by more than this are reported."""
 
 Box = tuple[tuple[float, ...], tuple[float, ...]]
 
@@ -69,7 +69,7 @@ class Row:
 
     criterion: str  #: key of a row of `meshgauge.quality.summary.CRITERIA`
     values: tuple[float | None, ...]
-    best: tuple[int, ...]  #: positions of the best meshes; all of them if equal; none if they cannot be told apart
+    best: tuple[int, ...]  #: positions of the best meshes; all of them if equal; none if they cannot be ranked
 
     __repr__ = brief
 
@@ -84,7 +84,7 @@ class Against:
 
     position: int
     superiority: Mapping[str, Superiority]  #: of this mesh over the first: for all cells, and types that both have
-    paired: Paired | None
+    paired: PairedCells | None
     why_not: str  #: why the cells do not correspond
 
     __repr__ = brief
@@ -92,7 +92,7 @@ class Against:
     def to_dict(self) -> dict[str, Any]:
         """Plain data; undefined numbers are NaN."""
         return {
-            "superiority": {cells: found.to_dict() for cells, found in self.superiority.items()},
+            "superiority": {cells: one.to_dict() for cells, one in self.superiority.items()},
             "paired": self.paired.to_dict() if self.paired is not None else None,
             "why_not": self.why_not,
         }
@@ -165,12 +165,12 @@ class Builder:
         self.losses = losses
         self.by_regions = by_regions
         self.sides = [_side(name, reference, by_regions)]
-        self.pairs: list[tuple[Paired | None, str]] = []
+        self.pairs: list[tuple[PairedCells | None, str]] = []
 
     def add(self, name: str, quality: Quality) -> None:
         """Another mesh."""
         why = correspond(self.reference.mesh, quality.mesh)
-        pairs = None if why else paired(self.reference, quality, losses=self.losses)
+        pairs = None if why else pair_cells(self.reference, quality, losses=self.losses)
         self.sides.append(_side(name, quality, self.by_regions))
         self.pairs.append((pairs, why))
 
@@ -180,12 +180,12 @@ class Builder:
         kinds = [*(names if len(names) > 1 else ()), ALL]
         against = []
         for at, (pairs, why) in enumerate(self.pairs, 1):
-            found = {}
+            superior = {}
             for cells in kinds:
                 a, b = self.sides[0].sample(cells), self.sides[at].sample(cells)
                 if a is not None and b is not None:
-                    found[cells] = superiority(b, a)
-            against.append(Against(at, found, pairs, why))
+                    superior[cells] = superiority(b, a)
+            against.append(Against(at, superior, pairs, why))
         return Comparison(
             sides=tuple(self.sides),
             rows={cells: _rows([side.tally(cells) for side in self.sides]) for cells in kinds},
@@ -218,13 +218,13 @@ def _plain(groups: Mapping[str, tuple[Row, ...]]) -> dict[str, Any]:
 def _rows(tallies: Sequence[Tally | None]) -> tuple[Row, ...]:
     there = [at for at, tally in enumerate(tallies) if tally is not None]
     rows = []
-    for found in compared([Standing.of(tally) for tally in tallies if tally is not None], KEYS) if there else ():
+    for ranking in rankings([KeyFigures.of(tally) for tally in tallies if tally is not None], KEYS) if there else ():
         values: list[float | None] = [None] * len(tallies)
-        for at, value in zip(there, found.values, strict=True):
+        for at, value in zip(there, ranking.values, strict=True):
             values[at] = value
-        best = [there[at] for at in found.best]
-        row = found.criterion
-        if row.kind in ("value", "quantile") and row.key != "mean" and max(found.values) < 0:
+        best = [there[at] for at in ranking.best]
+        row = ranking.criterion
+        if row.kind in ("value", "quantile") and row.key != "mean" and max(ranking.values) < 0:
             best = []  # below 0 less is not worse
         rows.append(Row(row.key, tuple(values), tuple(best)))
     return tuple(rows)

@@ -79,7 +79,7 @@ class PairCounts:
 
 
 @dataclass(frozen=True, slots=True)
-class Paired:
+class PairedCells:
     """Two meshes whose cells correspond, cell by cell."""
 
     all: PairCounts
@@ -124,7 +124,7 @@ def correspond(a: Mesh, b: Mesh) -> str:
     return f"cell {int(cells[wrong[0]])} has other points" if len(wrong) else ""
 
 
-def paired(before: Quality, after: Quality, *, losses: int = 5) -> Paired:
+def pair_cells(before: Quality, after: Quality, *, losses: int = 5) -> PairedCells:
     """Compare cell by cell; the cells must `correspond`.
 
     Parameters
@@ -141,7 +141,7 @@ def paired(before: Quality, after: Quality, *, losses: int = 5) -> Paired:
     }
     change = new - old
     n_moved, largest = _moved(before.mesh, after.mesh)
-    return Paired(
+    return PairedCells(
         all=_counts(old[solid], new[solid]),
         types={name: _counts(old[cells], new[cells]) for name, cells in kinds.items()},
         losses=tuple(_loss(before, after, cell) for cell in _largest_losses(change, losses)),

@@ -20,7 +20,7 @@ ROW = 1.35
 """Height of a row, in inches."""
 
 
-def compared(comparison: Comparison, *, names: Sequence[str] | None = None, bins: int = BINS) -> Figure:
+def comparison_chart(comparison: Comparison, *, names: Sequence[str] | None = None, bins: int = BINS) -> Figure:
     """Draw a comparison: a row for each type of cell and for all, on one axis of quality.
 
     Parameters

@@ -35,11 +35,11 @@ def scores(quality: Quality) -> Values:
 def by_type(quality: Quality) -> dict[str, Values]:
     """Ascending scores of the measured cells of each type, in the order of the VTK ids."""
     merit = scores(quality)
-    found = {}
+    by_name = {}
     for _, vtk_id, cells in quality.mesh.groups():
         values = np.sort(merit[cells])
         # NaN is sorted to the end.
         values = values[: np.searchsorted(values, np.nan)]
         if len(values):
-            found[type_name(vtk_id)] = values
-    return found
+            by_name[type_name(vtk_id)] = values
+    return by_name

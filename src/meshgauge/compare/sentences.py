@@ -47,32 +47,32 @@ def letters(comparison: Comparison) -> list[str]:
 
 def at_random(comparison: Comparison, one: Against) -> str:
     """How often a random cell of one mesh is better than one of the first, the better one named first."""
-    found = one.superiority.get(ALL)
-    if found is None:
+    draws = one.superiority.get(ALL)
+    if draws is None:
         return ""
     called = names(comparison)
     first, other = called[0], called[one.position]
-    if found.probability < 0.5:
-        first, other, found = other, first, Superiority(found.worse, found.better, found.equal)
-    if found.equal == 1.0:
+    if draws.probability < 0.5:
+        first, other, draws = other, first, Superiority(draws.worse, draws.better, draws.equal)
+    if draws.equal == 1.0:
         return f"Every cell of {other} is as good as every cell of {first}."
     return (
-        f"A random cell of {other} is better than a random cell of {first} in {_share(found.better)} of all draws, "
-        f"worse in {_share(found.worse)}, equal in {_share(found.equal)}: {found.words}."
+        f"A random cell of {other} is better than a random cell of {first} in {_share(draws.better)} of all draws, "
+        f"worse in {_share(draws.worse)}, equal in {_share(draws.equal)}: {draws.words}."
     )
 
 
 def of_the_worst(comparison: Comparison, one: Against) -> str:
-    """Which of both has the better worst cells, where what is said of random cells does not tell."""
-    found = one.superiority.get(ALL)
-    if found is None:
+    """Which of both has the better worst cells, where random cells do not decide."""
+    draws = one.superiority.get(ALL)
+    if draws is None:
         return ""
     better = _better_worst(comparison, one)
     called = names(comparison)
-    if found.words == SIZES[0][1]:
-        said = [f"{called[at]} is better in {listed(labels)}" for at, labels in better.items() if labels]
-        return f"The worst cells tell them apart: {'; '.join(said)}." if said else ""
-    loser = 0 if found.probability > 0.5 else one.position
+    if draws.words == SIZES[0][1]:
+        clauses = [f"{called[at]} is better in {listed(labels)}" for at, labels in better.items() if labels]
+        return f"The worst cells tell them apart: {'; '.join(clauses)}." if clauses else ""
+    loser = 0 if draws.probability > 0.5 else one.position
     if not better[loser]:
         return ""
     return f"But {called[loser]} is better in {listed(better[loser])}, and the worst cells decide for most solvers."
@@ -111,7 +111,7 @@ def cell_by_cell(counts: PairCounts) -> str:
 
 
 def sentences(comparison: Comparison) -> Iterator[str]:
-    """All that is said, in order."""
+    """All sentences, in order."""
     yield which_is_better(comparison)
     for one in comparison.against:
         yield at_random(comparison, one)

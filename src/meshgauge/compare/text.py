@@ -16,7 +16,7 @@ from ..look import style
 from ..look.bands import POOR_TEXT
 from ..quality.summary import CRITERIA, Tally
 from ..report.text import colored, fits, new_table, spark
-from . import Against, Comparison, Loss, PairCounts, Paired, Row, sentences
+from . import Against, Comparison, Loss, PairCounts, PairedCells, Row, sentences
 from .comparison import ALL
 
 WIDTHS = (40, 20)
@@ -168,10 +168,10 @@ def _against(
     if len(one.superiority) > 1:
         table = new_table("cells", "better", "worse", "equal", "")
         table.columns[-1].justify = "left"
-        for cells, found in one.superiority.items():
+        for cells, draws in one.superiority.items():
             if cells != ALL:
                 table.add_row(
-                    cells, *(f"{100 * s:.1f} %" for s in (found.better, found.worse, found.equal)), found.words
+                    cells, *(f"{100 * s:.1f} %" for s in (draws.better, draws.worse, draws.equal)), draws.words
                 )
         yield table
     if one.paired is None:
@@ -180,7 +180,7 @@ def _against(
     yield from _pairs(one.paired, console, options)
 
 
-def _pairs(paired: Paired, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
+def _pairs(paired: PairedCells, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
     text = sentences.cell_by_cell(paired.all)
     if paired.n_moved:
         text += f" {style.plural(paired.n_moved, 'point')} moved, at most by {paired.largest_move:.4g}."
@@ -190,7 +190,7 @@ def _pairs(paired: Paired, console: Console, options: ConsoleOptions) -> Iterato
     for name, counts in (*(paired.types.items() if len(paired.types) > 1 else ()), (ALL, paired.all)):
         if name == ALL and len(paired.types) > 1:
             table.add_section()
-        table.add_row(name, *_counted(counts), *(_change(change) for change in counts.changes))
+        table.add_row(name, *_count_columns(counts), *(_change(change) for change in counts.changes))
     yield table
     if paired.losses:
         yield Text(f"largest {'loss' if len(paired.losses) == 1 else 'losses'}", "bold")
@@ -198,7 +198,7 @@ def _pairs(paired: Paired, console: Console, options: ConsoleOptions) -> Iterato
         yield next((table for table in tables if fits(table, console, options)), tables[-1])
 
 
-def _counted(counts: PairCounts) -> Iterator[Text]:
+def _count_columns(counts: PairCounts) -> Iterator[Text]:
     for n, look in (
         (counts.n_better, "green"),
         (counts.n_worse, "yellow"),

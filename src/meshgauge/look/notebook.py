@@ -54,9 +54,9 @@ def bars(counts: Sequence[int], colours: Sequence[str], *, width: int = 132, hei
             box = f'x="{n * step:.1f}" y="{height - tall:.1f}" width="{step * 0.85:.1f}" height="{tall:.1f}"'
             parts.append(f'<rect {box} fill="{colour}"/>')
     line = f'<line x1="0" x2="{width}" y1="{height}" y2="{height}" stroke="{FAINT}"/>'
-    said = "histogram from -1 to 1"
+    label = "histogram from -1 to 1"
     size = f'width="{width}" height="{height + 1}"'
-    return Raw(f'<svg role="img" aria-label="{said}" {size}>{"".join(parts)}{line}</svg>')
+    return Raw(f'<svg role="img" aria-label="{label}" {size}>{"".join(parts)}{line}</svg>')
 
 
 def quality(value: float) -> str:

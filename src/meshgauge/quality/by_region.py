@@ -20,9 +20,9 @@ def by_region(quality: Quality) -> tuple[NDArray[np.int64], tuple[tuple[str, Sum
         return ids, ((names[0], quality.summary()),)
     order = np.argsort(ids, kind="stable")
     bounds = np.searchsorted(ids[order], np.arange(len(names) + 1))
-    found = []
+    by_name = []
     for n, name in enumerate(names):
         cells = order[bounds[n] : bounds[n + 1]]
         summary = summarise(quality.values[cells], quality.status[cells], types[cells], JENS, purpose=purpose)
-        found.append((name, summary))
-    return ids, tuple(found)
+        by_name.append((name, summary))
+    return ids, tuple(by_name)

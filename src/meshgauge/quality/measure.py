@@ -157,8 +157,8 @@ class Quality:
     def _with_polyhedra(self, values: Values, of_nodes: Values) -> Values:
         """Node values with those of the polyhedra put in."""
         assert self.polyhedra is not None
-        found = self.polyhedra.along(self.mesh.offsets, self.mesh.connectivity, of_nodes)
-        return frozen(np.where(np.isnan(found), values, found))
+        of_polyhedra = self.polyhedra.along(self.mesh.offsets, self.mesh.connectivity, of_nodes)
+        return frozen(np.where(np.isnan(of_polyhedra), values, of_polyhedra))
 
     def values_of(self, name: str) -> Values:
         """``(n_cells,)`` values of a metric. Raises `MetricError` if it was not measured."""
@@ -254,9 +254,9 @@ class Quality:
 
     def findings(self, n: int = 5) -> list[StatusCells]:
         """The solid cells that are not ok, by status: how many, the first n, and where the first is."""
-        found: list[StatusCells] = []
+        findings: list[StatusCells] = []
         if not self.status.any():
-            return found
+            return findings
         for row in STATUSES.values():
             if row.status == Status.OK or row.category == Category.APART:
                 continue
@@ -265,8 +265,8 @@ class Quality:
                 with np.errstate(invalid="ignore", over="ignore"):
                     x, y, z = np.asarray(self.mesh.points[self.mesh.nodes(int(cells[0]))], np.float64).mean(axis=0)
                 first = tuple(int(cell) for cell in cells[:n])
-                found.append(StatusCells(row.name, row.text, len(cells), first, (float(x), float(y), float(z))))
-        return found
+                findings.append(StatusCells(row.name, row.text, len(cells), first, (float(x), float(y), float(z))))
+        return findings
 
     def cell_data(self) -> dict[str, NDArray[np.generic]]:
         """Arrays to attach to the mesh's cells: every metric by its name, and ``status``."""
@@ -307,8 +307,8 @@ class Quality:
         values = self.polyhedra.node_jens[mine]
         corner = int(np.nanargmin(values))
         point = int(self.polyhedra.node_points[mine][corner])
-        found = np.flatnonzero(nodes == point)
-        return (int(found[0]) if len(found) else corner), point, float(values[corner])
+        places = np.flatnonzero(nodes == point)
+        return (int(places[0]) if len(places) else corner), point, float(values[corner])
 
     def _corner_values(self, cell: int, row: CellType) -> Values:
         """J_ENS of the corners of one cell."""
@@ -320,18 +320,18 @@ class Quality:
 
     def __repr__(self) -> str:
         counts = np.bincount(self.status, minlength=len(Status))
-        said = ", ".join(f"{n} {STATUSES[Status(s)].name}" for s, n in enumerate(counts) if n) or "no cells"
-        return f"<Quality of {self.n_cells} cells: {said}>"
+        counts_text = ", ".join(f"{n} {STATUSES[Status(s)].name}" for s, n in enumerate(counts) if n) or "no cells"
+        return f"<Quality of {self.n_cells} cells: {counts_text}>"
 
     def _repr_html_(self) -> str:
         """The quality in a notebook: its summary and the worst cells."""
         head = ("worst cells", "type", "quality", "worst at node", "point", "x", "y", "z")
         rows: list[list[notebook.Cell]] = []
         for cell in self.worst(5):
-            told = notebook.quality(cell.quality)
+            value = notebook.quality(cell.quality)
             bad = notebook.INVALID if cell.status != "ok" else notebook.POOR if cell.quality < POOR else ""
             place = [f"{x:.6g}" for x in cell.coordinates]
-            rows.append([str(cell.cell), cell.type, (told, bad), str(cell.node), str(cell.point), *place])
+            rows.append([str(cell.cell), cell.type, (value, bad), str(cell.node), str(cell.point), *place])
         table = notebook.table(head, rows, left=2) if rows else ""
         return notebook.block(repr(self).strip("<>"), notebook.Raw(self.summary()._repr_html_()), table)
 
@@ -499,10 +499,10 @@ def _lowest(values: Values, n: int) -> NDArray[np.int64]:
     limit = np.inf
     for start in range(0, len(values) if n > 0 else 0, connectivity.CHUNK):
         part = values[start : start + connectivity.CHUNK]
-        found = np.flatnonzero(part <= limit if len(kept) < n else part < limit) + start
-        if len(found) == 0:
+        lower = np.flatnonzero(part <= limit if len(kept) < n else part < limit) + start
+        if len(lower) == 0:
             continue
-        kept = np.concatenate([kept, found])
+        kept = np.concatenate([kept, lower])
         kept = kept[np.argsort(values[kept], kind="stable")][:n]
         limit = float(values[kept[-1]]) if len(kept) == n else np.inf
     return kept

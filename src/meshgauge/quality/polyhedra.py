@@ -163,13 +163,13 @@ class PolyhedralQuality:
         order = np.argsort(have)
         if len(order) == 0:
             return out
-        found = order[np.minimum(np.searchsorted(have, wanted, sorter=order), len(order) - 1)]
-        out[at] = np.where(have[found] == wanted, values[found], np.nan)
+        index = order[np.minimum(np.searchsorted(have, wanted, sorter=order), len(order) - 1)]
+        out[at] = np.where(have[index] == wanted, values[index], np.nan)
         return out
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{n} {name.lower()}" for name, n in self.fault_counts().items()) or "none with a fault"
-        return f"<PolyhedralQuality of {len(self.values)} cells: {said}>"
+        counts_text = ", ".join(f"{n} {name.lower()}" for name, n in self.fault_counts().items()) or "none with a fault"
+        return f"<PolyhedralQuality of {len(self.values)} cells: {counts_text}>"
 
 
 def _keys(cells: NDArray[np.int64], points: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -283,18 +283,18 @@ def measure_polyhedra(
 @cache
 def _table() -> Solids:
     """The solids of `meshgauge.quality.reference`, as the kernels take them."""
-    found = solids()
-    starts = np.cumsum([0] + [len(one.points) for one in found])
-    faces = [(face, int(start)) for one, start in zip(found, starts, strict=False) for face in one.faces]
+    known = solids()
+    starts = np.cumsum([0] + [len(one.points) for one in known])
+    faces = [(face, int(start)) for one, start in zip(known, starts, strict=False) for face in one.faces]
     return driver.solids(
-        np.concatenate([one.points for one in found]),
+        np.concatenate([one.points for one in known]),
         Faces(
             points=np.array([node + start for face, start in faces for node in face], np.int64),
             sizes=np.array([len(face) for face, _ in faces], np.int64),
             flips=np.zeros(len(faces), np.uint8),
-            counts=np.array([len(one.faces) for one in found], np.int64),
+            counts=np.array([len(one.faces) for one in known], np.int64),
         ),
-        np.concatenate([one.k for one in found]),
+        np.concatenate([one.k for one in known]),
     )
 
 

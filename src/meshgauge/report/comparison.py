@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..look.style import listed, number, quality
-from ..quality.summary import Criterion, Standing, Standings, compared
+from ..quality.summary import Criterion, KeyFigures, Ranking, rankings
 from .record import FileReport, short_names
 
 FEW = 3
@@ -16,9 +16,9 @@ KEYS = ("min", "quantile_0.01", "mean", "share_not_good")
 """The criteria of the sentence."""
 
 
-def compare(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> list[Standings]:
+def compare(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> list[Ranking]:
     """Compare meshes in each criterion. Meshes in which nothing was measured are left out: make sure there is none."""
-    return compared([Standing.of(report.summary.all) for report in reports], keys)
+    return rankings([KeyFigures.of(report.summary.all) for report in reports], keys)
 
 
 def sentence(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> str:
@@ -27,21 +27,21 @@ def sentence(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> str:
     if len(measured) < 2:
         return ""
     names = short_names([report.path for report in measured])
-    groups: dict[tuple[int, ...], list[Standings]] = {}
+    groups: dict[tuple[int, ...], list[Ranking]] = {}
     for comparison in compare(measured, keys):
         groups.setdefault(tuple(comparison.best), []).append(comparison)
     pair = len(measured) == 2
     clauses = []
     for best, comparisons in sorted(groups.items(), key=lambda group: (len(group[0]), -len(group[1]))):
-        said = listed([_number(c, best, pair) for c in comparisons])
+        numbers = listed([_number(c, best, pair) for c in comparisons])
         if len(best) == len(measured):
-            clauses.append(f"{'both' if pair else 'all'} are equal in {said}")
+            clauses.append(f"{'both' if pair else 'all'} are equal in {numbers}")
         elif len(best) > FEW:
-            clauses.append(f"{len(best)} of the {len(measured)} files share the best {said}")
+            clauses.append(f"{len(best)} of the {len(measured)} files share the best {numbers}")
         elif len(best) > 1:
-            clauses.append(f"{listed([names[i] for i in best])} are best in {said}")
+            clauses.append(f"{listed([names[i] for i in best])} are best in {numbers}")
         else:
-            clauses.append(f"{names[best[0]]} is {'better' if pair else 'best'} in {said}")
+            clauses.append(f"{names[best[0]]} is {'better' if pair else 'best'} in {numbers}")
     text = "; ".join(clauses)
     for report, name in zip(measured, names, strict=True):
         missing = report.summary.all.n_unmeasured
@@ -61,7 +61,7 @@ def comparison_dict(reports: Sequence[FileReport]) -> dict[str, Any] | None:
     }
 
 
-def _number(comparison: Standings, best: tuple[int, ...], pair: bool) -> str:
+def _number(comparison: Ranking, best: tuple[int, ...], pair: bool) -> str:
     criterion, values, _ = comparison
     shown = [_shown(criterion, value) for value in values]
     if len(best) == len(values) or not pair:

@@ -63,13 +63,13 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
         **_regions(report, bins),
         "findings": [
             {
-                "status": found.status,
-                "text": found.text,
-                "n_cells": found.n_cells,
-                "cells": list(found.cells),
-                "location": list(found.location),
+                "status": finding.status,
+                "text": finding.text,
+                "n_cells": finding.n_cells,
+                "cells": list(finding.cells),
+                "location": list(finding.location),
             }
-            for found in report.findings
+            for finding in report.findings
         ],
         "diagnosis": report.diagnosis.to_dict() if report.diagnosis is not None else None,
         "other_metrics": [summary.to_dict(bins) for summary in report.others],

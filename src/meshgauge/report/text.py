@@ -208,14 +208,14 @@ def findings(report: FileReport) -> Iterator[RenderableType]:
     table = Table.grid(padding=(0, 2))
     for justify in ("right", "left", "left"):
         table.add_column(justify=justify, no_wrap=justify == "right")
-    for found in report.findings:
-        more = ", …" if found.n_cells > len(found.cells) else ""
-        first = f"cell{'s' if len(found.cells) > 1 else ''} {', '.join(map(str, found.cells))}{more}"
-        x, y, z = (f"{v:.4g}" for v in found.location)
+    for finding in report.findings:
+        more = ", …" if finding.n_cells > len(finding.cells) else ""
+        first = f"cell{'s' if len(finding.cells) > 1 else ''} {', '.join(map(str, finding.cells))}{more}"
+        x, y, z = (f"{v:.4g}" for v in finding.location)
         table.add_row(
-            style.number(found.n_cells),
-            Text(found.status, STATUS_STYLES[found.status]),
-            Text(f"{first}; the first at ({x}, {y}, {z}): {found.text}", overflow="fold"),
+            style.number(finding.n_cells),
+            Text(finding.status, STATUS_STYLES[finding.status]),
+            Text(f"{first}; the first at ({x}, {y}, {z}): {finding.text}", overflow="fold"),
         )
     yield Padding(table, (0, 0, 1, 1), expand=False)
 

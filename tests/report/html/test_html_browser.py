@@ -64,7 +64,7 @@ def test_it_opens_offline_without_a_complaint(opened: Open, bracket: Path) -> No
 def test_the_slider_shows_as_many_cells_as_there_are(opened: Open, bracket: Path, measured: dict[str, Any]) -> None:
     page = opened(bracket).ready()
     bad = measured["all"]["n_invalid"] + measured["all"]["n_degenerate"] + measured["all"]["n_poor"]
-    assert page.inner_text("[data-said]") == f"Shows {bad} of {measured['n_cells']:,} cells."
+    assert page.inner_text("[data-shown]") == f"Shows {bad} of {measured['n_cells']:,} cells."
     before = pixels(page)
     assert before["red"] > 20
     assert before["orange"] > 200
@@ -72,11 +72,11 @@ def test_the_slider_shows_as_many_cells_as_there_are(opened: Open, bracket: Path
     for at in (0.3, 0.5):
         page.locator("[data-limit]").fill(str(at))
         n = sum(c for c, high in zip(counts, edges[1:], strict=True) if high <= at + 1e-9)
-        assert page.inner_text("[data-said]") == f"Shows {n:,} of {measured['n_cells']:,} cells."
+        assert page.inner_text("[data-shown]") == f"Shows {n:,} of {measured['n_cells']:,} cells."
         assert page.inner_text("[data-limit-text]") == f"{at:.2f}"
     assert pixels(page)["opaque"] > 2 * before["opaque"]
     page.locator("[data-limit]").fill("-1")
-    assert page.inner_text("[data-said]") == f"Shows {measured['all']['n_invalid']} of {measured['n_cells']:,} cells."
+    assert page.inner_text("[data-shown]") == f"Shows {measured['all']['n_invalid']} of {measured['n_cells']:,} cells."
     assert pixels(page)["orange"] == 0
 
 
@@ -132,7 +132,7 @@ def test_a_picked_cell_shows_its_values(opened: Open, bracket: Path, measured: d
 def test_slicing_and_the_whole_mesh(opened: Open, bracket: Path) -> None:
     page = opened(bracket).ready()
     page.click("[data-mode=whole]")
-    assert page.inner_text("[data-said]") == "Shows all 6,192 cells."
+    assert page.inner_text("[data-shown]") == "Shows all 6,192 cells."
     whole = pixels(page)
     assert whole["blue"] > 10_000
     page.click("[data-slice='0']")
@@ -276,7 +276,7 @@ def test_an_old_browser_unpacks_as_well(opened: Open, bracket: Path, browser: An
     page = context.new_page()
     page.goto(bracket.as_uri())
     page.wait_for_selector("html[data-ready]")
-    assert page.inner_text("[data-said]") == "Shows 39 of 6,192 cells."
+    assert page.inner_text("[data-shown]") == "Shows 39 of 6,192 cells."
     context.close()
 
 

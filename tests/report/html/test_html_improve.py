@@ -131,7 +131,7 @@ def test_the_picture_shows_either_state(opened: Callable[..., Any], tmp_path: Pa
     html.write(path, text)
     one = opened(path)
     page = one.ready()
-    said = "[data-said]"
+    said = "[data-shown]"
     assert page.inner_text(said) == "Shows 0 of 6,192 cells."
     page.click("[data-state=before]")
     assert page.inner_text(said) == "Shows 39 of 6,192 cells."

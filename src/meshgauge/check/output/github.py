@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ...errors import FailedFile
 from .. import Check, State
-from .lines import printable, relative, told
+from .lines import messages, printable, relative
 
 COMMANDS = {State.FAIL: "error", State.WARN: "warning", State.UNCHECKED: "error"}
 """States that become an annotation."""
@@ -17,7 +17,7 @@ def github(checks: Sequence[Check], failures: Sequence[FailedFile] = ()) -> Iter
     for check in checks:
         for outcome in check.outcomes:
             if outcome.state in COMMANDS:
-                yield _line(COMMANDS[outcome.state], check.path, str(outcome.rule), "\n".join(told(outcome)))
+                yield _line(COMMANDS[outcome.state], check.path, str(outcome.rule), "\n".join(messages(outcome)))
     for failure in failures:
         yield _line("error", failure.path, "the mesh cannot be read", failure.reason)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...errors import FailedFile
 from .. import Check, State
-from .lines import relative, told
+from .lines import messages, relative
 from .sarif import fingerprint
 
 SEVERITIES = {State.FAIL: "major", State.WARN: "minor", State.UNCHECKED: "critical"}
@@ -18,7 +18,7 @@ SEVERITIES = {State.FAIL: "major", State.WARN: "minor", State.UNCHECKED: "critic
 def gitlab(checks: Sequence[Check], failures: Sequence[FailedFile] = ()) -> str:
     """The report as JSON text, ASCII only: one issue for each broken or unchecked rule of each mesh."""
     issues = [
-        _issue(check.path, str(outcome.rule), "; ".join(told(outcome)), SEVERITIES[outcome.state])
+        _issue(check.path, str(outcome.rule), "; ".join(messages(outcome)), SEVERITIES[outcome.state])
         for check in checks
         for outcome in check.outcomes
         if outcome.state in SEVERITIES

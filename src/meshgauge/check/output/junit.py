@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ...errors import FailedFile
 from .. import Check, Outcome, State
-from .lines import printable, told
+from .lines import messages, printable
 
 TIME = "0"
 """Some readers insist on times; the same mesh must give the same file."""
@@ -42,7 +42,7 @@ def _suite(root: ET.Element, path: str, n: int) -> ET.Element:
 
 def _case(suite: ET.Element, path: str, outcome: Outcome) -> None:
     case = ET.SubElement(suite, "testcase", classname=printable(path), name=printable(str(outcome.rule)), time=TIME)
-    lines = printable("\n".join(told(outcome)))
+    lines = printable("\n".join(messages(outcome)))
     text = printable(outcome.text)
     if outcome.state is State.FAIL:
         ET.SubElement(case, "failure", message=text, type="fail").text = lines

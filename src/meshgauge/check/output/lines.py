@@ -12,7 +12,7 @@ from .. import Outcome
 _NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def told(outcome: Outcome) -> Iterator[str]:
+def messages(outcome: Outcome) -> Iterator[str]:
     """An outcome in lines: the sentence, the cells, and how many more there are."""
     yield outcome.text
     for cell in outcome.cells:

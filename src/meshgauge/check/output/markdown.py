@@ -36,8 +36,8 @@ def _overview(checks: Sequence[Check], failures: Sequence[FailedFile]) -> Iterat
 
 
 def _details(checks: Sequence[Check]) -> Iterator[str]:
-    told = [check for check in checks if check.of(State.FAIL, State.WARN, State.UNCHECKED)]
-    for check in told[:MOST]:
+    broken_checks = [check for check in checks if check.of(State.FAIL, State.WARN, State.UNCHECKED)]
+    for check in broken_checks[:MOST]:
         yield ""
         yield f"### {_escaped(check.path)}"
         yield ""
@@ -48,9 +48,9 @@ def _details(checks: Sequence[Check]) -> Iterator[str]:
         for outcome in check.outcomes:
             if outcome.cells:
                 yield from _cells(outcome)
-    if len(told) > MOST:
+    if len(broken_checks) > MOST:
         yield ""
-        yield f"Meshes with broken rules that are not shown here: {len(told) - MOST:,}"
+        yield f"Meshes with broken rules that are not shown here: {len(broken_checks) - MOST:,}"
 
 
 def _cells(outcome: Outcome) -> Iterator[str]:

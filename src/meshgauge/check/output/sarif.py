@@ -12,7 +12,7 @@ from ..._version import __version__
 from ...errors import FailedFile
 from ...report.json import finite
 from .. import Check, FailingCell, Outcome, State
-from .lines import relative, told
+from .lines import messages, relative
 
 VERSION = "2.1.0"
 SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -67,7 +67,7 @@ def _result(path: str, outcome: Outcome, ids: dict[str, int]) -> dict[str, Any]:
         "ruleId": rule,
         "ruleIndex": ids.setdefault(rule, len(ids)),
         "level": LEVELS[outcome.state],
-        "message": {"text": "\n".join(told(outcome))},
+        "message": {"text": "\n".join(messages(outcome))},
         "locations": [_location(path)],
         "relatedLocations": [_related(path, at, cell) for at, cell in enumerate(outcome.cells)],
         "partialFingerprints": {"meshgauge/v1": fingerprint(path, rule)},

@@ -89,8 +89,8 @@ class ChecksText:
         passed = sum(check.is_passed for check in self.checks)
         whole = len(self.checks) + len(self.failures)
         state = State.PASS if passed == whole else State.FAIL
-        said = f"{passed:,} of {whole:,} meshes {'passes' if passed == 1 else 'pass'}"
-        yield Text(f"{_mark(state, options)} {said}", _look(state))
+        share = f"{passed:,} of {whole:,} meshes {'passes' if passed == 1 else 'pass'}"
+        yield Text(f"{_mark(state, options)} {share}", _look(state))
         for check in self.checks:
             if not check.is_passed:
                 yield Text(f"  {_mark(check.state, options)} {check.path}: {verdict(check)}", overflow="fold")
@@ -101,22 +101,22 @@ class ChecksText:
 def verdict(check: Check) -> str:
     """How the mesh came out, in one line: ``2 of 5 rules fail, 1 warns``."""
     n = len(check.outcomes)
-    said: list[str] = []
+    clauses: list[str] = []
     for state, one, many in VERBS:
         k = len(check.of(state))
         if k:
-            whole = "" if said else f" of {style.plural(n, 'rule')}"
-            said.append(f"{k}{whole} {one if k == 1 else many}")
-    if said:
-        return ", ".join(said)
+            whole = "" if clauses else f" of {style.plural(n, 'rule')}"
+            clauses.append(f"{k}{whole} {one if k == 1 else many}")
+    if clauses:
+        return ", ".join(clauses)
     return "the rule holds" if n == 1 else f"all {n} rules hold"
 
 
 def _cells(outcome: Outcome, console: Console, options: ConsoleOptions) -> Iterator[RenderableType]:
     n = len(outcome.cells)
-    said = f"the worst {n:,} of {outcome.n_failing:,} cells" if outcome.n_more else style.plural(n, "cell")
-    said = f"the worst {style.plural(n, 'cell')} of the worse types" if outcome.changes else said
-    yield Text(str(outcome.rule), "bold").append(f": {said}", "not bold dim")
+    which = f"the worst {n:,} of {outcome.n_failing:,} cells" if outcome.n_more else style.plural(n, "cell")
+    which = f"the worst {style.plural(n, 'cell')} of the worse types" if outcome.changes else which
+    yield Text(str(outcome.rule), "bold").append(f": {which}", "not bold dim")
     has_regions = any(cell.region is not None for cell in outcome.cells)
     tables = [_table(outcome.cells, digits, has_regions) for digits in (6, 5, 4)]
     tables.append(_table(outcome.cells, 4, False))

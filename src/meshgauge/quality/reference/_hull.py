@@ -22,7 +22,7 @@ def faces(points: Points, *, near: float = NEAR) -> Faces:
     no vertex lies beyond their plane.
     """
     distance = np.linalg.norm(points[:, None] - points[None], axis=2)
-    found: set[tuple[int, ...]] = set()
+    cycles: set[tuple[int, ...]] = set()
     for v in range(len(points)):
         around = np.flatnonzero(np.abs(distance[v] - 1.0) < max(10.0 * near, 1e-6))
         for a, b in combinations(around, 2):
@@ -34,8 +34,8 @@ def faces(points: Points, *, near: float = NEAR) -> Faces:
             if height.max() > near:
                 normal, height = -normal, -height
             if height.max() <= near:
-                found.add(_around(points, np.flatnonzero(height > -near), normal))
-    return tuple(sorted(found))
+                cycles.add(_around(points, np.flatnonzero(height > -near), normal))
+    return tuple(sorted(cycles))
 
 
 def _around(points: Points, ids: NDArray[np.int64], normal: Points) -> tuple[int, ...]:

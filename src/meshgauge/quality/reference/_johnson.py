@@ -187,8 +187,8 @@ def _truncated_cube(n: int) -> Points:
 
 def _images(orbits: list[tuple[float, float, float]]) -> Points:
     """The points and their mirror images in the planes x = 0 and y = 0."""
-    found = {(sx * x + 0.0, sy * y + 0.0, z) for x, y, z in orbits for sx in (1, -1) for sy in (1, -1)}
-    return np.array(sorted(found))
+    points = {(sx * x + 0.0, sy * y + 0.0, z) for x, y, z in orbits for sx in (1, -1) for sy in (1, -1)}
+    return np.array(sorted(points))
 
 
 def _polished(rough: Points) -> Points:

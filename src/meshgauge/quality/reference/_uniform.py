@@ -60,13 +60,13 @@ def _mirrors(p: int) -> Points:
 
 def _images(point: Points, generators: list[Points]) -> Points:
     """Every image of a point under the group, in the order found."""
-    found = [point]
-    for at in found:
+    orbit = [point]
+    for at in orbit:
         for g in generators:
             image = g @ at
-            if min(np.linalg.norm(image - other) for other in found) > 1e-6:
-                found.append(image)
-    return np.array(found)
+            if min(np.linalg.norm(image - other) for other in orbit) > 1e-6:
+                orbit.append(image)
+    return np.array(orbit)
 
 
 def _snub_vertex(start: Points, rotations: list[Points]) -> Points:

@@ -23,7 +23,7 @@ def made() -> list[tuple[str, Points, Faces]]:
         *((name, partial(_uniform.vertices, name)) for name in _uniform.NAMES),
         *_johnson.makers(),
     ]
-    found = []
+    solids = []
     for name, maker in makers:
         rough = maker()
         of = faces(rough)
@@ -31,8 +31,8 @@ def made() -> list[tuple[str, Points, Faces]]:
         problem = _problem(points, of)
         if problem:
             raise ArithmeticError(f"{name}: {problem}")
-        found.append((name, points, of))
-    return found
+        solids.append((name, points, of))
+    return solids
 
 
 def _problem(points: Points, of: Faces) -> str:

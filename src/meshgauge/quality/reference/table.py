@@ -56,14 +56,14 @@ def solids() -> tuple[Solid, ...]:
     node_ends, face_ends = np.cumsum(columns["n_nodes"]), np.cumsum(columns["n_faces"])
     corner_ends = np.cumsum(columns["face_sizes"])
     corners = np.split(columns["face_points"].astype(np.int64), corner_ends[:-1])
-    found = []
+    rows = []
     for i, name in enumerate(columns["names"].tolist()):
         nodes = slice(int(node_ends[i] - columns["n_nodes"][i]), int(node_ends[i]))
         faces = corners[int(face_ends[i] - columns["n_faces"][i]) : int(face_ends[i])]
         family = "Platonic" if i < 5 else "Archimedean" if i < 18 else "Johnson"
         points, k = columns["points"][nodes], columns["k"][nodes]
         points.flags.writeable = k.flags.writeable = False
-        found.append(
+        rows.append(
             Solid(
                 name=name,
                 family=family,
@@ -73,7 +73,7 @@ def solids() -> tuple[Solid, ...]:
                 k=k,
             )
         )
-    return tuple(found)
+    return tuple(rows)
 
 
 def solid(which: str) -> Solid:

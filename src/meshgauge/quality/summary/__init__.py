@@ -5,7 +5,7 @@ summary of the whole, bit for bit. Three things make it so: sums are exact integ
 they are, and more are counted in fixed fine bins, a choice that depends on nothing but how many there are.
 """
 
-from .ranking import CRITERIA, ROUNDING, Criterion, Standing, Standings, compared
+from .ranking import CRITERIA, ROUNDING, Criterion, KeyFigures, Ranking, rankings
 from .record import Summary, summarise
 from .scale import Scale
 from .tally import EXACT, QUANTILES, UNDEFINED, Tally
@@ -17,11 +17,11 @@ __all__ = [
     "ROUNDING",
     "UNDEFINED",
     "Criterion",
+    "KeyFigures",
+    "Ranking",
     "Scale",
-    "Standing",
-    "Standings",
     "Summary",
     "Tally",
-    "compared",
+    "rankings",
     "summarise",
 ]

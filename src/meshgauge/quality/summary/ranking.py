@@ -11,15 +11,15 @@ from ...look.bands import POOR_TEXT
 from .tally import Tally
 
 ROUNDING = 1e-9
-"""Values are not told apart below this: another order of the points, or another processor, rounds otherwise."""
+"""Values that differ by less are equal: another order of the points, or another processor, rounds otherwise."""
 
 
 COUNTS = ("n_cells", "n_measured", "n_invalid", "n_degenerate", "n_good", "n_unmeasured")
-"""The counts of a `Standing`, as `Tally.to_dict` has them."""
+"""The counts of `KeyFigures`, as `Tally.to_dict` has them."""
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class KeyFigures:
     """The numbers of a tally by which it is compared: made from the tally, or from what a report stored of it."""
 
     n_cells: int
@@ -35,8 +35,8 @@ class Standing:
     resolution: float  #: of the quantiles
 
     @classmethod
-    def of(cls, tally: Tally) -> Standing:
-        """That of a tally."""
+    def of(cls, tally: Tally) -> KeyFigures:
+        """Those of a tally."""
         at = tally.quantiles((0.01, 0.5))
         return cls(
             tally.n_cells,
@@ -53,8 +53,8 @@ class Standing:
         )
 
     @classmethod
-    def from_dict(cls, stored: Mapping[str, Any]) -> Standing:
-        """That of `Tally.to_dict`, also after a way through JSON, where undefined numbers are None.
+    def from_dict(cls, stored: Mapping[str, Any]) -> KeyFigures:
+        """Those of `Tally.to_dict`, also after a way through JSON, where undefined numbers are None.
 
         Raises
         ------
@@ -80,7 +80,7 @@ class Criterion(NamedTuple):
 
     key: str
     label: str
-    value: Callable[[Standing], float]
+    value: Callable[[KeyFigures], float]
     higher_is_better: bool
     kind: Literal["count", "share", "value", "quantile"]
 
@@ -101,7 +101,7 @@ CRITERIA: dict[str, Criterion] = {
 """Every row, by key."""
 
 
-class Standings(NamedTuple):
+class Ranking(NamedTuple):
     """For one criterion: the value of each mesh, and those (by position) that are best. All of them: a tie."""
 
     criterion: Criterion
@@ -109,14 +109,14 @@ class Standings(NamedTuple):
     best: list[int]
 
 
-def compared(standings: Sequence[Standing], keys: Sequence[str]) -> list[Standings]:
+def rankings(figures: Sequence[KeyFigures], keys: Sequence[str]) -> list[Ranking]:
     """Compare meshes in each of these criteria. Leave out meshes in which nothing was measured."""
-    found = []
+    results = []
     for criterion in (CRITERIA[key] for key in keys):
-        values = [criterion.value(one) for one in standings]
+        values = [criterion.value(one) for one in figures]
         best = max(values) if criterion.higher_is_better else min(values)
-        # Quantiles from fine bins are not told apart below their resolution, nothing in its last bits.
-        margin = max(one.resolution for one in standings) if criterion.kind == "quantile" else 0.0
+        # Quantiles from fine bins are equal within their resolution, everything is in its last bits.
+        margin = max(one.resolution for one in figures) if criterion.kind == "quantile" else 0.0
         margin += ROUNDING
-        found.append(Standings(criterion, values, [i for i, v in enumerate(values) if abs(v - best) <= margin]))
-    return found
+        results.append(Ranking(criterion, values, [i for i, v in enumerate(values) if abs(v - best) <= margin]))
+    return results

@@ -52,15 +52,15 @@ def drawable(quality: Quality) -> NDArray[np.bool_]:
     """True for the solid cells that have faces to draw and no coordinate that is not finite."""
     mesh = quality.mesh
     known = np.array([row is not None and row.shape is not None for row in map(CELL_TYPES.get, range(256))])
-    found: NDArray[np.bool_] = known[mesh.types]
+    mask: NDArray[np.bool_] = known[mesh.types]
     if quality.polyhedra is not None:
         with_nodes = np.diff(quality.polyhedra.node_offsets) > 0
-        found[quality.polyhedra.cells[with_nodes]] = True
+        mask[quality.polyhedra.cells[with_nodes]] = True
     lost = ~np.isfinite(mesh.points).all(axis=1)
     if lost.any():
         at = np.flatnonzero(lost[mesh.connectivity])
-        found[np.searchsorted(mesh.offsets, at, side="right") - 1] = False
-    return found
+        mask[np.searchsorted(mesh.offsets, at, side="right") - 1] = False
+    return mask
 
 
 def chosen(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) -> Ids:
@@ -138,11 +138,11 @@ def kinds(types: NDArray[np.uint8]) -> list[dict[str, Any]]:
 def bins_of(values: Values, bins: int) -> NDArray[np.uint16]:
     """The display bin of each value, as `Tally.histogram` counts it; `NO_BIN` for NaN."""
     scale = Scale.of("jens")
-    found = np.full(len(values), NO_BIN, np.uint16)
+    at_bin = np.full(len(values), NO_BIN, np.uint16)
     measured = ~np.isnan(values)
     edges = scale.display(bins)
-    found[measured] = np.clip(np.searchsorted(edges, scale.bins(values[measured]), side="right") - 1, 0, bins - 1)
-    return found
+    at_bin[measured] = np.clip(np.searchsorted(edges, scale.bins(values[measured]), side="right") - 1, 0, bins - 1)
+    return at_bin
 
 
 def arrays_of(quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Frame) -> dict[str, NDArray[Any]]:

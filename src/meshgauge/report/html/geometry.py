@@ -35,7 +35,7 @@ class Geometry(NamedTuple):
 
     model: dict[str, Any] | None  #: None if there is nothing
     text: str  #: packed arrays
-    told: list[str]  #: what is in them, and what was left out
+    remarks: list[str]  #: what is in them, and what was left out
 
 
 def geometry(
@@ -114,7 +114,7 @@ def geometry(
         },
         "poorBelow": POOR,
     }
-    return Geometry(model, result.text, _told(summary, len(cells), n_drawn, reach, boundary, arrays))
+    return Geometry(model, result.text, _remarks(summary, len(cells), n_drawn, reach, boundary, arrays))
 
 
 def _is_fine(arrays: dict[str, NDArray[Any]], name: str) -> bool:
@@ -132,25 +132,25 @@ def _in_both(before: Quality, after: Quality) -> NDArray[np.bool_]:
     return can_be_drawn
 
 
-def _told(
+def _remarks(
     summary: Summary, n: int, n_drawn: int, reach: float, boundary: surface.Polygons, arrays: dict[str, NDArray[Any]]
 ) -> list[str]:
     if n == n_drawn:
-        told = [f"All {style.number(n)} cells are in this page."]
+        remarks = [f"All {style.number(n)} cells are in this page."]
     else:
-        told = [
+        remarks = [
             f"Of {style.number(n_drawn)} cells the {style.number(n)} worst are in this page with their shape: all that "
             f"are not usable or below {reach:g}, as far as there is room. The numbers are of all cells."
         ]
     if "surfaceCell" not in arrays:
-        told.append(
+        remarks.append(
             f"The surface is made coarser, from {style.number(boundary.n_triangles)} triangles to "
             f"{style.number(len(arrays['surfaceSize']))}; it has the form of the mesh, but not its faces."
         )
     missing = summary.all.n_cells - n_drawn
     if missing:
-        told.append(f"{style.plural(missing, 'solid cell')} cannot be drawn: no known faces, or no finite place.")
-    return told
+        remarks.append(f"{style.plural(missing, 'solid cell')} cannot be drawn: no known faces, or no finite place.")
+    return remarks
 
 
 def _arrays(

@@ -69,7 +69,7 @@ def section(
     bins
         Bars of the histograms over -1 to 1.
     budget
-        Bytes that the packed geometry may take. What does not fit is left out, best cells first, and that is said.
+        Bytes that the packed geometry may take. What does not fit is left out, best cells first, and the page says so.
     before
         The same cells with their points elsewhere: the picture can then show either state.
     """
@@ -79,9 +79,9 @@ def section(
     if bins > BINS:
         left_out.append(f"The histograms have {BINS} bars, not {bins}.")
         bins = BINS
-    ids, found = by_region(quality)
-    names = tuple(name for name, _ in found)
-    regions = [(name, one.all) for name, one in found if one.all.n_measured]
+    ids, summaries = by_region(quality)
+    names = tuple(name for name, _ in summaries)
+    regions = [(name, one.all) for name, one in summaries if one.all.n_measured]
     if len(regions) > REGIONS:
         left_out.append(f"The table of regions has the {REGIONS} with the lowest minimum, of {len(regions)}.")
         regions = sorted(regions, key=lambda row: row[1].min)[:REGIONS]
@@ -98,7 +98,7 @@ def section(
         histograms=histograms(report.summary, bins),
         cards=cards(quality, worst, ids, names, drawable(quality)),
         report=report,
-        left_out=[*left_out, *drawn.told],
+        left_out=[*left_out, *drawn.remarks],
         model=drawn.model,
         geometry=drawn.text,
     )

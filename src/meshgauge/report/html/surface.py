@@ -54,11 +54,11 @@ def boundary(topology: Topology) -> Polygons:
     if mesh.polyhedra is not None and is_own.any():
         own = ~plain
         points[own] = mesh.polyhedra.face_points[starts[row[own]] + node[own]]
-    found = Polygons(offsets, points, cells)
+    polygons = Polygons(offsets, points, cells)
     finite = np.isfinite(mesh.points).all(axis=1)
     whole = np.ones(len(slots), np.bool_)
     whole[row[~finite[points]]] = False
-    return found if whole.all() else _picked(found, np.flatnonzero(whole))
+    return polygons if whole.all() else _picked(polygons, np.flatnonzero(whole))
 
 
 def _picked(polygons: Polygons, faces: Ids) -> Polygons:

@@ -190,7 +190,7 @@ class MeshView {
     this.$("limit-text").textContent = limit.toFixed(Math.abs(limit * 100 - Math.round(limit * 100)) > 0.01 ? 3 : 2);
     const count = (n) => n.toLocaleString("en");
     this.shown = shown;
-    this.$("said").textContent = filtered ? "" : limit >= 1 ? `Shows all ${count(shown)} cells.` : `Shows ${count(shown)} of ${count(this.model.total)} cells.`;
+    this.$("shown").textContent = filtered ? "" : limit >= 1 ? `Shows all ${count(shown)} cells.` : `Shows ${count(shown)} of ${count(this.model.total)} cells.`;
     this.$("chip").hidden = !filtered;
     if (filtered) this.$("chip-text").textContent = this.selection(shown);
     this.view.request();
@@ -209,10 +209,10 @@ class MeshView {
     const groups = new Set([...this.bins.keys()].map((key) => key.slice(0, key.lastIndexOf(" "))));
     const first = [];
     for (let i = 0; i < this.a.id.length && first.length < 8; i++) if (this.table[8 * i + 5]) first.push(this.a.id[i]);
-    const said = groups.has("all") && groups.size > 1 ? shown : total;
-    const here = shown < said ? ` (${shown.toLocaleString("en")} of them in this page)` : "";
+    const n = groups.has("all") && groups.size > 1 ? shown : total;
+    const here = shown < n ? ` (${shown.toLocaleString("en")} of them in this page)` : "";
     const ids = first.length ? `: ${first.join(", ")}${shown > first.length ? ", …" : ""}` : "";
-    return `Selected ${parts.join(", ")}: ${said.toLocaleString("en")} cell${said === 1 ? "" : "s"}${here}${ids}`;
+    return `Selected ${parts.join(", ")}: ${n.toLocaleString("en")} cell${n === 1 ? "" : "s"}${here}${ids}`;
   }
 
   clear() {

@@ -26,8 +26,8 @@
   });
 
   const json = (id) => {
-    const found = document.getElementById(id);
-    return found ? JSON.parse(found.textContent) : null;
+    const element = document.getElementById(id);
+    return element ? JSON.parse(element.textContent) : null;
   };
 
   const charts = (section, mesh) => {
