@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import IS_SOLID
+from ..cells import IS_SOLID, POLYHEDRON
 from ..kernels.topology import driver
 from ..look.records import brief
 from ..mesh import Mesh
@@ -19,6 +19,7 @@ from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import OPPOSITE, Topology, topology
 from ..quality.measure import Quality, measure
 from . import cells, faces, points
+from .inward import InwardFaces, inward
 from .orientation import EXAMPLES, Orientation, orientation
 
 LIMIT = 5_000_000
@@ -74,6 +75,8 @@ class Diagnosis:
         Relative to the size of the mesh, within which points were taken to coincide, see `points.size`.
     skipped
         Why something was not looked for, a sentence each.
+    checked
+        What was looked for, in words; what the mesh cannot have, such as faces of polyhedra, is not among it.
     """
 
     findings: tuple[Finding, ...]
@@ -84,6 +87,7 @@ class Diagnosis:
     n_boundary_faces: int | None
     tolerance: float
     skipped: tuple[str, ...] = ()
+    checked: tuple[str, ...] = ()
 
     @property
     def n_parts(self) -> int:
@@ -109,6 +113,7 @@ class Diagnosis:
             "n_boundary_faces": self.n_boundary_faces,
             "tolerance": self.tolerance,
             "skipped": list(self.skipped),
+            "checked": list(self.checked),
         }
 
     def __repr__(self) -> str:
@@ -135,8 +140,9 @@ def diagnosis(
     Notes
     -----
     Looks for points that no cell uses, points that coincide, cells that have a point twice, cells that are there twice,
-    faces that three or more cells have, two triangles against a quadrilateral, parts that do not hang together, and
-    cells numbered in reverse. Time and memory are linear: about 0.5 s and 170 bytes for each of a million hexahedra.
+    faces that three or more cells have, two triangles against a quadrilateral, parts that are not connected, cells
+    numbered in reverse, and faces of polyhedra that point inward. Time and memory are linear: about 0.5 s and 170 bytes
+    for each of a million hexahedra.
     """
     if limit is not None and mesh.n_cells > limit:
         why = f"The mesh was not diagnosed: it has {mesh.n_cells:,} cells, more than {limit:,}."
@@ -158,6 +164,7 @@ def diagnosis(
     split = faces.split_quadrilaterals(matched)
     found = [
         *_orientation(oriented),
+        _misoriented(inward(mesh)),
         _repeated(np.flatnonzero(repeated)),
         _duplicate_cells(twice),
         _multiple_faces(matched.n_multiple, faces.of_three_cells(matched)),
@@ -175,7 +182,26 @@ def diagnosis(
         n_interior_faces=matched.n_interior,
         n_boundary_faces=matched.n_boundary,
         tolerance=tolerance,
+        skipped=() if IS_SOLID[mesh.types].any() else (_NO_SOLIDS,),
+        checked=_checked(mesh),
     )
+
+
+_NO_SOLIDS = "The mesh has no solid cells: nothing was looked at but its points."
+
+_OF_CELLS = ("repeated points", "duplicate cells", "faces of three cells", "split faces", "parts")
+_OF_POINTS = ("duplicate points", "unused points")
+
+
+def _checked(mesh: Mesh) -> tuple[str, ...]:
+    """What can be looked for in the mesh."""
+    solid = mesh.types[IS_SOLID[mesh.types]]
+    if len(solid) == 0:
+        return _OF_POINTS
+    is_own = solid == POLYHEDRON.vtk_id
+    first = () if is_own.all() else ("cells numbered in reverse",)
+    faces = ("faces that point inward",) if is_own.any() else ()
+    return (*first, *faces, *_OF_CELLS, *_OF_POINTS)
 
 
 def _used(mesh: Mesh, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -200,6 +226,18 @@ def _orientation(found: Orientation) -> list[Finding]:
         count = block.n_reversed + block.n_reversed_tangled + block.n_tangled + block.n_overlapping + block.n_undecided
         out.append(Finding("orientation", "defect", count, block.cells, _sentence(block.text)))
     return out
+
+
+def _misoriented(found: InwardFaces) -> Finding | None:
+    n = found.n_faces
+    named = "; ".join(
+        f"face {face} of cell{'' if len(cells) == 1 else 's'} {' and '.join(map(str, cells))}"
+        for face, cells in zip(found.faces[:EXAMPLES].tolist(), found.cells, strict=False)
+    )
+    text = f"{_count(n, 'face')} {_verb(n, 'points', 'point')} the wrong way, inward"
+    cells = [pair[0] for pair in found.cells[:EXAMPLES]]
+    more = "; ..." if n > EXAMPLES else ""
+    return _finding("misoriented_faces", "defect", n, cells, f"{text} ({named}{more}).")
 
 
 def _repeated(ids: NDArray[np.int64]) -> Finding | None:

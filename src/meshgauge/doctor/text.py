@@ -20,11 +20,6 @@ if TYPE_CHECKING:
 
 SCHEMA, VERSION = "meshgauge-doctor", 1
 
-CHECKED = (
-    "cells numbered in reverse, repeated points, duplicate cells, faces of three cells, split faces, parts, "
-    "duplicate points and unused points"
-)
-
 _LEVELS = {"defect": "bad", "notice": "poor"}
 _NOTICE = ("•", "-")
 
@@ -47,7 +42,8 @@ class DiagnosisText:
             table.add_row(Text("?", style.LEVELS["unknown"]), Text(why))
         if not found.findings and not found.skipped:
             marks = style.MARKS_ASCII if options.ascii_only else style.MARKS
-            table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(f"No {CHECKED.replace(' and ', ' or ')}."))
+            names = ", ".join(found.checked[:-1]) + f" or {found.checked[-1]}"
+            table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(f"No {names}."))
         if found.n_interior_faces is not None:
             faces = f"{found.n_interior_faces:,} interior faces, {found.n_boundary_faces:,} on the boundary"
             table.add_row("", Text(faces, "dim"))

@@ -194,7 +194,8 @@ def owned_polyhedra(poly: Polyhedra, *, copy: bool) -> Polyhedra:
     flipped = poly.flipped
     if flipped is not None:
         flipped = owned(np.ascontiguousarray(flipped, np.bool_), flipped, copy=copy)
-    return Polyhedra(ids("cell_offsets"), ids("cell_faces"), ids("face_offsets"), ids("face_points"), flipped)
+    labels = ids("labels") if poly.labels is not None else None
+    return Polyhedra(ids("cell_offsets"), ids("cell_faces"), ids("face_offsets"), ids("face_points"), flipped, labels)
 
 
 def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
@@ -203,6 +204,8 @@ def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
         raise MeshError(f"polyhedra: cell offsets have length {len(poly.cell_offsets)}, expected {n_cells + 1}")
     if poly.flipped is not None and len(poly.flipped) != len(poly.cell_faces):
         raise MeshError(f"polyhedra: flipped has length {len(poly.flipped)}, expected {len(poly.cell_faces)}")
+    if poly.labels is not None and len(poly.labels) != poly.n_faces:
+        raise MeshError(f"polyhedra: labels has length {len(poly.labels)}, expected {poly.n_faces}")
     for offsets, items, what in (
         (poly.cell_offsets, poly.cell_faces, "cell offsets"),
         (poly.face_offsets, poly.face_points, "face offsets"),

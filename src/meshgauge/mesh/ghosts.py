@@ -33,4 +33,4 @@ def _without(poly: Polyhedra | None, is_ghost: np.ndarray) -> Polyhedra | None:
     kept = ~np.repeat(is_ghost, counts)
     offsets = np.concatenate([[0], np.cumsum(np.where(is_ghost, 0, counts))])
     flipped = None if poly.flipped is None else poly.flipped[kept]
-    return Polyhedra(offsets, poly.cell_faces[kept], poly.face_offsets, poly.face_points, flipped)
+    return Polyhedra(offsets, poly.cell_faces[kept], poly.face_offsets, poly.face_points, flipped, poly.labels)

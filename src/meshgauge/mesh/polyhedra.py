@@ -30,6 +30,8 @@ class Polyhedra:
     flipped
         For each entry of ``cell_faces``, True where the face is ordered inward for this cell, as one that two cells
         share is for the second. None if every face is outward for its cells.
+    labels
+        ``(n_faces,)`` the numbers of the faces in the file, from 0; None: as they stand here.
     """
 
     cell_offsets: IndexArray
@@ -37,6 +39,7 @@ class Polyhedra:
     face_offsets: IndexArray
     face_points: IndexArray
     flipped: NDArray[np.bool_] | None = None
+    labels: IndexArray | None = None
 
     __repr__ = brief
 
@@ -107,6 +110,7 @@ class Polyhedra:
             cell_faces=np.arange(len(self.cell_faces), dtype=np.int64),
             face_offsets=_offsets(sizes),
             face_points=self.face_points[np.where(np.repeat(self.flipped, sizes), mirror, at)],
+            labels=(self.cell_faces if self.labels is None else self.labels[self.cell_faces]),
         )
 
 

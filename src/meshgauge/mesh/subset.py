@@ -88,7 +88,7 @@ def _half_faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra:
     """Those of some cells, with the faces of all."""
     cell_offsets, at = _rows(poly.cell_offsets, np.arange(len(poly.cell_faces)), ids)
     flipped = poly.flipped[at] if poly.flipped is not None else None
-    return Polyhedra(cell_offsets, poly.cell_faces[at], poly.face_offsets, poly.face_points, flipped)
+    return Polyhedra(cell_offsets, poly.cell_faces[at], poly.face_offsets, poly.face_points, flipped, poly.labels)
 
 
 def _faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra | None:
@@ -98,4 +98,5 @@ def _faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra | None:
     if not len(faces):
         return None
     face_offsets, face_points = _rows(poly.face_offsets, poly.face_points, faces)
-    return Polyhedra(some.cell_offsets, cell_faces.reshape(-1), face_offsets, face_points, some.flipped)
+    labels = poly.labels[faces] if poly.labels is not None else None
+    return Polyhedra(some.cell_offsets, cell_faces.reshape(-1), face_offsets, face_points, some.flipped, labels)

@@ -319,6 +319,25 @@ def faces_of(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
     )
 
 
+def inward_faces(points: NDArray[np.floating], polyhedra: Polyhedra, cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Entries of ``polyhedra.cell_faces`` whose face points into its cell, of some cells, ascending.
+
+    Parameters
+    ----------
+    points, polyhedra
+        As for `measure_polyhedra`.
+    cells
+        Ids, ascending; a cell whose faces make no closed surface has none.
+    """
+    points = read_only(points)
+    driver.prepare(points.dtype.str)
+    parts = [np.empty(0, np.int64)]
+    for start in range(0, len(cells), CHUNK):
+        part = cells[start : start + CHUNK]
+        parts.append(_face_entries(polyhedra, part)[driver.inward(points, faces_of(polyhedra, part))])
+    return np.concatenate(parts)
+
+
 def _measure_chunk(
     points: NDArray[np.floating],
     polyhedra: Polyhedra,

@@ -115,6 +115,7 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
             cell_faces=np.arange(int(kept.sum())),
             face_offsets=offsets_of(sizes[kept]),
             face_points=flat[np.repeat(kept, sizes)],
+            labels=faces.cell_faces[kept],
         )
     return Solids(types, own_offsets, connectivity, polyhedra)
 
@@ -192,7 +193,7 @@ def _standard(
     """Nodes of cells that may be of a standard shape, as local point numbers, and which of them are.
 
     The base is the first face of the kind that has a base; above each of its points is the one other point that an
-    edge joins to it. Then all faces must be those of the shape; if most run the other way, the cell is mirrored.
+    edge joins to it. Then all faces must be those of the shape; if all run the other way, the cell is mirrored.
     """
     k, f = shape.n_nodes, len(shape.faces)
     entries = cell_offsets[cells][:, None] + np.arange(f)
@@ -228,11 +229,14 @@ def _standard(
     right, wrong = _lookup(codes, table), _lookup(mirror, table)
     which = np.where(right >= 0, right, wrong)
     complete = (np.sort(which, axis=1) == np.arange(f)).all(axis=1)
-    mirrored = (right >= 0).sum(axis=1) * 2 < f
+    n_right = (right >= 0).sum(axis=1)
+    # A cell of which some faces run the other way stays a polyhedron, so that they are not lost.
+    is_alike = (n_right == f) | (n_right == 0)
+    mirrored = n_right == 0
     if mirrored.any():
         order = np.array(shape.reversal)
         nodes = np.where(mirrored[:, None], nodes[:, order], nodes)
-    return nodes, is_permutation & complete
+    return nodes, is_permutation & complete & is_alike
 
 
 def _backwards(size: Ints, widest: int) -> Ints:

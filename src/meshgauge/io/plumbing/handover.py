@@ -21,7 +21,7 @@ from .steps import Step
 T = TypeVar("T")
 
 _ALIGN = 64
-_POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points", "flipped")
+_POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points", "flipped", "labels")
 _OWN = ("points", "types", "offsets", "connectivity")
 _WORDS = ("purpose", "stored")
 _DATA = ("point_data", "cell_data", "field_data")

@@ -109,6 +109,22 @@ def links(points: Points, faces: Faces) -> Links:
     return whole
 
 
+def inward(points: Points, faces: Faces) -> NDArray[np.bool_]:
+    """``(n_faces,)`` True for a face of a closed cell that points into it, as it is given.
+
+    Faces of a cell are turned so that neighbours agree, and then all so that the cell has a positive volume; those that
+    were turned pointed inward. False for every face of a cell whose faces make no closed surface.
+    """
+    oriented = Faces(faces.points, faces.sizes, faces.flips.copy(), faces.counts)
+    others = polyhedra_links.BROKEN & ~polyhedra_links.NON_ORIENTABLE
+    closed = np.asarray((_links(faces).faults & others) == 0)
+    polyhedra_links.orient(
+        points, oriented.points, oriented.sizes, oriented.flips, oriented.counts, oriented.room, closed
+    )
+    closed &= (_links(oriented).faults & polyhedra_links.BROKEN) == 0
+    return np.asarray((oriented.flips != faces.flips) & np.repeat(closed, faces.counts))
+
+
 def _links(faces: Faces) -> Links:
     n_cells, n = len(faces.counts), len(faces.points)
     faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
