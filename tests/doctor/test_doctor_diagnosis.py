@@ -265,7 +265,8 @@ CORPUS = [
     ("SteveDoyle2+pyNastran/models/nx/contact_model.bdf", {"parts": 3}),
     (
         "sandialabs+sibl/geo/data/mesh/cube_minus_sphere_projected.mesh",
-        {"orientation": 2755, "duplicate_points": 3},
+        # Three exactly; four within two units in the last place of single precision, in which version 1 is read.
+        {"orientation": 2755, "duplicate_points": 7},
     ),
 ]
 
@@ -274,3 +275,64 @@ CORPUS = [
 def test_real_meshes(file: str, expected: dict[str, int], shared: Path) -> None:
     found = diagnosis(meshgauge.read(shared / "meshes" / file))
     assert {finding.name: finding.count for finding in found.findings} == expected
+
+
+def beside(name: str, dtype: type = np.float64) -> Mesh:
+    """Two cubes filled with cells of a type, side by side, each with points of its own."""
+    one = grid(name, 1)
+    points = np.concatenate([one.points, one.points + np.array([1.0, 0.0, 0.0])]) + 0.3
+    nodes = one.connectivity.reshape(one.n_cells, -1)
+    return Mesh.from_arrays(points.astype(dtype), [(name, np.concatenate([nodes, nodes + one.n_points]))])
+
+
+@pytest.mark.parametrize("far", [0.0, 5e5])
+@pytest.mark.parametrize("name", ["tetra", "hexahedron", "wedge"])
+def test_points_one_unit_in_the_last_place_apart_coincide(name: str, far: float) -> None:
+    """In single precision that is a hundred times the relative tolerance; far from the origin it is 0.03."""
+    mesh = beside(name, np.float32)
+    points = mesh.points + np.float32(far)
+    moved = np.arange(mesh.n_points) >= mesh.n_points // 2
+    points = np.where(moved[:, None], np.nextafter(points, np.float32(np.inf)), points)
+    finding = diagnosis(mesh.replace(points=points)).finding("duplicate_points")
+    assert finding is not None
+    assert finding.count == 4
+    assert "the last place of single precision" in finding.text
+    # The same numbers in double precision are 1e-7 apart: not the same points.
+    wide = mesh.replace(points=points.astype(np.float64), stored="double")
+    if far == 0:
+        assert diagnosis(wide).finding("duplicate_points") is None
+    # A reader that widens what the file stores in single precision says so.
+    single = diagnosis(mesh.replace(points=points.astype(np.float64), stored="single"))
+    assert single.finding("duplicate_points") == finding
+
+
+@pytest.mark.parametrize("name", [*SPLITS])
+def test_a_cell_that_lies_where_another_is(name: str) -> None:
+    one = grid(name, 2)
+    nodes = one.connectivity.reshape(one.n_cells, -1)
+    points = np.concatenate([one.points, one.points[nodes[3]]])
+    again = np.arange(one.n_points, len(points))[None]
+    found = diagnosis(Mesh.from_arrays(points, [(name, np.concatenate([nodes, again]))]))
+    finding = found.finding("covering_cells")
+    assert finding is not None
+    assert (finding.level, finding.count, finding.examples) == ("defect", 1, (one.n_cells,))
+    assert "lies where another is, with points of its own" in finding.text
+    assert found.finding("duplicate_cells") is None
+
+
+def test_a_cell_that_is_flat_by_design_covers_none() -> None:
+    # A cohesive cell between two cubes: both its faces lie on one another, its points coincide in pairs.
+    mesh = beside("hexahedron")
+    left, right = [1, 3, 7, 5], [8, 10, 14, 12]
+    nodes = np.concatenate([mesh.connectivity.reshape(2, 8), [left + right]])
+    found = diagnosis(Mesh.from_arrays(mesh.points, [("hexahedron", nodes)]))
+    assert found.finding("covering_cells") is None
+
+
+def test_a_face_that_two_cells_only_have_is_not_said_to_be_of_three() -> None:
+    # A wedge folded so that two of its faces are one, and a tetrahedron on that face.
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0.3, 0.3, -1)]
+    found = diagnosis(Mesh.from_arrays(points, [("wedge", [(0, 1, 2, 0, 1, 2)]), ("tetra", [(0, 2, 1, 4)])]))
+    finding = found.finding("multiple_faces")
+    assert finding is not None
+    assert finding.text == "1 face is there three times or more, in two cells (cells 0, 1)."

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cells import IS_SOLID
+from ..kernels.topology import driver
 from ..mesh import Mesh
+from ..mesh.polyhedra import IndexArray
 
 Ids = NDArray[np.int64]
 
@@ -33,6 +36,18 @@ def duplicates(mesh: Mesh, hashes: Ids) -> Ids:
             same = _same(nodes[order])
         found.append(cells[order[1:]][same])
     return np.sort(np.concatenate(found))
+
+
+def covering(mesh: Mesh, representative: IndexArray) -> Ids:
+    """Ids, ascending, of the solid cells whose points all coincide with those of an earlier one of their type.
+
+    ``representative`` is the point that stands for each, see `points.representatives`. Cells of which two points
+    coincide with each other are left out: cohesive cells and others that are flat by design.
+    """
+    welded = mesh.replace(connectivity=representative[mesh.connectivity], polyhedra=None, blocks=())
+    _, repeats, hashes = driver.signatures(welded.types, welded.offsets, welded.connectivity, IS_SOLID, welded.n_points)
+    found = duplicates(welded, hashes)
+    return found[IS_SOLID[mesh.types[found]] & ~repeats[found]]
 
 
 def _same(rows: Ids) -> NDArray[np.bool_]:

@@ -155,10 +155,11 @@ def diagnosis(
     is_used, repeated, hashes = driver.signatures(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, mesh.n_points)
     if mesh.polyhedra is not None:
         is_used[mesh.polyhedra.face_points] = True
-    representative = points.representatives(mesh.points, tolerance=tolerance)
+    representative = points.representatives(mesh.points, tolerance=tolerance, stored=mesh.stored)
     doubles = points.duplicates(representative, is_used if is_ghost is None else _used(mesh, ~is_ghost))
     matched = topology(mesh)
     twice = cells.duplicates(mesh, hashes)
+    covering = np.setdiff1d(cells.covering(mesh, representative), twice) if len(doubles) else twice[:0]
     oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None, ignored=twice)
     sizes = _part_sizes(mesh)
     split = faces.split_quadrilaterals(matched)
@@ -167,6 +168,7 @@ def diagnosis(
         _misoriented(inward(mesh)),
         _repeated(np.flatnonzero(repeated)),
         _duplicate_cells(twice),
+        _covering_cells(covering),
         _multiple_faces(matched.n_multiple, faces.of_three_cells(matched)),
         _split_faces(matched, split),
         _hinges(matched, len(sizes), conforms=not (matched.n_multiple or len(split))),
@@ -252,8 +254,18 @@ def _duplicate_cells(ids: NDArray[np.int64]) -> Finding | None:
     return _finding("duplicate_cells", "defect", n, ids[:EXAMPLES].tolist(), text)
 
 
+def _covering_cells(ids: NDArray[np.int64]) -> Finding | None:
+    n = len(ids)
+    text = (
+        f"{_count(n, 'cell')} {_verb(n, 'lies', 'lie')} where another is, with points of {_verb(n, 'its', 'their')} own"
+    )
+    return _finding("covering_cells", "defect", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('cell', ids)}).")
+
+
 def _multiple_faces(n: int, cells_of_one: list[int]) -> Finding | None:
-    text = f"{_count(n, 'face')} {_verb(n, 'is', 'are')} shared by three or more cells"
+    # A cell may have a face twice: then three half-faces are those of two cells.
+    shared = "shared by three or more cells" if len(cells_of_one) != 2 else "there three times or more, in two cells"
+    text = f"{_count(n, 'face')} {_verb(n, 'is', 'are')} {shared}"
     where = f"cells {', '.join(map(str, cells_of_one[:EXAMPLES]))}{', ...' if len(cells_of_one) > EXAMPLES else ''}"
     text = f"{text} ({'' if n == 1 else 'one by '}{where})."
     return _finding("multiple_faces", "defect", n, cells_of_one[:EXAMPLES], text)
@@ -301,7 +313,10 @@ def _duplicate_points(
     n = len(ids)
     exactly = int((mesh.points[ids] == mesh.points[representative[ids]]).all(axis=1).sum())
     how = "exactly" if exactly == n else f"{exactly:,} exactly, the others"
-    within = "" if exactly == n else f" within {tolerance:g} of the mesh's size"
+    least = points.LAST_PLACES * points.last_place(mesh.points, mesh.stored)
+    is_last = least > tolerance * points.size(mesh.points)
+    of = f"the last place of {mesh.stored} precision" if is_last else f"{tolerance:g} of the mesh's size"
+    within = "" if exactly == n else f" within {of}"
     text = f"{_count(n, 'point')} {_verb(n, 'coincides', 'coincide')} with an earlier one, {how}{within}"
     return _finding("duplicate_points", "notice", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('point', ids)}).")
 

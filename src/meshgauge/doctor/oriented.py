@@ -102,7 +102,7 @@ def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]
 def _orientation(mesh: Mesh, quality: Quality) -> Orientation:
     if not (quality.values < 0.0).any():
         return orientation(quality)
-    representative = representatives(mesh.points)
+    representative = representatives(mesh.points, stored=mesh.stored)
     used = np.zeros(mesh.n_points, bool)
     used[mesh.connectivity] = True
     return orientation(quality, points=representative if len(duplicates(representative, used)) else None)

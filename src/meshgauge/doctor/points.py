@@ -7,10 +7,15 @@ from numpy.typing import NDArray
 
 from ..errors import OptionError
 from ..kernels.topology import driver
+from ..mesh import Precision
 from ..mesh.polyhedra import IndexArray
 
 TOLERANCE = 1e-9
 """Distance within which points coincide, relative to the `size` of the mesh."""
+
+LAST_PLACES = 2
+"""Units in the last place of the stored coordinates within which points coincide, whatever the size of the mesh: one in
+each direction is 1.7 of them."""
 
 _LEAST = 1e-13
 """Least relative tolerance: coordinates of the mesh's size are not finer."""
@@ -52,7 +57,18 @@ def _box(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
     return extent(points)
 
 
-def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANCE) -> IndexArray:
+def last_place(points: NDArray[np.floating], stored: Precision | None = None) -> float:
+    """The unit in the last place of the coordinates of a mesh so far out and so large, in the precision of the file."""
+    low, diagonal = _box(points)
+    largest = float(np.abs(low).max()) + diagonal
+    is_single = stored == "single" if stored is not None else points.dtype == np.float32
+    kind: type[np.floating] = np.float32 if is_single and largest < float(np.finfo(np.float32).max) else np.float64
+    return float(np.spacing(kind(largest)))
+
+
+def representatives(
+    points: NDArray[np.floating], *, tolerance: float = TOLERANCE, stored: Precision | None = None
+) -> IndexArray:
     """``(n_points,)`` for each point the first that coincides with it, of those that coincide with no earlier one.
 
     Parameters
@@ -60,7 +76,10 @@ def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANC
     points
         ``(n_points, 3)``; one with a NaN or infinite coordinate coincides with none.
     tolerance
-        Largest distance of points that coincide, relative to the `size` of the mesh, from 1e-13 to 1.
+        Largest distance of points that coincide, relative to the `size` of the mesh, from 1e-13 to 1; at least
+        `LAST_PLACES` units in the last place.
+    stored
+        Precision of the coordinates in the file; None: that of the array.
 
     Notes
     -----
@@ -72,7 +91,7 @@ def representatives(points: NDArray[np.floating], *, tolerance: float = TOLERANC
     if not 1e-140 < factor < 1e140:
         points = points / factor
     origin, diagonal = _box(points)
-    return driver.coincident(points, origin, tolerance * diagonal)
+    return driver.coincident(points, origin, max(tolerance * diagonal, LAST_PLACES * last_place(points, stored)))
 
 
 def duplicates(representative: IndexArray, is_used: NDArray[np.bool_]) -> NDArray[np.int64]:
