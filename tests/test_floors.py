@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -53,6 +54,13 @@ def imports(path: Path) -> set[str]:
 
 def test_every_module_has_a_floor() -> None:
     assert {module_of(path) for path in FILES} <= set(FLOOR)
+
+
+def test_the_page_shows_the_floors() -> None:
+    page = (PACKAGE.parents[1] / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d+) \| (`.*?`) \|", page, re.MULTILINE)
+    shown = {int(floor): set(re.findall(r"`(\w+)`", names)) for floor, names in rows}
+    assert shown == {floor: set(names) for floor, names in enumerate(FLOORS)}
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(PACKAGE)))
