@@ -95,6 +95,7 @@ class CellType:
     n_middles: int = 0  #: the first so many edges of the shape have a node in the middle, after the corners
     reversal: tuple[int, ...] = ()  #: the nodes numbered in reverse; empty: two reference coordinates exchanged
     vtk_class: str = ""  #: VTK's, which knows the places of the nodes, where they are not here
+    n_corners: int = 0  #: of a surface cell, its first nodes; 0: as many as it has nodes
     n_nodes_beside: tuple[int, ...] = ()  #: numbers of nodes that are no full lattice of any order
 
     def __repr__(self) -> str:
@@ -355,16 +356,16 @@ _ROWS: tuple[CellType, ...] = (
     CellType(60, "higher_order_line", 1, None),
     CellType(68, "lagrange_line", 1, None),
     CellType(75, "bezier_line", 1, None),
-    CellType(5, "triangle", 2, 3),
+    CellType(5, "triangle", 2, 3, n_corners=3),
     CellType(6, "triangle_strip", 2, None),
     CellType(7, "polygon", 2, None),
-    CellType(8, "pixel", 2, 4),
-    CellType(9, "quad", 2, 4),
-    CellType(22, "triangle6", 2, 6),
-    CellType(23, "quad8", 2, 8),
-    CellType(28, "quad9", 2, 9),
-    CellType(30, "quad6", 2, 6),
-    CellType(34, "triangle7", 2, 7),
+    CellType(8, "pixel", 2, 4, n_corners=4),
+    CellType(9, "quad", 2, 4, n_corners=4),
+    CellType(22, "triangle6", 2, 6, n_corners=3),
+    CellType(23, "quad8", 2, 8, n_corners=4),
+    CellType(28, "quad9", 2, 9, n_corners=4),
+    CellType(30, "quad6", 2, 6, n_corners=4),
+    CellType(34, "triangle7", 2, 7, n_corners=3),
     CellType(36, "quadratic_polygon", 2, None),
     CellType(52, "parametric_surface", 2, None),
     CellType(53, "parametric_tri_surface", 2, None),
@@ -372,10 +373,10 @@ _ROWS: tuple[CellType, ...] = (
     CellType(61, "higher_order_triangle", 2, None),
     CellType(62, "higher_order_quad", 2, None),
     CellType(63, "higher_order_polygon", 2, None),
-    CellType(69, "lagrange_triangle", 2, None),
-    CellType(70, "lagrange_quad", 2, None),
-    CellType(76, "bezier_triangle", 2, None),
-    CellType(77, "bezier_quad", 2, None),
+    CellType(69, "lagrange_triangle", 2, None, n_corners=3),
+    CellType(70, "lagrange_quad", 2, None, n_corners=4),
+    CellType(76, "bezier_triangle", 2, None, n_corners=3),
+    CellType(77, "bezier_quad", 2, None, n_corners=4),
 )
 
 CELL_TYPES: dict[int, CellType] = {row.vtk_id: row for row in _ROWS}

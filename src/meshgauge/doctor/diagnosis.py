@@ -18,7 +18,7 @@ from ..mesh.ghosts import without_ghosts
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import OPPOSITE, Topology, topology
 from ..quality.measure import Quality, measure
-from . import cells, faces, points
+from . import cells, faces, points, surfaces
 from .inward import InwardFaces, inward
 from .orientation import EXAMPLES, Orientation, orientation
 
@@ -175,6 +175,7 @@ def diagnosis(
         _parts(sizes),
         _duplicate_points(mesh, representative, doubles, tolerance),
         _unused(np.flatnonzero(~is_used)),
+        *_beside_solids(mesh),
     ]
     return Diagnosis(
         findings=tuple(finding for finding in found if finding is not None),
@@ -203,7 +204,8 @@ def _checked(mesh: Mesh) -> tuple[str, ...]:
     is_own = solid == POLYHEDRON.vtk_id
     first = () if is_own.all() else ("cells numbered in reverse",)
     faces = ("faces that point inward",) if is_own.any() else ()
-    return (*first, *faces, *_OF_CELLS, *_OF_POINTS)
+    beside = ("surface cells that are no faces", "points of no solid cell") if len(solid) < mesh.n_cells else ()
+    return (*first, *faces, *_OF_CELLS, *beside, *_OF_POINTS)
 
 
 def _used(mesh: Mesh, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -325,6 +327,24 @@ def _unused(ids: NDArray[np.int64]) -> Finding | None:
     n = len(ids)
     text = f"{_count(n, 'point')} {_verb(n, 'belongs', 'belong')} to no cell ({_ids('point', ids)})."
     return _finding("unused_points", "notice", n, ids[:EXAMPLES].tolist(), text)
+
+
+def _beside_solids(mesh: Mesh) -> list[Finding | None]:
+    """What other cells have to do with the solid ones, if there are any of both."""
+    is_solid = IS_SOLID[mesh.types]
+    if is_solid.all() or not is_solid.any():
+        return []
+    alone, n_surface = surfaces.of_no_solid(mesh)
+    ids = surfaces.points_of_no_solid(mesh)
+    n, n_points = len(alone), len(ids)
+    text = f"{n:,} of {_count(n_surface, 'surface cell')} {_verb(n, 'is', 'are')} no face of a solid cell"
+    of_points = f"{_count(n_points, 'point')} {_verb(n_points, 'belongs', 'belong')} to no solid cell"
+    return [
+        _finding("surface_cells", "notice", n, alone[:EXAMPLES].tolist(), f"{text} ({_ids('cell', alone)})."),
+        _finding(
+            "points_of_no_solid", "notice", n_points, ids[:EXAMPLES].tolist(), f"{of_points} ({_ids('point', ids)})."
+        ),
+    ]
 
 
 def _finding(name: str, level: Level, n: int, examples: list[int], text: str) -> Finding | None:
