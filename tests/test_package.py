@@ -100,7 +100,7 @@ def test_docstrings_name_every_parameter_result_and_error(name: str) -> None:
     sections = re.split(r"\n\n(\w+)\n-+\n", "\n\n" + text)
     by_title = {"Raises": "", **dict(zip(sections[1::2], sections[2::2], strict=True))}
     stated = {one.strip() for line in by_title["Parameters"].split("\n") if line[:1] != " " for one in line.split(",")}
-    assert set(parameters) - {"mesh"} <= stated
+    assert set(parameters) <= stated
     assert by_title["Returns"].strip()
     assert by_title["Raises"].strip() or name == "regions", "which takes any mesh"
 

@@ -121,3 +121,11 @@ def test_counts_are_seen(records: list[Any], name: str) -> None:
     one = next(record for record in within(records, set()) if type(record).__name__ == name)
     assert "invalid" in repr(one)
     assert "cells" in repr(one)
+
+
+def test_a_list_is_shown_whole_or_counted() -> None:
+    few, many = repair.Claim("x", True, "y"), check.Check("x", 1, 1, (), tuple(map(str, range(25))))
+    assert repr(few) == "Claim(name='x', holds=True, text='y')"
+    assert "notes=<25 items>" in repr(many)
+    assert "notes=('0', '1')" in repr(replace(many, notes=("0", "1")))
+    assert "notes=<1 items>" in repr(replace(many, notes=("0" * 500,)))

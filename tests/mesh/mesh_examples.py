@@ -30,6 +30,7 @@ def two_polyhedra() -> Mesh:
         notes=("one",),
         purpose="fv",
         stored="double",
+        sources=("/here", "/beside"),
     )
 
 

@@ -46,7 +46,7 @@ def test_everything_survives(way: str) -> None:
         with pytest.raises(TypeError):
             getattr(again, name)["new"] = POINTS
     assert (again.blocks, again.path, again.notes) == (mesh.blocks, mesh.path, mesh.notes)
-    assert (again.purpose, again.stored) == ("fv", "double")
+    assert (again.purpose, again.stored, again.sources) == ("fv", "double", ("/here", "/beside"))
     assert again.is_ghost is not None
     assert again.is_ghost.tolist() == [False, True]
 

@@ -76,6 +76,16 @@ def test_faces_that_two_cells_share_stay_as_they_are() -> None:
         assert meshgauge.measure(part).values == value
 
 
+def test_points_that_only_faces_name_are_kept() -> None:
+    mesh = two_polyhedra()
+    short = mesh.replace(offsets=np.array([0, 3, 6]), connectivity=np.array([0, 1, 2, 1, 2, 3]))
+    part = short[1]
+    assert part.polyhedra is not None
+    assert part.n_points == 4
+    np.testing.assert_array_equal(part.points, mesh.points[1:])
+    assert part.polyhedra.face_points.max() == 3
+
+
 def test_none_is_an_empty_mesh() -> None:
     for nothing in ([], slice(0, 0), np.zeros(9, bool)):
         part = all_types()[nothing]

@@ -29,6 +29,8 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
     ----------
     path
         Where to; its extension tells the format unless ``file_format`` does.
+    mesh
+        What to write; named blocks are written as cell data as well, which more formats hold.
     file_format
         A name of `FORMATS`.
     overwrite
