@@ -17,7 +17,7 @@ from meshgauge.look import colours
 from meshgauge.quality.summary import summarise
 from meshgauge.repair.acceptance import n_unusable, status_counts, violations
 from meshgauge.report import FileReport
-from meshgauge.report.html.cells import chosen, drawable, drawn_as
+from meshgauge.report.html.page_cells import cells_to_show, drawable, drawn_as
 from meshgauge.report.verdict import verdict
 from meshgauge.status import (
     PURPOSES,
@@ -193,7 +193,7 @@ def test_page_and_colours(status: Status, purpose: Purpose) -> None:
         assert colour.tolist() == colours.rgb(expected[drawn]).tolist()
     else:
         assert colour.tolist() not in [colours.rgb(code).tolist() for code in expected.values()]
-    first = chosen(quality, drawable(quality), 1)
+    first = cells_to_show(quality, drawable(quality), 1)
     if status not in {Status.OK, Status.UNDECIDED, Status.NOT_SOLID}:
         assert first.tolist() == [CELL]
 
@@ -215,7 +215,7 @@ def test_plot_and_pipeline(status: Status, purpose: Purpose) -> None:
     pytest.importorskip("pyvista")
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
-    from meshgauge.integrations.vtk import low
+    from meshgauge.integrations.vtk import low_cells
     from meshgauge.io.plumbing.vtk import grid as vtk_grid
     from meshgauge.plot.pyvista_cells import bad
 
@@ -227,7 +227,7 @@ def test_plot_and_pipeline(status: Status, purpose: Purpose) -> None:
         array = numpy_to_vtk(np.ascontiguousarray(values), deep=True)
         array.SetName(key)
         data.GetCellData().AddArray(array)
-    assert low(data).GetNumberOfCells() == (status not in {Status.OK} | APART)
+    assert low_cells(data).GetNumberOfCells() == (status not in {Status.OK} | APART)
 
 
 @every_status

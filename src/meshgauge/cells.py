@@ -386,6 +386,7 @@ BY_NAME: dict[str, CellType] = {row.name: row for row in _ROWS}
 """Every row, by name."""
 
 POLYHEDRON = CELL_TYPES[42]
+POLY_VERTEX = CELL_TYPES[2]
 
 IS_SOLID = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 3 for t in range(256)])
 """Whether a VTK id is that of a solid cell, ``(256,)``: ``IS_SOLID[mesh.types]``."""

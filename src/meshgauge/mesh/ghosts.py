@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..cells import BY_NAME
+from ..cells import POLY_VERTEX
 from .mesh import Mesh
 from .polyhedra import Polyhedra
-
-_ASIDE = BY_NAME["poly_vertex"].vtk_id
 
 
 def without_ghosts(mesh: Mesh) -> Mesh:
@@ -21,7 +19,7 @@ def without_ghosts(mesh: Mesh) -> Mesh:
     if is_ghost is None:
         return mesh
     types = mesh.types.copy()
-    types[is_ghost] = _ASIDE
+    types[is_ghost] = POLY_VERTEX.vtk_id
     return mesh.replace(types=types, polyhedra=_without(mesh.polyhedra, is_ghost))
 
 
