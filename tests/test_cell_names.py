@@ -22,7 +22,7 @@ EXEMPT = {
     "io/plumbing/meshio.py": "a table of meshio's words; pixels and voxels, which it has in another order",
     "io/plumbing/face_based.py": "a table of surface cells by their number of points",
     "io/plumbing/writing.py": "pixels and voxels, which are VTK's alone, as what other formats have",
-    "quality/metrics/verdict.py": "a row names the shapes that Verdict has a measure for",
+    "quality/metrics/verdict_library.py": "a row names the shapes that Verdict has a measure for",
     "quality/metrics/tetra.py": "a row names the one shape that it is defined for",
 }
 """Where names may stand, and why."""

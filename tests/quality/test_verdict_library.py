@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meshgauge.cells import BY_NAME, CELL_TYPES, SHAPES
 from meshgauge.errors import MetricError
 from meshgauge.quality.metrics import METRICS, Metric
-from meshgauge.quality.metrics.verdict import _ask, verdict_quality
+from meshgauge.quality.metrics.verdict_library import _ask, verdict_quality
 
 pytest.importorskip("vtkmodules.vtkFiltersVerdict")
 

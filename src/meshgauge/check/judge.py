@@ -118,7 +118,7 @@ class _Judge:
         cells = self.cells_of(rule.scope)
         if isinstance(rule, Nothing):
             fails = rule.word.mask(self.quality.status, self.quality.mesh.purpose)
-            return self.judged(rule, cells, fails, JENS, (rule.word.name, rule.word.name))
+            return self.outcome_of(rule, cells, fails, JENS, (rule.word.name, rule.word.name))
         if rule.metric != JENS:
             cells &= self.defined_for(rule.metric)
         values = self.quality.values_of(rule.metric)
@@ -129,7 +129,9 @@ class _Judge:
             counts[what] = int(np.count_nonzero(mask & ~fails & cells))
             fails = fails | mask
         reasons = ", ".join(f"{n:,} {what}" for what, n in counts.items() if n)
-        return self.judged(rule, cells, fails, rule.metric, (f"{phrase} ({reasons})" if reasons else phrase, phrase))
+        return self.outcome_of(
+            rule, cells, fails, rule.metric, (f"{phrase} ({reasons})" if reasons else phrase, phrase)
+        )
 
     def never_good(self, rule: Threshold) -> dict[str, Mask]:
         """The cells that break a rule that asks for good values whatever theirs are: status goes before value."""
@@ -142,7 +144,7 @@ class _Judge:
             never["degenerate"] = is_degenerate(status)
         return never
 
-    def judged(
+    def outcome_of(
         self, rule: Threshold | Nothing, cells: Mask, fails: Mask, metric_name: str, phrases: tuple[str, str]
     ) -> Outcome:
         """The outcome for some cells, of which some fail; ``phrases``: what is wrong with those, and with none."""

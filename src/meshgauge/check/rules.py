@@ -42,7 +42,7 @@ class Scope:
 
     def __str__(self) -> str:
         types = f" for {', '.join(self.types)}" if self.types else ""
-        regions = f" in {', '.join(map(_quoted, self.regions))}" if self.regions else ""
+        regions = f" in {', '.join(map(_quote, self.regions))}" if self.regions else ""
         return types + regions
 
 
@@ -91,13 +91,13 @@ class NoWorse:
         return self.folder / self.file
 
     def __str__(self) -> str:
-        return f"no worse than {_quoted(self.file)}{f' within {self.margin_text}' if self.margin_text else ''}"
+        return f"no worse than {_quote(self.file)}{f' within {self.margin_text}' if self.margin_text else ''}"
 
 
 Rule = Threshold | Nothing | NoWorse
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     """A name as a rule has it: in quotes if it is not one word."""
     if name and not any(c.isspace() or c in "\"',@%<>=" for c in name):
         return name

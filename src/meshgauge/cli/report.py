@@ -110,7 +110,7 @@ def _metrics(ours: Iterable[str], verdict: Iterable[str]) -> tuple[str, ...]:
         If there is no such metric.
     """
     from ..quality.metrics import metric
-    from ..quality.metrics.verdict import PREFIX
+    from ..quality.metrics.verdict_library import PREFIX
 
     prefixed = (name if name.startswith(PREFIX) else PREFIX + name for name in verdict)
     return tuple(dict.fromkeys(metric(name).name for name in ("jens", *ours, *prefixed)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..look.style import listed, number, plural
+from ..look.style import enumeration, number, plural
 from ..quality.summary import CRITERIA, ROUNDING
 from ..report.comparison import sentence
 from ..report.record import FileReport, short_names
@@ -70,12 +70,14 @@ def of_the_worst(comparison: Comparison, one: Against) -> str:
     better = _better_worst(comparison, one)
     called = names(comparison)
     if draws.words == SIZES[0][1]:
-        clauses = [f"{called[at]} is better in {listed(labels)}" for at, labels in better.items() if labels]
+        clauses = [f"{called[at]} is better in {enumeration(labels)}" for at, labels in better.items() if labels]
         return f"The worst cells tell them apart: {'; '.join(clauses)}." if clauses else ""
     loser = 0 if draws.probability > 0.5 else one.position
     if not better[loser]:
         return ""
-    return f"But {called[loser]} is better in {listed(better[loser])}, and the worst cells decide for most solvers."
+    return (
+        f"But {called[loser]} is better in {enumeration(better[loser])}, and the worst cells decide for most solvers."
+    )
 
 
 def _better_worst(comparison: Comparison, one: Against) -> dict[int, list[str]]:
@@ -107,7 +109,7 @@ def cell_by_cell(counts: PairCounts) -> str:
         )
         if n
     ]
-    return f"{text}; {listed(more)}." if more else f"{text}."
+    return f"{text}; {enumeration(more)}." if more else f"{text}."
 
 
 def sentences(comparison: Comparison) -> Iterator[str]:

@@ -15,7 +15,7 @@ from ..errors import FailedFile
 from ..look import style
 from ..look.bands import POOR_TEXT
 from ..quality.summary import CRITERIA, Tally
-from ..report.text import colored, fits, new_table, spark
+from ..report.text import fits, new_table, quality_text, spark
 from . import Against, Comparison, Loss, PairCounts, PairedCells, Row, sentences
 from .comparison import ALL
 
@@ -150,7 +150,7 @@ def _value(row: Row, at: int) -> Text:
     elif kind == "share":
         text, look = f"{100 * value:.3g} %" if value else "0 %", "yellow" if value else "dim"
     else:
-        shown = colored(value)
+        shown = quality_text(value)
         text, look = shown.plain, str(shown.style)
     # Appended, so that the padding of the column is not underlined.
     return Text().append(text, "bold underline" if is_best else look)
@@ -223,8 +223,8 @@ def _losses(losses: Sequence[Loss], digits: int) -> Table:
         table.add_row(
             str(loss.cell),
             loss.type,
-            colored(loss.before),
-            colored(loss.after),
+            quality_text(loss.before),
+            quality_text(loss.after),
             loss.status_after,
             str(loss.node),
             str(loss.point),

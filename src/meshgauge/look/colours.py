@@ -62,7 +62,7 @@ def colour(value: float) -> str:
         return INVALID
     for (low, first), (high, last) in pairwise(STOPS):
         if value <= high:
-            return _mixed(first, last, (value - low) / (high - low))
+            return _mix(first, last, (value - low) / (high - low))
     return STOPS[-1][1]
 
 
@@ -145,6 +145,6 @@ def css_of(colours: NDArray[np.uint8]) -> list[str]:
     return [f"#{r:02x}{g:02x}{b:02x}" for r, g, b in colours.tolist()]
 
 
-def _mixed(first: str, last: str, share: float) -> str:
+def _mix(first: str, last: str, share: float) -> str:
     pairs = ((int(first[i : i + 2], 16), int(last[i : i + 2], 16)) for i in (1, 3, 5))
     return "#" + "".join(f"{round(a + (b - a) * share):02x}" for a, b in pairs)

@@ -60,7 +60,7 @@ def percent(part: int, whole: int) -> str:
     return f"{share:.1f} %"
 
 
-def listed(items: Sequence[str]) -> str:
+def enumeration(items: Sequence[str]) -> str:
     """``a``, ``a and b``, ``a, b and c``."""
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}" if items else ""
 

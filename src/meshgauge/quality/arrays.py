@@ -67,7 +67,7 @@ def jens(
     >>> meshgauge.jens(cube, [range(8)], "hexahedron")
     array([1.])
     """
-    given = _checked(points, cells, cell_type)
+    given = _check_cells(points, cells, cell_type)
     if nodes:
         return _in_own_order(_in_slices(Cells.node_jens, given, (given.shape.n_nodes,), threads), given)
     return _in_slices(Cells.jens, given, (), threads)
@@ -116,7 +116,7 @@ def scaled_jacobian(
     OptionError
         If there is less than one thread.
     """
-    given = _checked(points, cells, cell_type)
+    given = _check_cells(points, cells, cell_type)
     if nodes:
         return _in_own_order(_in_slices(Cells.node_scaled_jacobian, given, (given.shape.n_nodes,), threads), given)
     return _in_slices(Cells.scaled_jacobian, given, (), threads)
@@ -147,7 +147,7 @@ def aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
     -----
     Lobos, section 3; Verdict's ``aspect_gamma`` is its absolute value.
     """
-    return METRICS["aspect_ratio_gamma"].of_cells(_checked(points, cells, TETRA.name))
+    return METRICS["aspect_ratio_gamma"].of_cells(_check_cells(points, cells, TETRA.name))
 
 
 def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
@@ -175,10 +175,10 @@ def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
     -----
     Lobos, section 3.
     """
-    return METRICS["scaled_aspect_ratio_gamma"].of_cells(_checked(points, cells, TETRA.name))
+    return METRICS["scaled_aspect_ratio_gamma"].of_cells(_check_cells(points, cells, TETRA.name))
 
 
-def _checked(points: ArrayLike, nodes: ArrayLike, which: str | int | CellType) -> Cells:
+def _check_cells(points: ArrayLike, nodes: ArrayLike, which: str | int | CellType) -> Cells:
     try:
         row = cell_type(which)
     except KeyError as error:

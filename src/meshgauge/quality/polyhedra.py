@@ -392,7 +392,7 @@ def _model_corners(links: Links, wanted: NDArray[np.bool_], k: Values) -> None:
     starts = links.starts
     for valence in np.unique(links.valences[nodes]):
         here = nodes[links.valences[nodes] == valence]
-        sizes = _turned(links.sizes[starts[here][:, None] + np.arange(valence)])
+        sizes = _least_form(links.sizes[starts[here][:, None] + np.arange(valence)])
         rows, inverse = _unique_rows(np.concatenate([sizes, n_corners[here][:, None]], axis=1))
         k[here] = corner_model(rows[:, :-1], rows[:, -1])[inverse]
     k[wanted & (links.valences == 2)] = 1.0  # no corner: J_S is 0 whatever k
@@ -409,7 +409,7 @@ def _unique_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np
     return unique, inverse.reshape(-1)
 
 
-def _turned(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
+def _least_form(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     """Each row turned or mirrored into the least of its forms, so that rounding does not depend on the numbering.
 
     Rows beyond `LONG` stay as they are: the cost is that of their length squared.

@@ -15,7 +15,7 @@ from .._version import __version__
 from ..look import style
 from ..quality.summary import Tally
 from ..report.json import finite
-from ..report.text import colored, count, fits, new_table, spark
+from ..report.text import count, fits, new_table, quality_text, spark
 
 if TYPE_CHECKING:
     from . import RepairReport
@@ -114,10 +114,10 @@ def _by_type(rows: list[tuple[str, Tally, Tally]], *, ascii_only: bool, bars: bo
                 Text(when, "dim"),
                 count(tally.n_invalid, "invalid"),
                 count(tally.n_poor, "poor"),
-                colored(tally.min),
-                colored(at[0.01]),
-                colored(at[0.5]),
-                colored(tally.mean),
+                quality_text(tally.min),
+                quality_text(at[0.01]),
+                quality_text(at[0.5]),
+                quality_text(tally.mean),
                 *([spark(tally, ascii_only)] if bars and tally.n_measured else []),
             )
     return table
@@ -132,7 +132,7 @@ def below(report: RepairReport) -> Iterator[RenderableType]:
     table.columns[1].justify = "left"
     for cell in report.below[:NAMED]:
         bound = style.quality(cell.bound) if cell.bound < 1.0 else "-"
-        table.add_row(str(cell.cell), cell.type, colored(cell.quality), bound)
+        table.add_row(str(cell.cell), cell.type, quality_text(cell.quality), bound)
     yield Padding(table, (0, 0, 0, 2), expand=False)
 
 
@@ -143,7 +143,7 @@ def worse(report: RepairReport) -> Iterator[RenderableType]:
     table = new_table("cell", "type", "before", "after")
     table.columns[1].justify = "left"
     for cell in report.worse[:NAMED]:
-        table.add_row(str(cell.cell), cell.type, colored(cell.before), colored(cell.after))
+        table.add_row(str(cell.cell), cell.type, quality_text(cell.before), quality_text(cell.after))
     yield Padding(table, (0, 0, 0, 2), expand=False)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..look.style import listed, number, quality
+from ..look.style import enumeration, number, quality
 from ..quality.summary import Criterion, KeyFigures, Ranking, rankings
 from .record import FileReport, short_names
 
@@ -33,13 +33,13 @@ def sentence(reports: Sequence[FileReport], keys: Sequence[str] = KEYS) -> str:
     pair = len(measured) == 2
     clauses = []
     for best, comparisons in sorted(groups.items(), key=lambda group: (len(group[0]), -len(group[1]))):
-        numbers = listed([_number(c, best, pair) for c in comparisons])
+        numbers = enumeration([_number(c, best, pair) for c in comparisons])
         if len(best) == len(measured):
             clauses.append(f"{'both' if pair else 'all'} are equal in {numbers}")
         elif len(best) > FEW:
             clauses.append(f"{len(best)} of the {len(measured)} files share the best {numbers}")
         elif len(best) > 1:
-            clauses.append(f"{listed([names[i] for i in best])} are best in {numbers}")
+            clauses.append(f"{enumeration([names[i] for i in best])} are best in {numbers}")
         else:
             clauses.append(f"{names[best[0]]} is {'better' if pair else 'best'} in {numbers}")
     text = "; ".join(clauses)
@@ -63,13 +63,13 @@ def comparison_dict(reports: Sequence[FileReport]) -> dict[str, Any] | None:
 
 def _number(comparison: Ranking, best: tuple[int, ...], pair: bool) -> str:
     criterion, values, _ = comparison
-    shown = [_shown(criterion, value) for value in values]
+    shown = [_criterion_text(criterion, value) for value in values]
     if len(best) == len(values) or not pair:
         return f"{criterion.label} ({shown[best[0]]})"
     return f"{criterion.label} ({shown[best[0]]} against {shown[1 - best[0]]})"
 
 
-def _shown(criterion: Criterion, value: float) -> str:
+def _criterion_text(criterion: Criterion, value: float) -> str:
     if criterion.kind == "count":
         return number(int(value))
     return f"{100 * value:.3g} %" if criterion.kind == "share" else quality(value)

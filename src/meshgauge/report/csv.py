@@ -64,7 +64,7 @@ class CsvWriter:
     ) -> None:
         """Append the cells of one mesh: VTK ids, status codes and the values of each metric, ``(n_cells,)`` each."""
         self._is_empty = False
-        prefix = f"{_quoted(file)}," if self.with_file else ""
+        prefix = f"{_quote(file)}," if self.with_file else ""
         # Type and status together have few values: one lookup a row in a table of ready text.
         texts = [f",{type_name(t)},{STATUSES[s].name}," for t in range(256) for s in Status]
         try:
@@ -104,7 +104,7 @@ def _texts(values: NDArray[np.float64]) -> list[str]:
     return ["" if value != value else repr(value) for value in values.tolist()]
 
 
-def _quoted(text: str) -> str:
+def _quote(text: str) -> str:
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow([text])
     return line.getvalue()

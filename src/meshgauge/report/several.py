@@ -11,7 +11,7 @@ from ..errors import FailedFile
 from ..look import style
 from .comparison import compare, sentence
 from .record import FileReport, short_names
-from .text import STYLES_OF_COUNTS, colored, count, new_table
+from .text import STYLES_OF_COUNTS, count, new_table, quality_text
 
 
 class SeveralText:
@@ -37,7 +37,7 @@ class SeveralText:
                 *(count(n, band) for n, band in zip(counts, STYLES_OF_COUNTS, strict=True)),
                 Text(style.number(unknown), "bold yellow" if unknown else "dim"),
                 *(
-                    colored(value) if at not in best.get(key, ()) else Text(style.quality(value), "bold underline")
+                    quality_text(value) if at not in best.get(key, ()) else Text(style.quality(value), "bold underline")
                     for key, value in numbers.items()
                 ),
             )

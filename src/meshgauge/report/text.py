@@ -143,11 +143,11 @@ def _count_columns(with_undecided: bool) -> list[Column]:
 
 def _value_columns(ascii_only: bool) -> list[Column]:
     return [
-        ("min", lambda t: colored(t.min)),
-        ("1 %", lambda t: colored(t.quantiles()[0.01])),
-        ("5 %", lambda t: colored(t.quantiles()[0.05])),
-        ("median", lambda t: colored(t.quantiles()[0.5])),
-        ("mean", lambda t: colored(t.mean)),
+        ("min", lambda t: quality_text(t.min)),
+        ("1 %", lambda t: quality_text(t.quantiles()[0.01])),
+        ("5 %", lambda t: quality_text(t.quantiles()[0.05])),
+        ("median", lambda t: quality_text(t.quantiles()[0.5])),
+        ("mean", lambda t: quality_text(t.mean)),
         ("-1        0         1", lambda t: spark(t, ascii_only)),
     ]
 
@@ -237,9 +237,9 @@ def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table
         table.add_row(
             str(cell.cell),
             cell.type,
-            colored(cell.quality),
+            quality_text(cell.quality),
             str(cell.node),
-            *([colored(cell.node_quality)] if with_node_quality else []),
+            *([quality_text(cell.node_quality)] if with_node_quality else []),
             str(cell.point),
             *(f"{x:.{digits}g}" for x in cell.coordinates),
             *([Text(report.worst_regions[at])] if with_region else []),
@@ -310,7 +310,7 @@ def count(n: int, band: str) -> Text:
     return Text(style.number(n), style.STYLES[band] if n else "dim")
 
 
-def colored(value: float) -> Text:
+def quality_text(value: float) -> Text:
     """A value of J_ENS, in the colour of its band unless it is good."""
     bad = "bold magenta" if value == 0 else band_of(value).style
     return Text(style.quality(value), "" if value >= BANDS[-1].start else bad)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 from ..look.bands import POOR_TEXT
-from ..look.style import listed, number, plural
+from ..look.style import enumeration, number, plural
 from ..quality.summary import Summary
 from ..status import STATUSES, Status
 
@@ -45,7 +45,7 @@ def verdict(summary: Summary) -> Verdict:
     if bad:
         if concave:
             bad.append(f"{number(concave)} {_are(concave)} concave but star-shaped")
-        return Verdict("bad", f"{listed(bad)}: the mesh is not usable as it is{ending}")
+        return Verdict("bad", f"{enumeration(bad)}: the mesh is not usable as it is{ending}")
     poor = f"{number(every.n_poor)} {_are(every.n_poor)}" if every.n_poor else "none is"
     poor += f" poor (< {POOR_TEXT})"
     concave_only = (
@@ -103,5 +103,5 @@ def _not_measured(summary: Summary) -> str:
                 continue  # invalid, which says more
             by_reason.setdefault(reason, []).append(f"{number(n)} {name}")
             total += n
-    why = "; ".join(f"{listed(cells)}: {REASONS.get(reason, reason)}" for reason, cells in by_reason.items())
+    why = "; ".join(f"{enumeration(cells)}: {REASONS.get(reason, reason)}" for reason, cells in by_reason.items())
     return f"{plural(total, 'cell')} could not be measured ({why})"

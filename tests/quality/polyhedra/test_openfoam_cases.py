@@ -144,7 +144,7 @@ def run(case: Path, *command: str) -> str:
     return done.stdout
 
 
-def made(case: Path, *, with_surface: bool) -> Path:
+def regular_faced_solids(case: Path, *, with_surface: bool) -> Path:
     """The case with a mesh of cubes, finer in a ball; or around a ball, whose surface the cells are moved to."""
     if shutil.which("snappyHexMesh") is None:
         pytest.skip("OpenFOAM is not installed")
@@ -176,7 +176,7 @@ def solid_counts(mesh: meshgauge.Mesh) -> dict[str, int]:
 
 
 def test_an_octree_of_snappy_hex_mesh_scores_one(tmp_path: Path) -> None:
-    case = made(tmp_path / "case", with_surface=False)
+    case = regular_faced_solids(tmp_path / "case", with_surface=False)
     mesh = meshgauge.read(case)
     assert solid_counts(mesh) == counted_by_check_mesh(case)
     assert mesh.type_counts()["polyhedron"] > 100
@@ -188,7 +188,7 @@ def test_an_octree_of_snappy_hex_mesh_scores_one(tmp_path: Path) -> None:
 
 
 def test_cells_moved_to_a_surface_in_every_form_of_the_files(tmp_path: Path) -> None:
-    case = made(tmp_path / "case", with_surface=True)
+    case = regular_faced_solids(tmp_path / "case", with_surface=True)
     mesh = meshgauge.read(case)
     assert solid_counts(mesh) == counted_by_check_mesh(case)
     values = meshgauge.measure(mesh).values
@@ -221,7 +221,7 @@ def test_cells_moved_to_a_surface_in_every_form_of_the_files(tmp_path: Path) -> 
 
 
 def test_the_dual_of_a_mesh(tmp_path: Path) -> None:
-    case = made(tmp_path / "case", with_surface=False)
+    case = regular_faced_solids(tmp_path / "case", with_surface=False)
     run(case, "polyDualMesh", "60", "-overwrite")
     mesh = meshgauge.read(case / "0" if (case / "0" / "polyMesh").is_dir() else case)
     quality = meshgauge.measure(mesh)

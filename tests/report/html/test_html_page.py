@@ -23,9 +23,9 @@ from meshgauge.look.colours import colour
 from meshgauge.look.colours import colours as plotted
 from meshgauge.mesh.topology import topology
 from meshgauge.report import html
-from meshgauge.report.html import cells, surface
+from meshgauge.report.html import page_cells, surface
+from meshgauge.report.html.cell_cards import neighbours
 from meshgauge.report.html.frame import Frame
-from meshgauge.report.html.gallery import neighbours
 
 
 def run(*arguments: str | Path, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
@@ -130,7 +130,7 @@ def test_invalid_cells_of_good_value_come_first() -> None:
     good = int(np.argmax(quality.values))
     status[good] = meshgauge.Status.INVERTED_INSIDE
     odd = meshgauge.Quality(quality.mesh, quality.values, status, quality.metrics)
-    assert good in cells.chosen(odd, cells.drawable(odd), 3)
+    assert good in page_cells.cells_to_show(odd, page_cells.drawable(odd), 3)
     assert good in {card.cell for card in html.section(odd).cards}
     # One that is here for its status does not mean that all of lower value are.
     tight = html.section(odd, budget=len(html.section(odd).geometry) * 2 // 3)
@@ -157,7 +157,7 @@ def test_a_surface_is_made_coarser_and_keeps_its_extent() -> None:
     skin = surface.boundary(topology(mesh))
     assert skin.n_triangles == 6 * 30 * 30 * 2
     corners = surface.triangles(skin)
-    points, kept = surface.decimated(Frame.of(mesh.points).shown(mesh.points), corners, 3000)
+    points, kept = surface.decimate(Frame.of(mesh.points).shown(mesh.points), corners, 3000)
     assert 300 < len(kept) <= 3000
     assert kept.max() < len(points)
     # Points of a box are averaged: the surface shrinks by less than a box.
@@ -169,7 +169,7 @@ def test_neighbours_are_the_cells_beyond_the_faces(quality: meshgauge.Quality) -
     worst = np.array([cell.cell for cell in quality.worst(10)])
     found = topology(quality.mesh)
     mates = found.mates
-    for cell, near in zip(worst, neighbours(quality, worst, cells.drawable(quality)), strict=True):
+    for cell, near in zip(worst, neighbours(quality, worst, page_cells.drawable(quality)), strict=True):
         slots = np.arange(found.starts[cell], found.starts[cell + 1])
         beyond = {int(found.cells[mates[slot]]) for slot in slots if mates[slot] >= 0}
         assert set(near) == beyond
@@ -295,7 +295,7 @@ def test_no_script_can_end_its_element() -> None:
 def test_more_regions_than_sixteen_bits_hold(quality: meshgauge.Quality) -> None:
     ids = np.full(quality.n_cells, 70_000)
     frame = Frame.of(quality.mesh.points)
-    assert cells.arrays_of(quality, np.arange(3), ids, 20, frame)["region"].tolist() == [70_000] * 3
+    assert page_cells.arrays_of(quality, np.arange(3), ids, 20, frame)["region"].tolist() == [70_000] * 3
 
 
 def test_colours_are_those_of_the_plots() -> None:

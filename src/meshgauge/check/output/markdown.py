@@ -30,21 +30,21 @@ def _overview(checks: Sequence[Check], failures: Sequence[FailedFile]) -> Iterat
     yield "| | mesh | cells | |"
     yield "|---|---|---:|---|"
     for check in checks:
-        yield f"| {ICONS[check.state]} | {_escaped(check.path)} | {check.n_cells:,} | {_escaped(verdict(check))} |"
+        yield f"| {ICONS[check.state]} | {_escape(check.path)} | {check.n_cells:,} | {_escape(verdict(check))} |"
     for failure in failures:
-        yield f"| {ICONS[State.UNCHECKED]} | {_escaped(failure.path)} | | {_escaped(failure.reason)} |"
+        yield f"| {ICONS[State.UNCHECKED]} | {_escape(failure.path)} | | {_escape(failure.reason)} |"
 
 
 def _details(checks: Sequence[Check]) -> Iterator[str]:
     broken_checks = [check for check in checks if check.of(State.FAIL, State.WARN, State.UNCHECKED)]
     for check in broken_checks[:MOST]:
         yield ""
-        yield f"### {_escaped(check.path)}"
+        yield f"### {_escape(check.path)}"
         yield ""
         yield "| | rule | |"
         yield "|---|---|---|"
         for outcome in check.outcomes:
-            yield f"| {ICONS[outcome.state]} | {_escaped(str(outcome.rule))} | {_escaped(outcome.text)} |"
+            yield f"| {ICONS[outcome.state]} | {_escape(str(outcome.rule))} | {_escape(outcome.text)} |"
         for outcome in check.outcomes:
             if outcome.cells:
                 yield from _cells(outcome)
@@ -55,23 +55,23 @@ def _details(checks: Sequence[Check]) -> Iterator[str]:
 
 def _cells(outcome: Outcome) -> Iterator[str]:
     yield ""
-    yield f"{ICONS[outcome.state]} **{_escaped(str(outcome.rule))}**"
+    yield f"{ICONS[outcome.state]} **{_escape(str(outcome.rule))}**"
     yield ""
     metric = outcome.cells[0].metric
-    yield f"| cell | type | {_escaped(metric)} | status | node | point | coordinates | region |"
+    yield f"| cell | type | {_escape(metric)} | status | node | point | coordinates | region |"
     yield "|---:|---|---:|---|---:|---:|---|---|"
     for cell in outcome.cells:
         place = ", ".join(f"{x:.6g}" for x in cell.coordinates)
         value = "none" if math.isnan(cell.value) else f"{cell.value:.4g}"
         node, point = ("" if n is None else str(n) for n in (cell.node, cell.point))
-        region = _escaped(cell.region or "")
+        region = _escape(cell.region or "")
         yield f"| {cell.cell} | {cell.type} | {value} | {cell.status} | {node} | {point} | {place} | {region} |"
     if outcome.n_more:
         yield ""
         yield f"and {outcome.n_more:,} more"
 
 
-def _escaped(text: str) -> str:
+def _escape(text: str) -> str:
     """Text that shows as it is: nothing in a name of a file or a region is taken for Markdown or HTML."""
     plain = " ".join(printable(text).split())
     plain = plain.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

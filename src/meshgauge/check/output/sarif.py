@@ -69,7 +69,7 @@ def _result(path: str, outcome: Outcome, ids: dict[str, int]) -> dict[str, Any]:
         "level": LEVELS[outcome.state],
         "message": {"text": "\n".join(messages(outcome))},
         "locations": [_location(path)],
-        "relatedLocations": [_related(path, at, cell) for at, cell in enumerate(outcome.cells)],
+        "relatedLocations": [_related_location(path, at, cell) for at, cell in enumerate(outcome.cells)],
         "partialFingerprints": {"meshgauge/v1": fingerprint(path, rule)},
         "properties": finite(
             {
@@ -99,7 +99,7 @@ def _location(path: str) -> dict[str, Any]:
     return {"physicalLocation": {"artifactLocation": {"uri": quote(relative(path))}, "region": {"startLine": 1}}}
 
 
-def _related(path: str, at: int, cell: FailingCell) -> dict[str, Any]:
+def _related_location(path: str, at: int, cell: FailingCell) -> dict[str, Any]:
     name = f"cell {cell.cell}"
     return {
         **_location(path),

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from ...errors import FailedFile
 from ...look import style
-from ...report.text import colored, fits, new_table
+from ...report.text import fits, new_table, quality_text
 from .. import Check, FailingCell, Outcome, State
 
 LOOKS = {
@@ -132,7 +132,7 @@ def _table(cells: Sequence[FailingCell], digits: int, with_region: bool) -> Tabl
         table.add_row(
             str(cell.cell),
             cell.type,
-            colored(cell.value) if metric == "jens" else style.quality(cell.value),
+            quality_text(cell.value) if metric == "jens" else style.quality(cell.value),
             cell.status,
             "-" if cell.node is None else str(cell.node),
             "-" if cell.point is None else str(cell.point),

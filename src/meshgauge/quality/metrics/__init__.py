@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ...errors import MetricError
-from . import jacobian, tetra, verdict
+from . import jacobian, tetra, verdict_library
 from .inputs import Cells, PolyhedralCells
 from .row import Metric, Standard
 
-METRICS: dict[str, Metric] = {row.name: row for row in (*jacobian.ROWS, *tetra.ROWS, *verdict.ROWS)}
+METRICS: dict[str, Metric] = {row.name: row for row in (*jacobian.ROWS, *tetra.ROWS, *verdict_library.ROWS)}
 """Every row, by name."""
 
 

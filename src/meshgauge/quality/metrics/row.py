@@ -107,11 +107,11 @@ class Metric:
         """The shapes it is defined for, as text."""
         if self.shapes is None:
             return "all" if self.polyhedra is not None else "all but polyhedra"
-        return ", ".join(self._defined())
+        return ", ".join(self._defined_shapes())
 
     def is_defined_for(self, shape: str) -> bool:
         """True if cells of this shape (``"tetra"``, ``"wedge"``, ..., ``"polyhedron"``) can have a value."""
-        return shape in self._defined()
+        return shape in self._defined_shapes()
 
     def standard(self, shape: str) -> Standard:
         """Ideal value and acceptable range for a shape.
@@ -122,7 +122,7 @@ class Metric:
             If the metric is not defined for the shape.
         """
         if not self.is_defined_for(shape):
-            known = ", ".join(self._defined())
+            known = ", ".join(self._defined_shapes())
             raise MetricError(f"metric {self.name} is not defined for {shape!r}; it is for {known}")
         return self.per_shape.get(shape, Standard(self.ideal, self.acceptable))
 
@@ -134,14 +134,14 @@ class Metric:
         MetricError
             If the function returns anything else.
         """
-        return self._checked(self.values(cells), cells.n_cells)
+        return self._check_values(self.values(cells), cells.n_cells)
 
     def of_polyhedra(self, cells: PolyhedralCells) -> Values:
         """`polyhedra`, checked as by `of_cells`; the metric must have it."""
         assert self.polyhedra is not None
-        return self._checked(self.polyhedra(cells), cells.n_cells)
+        return self._check_values(self.polyhedra(cells), cells.n_cells)
 
-    def _checked(self, values: Any, n_cells: int) -> Values:
+    def _check_values(self, values: Any, n_cells: int) -> Values:
         try:
             array = np.asarray(values, np.float64)
         except (TypeError, ValueError) as error:
@@ -153,6 +153,6 @@ class Metric:
             )
         return array
 
-    def _defined(self) -> tuple[str, ...]:
+    def _defined_shapes(self) -> tuple[str, ...]:
         of_polyhedra = (POLYHEDRON.name,) if self.polyhedra is not None else ()
         return (*(SHAPES if self.shapes is None else self.shapes), *of_polyhedra)

@@ -71,9 +71,9 @@ def _chunk(x: NDArray[np.float64], signs: NDArray[np.integer] | None) -> NDArray
     x = np.where(finite[:, None, None], x, 0.0)
     # First the coordinates, so that no difference overflows, then the edges, so that no product under- or overflows.
     # Powers of two: neither step rounds.
-    x = np.moveaxis(_scaled(x), 0, -1)
+    x = np.moveaxis(_scale_to_unit(x), 0, -1)
     edges = np.stack([x[b] - x[a] for a, b in _EDGES])
-    edges = np.moveaxis(_scaled(np.moveaxis(edges, -1, 0)), 0, -1)
+    edges = np.moveaxis(_scale_to_unit(np.moveaxis(edges, -1, 0)), 0, -1)
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = edges[:3]
     volume = (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6.0
     cube = ((edges * edges).sum(axis=(0, 1)) / 6.0) ** 1.5
@@ -86,7 +86,7 @@ def _chunk(x: NDArray[np.float64], signs: NDArray[np.integer] | None) -> NDArray
     return values
 
 
-def _scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _scale_to_unit(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Each cell ``x[c]`` times the power of two that brings its largest component into [1/2, 1)."""
     _, exponent = np.frexp(np.abs(x).max(axis=(1, 2)))
     scaled: NDArray[np.float64] = np.ldexp(x, -exponent[:, None, None])

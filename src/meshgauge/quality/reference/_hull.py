@@ -44,17 +44,17 @@ def _around(points: Points, ids: NDArray[np.int64], normal: Points) -> tuple[int
     x = points[ids[0]] - centre
     y = np.cross(normal / np.linalg.norm(normal), x)
     angle = np.arctan2((points[ids] - centre) @ y, (points[ids] - centre) @ x)
-    return rotated(int(i) for i in ids[np.argsort(angle)])
+    return rotate_to_least(int(i) for i in ids[np.argsort(angle)])
 
 
-def rotated(cycle: Iterable[int]) -> tuple[int, ...]:
+def rotate_to_least(cycle: Iterable[int]) -> tuple[int, ...]:
     """The cycle from its lowest member."""
     ids = tuple(cycle)
     at = ids.index(min(ids))
     return ids[at:] + ids[:at]
 
 
-def polished(rough: Points, of: Faces) -> Points:
+def polish(rough: Points, of: Faces) -> Points:
     """Vertices near the given ones so that every face is a regular polygon of unit edges.
 
     Gauss and Newton's method on all distances within faces: a face whose every distance is right is planar and

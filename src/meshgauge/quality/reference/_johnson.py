@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from . import _uniform
-from ._hull import Points, circumradius, faces, is_regular_faced, polished
+from ._hull import Points, circumradius, faces, is_regular_faced, polish
 
 TAU = 2.0 * np.pi
 PHI = (1.0 + np.sqrt(5.0)) / 2.0
@@ -54,7 +54,7 @@ def _rotunda() -> Points:
     return local[local[:, 2] > 1e-6]
 
 
-def _turned(points: Points, angle: float) -> Points:
+def _turn(points: Points, angle: float) -> Points:
     c, s = np.cos(angle), np.sin(angle)
     turned: Points = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     return turned
@@ -78,8 +78,8 @@ def _tower(below: Points, n: int, above: Points, middle: str = "", turn: float =
     first = turn + (0.5 if middle == "antiprism" else 0.0)
     parts = [below * [1.0, 1.0, -1.0], _ring(n, 0.0)]
     if middle:
-        parts.append(_turned(_ring(n, height), TAU * first / n))
-    parts.append(_turned(np.add(above, [0.0, 0.0, height]), TAU * first / n))
+        parts.append(_turn(_ring(n, height), TAU * first / n))
+    parts.append(_turn(np.add(above, [0.0, 0.0, height]), TAU * first / n))
     return np.concatenate(parts)
 
 
@@ -87,7 +87,7 @@ def _face_ids(points: Points, n: int) -> list[tuple[int, ...]]:
     return [f for f in faces(points) if len(f) == n]
 
 
-def _capped(points: Points, cap: Points, on: list[tuple[int, ...]]) -> Points:
+def _cap(points: Points, cap: Points, on: list[tuple[int, ...]]) -> Points:
     """Cap the given faces. Of the two ways to turn a cupola, the one that leaves no face in a neighbour's plane."""
     out = points
     for face in on:
@@ -98,7 +98,7 @@ def _capped(points: Points, cap: Points, on: list[tuple[int, ...]]) -> Points:
         x = 0.5 * (points[face[0]] + points[face[1]]) - middle
         x /= np.linalg.norm(x)
         frame = np.array([x, np.cross(z, x), z])
-        options = [np.concatenate([out, _turned(cap, TAU * turn / n) @ frame + middle]) for turn in (0, 1)]
+        options = [np.concatenate([out, _turn(cap, TAU * turn / n) @ frame + middle]) for turn in (0, 1)]
         out = next(o for o in options if is_regular_faced(o, faces(o)))
     return out
 
@@ -159,21 +159,21 @@ def _augmented_icosahedron() -> Points:
     of = faces(points)
     beside = {frozenset((f[i - 1], f[i])): len(f) for f in of if len(f) == 5 for i in range(5)}
     face = next(f for f in of if len(f) == 3 and all(frozenset((f[i - 1], f[i])) in beside for i in range(3)))
-    return _capped(points, _pyramid(3), [face])
+    return _cap(points, _pyramid(3), [face])
 
 
 def _on_prism(n: int, which: tuple[int, ...]) -> Points:
     """An n-gonal prism with square pyramids on some of its sides, numbered around."""
     points = np.concatenate([_ring(n, -0.5), _ring(n, 0.5)])
     sides: list[tuple[int, ...]] = [(i, (i + 1) % n, (i + 1) % n + n, i + n) for i in which]
-    return _capped(points, _pyramid(4), sides)
+    return _cap(points, _pyramid(4), sides)
 
 
 def _on(name: str, cap: Points, n: int, where: str) -> Points:
     """A uniform solid with caps on some of its n-gons."""
     points = _uniform.vertices(name)
     among = _face_ids(points, n)
-    return _capped(points, cap, _apart(points, among)[where])
+    return _cap(points, cap, _apart(points, among)[where])
 
 
 def _truncated_cube(n: int) -> Points:
@@ -182,7 +182,7 @@ def _truncated_cube(n: int) -> Points:
     opposite = next(
         f for f in among if np.allclose(points[list(f)].mean(axis=0), -points[list(among[0])].mean(axis=0), atol=1e-6)
     )
-    return _capped(points, _cupola(4), [among[0], opposite][:n])
+    return _cap(points, _cupola(4), [among[0], opposite][:n])
 
 
 def _images(orbits: list[tuple[float, float, float]]) -> Points:
@@ -191,8 +191,8 @@ def _images(orbits: list[tuple[float, float, float]]) -> Points:
     return np.array(sorted(points))
 
 
-def _polished(rough: Points) -> Points:
-    return polished(rough, faces(rough, near=0.02))
+def _polish(rough: Points) -> Points:
+    return polish(rough, faces(rough, near=0.02))
 
 
 def _snub_disphenoid() -> Points:
@@ -213,7 +213,7 @@ def _snub_square_antiprism() -> Points:
         return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(4, z)], axis=1)
 
     half = np.sqrt(0.5)
-    return _polished(
+    return _polish(
         np.concatenate([square(half, top, 0), square(r, inner, 0), square(half, -top, 1), square(r, -inner, 1)])
     )
 
@@ -227,25 +227,25 @@ def _sphenocorona() -> Points:
         (0.0, 1 + np.sqrt(3 - 4 * k * k) / c, (1 - 2 * k * k) / c),
         (1.0, 0.0, -np.sqrt(2 + 4 * k - 4 * k * k)),
     ]
-    return _polished(0.5 * _images(orbits))
+    return _polish(0.5 * _images(orbits))
 
 
 def _augmented_sphenocorona() -> Points:
     points = _sphenocorona()
-    return _capped(points, _pyramid(4), _face_ids(points, 4)[:1])
+    return _cap(points, _pyramid(4), _face_ids(points, 4)[:1])
 
 
-# Vertices to three or four digits, enough to tell the faces; `polished` finds the rest.
+# Vertices to three or four digits, enough to tell the faces; `polish` finds the rest.
 
 
 def _sphenomegacorona() -> Points:
-    return _polished(
+    return _polish(
         _images([(0.5, 0.5946, 0.8040), (0.8547, 0, 1.5255), (0, 0.5, 1.6649), (1.2831, 0, 0.6219), (0.5, 0, 0)])
     )
 
 
 def _hebesphenomegacorona() -> Points:
-    return _polished(
+    return _polish(
         _images([(0.5, 0.7168, 0.9762), (1.1013, 0, 0.6233), (0.8357, 0, 1.5873), (0.5, 0.5, 0), (0, 0.5, 1.8146)])
     )
 
@@ -255,7 +255,7 @@ def _disphenocingulum() -> Points:
     upper += [(0.350, 0.707), (-0.615, 0.608), (0.0, -1.085), (1.004, 0.0), (-0.860, -0.985), (0.860, -0.985)]
     upper += [(-0.655, -0.378), (0.090, 0.165), (0.0, -1.085), (0.745, -0.542)]
     z = [-1.156, -0.602, -0.357, -0.889, -0.767, -0.090, 0.357, 0.602, -0.5, 0.090, 0.0, 0.0, 0.767, 1.156, 0.5, 0.889]
-    return _polished(np.array([(x, y, h) for (x, y), h in zip(upper, z, strict=True)]))
+    return _polish(np.array([(x, y, h) for (x, y), h in zip(upper, z, strict=True)]))
 
 
 def _bilunabirotunda() -> Points:
@@ -272,7 +272,7 @@ def _triangular_hebesphenorotunda() -> Points:
     edge = np.array([-x1 / 2, 0.0, h1])
     tip = edge + PHI * (np.array([-PHI * np.sqrt(5 / 12), 0.0, 0.0]) - edge)
     third = np.array([(x1, 0, h1), (x, 0.5, 0), (x, -0.5, 0), tip, (x2, 0.5, h2), (x2, -0.5, h2)])
-    return np.concatenate([_turned(third, TAU * i / 3) for i in range(3)])
+    return np.concatenate([_turn(third, TAU * i / 3) for i in range(3)])
 
 
 def _towers() -> list[tuple[str, Callable[[], Points]]]:
@@ -394,4 +394,4 @@ def makers() -> list[tuple[str, Callable[[], Points]]]:
 
 def _augmented_truncated_tetrahedron() -> Points:
     points = _uniform.vertices("truncated tetrahedron")
-    return _capped(points, _cupola(3), _face_ids(points, 6)[:1])
+    return _cap(points, _cupola(3), _face_ids(points, 6)[:1])

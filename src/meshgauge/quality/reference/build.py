@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from . import _johnson, _uniform
-from ._hull import Faces, Points, faces, is_regular_faced, polished
+from ._hull import Faces, Points, faces, is_regular_faced, polish
 from .table import FILE, node_k
 
 
-def made() -> list[tuple[str, Points, Faces]]:
+def regular_faced_solids() -> list[tuple[str, Points, Faces]]:
     """Name, vertices and faces of the 110 solids."""
     makers: list[tuple[str, Callable[[], Points]]] = [
         *((name, partial(_uniform.vertices, name)) for name in _uniform.NAMES),
@@ -27,7 +27,7 @@ def made() -> list[tuple[str, Points, Faces]]:
     for name, maker in makers:
         rough = maker()
         of = faces(rough)
-        points = polished(rough, of)
+        points = polish(rough, of)
         problem = _problem(points, of)
         if problem:
             raise ArithmeticError(f"{name}: {problem}")
@@ -55,7 +55,7 @@ def _problem(points: Points, of: Faces) -> str:
 
 def write(path: Path) -> None:
     """Write the table: NumPy's own format, about 60 kB."""
-    rows = made()
+    rows = regular_faced_solids()
     np.savez_compressed(
         path,
         names=np.array([name for name, _, _ in rows]),

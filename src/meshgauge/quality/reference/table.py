@@ -95,7 +95,7 @@ def prism(n: int) -> Solid:
     below, above = _ring(n, 0.0, -0.5), _ring(n, 0.0, 0.5)
     faces = [(*range(n - 1, -1, -1),), (*range(n, 2 * n),)]
     faces += [(i, (i + 1) % n, (i + 1) % n + n, i + n) for i in range(n)]
-    return _made("prism", n, np.concatenate([below, above]), faces)
+    return _solid("prism", n, np.concatenate([below, above]), faces)
 
 
 def antiprism(n: int) -> Solid:
@@ -104,7 +104,7 @@ def antiprism(n: int) -> Solid:
     faces = [(*range(n - 1, -1, -1),), (*range(n, 2 * n),)]
     faces += [(i, (i + 1) % n, i + n) for i in range(n)]
     faces += [((i + 1) % n, (i + 1) % n + n, i + n) for i in range(n)]
-    return _made("antiprism", n, np.concatenate([_ring(n, 0.0, -half), _ring(n, 0.5, half)]), faces)
+    return _solid("antiprism", n, np.concatenate([_ring(n, 0.0, -half), _ring(n, 0.5, half)]), faces)
 
 
 def _ring(n: int, first: float, z: float) -> NDArray[np.float64]:
@@ -113,7 +113,7 @@ def _ring(n: int, first: float, z: float) -> NDArray[np.float64]:
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(n, z)], axis=1)
 
 
-def _made(family: str, n: int, points: NDArray[np.float64], faces: list[tuple[int, ...]]) -> Solid:
+def _solid(family: str, n: int, points: NDArray[np.float64], faces: list[tuple[int, ...]]) -> Solid:
     turned = tuple(face[face.index(min(face)) :] + face[: face.index(min(face))] for face in faces)
     return Solid(f"{n}-gonal {family}", family, "", points, turned, node_k(points, turned))
 

@@ -85,7 +85,7 @@ class Summary:
             raise OptionError(f"cannot merge summaries of {self.metric} and {other.metric}")
         if self.purpose != other.purpose:
             raise OptionError(f"cannot merge summaries of meshes for {self.purpose} and for {other.purpose}")
-        return Summary(self.scale, _merged([self.tallies, other.tallies]), self.purpose)
+        return Summary(self.scale, _merge_tallies([self.tallies, other.tallies]), self.purpose)
 
     def __add__(self, other: object) -> Summary:
         """The same as `merge`: ``summary + summary``, ``sum(summaries)``."""
@@ -212,10 +212,10 @@ def summarise(
         part = slice(start, start + chunk)
         return tallies(values[part], status[part], types[part], row, purpose)
 
-    return Summary(Scale.of(row), _merged(run(partial, range(0, len(values), chunk), threads)), purpose)
+    return Summary(Scale.of(row), _merge_tallies(run(partial, range(0, len(values), chunk), threads)), purpose)
 
 
-def _merged(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
+def _merge_tallies(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
     merged: dict[int, Tally] = {}
     for part in parts:
         for vtk_id, one in part.items():

@@ -153,7 +153,7 @@ class Tally:
             return dict.fromkeys(at, np.nan)
         if self.values is not None and not any(self.n_infinite):
             return dict(zip(at, np.quantile(self.values, at).tolist(), strict=True))
-        return {q: self._interpolated(q) for q in at}
+        return {q: self._interpolate(q) for q in at}
 
     @property
     def quantile_resolution(self) -> float:
@@ -197,8 +197,8 @@ class Tally:
             self.scale,
             self.purpose,
             self.n_cells + other.n_cells,
-            _added(self.by_status, other.by_status),
-            _added(self.missing, other.missing),
+            _add_counts(self.by_status, other.by_status),
+            _add_counts(self.missing, other.missing),
             self.n_poor + other.n_poor,
             self.n_good + other.n_good,
             min(self.low, other.low),
@@ -268,7 +268,7 @@ class Tally:
         rank = int(position)
         return rank, min(rank + 1, self.n_measured - 1), position - rank
 
-    def _interpolated(self, q: float) -> float:
+    def _interpolate(self, q: float) -> float:
         first, second, part = self._ranks(q)
         a, b = self._value_of_rank(first), self._value_of_rank(second)
         return a if part == 0 or a == b else a + (b - a) * part
@@ -279,24 +279,24 @@ class Tally:
             return float(self.values[rank])
         if rank in (0, self.n_measured - 1):
             return self.high if rank else self.low
-        at = int(np.searchsorted(self._cumulated, rank, side="right"))
+        at = int(np.searchsorted(self._cumulative, rank, side="right"))
         n = int(self._fine()[at])
-        within = (rank - int(self._cumulated[at]) + n + 0.5) / n
+        within = (rank - int(self._cumulative[at]) + n + 0.5) / n
         lower, upper = self._bin_of_rank(rank)
         return lower + (upper - lower) * within if np.isfinite(upper - lower) else max(lower, self.low)
 
     def _bin_of_rank(self, rank: int) -> tuple[float, float]:
         """Ends of the fine bin that holds the value of this rank, no wider than the values reach."""
-        at = int(np.searchsorted(self._cumulated, rank, side="right"))
+        at = int(np.searchsorted(self._cumulative, rank, side="right"))
         lower, upper = self.scale.edges(np.array([at, at + 1])).tolist()
         return max(lower, self.low), min(upper, self.high)
 
     @cached_property
-    def _cumulated(self) -> Counts:
+    def _cumulative(self) -> Counts:
         return np.cumsum(self._fine())
 
 
-def _added(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
+def _add_counts(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(x + y for x, y in zip(a, b, strict=True))
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...cells import CELL_TYPES, type_name
 from ...status import STATUSES, Status
-from .cells import Ids, drawn_as, faces_of, nodes_of
+from .page_cells import Ids, drawn_as, faces_of, nodes_of
 from .sketch import side
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
     own = [place[p] for p in nodes.points.tolist()]
     row = CELL_TYPES[int(mesh.types[cell])]
     x, y, z = (float(v) for v in mesh.points[point])
-    fitted = _fitted(mesh.points[used], own)
+    fitted = _fit(mesh.points[used], own)
     return Card(
         cell=cell,
         type=type_name(int(mesh.types[cell])),
@@ -116,7 +116,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
     )
 
 
-def _fitted(points: NDArray[Any], own: list[int]) -> NDArray[np.float64]:
+def _fit(points: NDArray[Any], own: list[int]) -> NDArray[np.float64]:
     """Points moved and scaled so that the cell itself, of these points, fills the ball of radius 1 about the origin."""
     exact = points.astype(np.float64)
     exact = exact / (float(np.abs(exact).max()) or 1.0)

@@ -15,9 +15,9 @@ from ...mesh.topology import topology
 from ...quality.summary import Summary
 from ...status import STATUSES, is_usable
 from . import surface
-from .cells import WHOLE, WORST, Ids, arrays_of, chosen, drawable, drawn_as, kinds, nodes_of
 from .frame import Frame
-from .pack import packed
+from .pack import pack_arrays
+from .page_cells import WHOLE, WORST, Ids, arrays_of, cells_to_show, drawable, drawn_as, kinds, nodes_of
 
 if TYPE_CHECKING:
     from ...quality.measure import Quality
@@ -72,17 +72,17 @@ def geometry(
     boundary = surface.boundary(topology(mesh))
     most, triangles = (WHOLE if n_drawn <= WHOLE else WORST), TRIANGLES
     while True:
-        cells = chosen(quality, can_be_drawn, most)
+        cells = cells_to_show(quality, can_be_drawn, most)
         reach = _reach(quality, cells)
         if before is not None:
-            others = chosen(before, can_be_drawn, most)
+            others = cells_to_show(before, can_be_drawn, most)
             reach = min(reach, _reach(before, others))
             cells = np.union1d(cells, others)
         arrays = _arrays(quality, cells, ids, bins, frame, boundary, triangles)
         if before is not None:
             other = _arrays(before, cells, ids, bins, frame, boundary, triangles)
             arrays |= {f"{name}Before": other[name] for name in CHANGING if name in other and _is_fine(arrays, name)}
-        result = packed(arrays)
+        result = pack_arrays(arrays)
         if len(result.text) <= budget or most < 50:
             break
         most, triangles = min(most, len(cells)) // 2, triangles // 2
@@ -181,22 +181,22 @@ def _skin(quality: Quality, boundary: surface.Polygons, frame: Frame, most: int)
     points = frame.shown(quality.mesh.points[used])
     if boundary.n_triangles > most:
         corners = surface.triangles(surface.Polygons(boundary.offsets, local, boundary.cells))
-        points, kept = surface.decimated(points, corners, most)
+        points, kept = surface.decimate(points, corners, most)
         return {
             "surfaceSize": np.full(len(kept), 3, np.uint16),
             "surfacePoint": kept.astype(np.uint32),
-            "surfaceXyz": _quantised(points),
+            "surfaceXyz": _quantise(points),
         }
     return {
         "surfaceSize": np.diff(boundary.offsets).astype(np.uint16),
         "surfacePoint": local.astype(np.uint32),
-        "surfaceXyz": _quantised(points),
+        "surfaceXyz": _quantise(points),
         "surfaceCell": boundary.cells.astype(np.uint32),
         "surfaceValue": quality.values[boundary.cells].astype(np.float32),
         "surfaceStatus": quality.status[boundary.cells],
     }
 
 
-def _quantised(points: NDArray[np.float64]) -> NDArray[np.uint16]:
+def _quantise(points: NDArray[np.float64]) -> NDArray[np.uint16]:
     # A point that is not finite in the other of two states is of no face that is drawn.
     return np.rint((np.clip(np.nan_to_num(points), -1, 1) + 1) * 32767.5).astype(np.uint16)

@@ -24,7 +24,7 @@ class Packed(NamedTuple):
     text: str  #: base64, ASCII
 
 
-def packed(arrays: Mapping[str, NDArray[Any]]) -> Packed:
+def pack_arrays(arrays: Mapping[str, NDArray[Any]]) -> Packed:
     """Pack arrays of the dtypes of `NAMES`.
 
     The bytes of each array are transposed: first all lowest bytes, last all highest. Numbers that are close to one

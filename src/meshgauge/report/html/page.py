@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from ...quality.measure import Quality
 
-SCRIPTS = ("shaders.js", "model.js", "stage.js", "gallery.js", "meshview.js", "page.js")
+SCRIPTS = ("shaders.js", "model.js", "stage.js", "cards.js", "meshview.js", "page.js")
 """Our own, in the order in which they are run."""
 
 LIBRARY = "vendor/three.min.js"

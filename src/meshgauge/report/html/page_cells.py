@@ -63,7 +63,7 @@ def drawable(quality: Quality) -> NDArray[np.bool_]:
     return mask
 
 
-def chosen(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) -> Ids:
+def cells_to_show(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) -> Ids:
     """At most so many cells that can be drawn, ascending: those that are not usable first, then by quality."""
     cells = np.flatnonzero(can_be_drawn)
     if len(cells) <= most:

@@ -11,10 +11,10 @@ from ...quality.by_region import by_region
 from ...quality.summary import Summary, Tally
 from ..record import FileReport
 from ..verdict import Verdict, verdict
-from .cells import drawable
+from .cell_cards import Card, cards
 from .charts import Histogram, histograms
-from .gallery import Card, cards
 from .geometry import geometry
+from .page_cells import drawable
 
 if TYPE_CHECKING:
     from ...quality.measure import Quality

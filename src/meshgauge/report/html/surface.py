@@ -58,10 +58,10 @@ def boundary(topology: Topology) -> Polygons:
     finite = np.isfinite(mesh.points).all(axis=1)
     whole = np.ones(len(slots), np.bool_)
     whole[row[~finite[points]]] = False
-    return polygons if whole.all() else _picked(polygons, np.flatnonzero(whole))
+    return polygons if whole.all() else _select(polygons, np.flatnonzero(whole))
 
 
-def _picked(polygons: Polygons, faces: Ids) -> Polygons:
+def _select(polygons: Polygons, faces: Ids) -> Polygons:
     sizes = np.diff(polygons.offsets)[faces]
     return Polygons(
         np.concatenate([[0], np.cumsum(sizes)]),
@@ -79,7 +79,7 @@ def triangles(polygons: Polygons) -> Ids:
     return np.stack([polygons.points[first], polygons.points[first + step], polygons.points[first + step + 1]], axis=1)
 
 
-def decimated(points: NDArray[Any], corners: Ids, most: int) -> tuple[NDArray[np.float64], Ids]:
+def decimate(points: NDArray[Any], corners: Ids, most: int) -> tuple[NDArray[np.float64], Ids]:
     """A coarser surface of at most about so many triangles: points ``(n, 3)`` in [-1, 1] and triangles ``(m, 3)``.
 
     Points are gathered in the boxes of a grid (VTK's binned decimation), so that the form stays.
