@@ -30,7 +30,7 @@ EXEMPT = {
 COMPARING = ("cells.py", "io/formats", "io/plumbing/meshio.py")
 """Where a type may be compared with: what the table is made of, and what reads words of others."""
 
-WORDS = {"empty"}
+WORDS = {"empty", "line"}
 """Names of types that are words of everyday."""
 
 NAMES = (set(BY_NAME) | set(SHAPES)) - WORDS
