@@ -72,3 +72,23 @@ def curved(kind: str, n: int, by: float, bulge: float, seed: int = 0) -> Mesh:
     middles[inside] += np.random.default_rng(seed + 1).uniform(-bulge, bulge, (int(inside.sum()), 3))
     nodes = np.concatenate([corners, mesh.n_points + inverse.reshape(len(pairs), -1).T], axis=1)
     return Mesh.from_arrays(np.concatenate([mesh.points, middles]), {row.name: nodes})
+
+
+def pipe(n: int) -> Mesh:
+    """A quarter of a pipe wall of n³ hexahedra, all but its edges moved at random along its surface and inside."""
+    grid = shaken("hexahedron", n, 0.0)
+    points = np.array(grid.points)
+    rng = np.random.default_rng(2)
+    inside = (points > 0) & (points < n)
+    points += np.where(inside & (inside.sum(axis=1) >= 2)[:, None], rng.uniform(-0.4, 0.4, points.shape), 0.0)
+    radius, angle = 1.0 + points[:, 0] / n, 0.5 * np.pi * points[:, 1] / n
+    return grid.replace(points=np.stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2] / n], axis=1))
+
+
+def slid(mesh: Mesh, n: int, by: float, seed: int = 0) -> Mesh:
+    """The mesh with points of its sides moved at random within them, by up to ``by`` along each axis."""
+    points = np.array(mesh.points)
+    inside = (points > 1e-9) & (points < n - 1e-9)
+    on_side = inside.sum(axis=1) == 2
+    points += np.where(inside & on_side[:, None], np.random.default_rng(seed).uniform(-by, by, points.shape), 0.0)
+    return mesh.replace(points=points)

@@ -7,14 +7,16 @@ import dataclasses
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from repair_meshes import curved, shaken
+from repair_meshes import curved, pipe, shaken
 
 import meshgauge
 from meshgauge import Mesh, Quality, Status, measure
 from meshgauge.repair.acceptance import accept
-from meshgauge.repair.claims import claims_of
+from meshgauge.repair.claims import Promise
+from meshgauge.repair.constraints import Constraints, constraints_of
 from meshgauge.repair.phases import slide
 from meshgauge.repair.problem import problem
+from meshgauge.repair.report import Claim
 
 BOX = np.array(
     [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (-1, -1, 10), (1, -1, 10), (1, 1, 10), (-1, 1, 10)], float
@@ -92,39 +94,109 @@ def test_a_cell_that_loses_its_value_is_put_back(upward: float) -> None:
     assert after.mesh.points.tobytes() == before.mesh.points.tobytes()
 
 
-def holding(before: Quality, after: Quality, held: NDArray[np.bool_], *, strict: bool = True) -> dict[str, bool]:
-    return {claim.name: claim.holds for claim in claims_of(before, after, held, strict=strict)}
+def free(mesh: Mesh) -> Constraints:
+    """Constraints that leave every point free."""
+    bound = constraints_of(mesh, measure(mesh), None)
+    return dataclasses.replace(bound, boundary=np.zeros(mesh.n_points, bool))
 
 
-def broken(before: Quality, after: Quality, held: NDArray[np.bool_]) -> set[str]:
+def broken(before: Quality, after: Quality, constraints: Constraints, **options: bool) -> set[str]:
     """Names of the claims that do not hold."""
-    return {name for name, holds in holding(before, after, held).items() if not holds}
+    promise = Promise(before, constraints, **options)
+    return {claim.name for claim in promise.claims(after) if not claim.holds}
 
 
 def test_each_claim_can_be_false() -> None:
-    before = measure(hexahedra(BOX + SKEW, BOX + SKEW))
-    free = np.zeros(16, bool)
-    assert broken(before, before, ~free) == set()
-    far = np.asarray(before.mesh.points).copy()
-    far[0] = np.nextafter(far[0], 9.0)
-    assert broken(before, moved(before, far), ~free) == {"fixed"}
-    assert broken(before, moved(before, far), free) == set()
-    inside = np.concatenate([BOX, crossed() + 100.0 * X])
-    assert broken(before, moved(before, inside), free) == {"valid"}
+    mesh = hexahedra(BOX + SKEW, BOX + SKEW)
+    before, held, loose = measure(mesh), constraints_of(mesh, measure(mesh), None), free(mesh)
+    assert held.fixed.all()
+    assert broken(before, before, held, strict=True) == set()
+    far = np.asarray(mesh.points).copy()
+    far[0, 0] = np.nextafter(far[0, 0], 9.0)
+    assert broken(before, moved(before, far), held) == {"fixed"}
+    assert broken(before, moved(before, far), loose) == set()
+    inside = np.concatenate([BOX + SKEW, crossed() + 100.0 * X])
+    assert broken(before, moved(before, inside), loose, is_given=True) == {"valid"}
     turned = np.concatenate([BOX, BOX * (1.0, 1.0, -1.0) + 100.0 * X])
-    assert broken(before, moved(before, turned), free) == {"valid", "worst", "strict"}
-    lower = np.concatenate([BOX, BOX + 2.0 * SKEW + 100.0 * X])
-    assert broken(before, moved(before, lower), free) == {"worst", "strict"}
-    assert "strict" not in holding(before, moved(before, lower), free, strict=False)
-    mesh = before.mesh
+    assert broken(before, moved(before, turned), loose, strict=True) == {"valid", "worst", "volume", "strict"}
+    lower = np.concatenate([BOX + SKEW, BOX + 2.0 * SKEW + 100.0 * X])
+    assert broken(before, moved(before, lower), loose, strict=True) == {"worst", "strict"}
+    assert broken(before, moved(before, lower), loose) == {"worst"}
     other = Mesh.from_arrays(mesh.points, {"hexahedron": np.roll(np.arange(16).reshape(2, 8), 1, axis=0)})
-    assert broken(before, measure(other), free) == {"topology"}
+    assert broken(before, measure(other), loose) == {"topology"}
+
+
+def test_the_sign_of_a_zero_is_a_bit_too() -> None:
+    points = BOX.copy()
+    points[0, 2] = -0.0
+    before = measure(Mesh.from_arrays(points, {"hexahedron": [range(8)]}))
+    assert broken(before, moved(before, points + 0.0), constraints_of(before.mesh, before, None)) == {"fixed"}
+
+
+def test_a_point_that_stays_keeps_the_signs_of_its_zeros() -> None:
+    mesh = shaken("hexahedron", 3, 0.3)
+    points = np.where(mesh.points == 0.0, -0.0, mesh.points)
+    result = meshgauge.improve(mesh.replace(points=points))
+    assert result.report.holds
+    stays = result.mesh.points == points
+    assert stays.any()
+    assert not stays.all()
+    assert np.signbit(result.mesh.points[stays & (points == 0.0)]).all()
 
 
 def test_strict_compares_each_cell_with_itself() -> None:
     before = measure(hexahedra(BOX + 2.0 * SKEW, BOX))
-    lower = np.concatenate([BOX, BOX + SKEW + 100.0 * X])
-    assert broken(before, moved(before, lower), np.zeros(16, bool)) == {"strict"}
+    lower = np.concatenate([BOX + 2.0 * SKEW, BOX + SKEW + 100.0 * X])
+    assert broken(before, moved(before, lower), free(before.mesh), strict=True) == {"strict"}
+
+
+@pytest.mark.parametrize(("slides", "most"), [(False, 1e-12), (True, 1e-3)])
+def test_the_volume_of_the_whole_and_of_each_region_is_claimed(slides: bool, most: float) -> None:
+    mesh = shaken("hexahedron", 4, 0.0).replace(cell_data={"material": np.repeat([1, 2], 32)})
+    before = measure(mesh)
+    loose = dataclasses.replace(free(mesh), interface=np.zeros(mesh.n_points, bool))
+    for factor, expected in ((0.5, set()), (2.0, {"volume"})):
+        grown = np.array(mesh.points)
+        grown[grown[:, 0] == 4.0, 0] += factor * most * 4.0
+        names = broken(before, moved(before, grown), loose, slides=slides)
+        assert names - {"interfaces"} == expected
+    shifted = np.array(mesh.points)
+    shifted[shifted[:, 0] == 2.0, 0] += 0.01  # from one region to the other
+    assert broken(before, moved(before, shifted), loose, slides=True) == {"interfaces"}
+    bound = dataclasses.replace(loose, interface=shifted[:, 0] == 2.01)
+    assert broken(before, moved(before, shifted), bound) == {"fixed", "interfaces"}
+
+
+def test_a_step_that_breaks_a_claim_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shaken("hexahedron", 4, 0.4)
+    good = meshgauge.improve(mesh)
+    real = Promise.claims
+
+    def as_if_moved(self: Promise, after: Quality) -> tuple[Claim, ...]:
+        wrong = after.mesh is not self.before.mesh and self.slides
+        return tuple(dataclasses.replace(one, holds=one.holds and not wrong) for one in real(self, after))
+
+    monkeypatch.setattr(Promise, "claims", as_if_moved)
+    result = meshgauge.improve(mesh, boundary="slide")
+    assert result.report.outcome == "improved"
+    np.testing.assert_array_equal(result.mesh.points, good.mesh.points)
+    assert any("taken back" in note for note in result.report.notes)
+
+
+def test_what_broke_a_claim_is_refused_if_nothing_else_was_reached(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shaken("hexahedron", 4, 0.4)
+    real = Promise.claims
+
+    def never(self: Promise, after: Quality) -> tuple[Claim, ...]:
+        same = after.mesh is self.before.mesh
+        return tuple(dataclasses.replace(one, holds=one.holds and same) for one in real(self, after))
+
+    monkeypatch.setattr(Promise, "claims", never)
+    result = meshgauge.improve(mesh)
+    assert result.mesh is mesh
+    assert result.report.outcome == "refused"
+    assert result.report.holds
+    assert "would not have held" in result.report.verdict
 
 
 def test_points_of_surface_and_line_cells_inside_stay() -> None:
@@ -140,17 +212,6 @@ def test_points_of_surface_and_line_cells_inside_stay() -> None:
         np.testing.assert_array_equal(result.mesh.points[[*quad, *line]], mesh.points[[*quad, *line]])
         assert (result.mesh.points[inside] != mesh.points[inside]).any()
         assert "6 points inside belong to surface, line or vertex cells and stay." in result.report.notes
-
-
-def pipe(n: int) -> Mesh:
-    """A quarter of a pipe wall of n³ hexahedra, all but its edges moved at random along its surface and inside."""
-    grid = shaken("hexahedron", n, 0.0)
-    points = np.array(grid.points)
-    rng = np.random.default_rng(2)
-    inside = (points > 0) & (points < n)
-    points += np.where(inside & (inside.sum(axis=1) >= 2)[:, None], rng.uniform(-0.4, 0.4, points.shape), 0.0)
-    radius, angle = 1.0 + points[:, 0] / n, 0.5 * np.pi * points[:, 1] / n
-    return grid.replace(points=np.stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2] / n], axis=1))
 
 
 def test_the_surface_is_left_by_no_more_than_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -46,7 +46,7 @@ def accept(
     mesh = before.mesh
     back = before if back is None else back
     old = np.asarray(back.mesh.points, np.float64)
-    points = points.copy()
+    points = np.where(points == old, old, points)  # a zero keeps its sign
     is_back = np.zeros(len(points), bool)
     sizes = np.diff(mesh.offsets)
     metrics = [before.rows[name] for name in before.metrics]

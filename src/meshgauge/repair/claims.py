@@ -2,46 +2,123 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass
 
+import numpy as np
+
+from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..status import is_usable
 from .acceptance import SAME
+from .constraints import Constraints
+from .problem import Points
 from .report import Claim
+from .volumes import KEPT, region_volumes
+
+STAY, SAME_CELLS = "are where they were, to the last bit", "cells, their numbering and data are the same"
+
+UNCHANGED = 1e-12
+"""Share of a volume that is rounding."""
 
 
-def claims_of(before: Quality, after: Quality, held: NDArray[np.bool_], *, strict: bool) -> tuple[Claim, ...]:
-    """The claims on a repair, each with whether it holds.
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What must hold of every step of a repair, else it is taken back.
 
-    Parameters
+    Attributes
     ----------
-    before, after
-        Of the mesh given, and of the one that is to be returned.
-    held
-        ``(n_points,)`` points that must not have moved.
+    before
+        Of the mesh given.
+    constraints
+        What may move in it.
+    slides
+        True if points of the boundary may move on it.
+    is_given
+        True if they are to move on a surface that the user gave: the volume is then what that surface makes it.
     strict
-        Claim as well that no cell has less than it began with.
+        True if no cell may have less than it began with.
     """
-    old, new = before.mesh, after.mesh
-    same = np.array_equal(
-        np.asarray(old.points, np.float64)[held], np.asarray(new.points, np.float64)[held], equal_nan=True
-    )
-    lost = int(np.count_nonzero(is_usable(before.status, old.purpose) & ~is_usable(after.status, new.purpose)))
-    worst = float(np.nanmin(before.values)), float(np.nanmin(after.values))
-    n_held = int(np.count_nonzero(held))
-    claims = [
-        Claim("fixed", same, f"the {n_held:,} points that must stay are where they were, to the last bit"),
-        Claim("valid", lost == 0, "no cell that was valid is invalid, inside too"),
-        Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),
-        Claim(
-            "topology",
-            np.array_equal(new.connectivity, old.connectivity),
-            "cells, their numbering and data are the same",
-        ),
-    ]
-    if strict:
-        with np.errstate(invalid="ignore"):
-            fell = int(np.count_nonzero(after.values < before.values - SAME))
-        claims.append(Claim("strict", fell == 0, "no cell has less than it began with"))
-    return tuple(claims)
+
+    before: Quality
+    constraints: Constraints
+    slides: bool = False
+    is_given: bool = False
+    strict: bool = False
+
+    def claims(self, after: Quality) -> tuple[Claim, ...]:
+        """Each claim, with whether it holds of a mesh."""
+        before = self.before
+        old, new = before.mesh, after.mesh
+        held = self.constraints.pinned if self.slides else self.constraints.fixed
+        n_held = int(np.count_nonzero(held))
+        lost = is_usable(before.status, old.purpose) & ~is_usable(after.status, new.purpose)
+        worst = _least(before.values), _least(after.values)
+        claims = [
+            Claim(
+                "fixed",
+                self._stays(after, held),
+                f"the {n_held:,} points that must stay are where they were, to the last bit",
+            ),
+            Claim("valid", not lost.any(), "no cell that was valid is invalid, inside too"),
+            Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),
+            Claim(
+                "topology",
+                np.array_equal(new.connectivity, old.connectivity),
+                SAME_CELLS,
+            ),
+            *self._of_volumes(after),
+        ]
+        if self.strict:
+            with np.errstate(invalid="ignore"):
+                fell = after.values < before.values - SAME
+            claims.append(Claim("strict", not fell.any(), "no cell has less than it began with"))
+        return tuple(claims)
+
+    def broken(self, after: Quality) -> tuple[str, ...]:
+        """Texts of the claims that do not hold of a mesh."""
+        return tuple(claim.text for claim in self.claims(after) if not claim.holds)
+
+    def keeps_volumes(self, after: Quality) -> bool:
+        """True if the volumes of the whole and of the regions are what they were."""
+        return all(claim.holds for claim in self._of_volumes(after))
+
+    def volumes(self, after: Quality) -> tuple[Points, Points]:
+        """Volumes of the regions, before and after."""
+        faces, regions = self.constraints.topology, self.constraints.region_ids
+        old, new = (region_volumes(faces, regions, quality.mesh.points) for quality in (self.before, after))
+        return old, new
+
+    def named_volumes(self, after: Quality) -> dict[str, tuple[float, float]]:
+        """Volumes of the regions by name, before and after; empty if there is one."""
+        _, names = regions(self.before.mesh)
+        old, new = self.volumes(after)
+        named = {names[n]: (float(old[n]), float(new[n])) for n in np.flatnonzero((old != 0.0) | (new != 0.0))}
+        return named if len(named) > 1 else {}
+
+    def _stays(self, after: Quality, held: np.ndarray) -> bool:
+        old, new = (np.asarray(quality.mesh.points, np.float64)[held] for quality in (self.before, after))
+        return old.tobytes() == new.tobytes()
+
+    def _of_volumes(self, after: Quality) -> list[Claim]:
+        old, new = self.volumes(after)
+        total = abs(float(old.sum()))
+        most = KEPT if self.slides else UNCHANGED
+        claims = []
+        if not self.is_given:
+            how = f"has changed by at most {100 * KEPT:g} %" if self.slides else "is unchanged"
+            claims.append(Claim("volume", abs(float(new.sum() - old.sum())) <= most * total, f"the volume {how}"))
+        if np.count_nonzero(old) > 1:
+            if self.slides:
+                holds = bool((np.abs(new - old) <= KEPT * np.abs(old) + UNCHANGED * total).all())
+                text = f"the volume of each region has changed by at most {100 * KEPT:g} %"
+            else:
+                holds, text = (
+                    self._stays(after, self.constraints.interface),
+                    "faces between regions are where they were",
+                )
+            claims.append(Claim("interfaces", holds, text))
+        return claims
+
+
+def _least(values: Points) -> float:
+    return float(np.nanmin(values, initial=np.inf))

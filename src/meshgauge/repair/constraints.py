@@ -40,10 +40,10 @@ class Constraints:
     boundary
         ``(n_points,)`` points of the boundary, and of faces that three cells or more have.
     interface
-        ``(n_points,)`` points of faces between regions, or of surface and line cells inside.
+        ``(n_points,)`` points of faces between regions.
     pinned
-        ``(n_points,)`` points that never move: asked for by the user, coinciding ones, those of ghost cells and of
-        cells that take no part.
+        ``(n_points,)`` points that never move: asked for by the user, coinciding ones, those of surface and line
+        cells inside, of ghost cells and of cells that take no part.
     notes
         Notes for the report, a sentence each.
     """
@@ -122,7 +122,7 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     n_embedded = int(np.count_nonzero(embedded & used & ~interface))
     if n_embedded:
         notes.append(f"{n_embedded:,} points inside belong to surface, line or vertex cells and stay.")
-    interface |= embedded
+    pinned |= embedded
 
     together, n_together = _held_together(mesh, used)
     if n_together:

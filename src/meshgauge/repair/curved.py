@@ -131,13 +131,23 @@ def _weights(vtk_id: int) -> Points:
 
 @cache
 def nodes_on_faces(vtk_id: int) -> tuple[tuple[int, ...], ...]:
-    """For each face of a curved type its nodes that are no corners: those of its edges in turn, then those inside."""
+    """For each face of a curved type its nodes that are no corners: those of its edges in turn, then that inside."""
     row = CELL_TYPES[vtk_id]
     assert row.shape is not None
-    weights, middles = _weights(vtk_id), _middles(vtk_id)
+    weights = _weights(vtk_id)
     faces = []
     for face in row.shape.faces:
-        ring = [middles.get(frozenset((a, b))) for a, b in zip(face, (*face[1:], face[0]), strict=True)]
+        on_edges = [node for node in ring_of_face(vtk_id, face) if node not in row.corners]
         inside = [node for node in between(row) if set(np.flatnonzero(weights[node])) == set(face)]
-        faces.append((*(node for node in ring if node is not None), *inside))
+        faces.append((*on_edges, *inside))
     return tuple(faces)
+
+
+def ring_of_face(vtk_id: int, face: tuple[int, ...]) -> tuple[int, ...]:
+    """Nodes around a face of a curved type, given by its positions among the corners: a corner, a middle, and so on."""
+    row, middles = CELL_TYPES[vtk_id], _middles(vtk_id)
+    ring: list[int] = []
+    for a, b in zip(face, (*face[1:], face[0]), strict=True):
+        middle = middles.get(frozenset((a, b)))
+        ring += [row.corners[a]] if middle is None else [row.corners[a], middle]
+    return tuple(ring)

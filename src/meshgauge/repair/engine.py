@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ..doctor.diagnosis import LIMIT, diagnosis
@@ -16,31 +15,21 @@ from ..look.bands import POOR
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from . import report as records
-from .acceptance import accept, is_better, n_unusable, status_counts
-from .ceiling import Ceiling, ceiling
-from .claims import claims_of
+from .acceptance import n_unusable, status_counts
+from .claims import Promise
 from .constraints import Constraints, constraints_of
-from .curved import move_nodes_between
 from .descent import workers
-from .phases.mean import raise_mean
-from .phases.strict import keep_every_cell
-from .phases.untangle import smooth, untangle
-from .phases.untwist import untwist
-from .phases.worst import raise_worst
-from .polyhedral import corners
-from .problem import Points, problem
 from .reasons import reasons, verdict
 from .report import RepairReport
-from .run import Progress, Run, begin_run
+from .run import Progress
+from .volumes import volume_and_surface
+from .whole import Options, Outcome, repair
 
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
 
 REVERSED = 0.5
 """Share of the invalid cells from which on those numbered in reverse are believed: in a tangle a few look so."""
-
-SHARES = {"untangle": 0.4, "worst": 0.75, "mean": 1.0}
-"""When time is limited: by which share of it each phase ends."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -142,29 +131,10 @@ def improve(
     before = measure(mesh, threads=threads)
     faults = _diagnose(before)
     constraints = constraints_of(mesh, before, fixed)
-    of_polyhedra = corners(before)
-    polyhedral = of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants
-    whole = problem(mesh, constraints.cells, polyhedral, constraints.pinned)
-    if whole.n_cells == 0:
-        raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
-    options = {"boundary": boundary, "target": target, "floor": floor, "strict": strict, "seconds": seconds}
+    options = Options(boundary, target, floor, strict, seconds, surface, feature_angle, threads)
     with workers(threads) as team:
-        run = begin_run(constraints, whole, team, target, floor, start, seconds, progress, should_stop)
-        points = run.base[run.points_of_moving].copy()
-        limit = ceiling(whole, run.base, constraints.fixed[whole.point_ids])
-        run.record("start", points, now=True)
-        points = _phases(run, points, limit, strict=strict)
-        after, notes = _accept(before, run, points, constraints, strict=strict, threads=threads)
-        if not run.stopped:
-            after = untwist(before, after, constraints, run, strict=strict, threads=threads)
-        deviation = 0.0
-        if boundary == "slide" and not run.stopped:
-            from .phases.slide import slide
-
-            slid = slide(before, after, constraints, run, surface, feature_angle, strict=strict, threads=threads)
-            after, deviation, notes = slid.quality, slid.deviation, (*notes, *slid.notes)
-        run.record("end", np.asarray(after.mesh.points, np.float64)[whole.point_ids[run.points_of_moving]], now=True)
-    return _result(before, after, constraints, run, limit, options, (*faults, *notes), deviation)
+        outcome = repair(before, constraints, options, team, start, progress, should_stop)
+    return _result(before, outcome, constraints, options, faults)
 
 
 def _diagnose(before: Quality) -> tuple[str, ...]:
@@ -200,77 +170,26 @@ def _check(boundary: str, target: float, floor: float, seconds: float | None, su
         raise MeshError("a surface to slide on needs boundary='slide'")
 
 
-def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
-    had, _ = run.moving.qualities(points)
-
-    def until(phase: str) -> None:
-        left = run.deadline - run.start
-        run.phase_end = run.start + SHARES[phase] * left if np.isfinite(left) else np.inf
-
-    was_tangled = bool((had <= 0.0).any())
-    until("untangle")
-    given = points
-    points, is_untangled = untangle(run, points)
-    if was_tangled and is_untangled:
-        points = smooth(run, points, given)
-    lengths = run.moving.reference_lengths(points)
-    until("worst")
-    # Once the cells that can move are better than one that cannot, the rest is for the mean.
-    constant = float(limit.bounds[limit.by_four].min(initial=1.0))
-    points = raise_worst(run, points, lengths, goal=min(max(constant, 2.0 * run.target), 0.9999))
-    run.raised = points
-    until("mean")
-    points = raise_mean(run, points, lengths)
-    if strict:
-        points = raise_worst(run, points, lengths, offsets=np.minimum(had, 1.0), goal=1e-9, phase="strict")
-        points = keep_every_cell(run, given, points)
-    return points
-
-
-def _accept(
-    before: Quality, run: Run, points: Points, constraints: Constraints, *, strict: bool, threads: int | None
-) -> tuple[Quality, tuple[str, ...]]:
-    """The mesh with the points that were reached as far as they are acceptable, and notes on it."""
-    mesh = before.mesh
-    moved = np.asarray(mesh.points, np.float64).copy()
-    moved[run.whole.point_ids[run.points_of_moving]] = points
-    moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
-    after, n_back = accept(before, moved, strict=strict, threads=threads)
-    notes = (f"{n_back:,} points were put back, since a cell of theirs would have paid.",) if n_back else ()
-    if is_better(after, before):
-        return after, notes
-    return before, (*notes, "No better mesh was found: the mesh is as it was.")
-
-
 def _result(
-    before: Quality,
-    after: Quality,
-    constraints: Constraints,
-    run: Run,
-    limit: Ceiling,
-    options: Mapping[str, Any],
-    notes: tuple[str, ...],
-    deviation: float,
+    before: Quality, outcome: Outcome, constraints: Constraints, options: Options, faults: tuple[str, ...]
 ) -> Improvement:
+    after, run, limit = outcome.quality, outcome.run, outcome.limit
     old, new = before.mesh.points, after.mesh.points
-    slides = options["boundary"] == "slide"
+    promise = Promise(before, constraints, options.slides, options.surface is not None, options.strict)
     n_worse, worse, largest, mean = records.losses(before, after)
-    why = reasons(before, after, constraints, run, limit, slides=slides, strict=bool(options["strict"]))
-    status = status_counts(before), status_counts(after)
-    held = constraints.pinned if slides else constraints.fixed
-    displacement = records.displacement(old, new, constraints.boundary, deviation)
-    volume_before, surface_before = records.volume_and_surface(constraints.topology, old)
-    volume_after, surface_after = records.volume_and_surface(constraints.topology, new)
-    outcome, text = verdict(before, after, run, limit, options)
+    why = reasons(before, after, constraints, run, limit, slides=options.slides, strict=options.strict)
+    summary = verdict(before, after, run, limit, slides=options.slides, broken=outcome.broken)
+    volume_before, surface_before = volume_and_surface(constraints.topology, old)
+    volume_after, surface_after = volume_and_surface(constraints.topology, new)
     report = RepairReport(
-        verdict=text,
-        outcome=outcome,
+        verdict=summary[1],
+        outcome=summary[0],
         stopped=run.stopped,
         before=before.summary(),
         after=after.summary(),
-        status_before=status[0],
-        status_after=status[1],
-        claims=claims_of(before, after, held, strict=bool(options["strict"])),
+        status_before=status_counts(before),
+        status_after=status_counts(after),
+        claims=promise.claims(after),
         ceiling=limit.worst,
         n_below=sum(why.counts.values()),
         below=why.cells,
@@ -279,13 +198,14 @@ def _result(
         worse=worse,
         largest_loss=largest,
         mean_loss=mean,
-        displacement=displacement,
+        displacement=records.displacement(old, new, constraints.boundary, outcome.deviation),
         volume=(volume_before, volume_after),
         surface=(surface_before, surface_after),
+        region_volumes=promise.named_volumes(after),
         history=tuple(run.history),
         seconds=time.monotonic() - run.start,
         evaluations=run.evaluations,
-        notes=(*constraints.notes, *notes),
-        options=dict(options),
+        notes=(*constraints.notes, *faults, *outcome.notes),
+        options={name: getattr(options, name) for name in ("boundary", "target", "floor", "strict", "seconds")},
     )
     return Improvement(after.mesh, before, after, report)

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CELL_TYPES
+from ..cells import CELL_TYPES, CellType
 from ..mesh.polyhedra import ragged
 from ..mesh.topology import Topology, face_table
-from .curved import can_follow, nodes_on_faces
+from .curved import can_follow, nodes_on_faces, ring_of_face
 
 Ids = NDArray[np.int64]
 
 
-def face_points(topology: Topology, slots: Ids) -> tuple[Ids, Ids]:
+def face_points(topology: Topology, slots: Ids, *, rings: bool = False) -> tuple[Ids, Ids]:
     """Points of some slots: ids one after another, and where each slot's begin, ``(n_slots + 1,)``.
 
-    Outward, as `Topology.face` gives them one at a time.
+    Outward, as `Topology.face` gives them one at a time; with ``rings`` the nodes between the corners of curved cells
+    are among them.
     """
-    mesh, table = topology.mesh, face_table()
+    mesh, table = topology.mesh, ring_table() if rings else face_table()
     cells = np.asarray(topology.cells, np.int64)[slots]
     local = slots - topology.starts[cells]
     types = mesh.types[cells]
@@ -73,3 +76,38 @@ def nodes_of_faces(topology: Topology, slots: Ids) -> NDArray[np.bool_]:
             for node in nodes:
                 mark[mesh.connectivity[np.asarray(mesh.offsets, np.int64)[mine] + node]] = True
     return mark
+
+
+def face_centres(topology: Topology, slots: Ids) -> Ids:
+    """``(n_slots,)`` the node that a curved cell has inside each face, -1 where there is none."""
+    mesh = topology.mesh
+    cells = np.asarray(topology.cells, np.int64)[slots]
+    node = _centre_table()[mesh.types[cells], slots - topology.starts[cells]].astype(np.int64)
+    return np.where(node >= 0, mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells] + np.maximum(node, 0)], -1)
+
+
+@cache
+def ring_table() -> NDArray[np.int8]:
+    """As `mesh.topology.face_table`, with the nodes between the corners of curved cells in their places."""
+    table = face_table()
+    out = np.zeros((*table.shape[:2], 2 * (table.shape[2] - 1) + 1), np.int8)
+    out[:, :, : table.shape[2]] = table
+    for row in _curved_rows():
+        for face, corners in enumerate(row.shape.faces if row.shape else ()):
+            ring = ring_of_face(row.vtk_id, corners)
+            out[row.vtk_id, face, : len(ring) + 1] = (len(ring), *ring)
+    return out
+
+
+@cache
+def _centre_table() -> NDArray[np.int8]:
+    table = np.full(face_table().shape[:2], -1, np.int8)
+    for row in _curved_rows():
+        for face, nodes in enumerate(nodes_on_faces(row.vtk_id)):
+            ring = ring_of_face(row.vtk_id, row.shape.faces[face] if row.shape else ())
+            table[row.vtk_id, face] = next((node for node in nodes if node not in ring), -1)
+    return table
+
+
+def _curved_rows() -> list[CellType]:
+    return [row for row in CELL_TYPES.values() if row.shape is not None and row.is_curved and can_follow(row)]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -100,14 +99,18 @@ def _flaw(quality: Quality, n: int) -> str:
     return "invalid" if n == n_invalid else "invalid or degenerate"
 
 
-def verdict(before: Quality, after: Quality, run: Run, limit: Ceiling, options: Mapping[str, Any]) -> tuple[str, str]:
-    """The outcome in a word, and in a sentence."""
+def verdict(
+    before: Quality, after: Quality, run: Run, limit: Ceiling, *, slides: bool, broken: Sequence[str]
+) -> tuple[str, str]:
+    """The outcome in a word, and in a sentence; ``broken`` are texts of claims for which steps were taken back."""
     solid = is_solid(after.status)
     bad = [n_unusable(q) for q in (before, after)]
     flaw = [_flaw(q, n) for q, n in zip((before, after), bad, strict=True)]
     worst = [float(np.nanmin(q.values)) for q in (before, after)]
     mean = [float(np.nanmean(q.values[solid])) for q in (before, after)]
     if np.array_equal(before.mesh.points, after.mesh.points):
+        if broken:
+            return "refused", f"Nothing was changed, since a claim would not have held: {broken[0]}."
         return (
             "unchanged",
             f"Nothing was changed: worst {worst[0]:.3f}, mean {mean[0]:.3f}, {bad[0]:,} cells {flaw[0]}.",
@@ -118,6 +121,6 @@ def verdict(before: Quality, after: Quality, run: Run, limit: Ceiling, options: 
     text = f"All {int(np.count_nonzero(solid)):,} cells are valid: {went}."
     if bad[0]:
         text = f"{bad[0]:,} {flaw[0]} cells were repaired. {text}"
-    if options["boundary"] == "fixed" and worst[1] > limit.worst - 1e-3 and limit.worst < 1.0:
+    if not slides and worst[1] > limit.worst - 1e-3 and limit.worst < 1.0:
         text += f" The worst is at the ceiling that the fixed boundary sets ({limit.worst:.3f})."
     return "improved", text

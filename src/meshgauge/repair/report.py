@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from ..cells import type_name
 from ..doctor.points import extent
 from ..look.records import brief
-from ..mesh.topology import Topology
 from ..quality.measure import Quality
 from ..quality.summary import Summary
-from .faces import face_points, next_in_face
 from .run import Progress
 
 NAMED = 20
@@ -78,7 +76,7 @@ class RepairReport:
     verdict
         One sentence.
     outcome
-        "improved", "unchanged" or "not untangled".
+        "improved", "unchanged", "not untangled", or "refused": what was reached broke a claim, and nothing else was.
     stopped
         "" if every phase came to its end, "time" or "interrupted" else.
     before, after
@@ -101,6 +99,8 @@ class RepairReport:
         How far points moved.
     volume, surface
         Before and after: the volume inside the boundary and its area.
+    region_volumes
+        The same for the volume of each region, by name; empty if there is one.
     history
         Progress, from "start" to "end".
     seconds, evaluations
@@ -130,6 +130,7 @@ class RepairReport:
     displacement: Displacement
     volume: tuple[float, float]
     surface: tuple[float, float]
+    region_volumes: dict[str, tuple[float, float]]
     history: tuple[Progress, ...]
     seconds: float
     evaluations: int
@@ -159,6 +160,7 @@ class RepairReport:
             "displacement": asdict(self.displacement),
             "volume": list(self.volume),
             "surface": list(self.surface),
+            "region_volumes": {name: list(pair) for name, pair in self.region_volumes.items()},
             "history": [asdict(one) for one in self.history],
             "seconds": self.seconds,
             "evaluations": self.evaluations,
@@ -204,19 +206,3 @@ def displacement(
         deviation=deviation,
         deviation_share=deviation / diagonal,
     )
-
-
-def volume_and_surface(faces: Topology, points: NDArray[np.floating]) -> tuple[float, float]:
-    """Volume inside the boundary and its area, each face cut into triangles from the mean of its points."""
-    ids, offsets = face_points(faces, np.flatnonzero(faces.mates < 0))
-    sizes = np.diff(offsets)
-    if not len(ids):
-        return 0.0, 0.0
-    x = np.asarray(points, np.float64)
-    x = x - np.nanmean(x, axis=0)  # volumes of far meshes would cancel
-    owner = np.repeat(np.arange(len(sizes)), sizes)
-    centre = np.add.reduceat(x[ids], offsets[:-1]) / sizes[:, None]
-    following = next_in_face(offsets)
-    a, b, c = centre[owner], x[ids], x[ids[following]]
-    normal = np.cross(b - a, c - a)
-    return float(np.einsum("ij,ij->", a, normal)) / 6.0, float(np.linalg.norm(normal, axis=1).sum()) / 2.0

@@ -2,64 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
-from ..kernels.repair import projection
 from .constraints import Constraints
-from .faces import face_points, next_in_face
+from .faces import face_centres, face_points, next_in_face
+from .features import hanging, kept_edges, kept_points, patch_labels
 from .problem import Ids, Points
+from .projection import Projection, projection_of, unit
 
 CORNER, EDGE, FACE, INSIDE = 0, 1, 2, 3
 """What a point is: that is how many directions it has to move in."""
-
-
-@dataclass(frozen=True, eq=False)
-class Projection:
-    """Items to slide on: triangles of patches, and segments of feature curves.
-
-    Attributes
-    ----------
-    points
-        Vertices: the points of the mesh as it was, and the middles of faces of more than three points.
-    items
-        ``(n_items, 3)`` vertices; a segment has its second twice.
-    groups
-        ``(n_items,)`` the patch or curve of each.
-    axes
-        ``(n_items, 3, 3)`` at each vertex of an item the normal of the patch, or the tangent of the curve.
-    offsets, around
-        Items at each vertex.
-    """
-
-    points: Points
-    items: Ids
-    groups: Ids
-    axes: Points
-    offsets: Ids
-    around: Ids
-
-    def nearest(self, queries: Points, start: Ids) -> tuple[Points, Points]:
-        """Nearest places, and the axes there; ``start`` is set to the items that they are on."""
-        place, weights = np.empty_like(queries), np.empty_like(queries)
-        projection.project(
-            np.ascontiguousarray(queries), start, self.points, self.items, self.groups, self.offsets, self.around,
-            place, weights,
-        )  # fmt: skip
-        axes = np.einsum("qm,qmx->qx", weights, self.axes[start])
-        return place, _unit(axes)
-
-    def is_curved(self, items: Ids) -> bool:
-        """False if the groups of some items are all flat or straight."""
-        chosen = np.isin(self.groups, np.unique(self.groups[items]))
-        axes, groups = self.axes[chosen].reshape(-1, 3), np.repeat(self.groups[chosen], 3)
-        first = np.zeros((int(self.groups.max(initial=0)) + 1, 3))
-        first[groups] = axes
-        return bool((np.abs(np.einsum("ij,ij->i", first[groups], axes)) < 1.0 - 1e-10).any())
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,51 +25,58 @@ class Surface:
 
     Attributes
     ----------
+    facets
+        Faces of the mesh as it was, those of more than three points cut from their middles, and feature edges.
     projection
-        The items.
+        What points slide on: the curved surface that follows from the facets, or what the user gave.
     kind
         ``(n_points,)`` of the mesh: `CORNER`, `EDGE`, `FACE` or `INSIDE`.
     item
         ``(n_points,)`` an item of the curve or patch that the point is on; -1 where it is on none.
-    faces, face_offsets, face_items
-        Points of each face of the surface, and an item of its patch.
+    faces, face_offsets
+        Points of each face of the surface.
+    face_patches, face_sides, face_labels
+        Of each face its patch; the regions behind and before it; the region of the surface cell on it; -1 for none.
     n_patches, n_curves
         How many.
     """
 
+    facets: Projection
     projection: Projection
     kind: NDArray[np.uint8]
     item: Ids
     faces: Ids
     face_offsets: Ids
-    face_items: Ids
+    face_patches: Ids
+    face_sides: Ids
+    face_labels: Ids
     n_patches: int
     n_curves: int
 
-    def deviations(self, points: Points) -> Points:
-        """``(n_faces,)`` how far the middles of each face and its edges are from the patch that the face was on."""
-        ids, offsets = self.faces, self.face_offsets
-        sizes = np.diff(offsets)
-        owner = np.repeat(np.arange(len(sizes)), sizes)
-        following = next_in_face(offsets)
-        middles = 0.5 * (points[ids] + points[ids[following]])
-        centres = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None] if len(ids) else np.empty((0, 3))
-        # From the item of a point of the face, which is nearer by now than where the face was.
-        near = np.where(self.kind[ids] == FACE, self.item[ids], -1)
-        best = np.maximum.reduceat(near, offsets[:-1]) if len(ids) else near
-        start = np.where(best >= 0, best, self.face_items)
-        far = np.zeros(len(sizes))
-        for queries, at in ((middles, owner), (centres, np.arange(len(sizes)))):
-            place, _ = self.projection.nearest(queries, start[at].copy())
-            np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))
-        return far
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Faces one after another: their points, where each begins, the face of each entry, and the next point round it."""
+
+    ids: Ids
+    offsets: Ids
+    owner: Ids
+    following: Ids
+    centre_ids: Ids  #: the node inside each, -1 where there is none
+    centres: Points
+    normals: Points
+
+    @property
+    def n(self) -> int:
+        return len(self.offsets) - 1
 
 
 def surface_of(constraints: Constraints, points: Points, feature_angle: float) -> Surface:
     """The boundary and the faces between regions, with their features.
 
-    An edge is a feature if not two faces have it, if they meet at more than the angle, or if they do not part the same
-    regions. A point is a corner if not none or two features meet in it, or if two do at more than the angle.
+    An edge is a feature if not two faces have it, if they meet at more than the angle, if they do not part the same
+    regions or are not of one patch of surface cells, or if a line cell lies on it. A point is a corner if not none or
+    two features meet in it, if two do at more than the angle, if it is a vertex cell, or if something hangs on it.
 
     Parameters
     ----------
@@ -123,50 +87,90 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     feature_angle
         In degrees.
     """
-    faces = constraints.topology
-    outer = np.flatnonzero(faces.mates < 0)
-    pairs = faces.pairs()
-    a, b = constraints.region_ids[faces.cells[pairs[:, 0]]], constraints.region_ids[faces.cells[pairs[:, 1]]]
-    inner = pairs[a != b, 0]
-    n_regions = int(constraints.region_ids.max(initial=0)) + 1
-    label = np.concatenate([constraints.region_ids[faces.cells[outer]], (n_regions + a * n_regions + b)[a != b]])
-    ids, offsets = face_points(faces, np.concatenate([outer, inner]))
-    sizes = np.diff(offsets)
-    owner = np.repeat(np.arange(len(sizes)), sizes)
-    following = next_in_face(offsets)
-    centre = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None]
-    normals = np.zeros((len(sizes), 3))
-    np.add.at(normals, owner, np.cross(points[ids] - centre[owner], points[ids[following]] - centre[owner]))
-    normals = _unit(normals)
+    mesh = constraints.quality.mesh
+    slots, sides = _slots(constraints)
+    faces = _faces(constraints, slots, points)
+    corner_ids, corner_offsets = face_points(constraints.topology, slots)
+    patches = patch_labels(mesh, constraints.region_ids, corner_ids, corner_offsets)
+    label = np.unique(np.concatenate([sides, patches[:, None]], axis=1), axis=0, return_inverse=True)[1].reshape(-1)
 
     # Edges of faces, those of two faces side by side.
-    ends = np.sort(np.stack([ids, ids[following]], axis=1), axis=1)
+    ends = np.sort(np.stack([faces.ids, faces.ids[faces.following]], axis=1), axis=1)
     edges, edge_of, n_faces = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    edge_of = edge_of.reshape(-1)
-    order = np.argsort(edge_of, kind="stable")
+    order = np.argsort(edge_of.reshape(-1), kind="stable")
     first = np.concatenate([[0], np.cumsum(n_faces)[:-1]])
-    is_pair = n_faces == 2
-    one, two = owner[order[first[is_pair]]], owner[order[first[is_pair] + 1]]
+    pairs = np.flatnonzero((n_faces == 2) & ~_in_rows(edges, kept_edges(mesh)))
+    one, two = faces.owner[order[first[pairs]]], faces.owner[order[first[pairs] + 1]]
     limit = np.cos(np.radians(feature_angle))
+    smooth = (np.einsum("ij,ij->i", faces.normals[one], faces.normals[two]) >= limit) & (label[one] == label[two])
     is_feature = np.ones(len(edges), bool)
-    smooth = (np.einsum("ij,ij->i", normals[one], normals[two]) >= limit) & (label[one] == label[two])
-    is_feature[np.flatnonzero(is_pair)] = ~smooth
-    patch = _components(len(sizes), one[smooth], two[smooth])
+    is_feature[pairs[smooth]] = False
+    patch = _components(faces.n, one[smooth], two[smooth])
 
     kind = np.full(len(points), INSIDE, np.uint8)
-    kind[ids] = FACE
+    kind[faces.ids] = FACE
+    kind[faces.centre_ids[faces.centre_ids >= 0]] = FACE
     features = edges[is_feature]
     kind, curve = _curves(points, kind, features, limit)
     # A point at which two patches meet without an edge between them stays.
-    least, most = np.full(len(points), len(sizes)), np.full(len(points), -1)
-    np.minimum.at(least, ids, patch[owner])
-    np.maximum.at(most, ids, patch[owner])
-    kind[(kind == FACE) & (least != most)] = CORNER
+    least, most = np.full(len(points), faces.n), np.full(len(points), -1)
+    np.minimum.at(least, faces.ids, patch[faces.owner])
+    np.maximum.at(most, faces.ids, patch[faces.owner])
+    kind[(kind == FACE) & (least != most) & (most >= 0)] = CORNER
+    outer = sides[:, 1] < 0
+    alone = np.repeat(outer, np.diff(corner_offsets))
+    loose = hanging(points, corner_ids[alone], np.concatenate([[0], np.cumsum(np.diff(corner_offsets)[outer])]))
+    kind[(loose | kept_points(mesh)) & (kind != INSIDE)] = CORNER
+    return _assembled(points, faces, patch, sides, patches, kind, features, curve)
 
-    vertices, items, item_patch, item_face = _triangles(points, centre, ids, following, owner, sizes)
-    n_patches = int(patch.max(initial=-1)) + 1
-    groups = np.concatenate([patch[item_patch], n_patches + curve])
-    projection = _projection(vertices, np.concatenate([items, features[:, [0, 1, 1]]]), groups, len(items))
+
+def _slots(constraints: Constraints) -> tuple[Ids, Ids]:
+    """Slots of the boundary and of one side of the faces between regions; the region behind each and before it.
+
+    The normal points to the latter, -1 at the boundary.
+
+    Of two slots that of the lower region is taken: normals must not depend on the order of cells.
+    """
+    faces, regions = constraints.topology, constraints.region_ids
+    outer = np.flatnonzero(faces.mates < 0)
+    pairs = faces.pairs()
+    a, b = regions[faces.cells[pairs[:, 0]]], regions[faces.cells[pairs[:, 1]]]
+    between = a != b
+    inner = np.where(a < b, pairs[:, 0], pairs[:, 1])[between]
+    outside = np.stack([regions[faces.cells[outer]], np.full(len(outer), -1)], axis=1)
+    inside = np.stack([np.minimum(a, b), np.maximum(a, b)], axis=1)[between]
+    return np.concatenate([outer, inner]), np.concatenate([outside, inside])
+
+
+def _faces(constraints: Constraints, slots: Ids, points: Points) -> Faces:
+    ids, offsets = face_points(constraints.topology, slots, rings=True)
+    sizes = np.diff(offsets)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    following = next_in_face(offsets)
+    middle = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None] if len(ids) else np.empty((0, 3))
+    inside = face_centres(constraints.topology, slots)
+    centres = np.where((inside >= 0)[:, None], points[np.maximum(inside, 0)], middle)
+    normals = np.zeros((len(sizes), 3))
+    np.add.at(normals, owner, np.cross(points[ids] - centres[owner], points[ids[following]] - centres[owner]))
+    return Faces(ids, offsets, owner, following, inside, centres, unit(normals))
+
+
+def _assembled(
+    points: Points,
+    faces: Faces,
+    patch: Ids,
+    sides: Ids,
+    labels: Ids,
+    kind: NDArray[np.uint8],
+    features: Ids,
+    curve: Ids,
+) -> Surface:
+    """The items to slide on, and an item for each point."""
+    n_patches, n_curves = int(patch.max(initial=-1)) + 1, int(curve.max(initial=-1)) + 1
+    items, item_face = _triangles(len(points), faces)
+    groups = np.concatenate([patch[item_face], n_patches + curve])
+    vertices = np.concatenate([points, faces.centres])
+    facets = projection_of(vertices, np.concatenate([items, features[:, [0, 1, 1]]]), groups, len(items))
     item = np.full(len(points), -1)
     for m in range(3):
         mine = items[:, m] < len(points)
@@ -174,10 +178,32 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     for m in range(2):
         on_edge = kind[features[:, m]] == EDGE
         item[features[on_edge, m]] = len(items) + np.flatnonzero(on_edge)
-    face_items = np.full(len(sizes), -1)
-    face_items[item_face] = np.arange(len(items))
-    n_curves = int(curve.max(initial=-1)) + 1
-    return Surface(projection, kind, item, ids, offsets, face_items, n_patches, n_curves)
+    means = np.unique(items[items >= len(points)])
+    return Surface(
+        facets=facets,
+        projection=facets.smooth(means),
+        kind=kind,
+        item=item,
+        faces=faces.ids,
+        face_offsets=faces.offsets,
+        face_patches=patch,
+        face_sides=sides,
+        face_labels=labels,
+        n_patches=n_patches,
+        n_curves=n_curves,
+    )
+
+
+def _triangles(n_points: int, faces: Faces) -> tuple[Ids, Ids]:
+    """Vertices of triangles of the faces, those of more than three points cut from their middles; the face of each."""
+    sizes = np.diff(faces.offsets)
+    starts = faces.offsets[:-1][sizes == 3]
+    whole = faces.ids[starts[:, None] + np.arange(3)] if len(starts) else np.empty((0, 3), np.int64)
+    rest = (sizes != 3)[faces.owner]
+    own = faces.centre_ids[faces.owner[rest]]
+    middles = np.where(own >= 0, own, n_points + faces.owner[rest])
+    fans = np.stack([faces.ids[rest], faces.ids[faces.following[rest]], middles], axis=1)
+    return np.concatenate([whole, fans]), np.concatenate([np.flatnonzero(sizes == 3), faces.owner[rest]])
 
 
 def target_surface(own: Surface, given: Any, points: Points) -> Surface:
@@ -194,23 +220,28 @@ def target_surface(own: Surface, given: Any, points: Points) -> Surface:
     triangles = poly.triangulate().clean()
     if triangles.n_cells == 0 or len(triangles.faces) != 4 * triangles.n_cells:
         raise MeshError("the surface to slide on has no triangles")
-    base = len(own.projection.points)
+    curves = own.facets.is_segment
+    base, segments = len(own.facets.points), own.facets.items[curves]
     items = np.asarray(triangles.faces, np.int64).reshape(-1, 4)[:, 1:]
-    is_segment = own.projection.items[:, 1] == own.projection.items[:, 2]
-    segments, n = own.projection.items[is_segment], len(items)
-    vertices = np.concatenate([own.projection.points, np.asarray(triangles.points, np.float64)])
-    groups = np.concatenate([np.zeros(n, np.int64), 1 + own.projection.groups[is_segment]])
-    projection = _projection(vertices, np.concatenate([items + base, segments]), groups, n)
+    n = len(items)
+    vertices = np.concatenate([own.facets.points, np.asarray(triangles.points, np.float64)])
+    groups = np.concatenate([np.zeros(n, np.int64), 1 + own.facets.groups[curves]])
+    projection = projection_of(vertices, np.concatenate([items + base, segments]), groups, n)
     item = np.full(len(points), -1)
-    place = np.cumsum(is_segment) - 1 + n
     on_edge = own.kind == EDGE
-    item[on_edge] = place[own.item[on_edge]]
+    item[on_edge] = (np.cumsum(curves) - 1 + n)[own.item[on_edge]]
     on_face = np.flatnonzero(own.kind == FACE)
     item[on_face] = [triangles.find_closest_cell(x) for x in points[on_face]]
-    face_items = np.array([triangles.find_closest_cell(x) for x in points[own.faces[own.face_offsets[:-1]]]])
-    return Surface(
-        projection, own.kind, item, own.faces, own.face_offsets, face_items.astype(np.int64), 1, own.n_curves
-    )
+    return replace(own, facets=projection, projection=projection, item=item, n_patches=1)
+
+
+def _in_rows(rows: Ids, among: Ids) -> NDArray[np.bool_]:
+    """True for the rows of sorted pairs that are among others, sorted or not."""
+    if not len(among):
+        return np.zeros(len(rows), bool)
+    both = np.concatenate([rows, np.sort(among, axis=1)])
+    group = np.unique(both, axis=0, return_inverse=True)[1].reshape(-1)
+    return np.isin(group[: len(rows)], group[len(rows) :])
 
 
 def _curves(points: Points, kind: NDArray[np.uint8], features: Ids, limit: float) -> tuple[NDArray[np.uint8], Ids]:
@@ -225,53 +256,10 @@ def _curves(points: Points, kind: NDArray[np.uint8], features: Ids, limit: float
     at = np.flatnonzero(two)
     e, f = order[first[at]] // 2, order[first[at] + 1] // 2
     a, b = features[e].sum(axis=1) - at, features[f].sum(axis=1) - at
-    turn = np.einsum("ij,ij->i", _unit(points[at] - points[a]), _unit(points[b] - points[at]))
+    turn = np.einsum("ij,ij->i", unit(points[at] - points[a]), unit(points[b] - points[at]))
     straight = turn >= limit
     kind[at[straight]] = EDGE
     return kind, _components(len(features), e[straight], f[straight])
-
-
-def _triangles(
-    points: Points, centre: Points, ids: Ids, following: Ids, owner: Ids, sizes: Ids
-) -> tuple[Points, Ids, Ids, Ids]:
-    """Vertices and triangles of the faces, those of more than three points cut from their middles."""
-    is_triangle = (sizes == 3)[owner]
-    first = np.flatnonzero(is_triangle & (np.arange(len(ids)) == np.concatenate([[0], np.cumsum(sizes)[:-1]])[owner]))
-    plain = ids[first[:, None] + np.arange(3)] if len(first) else np.empty((0, 3), np.int64)
-    rest = ~is_triangle
-    fans = np.stack([ids[rest], ids[following[rest]], len(points) + owner[rest]], axis=1)
-    faces = np.concatenate([owner[first], owner[rest]])
-    return np.concatenate([points, centre]), np.concatenate([plain, fans]), faces, faces
-
-
-def _projection(vertices: Points, items: Ids, groups: Ids, n_triangles: int) -> Projection:
-    a, b, c = (vertices[items[:, m]] for m in range(3))
-    axis = np.where((np.arange(len(items)) < n_triangles)[:, None], np.cross(b - a, c - a), b - a)
-    # At a vertex the sum over the items of the group; tangents of a curve point one way first.
-    flat, of_item = items.reshape(-1), np.repeat(np.arange(len(items)), 3)
-    key, index = np.unique(np.stack([flat, groups[of_item]], axis=1), axis=0, return_inverse=True)
-    index = index.reshape(-1)
-    reference = np.zeros((len(key), 3))
-    reference[index] = axis[of_item]
-    sign = np.sign(np.einsum("ij,ij->i", reference[index], axis[of_item]))
-    sums = np.zeros((len(key), 3))
-    np.add.at(sums, index, axis[of_item] * sign[:, None])
-    axes = _unit(sums)[index].reshape(-1, 3, 3)
-    axes *= np.where(np.einsum("imx,ix->im", axes, axis) < 0.0, -1.0, 1.0)[:, :, None]
-    used = np.stack([flat, of_item], axis=1)
-    used = used[np.argsort(used[:, 0], kind="stable")]
-    offsets = np.zeros(len(vertices) + 1, np.int64)
-    np.cumsum(np.bincount(used[:, 0], minlength=len(vertices)), out=offsets[1:])
-    return Projection(
-        np.ascontiguousarray(vertices), np.ascontiguousarray(items, np.int64), np.ascontiguousarray(groups, np.int64),
-        axes, offsets, np.ascontiguousarray(used[:, 1]),
-    )  # fmt: skip
-
-
-def _unit(vectors: Points) -> Points:
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    unit: Points = np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
-    return unit
 
 
 def _components(n: int, a: Ids, b: Ids) -> Ids:

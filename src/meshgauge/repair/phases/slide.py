@@ -10,11 +10,16 @@ from numpy.typing import NDArray
 
 from ...quality.measure import Quality
 from ..acceptance import accept, is_better
+from ..claims import Promise
 from ..constraints import Constraints
+from ..curved import move_nodes_between
 from ..descent import Freedom
+from ..deviation import deviation
+from ..faces import mask_of
 from ..problem import Points, Problem, gather
 from ..run import Run
-from ..surface import EDGE, FACE, INSIDE, Surface, surface_of, target_surface
+from ..surface import CORNER, EDGE, FACE, INSIDE, Surface, surface_of, target_surface
+from ..volumes import moved_rims, restored
 from .mean import raise_mean
 from .worst import raise_worst
 
@@ -52,7 +57,7 @@ class SlideConstraint:
         kind = freedom.kind
         self.on = np.flatnonzero((kind == EDGE) | (kind == FACE))
         self.ids = ids[self.on]
-        self.is_curved = surface.projection.is_curved(surface.item[self.ids])
+        self.is_curved = bool(surface.projection.is_curved()[surface.projection.groups[surface.item[self.ids]]].any())
 
     def project(self, points: Points) -> Points:
         """Points with those of the surface put on it; the axes of the freedom are those there."""
@@ -76,33 +81,32 @@ class SlideConstraint:
 
 
 def slide(
-    before: Quality,
+    promise: Promise,
     fixed: Quality,
-    constraints: Constraints,
     run: Run,
     given: Any,
     feature_angle: float,
     *,
-    strict: bool,
     threads: int | None,
 ) -> SlideResult:
     """Release the boundary of a mesh that was improved with it fixed.
 
     Parameters
     ----------
-    before
-        Of the mesh as it was given: its boundary is the surface.
+    promise
+        What must hold; the boundary of the mesh as it was given is the surface.
     fixed
         Of the mesh as it is.
-    constraints, run
+    run
         As it was improved so far.
     given
         A surface to slide on instead, or None.
     feature_angle
         In degrees, see `surface_of`.
-    strict, threads
+    threads
         As for `improve`.
     """
+    before, constraints = promise.before, promise.constraints
     old = np.asarray(before.mesh.points, np.float64)
     here = np.asarray(fixed.mesh.points, np.float64).copy()
     if run.raised is not None and fixed is not before:
@@ -112,8 +116,7 @@ def slide(
     if given is not None:
         surface = target_surface(surface, given, old)
     kind = surface.kind.copy()
-    embedded = constraints.interface & (kind == INSIDE)
-    kind[constraints.pinned | embedded] = 0
+    kind[constraints.pinned] = CORNER
     summary = (
         f"The boundary has {surface.n_patches:,} patches and {surface.n_curves:,} edges at {feature_angle:g}°; "
         f"{int(np.count_nonzero(kind == FACE)):,} points slide on patches and "
@@ -125,21 +128,49 @@ def slide(
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
     for _ in range(ATTEMPTS):
-        points = _slide(here, run, surface, kind)
-        slid, n_back = accept(before, points, strict=strict, threads=threads, back=fixed)
-        far = surface.deviations(np.asarray(slid.mesh.points, np.float64))
-        owner = np.repeat(np.arange(len(far)), np.diff(surface.face_offsets))
-        limit = DEVIATION * np.minimum.reduceat(size[surface.faces], surface.face_offsets[:-1])
-        too_far = far > limit if given is None else np.zeros(len(far), bool)
-        if not too_far.any() or run.is_over():
+        points = _with_nodes_between(before, _slide(here, run, surface, kind), constraints, surface)
+        if given is None:
+            points = restored(surface, constraints, kind, points)
+        slid, n_back = accept(before, points, strict=promise.strict, threads=threads, back=fixed)
+        reached = np.asarray(slid.mesh.points, np.float64)
+        apart = deviation(surface, reached, is_given=given is not None)
+        hold = _to_be_held(promise, slid, surface, apart.of_faces, size) & (kind != CORNER) & (kind != INSIDE)
+        if not hold.any() or run.is_over():
             break
-        kind[surface.faces[too_far[owner]]] = 0
+        kind[hold] = CORNER
     notes = [summary]
     if n_back:
         notes.append(f"{n_back:,} points were put back to where they were with the boundary fixed.")
-    if too_far.any() or not is_better(slid, fixed):
+    if hold.any() or not is_better(slid, fixed):
         return SlideResult(fixed, 0.0, (summary, "Sliding is not better: the result with the boundary fixed stands."))
-    return SlideResult(slid, float(far.max(initial=0.0)), tuple(notes))
+    return SlideResult(slid, apart.largest, tuple(notes))
+
+
+def _to_be_held(promise: Promise, slid: Quality, surface: Surface, far: Points, size: Points) -> NDArray[np.bool_]:
+    """Points of the surface that have to stay: their faces left it, their patch grew, or a region lost volume."""
+    points = np.asarray(slid.mesh.points, np.float64)
+    if promise.is_given:
+        return np.zeros(len(points), bool)
+    ids, offsets = surface.faces, surface.face_offsets
+    limit = DEVIATION * np.minimum.reduceat(size[ids], offsets[:-1])
+    hold = mask_of(len(points), ids[np.repeat(far > limit, np.diff(offsets))])
+    hold |= moved_rims(surface, np.asarray(promise.before.mesh.points, np.float64), points)
+    if not hold.any() and not promise.keeps_volumes(slid):
+        # What the points inside curved patches could not make up for: whatever parts regions, and curves.
+        between = np.repeat(surface.face_sides[:, 1] >= 0, np.diff(offsets))
+        curved = surface.facets.is_curved()[np.maximum(surface.facets.groups[surface.item], 0)] & (surface.item >= 0)
+        hold |= mask_of(len(points), ids[between]) | curved
+    return hold
+
+
+def _with_nodes_between(before: Quality, points: Points, constraints: Constraints, surface: Surface) -> Points:
+    """Points with the nodes between corners of curved cells following, those of the surface on it."""
+    mesh = before.mesh
+    out = move_nodes_between(mesh, points, constraints.cells, constraints.pinned)
+    follows = (out != points).any(axis=1) & ((surface.kind == EDGE) | (surface.kind == FACE))
+    ids = np.flatnonzero(follows)
+    out[ids], _ = surface.projection.nearest(out[ids], surface.item[ids])
+    return out
 
 
 def _slide(

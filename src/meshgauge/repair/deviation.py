@@ -1,0 +1,162 @@
+"""How far a surface that was slid on is from what it was, measured where it is largest, from either side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .faces import next_in_face
+from .problem import Ids, Points
+from .projection import Projection
+from .surface import FACE, Surface
+
+LATTICE = np.array([(i, j, 6 - i - j) for i in range(7) for j in range(7 - i)]) / 6.0
+"""Weights of the places of a triangle that are looked at first."""
+
+NEAR = 0.5
+"""Triangles that are looked at closely: those with a deviation of at least this share of the largest."""
+
+MOST = 2000
+"""The most of them."""
+
+HALVINGS = 12
+"""The place of the largest deviation is found to 1/6 of a triangle over 2 to this power."""
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """Distances between the surface as it was and as it is.
+
+    Attributes
+    ----------
+    of_faces
+        ``(n_faces,)`` of the middle of each face and of its edges and points, from the patch that the face was on.
+    largest
+        Between the two surfaces, from either side.
+    """
+
+    of_faces: Points
+    largest: float
+
+
+def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
+    """Distances of the faces with their points elsewhere from the surface that they were.
+
+    Parameters
+    ----------
+    surface
+        As it was.
+    points
+        ``(n_points, 3)`` where the points of the mesh are.
+    is_given
+        True if the surface is one that the user gave: it may be larger than the mesh, and only faces are measured.
+    """
+    ids, offsets = surface.faces, surface.face_offsets
+    sizes = np.diff(offsets)
+    far = np.zeros(len(sizes))
+    if not len(ids):
+        return Deviation(far, 0.0)
+    owner, following = np.repeat(np.arange(len(sizes)), sizes), next_in_face(offsets)
+    centres = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None]
+    # An item of the patch from which the search begins: that of a point inside the patch, near to where it is now.
+    on_patch = np.where(surface.kind[ids] == FACE, surface.item[ids], -1)
+    start = np.maximum.reduceat(on_patch, offsets[:-1])
+    start = np.where(start >= 0, start, _items_of_faces(surface))
+    for queries, at in (
+        (points[ids], owner),
+        (0.5 * (points[ids] + points[ids[following]]), owner),
+        (centres, slice(None)),
+    ):
+        place, _ = surface.facets.nearest(queries, start[at].copy())
+        np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))
+    fans = np.stack([points[ids], points[ids[following]], centres[owner]], axis=1)
+    largest = _largest(fans, far[owner], surface.facets, start[owner])
+    if not is_given:
+        largest = max(largest, _from_the_old_side(surface, points))
+    return Deviation(far, largest)
+
+
+def _items_of_faces(surface: Surface) -> Ids:
+    """For each face an item of it: triangles of faces come in the order of the faces, whole ones first."""
+    sizes = np.diff(surface.face_offsets)
+    triangles = np.flatnonzero(~surface.facets.is_segment)
+    n_fans = np.where(sizes == 3, 1, sizes)
+    order = np.argsort(sizes != 3, kind="stable")
+    first = np.empty(len(sizes), np.int64)
+    first[order] = np.cumsum(n_fans[order]) - n_fans[order]
+    return triangles[np.minimum(first, len(triangles) - 1)]
+
+
+def _from_the_old_side(surface: Surface, points: Points) -> float:
+    """The largest distance of the old facets from the new ones."""
+    facets = surface.facets
+    vertices = facets.points.copy()
+    n = len(points)
+    moved = points - facets.points[:n]
+    vertices[:n] = points
+    triangles = np.flatnonzero(~facets.is_segment)
+    items = facets.items[triangles]
+    # Middles of faces go with the points round them.
+    at, ring = np.nonzero(items >= n)
+    sums, count = np.zeros((len(vertices) - n, 3)), np.zeros(len(vertices) - n)
+    others = items[at]
+    for m in range(3):
+        is_point = others[:, m] < n
+        np.add.at(sums, items[at, ring][is_point] - n, moved[others[is_point, m]])
+        np.add.at(count, items[at, ring][is_point] - n, 1.0)
+    vertices[n:] += sums / np.maximum(count, 1.0)[:, None]
+    new = replace(facets, points=vertices)
+    corners = facets.points[items]
+    place, _ = new.nearest(corners.mean(axis=1), triangles.copy())
+    far = np.linalg.norm(place - corners.mean(axis=1), axis=1)
+    for m in range(3):
+        place, _ = new.nearest(np.ascontiguousarray(corners[:, m]), triangles.copy())
+        np.maximum(far, np.linalg.norm(place - corners[:, m], axis=1), out=far)
+    return _largest(corners, far, new, triangles)
+
+
+def _largest(corners: Points, known: Points, projection: Projection, start: Ids) -> float:
+    """The largest distance of some triangles from a projection, near where it is largest at a few places.
+
+    Parameters
+    ----------
+    corners
+        ``(n, 3, 3)``.
+    known
+        ``(n,)`` the largest distance at a few places of each.
+    start
+        ``(n,)`` an item for the search.
+    """
+    highest = float(known.max(initial=0.0))
+    close = np.flatnonzero(known >= NEAR * highest)
+    close = close[np.argsort(-known[close], kind="stable")][:MOST]
+    if highest == 0.0 or not len(close):
+        return highest
+    corners, start = corners[close], start[close]
+    weights = np.broadcast_to(LATTICE, (len(close), *LATTICE.shape))
+    best, at = _distances(corners, weights, projection, start)
+    step = 1.0 / 6.0
+    ways = np.array([(1, -1, 0), (-1, 1, 0), (1, 0, -1), (-1, 0, 1), (0, 1, -1), (0, -1, 1)], float)
+    for _ in range(HALVINGS):
+        step *= 0.5
+        trial = np.clip(at[:, None, :] + step * ways, 0.0, None)
+        trial /= trial.sum(axis=2, keepdims=True)
+        far, place = _distances(corners, trial, projection, start)
+        better = far > best
+        best, at = np.where(better, far, best), np.where(better[:, None], place, at)
+    return max(highest, float(best.max()))
+
+
+def _distances(
+    corners: Points, weights: NDArray[np.float64], projection: Projection, start: Ids
+) -> tuple[Points, Points]:
+    """The largest distance of some places of each triangle, and the weights of that place."""
+    queries = np.einsum("tpw,twx->tpx", weights, corners)
+    n, per = queries.shape[:2]
+    place, _ = projection.nearest(queries.reshape(-1, 3), np.repeat(start, per))
+    far = np.linalg.norm(place - queries.reshape(-1, 3), axis=1).reshape(n, per)
+    which = far.argmax(axis=1)
+    rows = np.arange(n)
+    return far[rows, which], weights[rows, which]

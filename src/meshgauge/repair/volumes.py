@@ -1,0 +1,139 @@
+"""Volume and area of a mesh and of its regions."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..mesh.topology import Topology
+from .constraints import Constraints
+from .faces import face_points, mask_of, next_in_face
+from .problem import Ids, Points
+from .surface import EDGE, FACE, Surface
+
+KEPT = 1e-3
+"""Share by which the volume of a region and the area of a patch may change where points slide."""
+
+ROUNDS, ROUNDING = 4, 1e-9
+"""How often a volume is brought nearer to what it was, and the share of it that is no difference."""
+
+
+def volume_and_surface(faces: Topology, points: NDArray[np.floating]) -> tuple[float, float]:
+    """Volume inside the boundary and its area, each face cut into triangles from the mean of its points."""
+    volumes, areas = _of_faces(faces, np.flatnonzero(faces.mates < 0), points)
+    return float(volumes.sum()), float(areas.sum())
+
+
+def region_volumes(faces: Topology, region_ids: Ids, points: NDArray[np.floating]) -> Points:
+    """``(n_regions,)`` the volume of each region, from the faces around it.
+
+    Parameters
+    ----------
+    faces
+        Of the mesh.
+    region_ids
+        ``(n_cells,)``.
+    points
+        ``(n_points, 3)``.
+    """
+    region = region_ids[faces.cells]
+    mates = np.asarray(faces.mates, np.int64)
+    alone = mates < 0
+    around = np.flatnonzero(alone | (region != region[np.where(alone, 0, mates)]))
+    volumes, _ = _of_faces(faces, around, points)
+    return np.bincount(region[around], volumes, minlength=int(region_ids.max(initial=-1)) + 1)
+
+
+def restored(surface: Surface, constraints: Constraints, kind: NDArray[np.uint8], points: Points) -> Points:
+    """Points with those inside curved patches moved along the normals so that regions have the volumes that they had.
+
+    All points of a patch move by the same distance, which is small: points that slide on a surface of facets keep the
+    volume only about.
+
+    Parameters
+    ----------
+    surface
+        As it was.
+    constraints
+        Of the mesh as it was.
+    kind
+        ``(n_points,)`` as in `Surface`, what each point is free to do.
+    points
+        ``(n_points, 3)`` on the surface.
+    """
+    faces, regions = constraints.topology, constraints.region_ids
+    wanted = region_volumes(faces, regions, constraints.quality.mesh.points)
+    ids = np.flatnonzero((kind == FACE) & (surface.item >= 0))
+    patch = surface.facets.groups[surface.item[ids]]
+    ids, patch = (one[surface.facets.is_curved()[patch]] for one in (ids, patch))
+    if not len(ids):
+        return points
+    _, normals = surface.projection.nearest(points[ids], surface.item[ids])
+    patch_of = np.full(len(points), -1)
+    patch_of[ids] = patch
+    normal_of = np.zeros_like(points)
+    normal_of[ids] = normals
+    out = points.copy()
+    for _ in range(ROUNDS):
+        gain = wanted - region_volumes(faces, regions, out)
+        if np.abs(gain).max() <= ROUNDING * np.abs(wanted).max():
+            break
+        rates = _rates(surface, out, patch_of, normal_of, len(wanted))
+        way, *_ = np.linalg.lstsq(rates, gain)
+        out[ids] += way[patch][:, None] * normals
+    return out
+
+
+def _rates(surface: Surface, points: Points, patch_of: Ids, normal_of: Points, n_regions: int) -> Points:
+    """``(n_regions, n_patches)`` how fast the volume of each region grows with the way of each patch's points."""
+    ids, sizes = surface.faces, np.diff(surface.face_offsets)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    shares = _area_vectors(surface, points) / sizes[:, None]
+    along = np.einsum("ij,ij->i", shares[owner], normal_of[ids])
+    rates = np.zeros((n_regions + 1, surface.n_patches + 1))  # the last of each is for none
+    np.add.at(rates, (surface.face_sides[owner, 0], patch_of[ids]), along)
+    np.add.at(rates, (surface.face_sides[owner, 1], patch_of[ids]), -along)
+    return rates[:-1, :-1]
+
+
+def moved_rims(surface: Surface, before: Points, after: Points) -> NDArray[np.bool_]:
+    """``(n_points,)`` True for points on the rims of patches of surface cells whose area has changed by too much."""
+    labels = surface.face_labels
+    named = np.flatnonzero(labels >= 0)
+    if not len(named):
+        return np.zeros(len(after), bool)
+    was, now = (
+        np.bincount(labels[named], np.linalg.norm(_area_vectors(surface, points)[named], axis=1))
+        for points in (before, after)
+    )
+    changed = np.isin(labels, np.flatnonzero(np.abs(now - was) > KEPT * was))
+    ids = surface.faces[np.repeat(changed, np.diff(surface.face_offsets))]
+    return mask_of(len(after), ids[surface.kind[ids] == EDGE])
+
+
+def _area_vectors(surface: Surface, points: Points) -> Points:
+    """``(n_faces, 3)`` normals as long as the faces are large."""
+    ids, offsets = surface.faces, surface.face_offsets
+    sizes = np.diff(offsets)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    middle = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None]
+    arms, following = points[ids] - middle[owner], points[ids[next_in_face(offsets)]] - middle[owner]
+    area = np.zeros((len(sizes), 3))
+    np.add.at(area, owner, 0.5 * np.cross(arms, following))
+    return area
+
+
+def _of_faces(faces: Topology, slots: Ids, points: NDArray[np.floating]) -> tuple[Points, Points]:
+    """The volume of the cone over each face, from the middle of the mesh, and its area."""
+    ids, offsets = face_points(faces, slots, rings=True)
+    sizes = np.diff(offsets)
+    if not len(ids):
+        return np.zeros(0), np.zeros(0)
+    x = np.asarray(points, np.float64)
+    x = x - np.nanmean(np.where(np.isfinite(x), x, np.nan), axis=0)  # volumes of far meshes would cancel
+    owner, following = np.repeat(np.arange(len(sizes)), sizes), next_in_face(offsets)
+    centre = np.add.reduceat(x[ids], offsets[:-1]) / sizes[:, None]
+    a, b, c = centre[owner], x[ids], x[ids[following]]
+    normal = np.cross(b - a, c - a)
+    volume = np.bincount(owner, np.einsum("ij,ij->i", a, normal), minlength=len(sizes)) / 6.0
+    return volume, np.bincount(owner, np.linalg.norm(normal, axis=1), minlength=len(sizes)) / 2.0

@@ -1,0 +1,180 @@
+"""Repair of a whole mesh, or of a piece of one: the phases one after another, each step held to what is promised."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..errors import MeshError
+from ..quality.measure import Quality
+from .acceptance import accept, is_better
+from .ceiling import Ceiling, ceiling
+from .claims import Promise
+from .constraints import Constraints
+from .curved import move_nodes_between
+from .descent import Workers
+from .phases.mean import raise_mean
+from .phases.strict import keep_every_cell
+from .phases.untangle import smooth, untangle
+from .phases.untwist import untwist
+from .phases.worst import raise_worst
+from .polyhedral import corners
+from .problem import Points, problem
+from .run import Progress, Run, begin_run
+
+SHARES = {"untangle": 0.4, "worst": 0.75, "mean": 1.0}
+"""When time is limited: by which share of it each phase ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """As the user asked; see `improve`."""
+
+    boundary: str
+    target: float
+    floor: float
+    strict: bool
+    seconds: float | None
+    surface: Any = None
+    feature_angle: float = 40.0
+    threads: int | None = None
+
+    @property
+    def slides(self) -> bool:
+        return self.boundary == "slide"
+
+
+@dataclass(eq=False)
+class Outcome:
+    """What a repair has reached so far: the last mesh that holds what is promised.
+
+    Attributes
+    ----------
+    quality
+        Of the mesh as it stands.
+    run
+        The phases' record.
+    limit
+        What the fixed points alone allow.
+    notes
+        For the report, a sentence each.
+    broken
+        Texts of the claims for which a step was taken back.
+    deviation
+        Of the boundary from the surface that it was, where it slid.
+    """
+
+    quality: Quality
+    run: Run
+    limit: Ceiling
+    notes: list[str] = field(default_factory=list)
+    broken: list[str] = field(default_factory=list)
+    deviation: float = 0.0
+
+    def take(self, quality: Quality, promise: Promise) -> bool:
+        """Let a mesh stand if it holds what is promised, else note why it was taken back."""
+        broken = promise.broken(quality)
+        if broken:
+            self.broken += broken
+            self.notes += [f"A step was taken back; else this would not hold: {text}." for text in broken]
+            return False
+        self.quality = quality
+        return True
+
+
+def repair(
+    before: Quality,
+    constraints: Constraints,
+    options: Options,
+    team: Workers,
+    start: float,
+    progress: Callable[[Progress], object] | None,
+    should_stop: Callable[[], bool] | None,
+) -> Outcome:
+    """Move the points of a mesh as far as the constraints allow.
+
+    Raises `MeshError` if no cell takes part.
+    """
+    mesh = before.mesh
+    of_polyhedra = corners(before)
+    polyhedral = of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants
+    whole = problem(mesh, constraints.cells, polyhedral, constraints.pinned)
+    if whole.n_cells == 0:
+        raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
+    run = begin_run(
+        constraints, whole, team, options.target, options.floor, start, options.seconds, progress, should_stop
+    )
+    limit = ceiling(whole, run.base, constraints.fixed[whole.point_ids])
+    outcome = Outcome(before, run, limit)
+    promise = Promise(before, constraints, strict=options.strict)
+    points = run.base[run.points_of_moving].copy()
+    run.record("start", points, now=True)
+    points = _phases(run, points, limit, strict=options.strict)
+    _take_moved(outcome, promise, points, options.threads)
+    if not run.stopped:
+        better = untwist(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
+        outcome.take(better, promise)
+    if options.slides and not run.stopped:
+        _slide(outcome, promise, options)
+    reached = np.asarray(outcome.quality.mesh.points, np.float64)
+    run.record("end", reached[whole.point_ids[run.points_of_moving]], now=True)
+    return outcome
+
+
+def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
+    had, _ = run.moving.qualities(points)
+
+    def until(phase: str) -> None:
+        left = run.deadline - run.start
+        run.phase_end = run.start + SHARES[phase] * left if np.isfinite(left) else np.inf
+
+    was_tangled = bool((had <= 0.0).any())
+    until("untangle")
+    given = points
+    points, is_untangled = untangle(run, points)
+    if was_tangled and is_untangled:
+        points = smooth(run, points, given)
+    lengths = run.moving.reference_lengths(points)
+    until("worst")
+    # Once the cells that can move are better than one that cannot, the rest is for the mean.
+    constant = float(limit.bounds[limit.by_four].min(initial=1.0))
+    points = raise_worst(run, points, lengths, goal=min(max(constant, 2.0 * run.target), 0.9999))
+    run.raised = points
+    until("mean")
+    points = raise_mean(run, points, lengths)
+    if strict:
+        points = raise_worst(run, points, lengths, offsets=np.minimum(had, 1.0), goal=1e-9, phase="strict")
+        points = keep_every_cell(run, given, points)
+    return points
+
+
+def _take_moved(outcome: Outcome, promise: Promise, points: Points, threads: int | None) -> None:
+    """Let the mesh stand with the points that were reached, as far as they are acceptable."""
+    before, constraints, run = promise.before, promise.constraints, outcome.run
+    mesh = before.mesh
+    moved = np.asarray(mesh.points, np.float64).copy()
+    moved[run.whole.point_ids[run.points_of_moving]] = points
+    moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
+    after, n_back = accept(before, moved, strict=promise.strict, threads=threads)
+    if n_back:
+        outcome.notes.append(f"{n_back:,} points were put back, since a cell of theirs would have paid.")
+    if not is_better(after, before):
+        outcome.notes.append("No better mesh was found: the mesh is as it was.")
+    else:
+        outcome.take(after, promise)
+
+
+def _slide(outcome: Outcome, fixed: Promise, options: Options) -> None:
+    from .phases.slide import slide
+
+    given = options.surface
+    promise = Promise(fixed.before, fixed.constraints, slides=True, is_given=given is not None, strict=options.strict)
+    slid = slide(
+        promise, outcome.quality, outcome.run, given, options.feature_angle, threads=options.threads
+    )  # fmt: skip
+    outcome.notes += slid.notes
+    if outcome.take(slid.quality, promise):
+        outcome.deviation = slid.deviation
