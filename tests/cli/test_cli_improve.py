@@ -228,3 +228,23 @@ def test_ctrl_c_from_outside(tmp_path: Path) -> None:
         assert process.returncode in (0, 1)
         assert out.is_file()
         assert "worst" in text
+
+
+def test_what_breaks_a_claim_is_not_written(tangled: Path, tmp_path: Path) -> None:
+    program = (
+        "import dataclasses, sys\n"
+        "from meshgauge.repair.claims import Promise\n"
+        "real = Promise.claims\n"
+        "def never(self, after):\n"
+        "    same = after.mesh is self.before.mesh\n"
+        "    return tuple(dataclasses.replace(one, holds=one.holds and same) for one in real(self, after))\n"
+        "Promise.claims = never\n"
+        "from meshgauge.cli.main import main\n"
+        f"sys.exit(main(['improve', {str(tangled)!r}, '-o', {str(tmp_path / 'out.vtu')!r},"
+        f" '--undo', {str(tmp_path / 'undo.npz')!r}]))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8", timeout=60)
+    assert done.returncode == 3
+    assert "Nothing was changed, since a claim would not have held" in " ".join(done.stdout.split())
+    assert "written to" not in done.stdout
+    assert not list(tmp_path.iterdir())

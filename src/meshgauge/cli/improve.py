@@ -119,9 +119,10 @@ def improve(
                 should_stop=stop,
                 threads=threads,
             )
-        if not in_place or result.mesh is not before:
+        is_refused = result.report.outcome == "refused"
+        if not is_refused and (not in_place or result.mesh is not before):
             batch.write(written, result.mesh, overwrite=in_place)
-        if undo is not None:
+        if undo is not None and not is_refused:
             store(
                 undo, before, replace(batch, reading=replace(reading, file_format=None, step=None)).read(str(written))
             )
@@ -129,9 +130,11 @@ def improve(
             with batch.progress(f"drawing {html}"):
                 write(html, improve_page(result.report, result.before, result.after))
     if as_json:
-        emit(text.dumps(mesh, str(written), result.report))
+        emit(text.dumps(mesh, None if is_refused else str(written), result.report))
     elif quiet:
         emit(f"{mesh}: {result.report.verdict}")
     else:
-        Output().show(text.ImproveText(mesh, result.report, output=str(written)))
+        Output().show(text.ImproveText(mesh, result.report, output=None if is_refused else str(written)))
+    if is_refused:
+        return 3
     return 1 if n_unusable(result.after) else 0

@@ -28,7 +28,7 @@ NAMED = 5
 ROUNDING = 1e-9
 """Share of a volume or area that is no change: it is a sum over all cells."""
 
-LEVELS = {"improved": "good", "unchanged": "good", "not untangled": "bad"}
+LEVELS = {"improved": "good", "unchanged": "good", "not untangled": "bad", "refused": "bad"}
 
 
 def improve_dict(path: str, output: str | None, report: RepairReport) -> dict[str, Any]:
