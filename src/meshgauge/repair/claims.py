@@ -97,7 +97,7 @@ class Promise:
 
     def _stays(self, after: Quality, held: np.ndarray) -> bool:
         old, new = (np.asarray(quality.mesh.points, np.float64)[held] for quality in (self.before, after))
-        return old.tobytes() == new.tobytes()
+        return bool(old.tobytes() == new.tobytes())
 
     def _of_volumes(self, after: Quality) -> list[Claim]:
         old, new = self.volumes(after)

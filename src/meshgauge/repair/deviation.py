@@ -67,7 +67,7 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     for queries, at in (
         (points[ids], owner),
         (0.5 * (points[ids] + points[ids[following]]), owner),
-        (centres, slice(None)),
+        (centres, np.arange(len(sizes))),
     ):
         place, _ = surface.facets.nearest(queries, start[at].copy())
         np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))

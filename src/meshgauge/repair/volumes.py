@@ -41,7 +41,9 @@ def region_volumes(faces: Topology, region_ids: Ids, points: NDArray[np.floating
     alone = mates < 0
     around = np.flatnonzero(alone | (region != region[np.where(alone, 0, mates)]))
     volumes, _ = _of_faces(faces, around, points)
-    return np.bincount(region[around], volumes, minlength=int(region_ids.max(initial=-1)) + 1)
+    out = np.zeros(int(region_ids.max(initial=-1)) + 1)
+    np.add.at(out, region[around], volumes)
+    return out
 
 
 def restored(surface: Surface, constraints: Constraints, kind: NDArray[np.uint8], points: Points) -> Points:
