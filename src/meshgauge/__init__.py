@@ -107,4 +107,5 @@ _MODULES = ("check", "compare", "doctor", "io", "plot", "repair")
 
 __all__ = ["__version__", *_HOME]
 
-__getattr__, __dir__ = door(__name__, _HOME, _MODULES)
+if not TYPE_CHECKING:  # to type checkers a name that is not imported above is an error
+    __getattr__, __dir__ = door(__name__, _HOME, _MODULES)

@@ -35,4 +35,5 @@ _HOME = {
 __all__ = list(_HOME)
 
 
-__getattr__, __dir__ = door(__name__, _HOME)
+if not TYPE_CHECKING:  # to type checkers a name that is not imported above is an error
+    __getattr__, __dir__ = door(__name__, _HOME)
