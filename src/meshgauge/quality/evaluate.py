@@ -37,11 +37,9 @@ def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, out: Values
 
 
 def of_polyhedra(one: Metric, cells: PolyhedralCells, threads: int | None) -> Values:
-    """A metric's values of polyhedra, ``(n_cells,)``; NaN for a cell that has no J_ENS."""
+    """A metric's values of polyhedra, ``(n_cells,)``."""
     if not one.in_slices:
-        values = one.of_polyhedra(cells)
-    else:
-        one.of_polyhedra(cells.part(slice(0, 1)))
-        parts = [slice(start, start + CHUNK) for start in range(0, cells.n_cells, CHUNK)]
-        values = np.concatenate(run(lambda part: one.of_polyhedra(cells.part(part)), parts, threads))
-    return np.where(np.isnan(cells.quality.values), np.nan, values)
+        return one.of_polyhedra(cells)
+    one.of_polyhedra(cells.part(slice(0, 1)))
+    parts = [slice(start, start + CHUNK) for start in range(0, cells.n_cells, CHUNK)]
+    return np.concatenate(run(lambda part: one.of_polyhedra(cells.part(part)), parts, threads))

@@ -9,7 +9,14 @@ from . import jacobian, tetra, verdict_library
 from .inputs import Cells, PolyhedralCells
 from .row import Metric, Standard
 
-METRICS: dict[str, Metric] = {row.name: row for row in (*jacobian.ROWS, *tetra.ROWS, *verdict_library.ROWS)}
+METRICS: dict[str, Metric] = {
+    row.name: row
+    for row in (
+        *jacobian.ROWS,
+        *tetra.ROWS,
+        *verdict_library.ROWS,
+    )
+}
 """Every row, by name."""
 
 
