@@ -248,3 +248,50 @@ def test_what_breaks_a_claim_is_not_written(tangled: Path, tmp_path: Path) -> No
     assert "Nothing was changed, since a claim would not have held" in " ".join(done.stdout.split())
     assert "written to" not in done.stdout
     assert not list(tmp_path.iterdir())
+
+
+def with_store(path: Path, undo: Path, body: str) -> subprocess.CompletedProcess[str]:
+    """Improve in place with undo data, ``store`` replaced by a function of this body; ``real`` is the true one."""
+    program = (
+        "import os, sys\n"
+        "import meshgauge.repair.undo as undo\n"
+        "from meshgauge import WriteError\n"
+        "real = undo.store\n"
+        "def store(path, before, written):\n"
+        f"    {body}\n"
+        "undo.store = store\n"
+        "from meshgauge.cli.main import main\n"
+        f"sys.exit(main(['improve', {str(path)!r}, '--in-place', '--undo', {str(undo)!r}]))\n"
+    )
+    return subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8", timeout=60)
+
+
+def test_undo_data_are_on_the_disk_before_the_mesh_changes(tangled: Path, tmp_path: Path) -> None:
+    path, undo = tmp_path / "mesh.vtu", tmp_path / "undo.npz"
+    shutil.copy(tangled, path)
+    had = path.read_bytes()
+    failed = with_store(path, undo, "raise WriteError('disk full')")
+    assert failed.returncode == 2
+    assert "disk full" in failed.stderr
+    assert path.read_bytes() == had
+    assert not undo.exists()
+    killed = with_store(path, undo, "real(path, before, written); os._exit(9)")
+    assert killed.returncode == 9
+    assert path.read_bytes() == had
+    assert undo.exists()
+    done = with_store(path, undo, "return real(path, before, written)")
+    assert done.returncode == 0, done.stderr
+    assert path.read_bytes() != had
+    back = run(path, "--in-place", "--restore", undo)
+    assert back.returncode == 0, back.stderr
+    assert meshgauge.read(path).points.tobytes() == meshgauge.read(tangled).points.tobytes()
+
+
+def test_an_undo_file_that_cannot_be_written_is_known_before_the_work(tangled: Path, tmp_path: Path) -> None:
+    path = tmp_path / "mesh.vtu"
+    shutil.copy(tangled, path)
+    had = path.read_bytes()
+    done = run(path, "--in-place", "--undo", tmp_path / "no" / "undo.npz")
+    assert done.returncode == 2
+    assert "there is no folder" in done.stderr
+    assert path.read_bytes() == had

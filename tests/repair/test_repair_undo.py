@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from repair_meshes import shaken
 
+from meshgauge import Mesh, ReadError
 from meshgauge.repair.undo import restored, store
 
 
@@ -34,3 +35,35 @@ def test_points_that_are_not_finite_are_restored(tmp_path: Path, dtype: type) ->
     back = restored(tmp_path / "undo.npz", before.replace(points=moved.astype(np.float64)))
     assert back.points.dtype == dtype
     np.testing.assert_array_equal(back.points, points)
+
+
+def stored(folder: Path) -> tuple[Path, Mesh, Mesh]:
+    """Undo data of a mesh, the mesh, and the better one."""
+    before = shaken("hexahedron", 3, 0.2)
+    better = before.replace(points=shaken("hexahedron", 3, 0.1).points)
+    store(folder / "undo.npz", before, better)
+    return folder / "undo.npz", before, better
+
+
+def test_points_that_moved_since_are_refused(tmp_path: Path) -> None:
+    undo, before, better = stored(tmp_path)
+    points = np.array(better.points)
+    fixed = int(np.flatnonzero((points == before.points).all(axis=1))[0])
+    points[fixed, 0] += 1e-9  # a point that undo data say nothing of
+    with pytest.raises(ReadError, match="other coordinates"):
+        restored(undo, better.replace(points=points))
+
+
+def test_what_is_restored_already_stays(tmp_path: Path) -> None:
+    undo, before, better = stored(tmp_path)
+    back = restored(undo, better)
+    assert back.points.tobytes() == before.points.tobytes()
+    assert restored(undo, back) is back
+
+
+def test_the_precision_of_the_file_is_no_other_coordinate(tmp_path: Path) -> None:
+    before = shaken("tetra", 2, 0.2)
+    better = before.replace(points=shaken("tetra", 2, 0.1).points.astype(np.float32))
+    store(tmp_path / "undo.npz", before, better)
+    wide = better.replace(points=better.points.astype(np.float64))
+    assert restored(tmp_path / "undo.npz", wide).points.tobytes() == before.points.tobytes()

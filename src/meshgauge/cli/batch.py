@@ -125,10 +125,17 @@ class Batch:
 
             return measure(mesh, metrics=metrics, threads=self.threads)
 
-    def write(self, target: Path, mesh: Mesh, *, overwrite: bool = False) -> None:
-        """Write a mesh; what the format cannot hold is a note on standard error. Raises `WriteError`."""
+    def write(
+        self,
+        target: Path,
+        mesh: Mesh,
+        *,
+        overwrite: bool = False,
+        before_replacing: Callable[[Mesh], object] | None = None,
+    ) -> None:
+        """Write a mesh, as `meshgauge.write`; what the format cannot hold is a note on standard error."""
         with self.progress(f"writing {target}"):
-            for lost in write(target, mesh, overwrite=overwrite):
+            for lost in write(target, mesh, overwrite=overwrite, before_replacing=before_replacing):
                 terminal.warn("note", f"{target}: {lost}")
 
     def each(self, paths: Iterable[str], work: Callable[[str], T]) -> Iterator[tuple[str, T]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -120,12 +120,12 @@ def improve(
                 threads=threads,
             )
         is_refused = result.report.outcome == "refused"
-        if not is_refused and (not in_place or result.mesh is not before):
-            batch.write(written, result.mesh, overwrite=in_place)
-        if undo is not None and not is_refused:
-            store(
-                undo, before, replace(batch, reading=replace(reading, file_format=None, step=None)).read(str(written))
-            )
+        if not is_refused:
+            keep = None if undo is None else partial(store, undo, before)
+            if not in_place or result.mesh is not before:
+                batch.write(written, result.mesh, overwrite=in_place, before_replacing=keep)
+            elif keep is not None:
+                keep(before)
         if html is not None:
             with batch.progress(f"drawing {html}"):
                 write(html, improve_page(result.report, result.before, result.after))

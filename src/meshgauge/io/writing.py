@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..errors import ReadError, WriteError
@@ -19,7 +19,14 @@ from .reading import steps
 StrPath = str | os.PathLike[str]
 
 
-def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrite: bool = False) -> tuple[str, ...]:
+def write(
+    path: StrPath,
+    mesh: Mesh,
+    *,
+    file_format: str | None = None,
+    overwrite: bool = False,
+    before_replacing: Callable[[Mesh], object] | None = None,
+) -> tuple[str, ...]:
     """Write a mesh with its data.
 
     The file is whole or not there, see `meshgauge.files.output.replacing`. Wedges are written in our order, which
@@ -36,6 +43,8 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
     overwrite
         Allow to replace the file that the mesh was read from. Other files are replaced without asking, but those that
         belong to what was read (its pieces, what it includes) never.
+    before_replacing
+        Called with the mesh as it reads back, before the file takes its place. If it raises, nothing is changed.
 
     Returns
     -------
@@ -57,8 +66,7 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
     with replacing(target, overwrite=overwrite) as beside:
         try:
             lost = (*renamed, *chosen.write(beside, given))
-            _verify(chosen, beside, given, lost)
-            return lost
+            back = _verify(chosen, beside, given, lost)
         except WriteError as error:
             message = str(error).removeprefix(f"{beside}: ").replace(str(beside), str(target))
             raise WriteError(f"{target}: {message}") from error
@@ -69,9 +77,12 @@ def write(path: StrPath, mesh: Mesh, *, file_format: str | None = None, overwrit
         except Exception as error:
             reason = " ".join(str(error).split()) or type(error).__name__
             raise WriteError(f"{target}: cannot be written as {chosen.title}: {reason}") from error
+        if before_replacing is not None:
+            before_replacing(back)
+    return lost
 
 
-def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> None:
+def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> Mesh:
     """Read back what was written, before it takes the place of anything.
 
     Raises
@@ -80,7 +91,7 @@ def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> None
         If it cannot be read, is another mesh, or lacks data that are not among those that were lost.
     """
     if not mesh.n_cells:
-        return
+        return mesh
     try:
         back = registry.read(chosen, path)
     except ReadError as error:
@@ -90,6 +101,7 @@ def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> None
         gone = [name for name in verify.missing(mesh, back) if repr(name) not in " ".join(lost)]
         if gone:
             raise WriteError(f"the data {', '.join(map(repr, gone))} do not read back")
+    return back
 
 
 def _check_sources(target: Path, mesh: Mesh, *, overwrite: bool) -> None:
