@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -61,8 +62,9 @@ def store(path: Path, before: Mesh, written: Mesh) -> int:
     same &= np.signbit(old) == np.signbit(written.points)
     ids = np.flatnonzero(~same.all(axis=1))
     texts = {"kind": KIND, "cells": checksum(before), "before": coordinates(before), "written": coordinates(written)}
+    arrays: dict[str, Any] = {"ids": ids, "points": old[ids], **{name: np.array(text) for name, text in texts.items()}}
     with replacing(path) as beside, beside.open("wb") as file:
-        np.savez_compressed(file, ids=ids, points=old[ids], **{name: np.array(text) for name, text in texts.items()})
+        np.savez_compressed(file, **arrays)
     return len(ids)
 
 
