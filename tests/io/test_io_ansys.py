@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import meshgauge
 from meshgauge import io
 from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
-from meshgauge.io.formats.ansys.cells import BRICKS, CODES, KINDS, quadratic
+from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
 
 CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
@@ -46,44 +47,42 @@ def brick(pattern: tuple[int, ...]) -> tuple[np.ndarray, tuple[int, ...]]:
     return np.array(points), tuple(nodes)
 
 
-@pytest.mark.parametrize("is_curved", [False, True])
-@pytest.mark.parametrize("pattern", BRICKS, ids=str)
-def test_a_collapsed_brick_is_a_right_handed_cell_with_its_middles(
-    tmp_path: Path, pattern: tuple[int, ...], is_curved: bool
-) -> None:
+PATTERNS = [(0, 1, 2, 3, 4, 5, 6, 7), (0, 1, 2, 2, 4, 5, 6, 6), (0, 1, 2, 3, 4, 4, 4, 4), (0, 1, 2, 2, 4, 4, 4, 4)]
+
+
+@pytest.mark.parametrize("n_nodes", [8, 20])
+@pytest.mark.parametrize("pattern", PATTERNS, ids=str)
+def test_a_collapsed_brick_stays_the_brick_of_the_file(tmp_path: Path, pattern: tuple[int, ...], n_nodes: int) -> None:
     points, nodes = brick(pattern)
-    mesh = io.read(archive(tmp_path / "a.cdb", points, [(1, nodes[: 20 if is_curved else 8])], types="ET,1,186\n"))
-    name = BRICKS[pattern].name
-    assert mesh.type_counts() == {quadratic(name) if is_curved else name: 1}
-    shape, own = SHAPES[name], mesh.points[mesh.nodes(0)]
-    assert all(np.linalg.det(own[[i, j, k]] - own[a]) > 0 for a, i, j, k in shape.triples)
-    if is_curved:
-        middles = {tuple(own[a] + own[b]) for a, b in shape.edges}
-        assert {tuple(2 * x) for x in own[shape.n_nodes :]} == middles
-    assert ("repeated nodes" in "".join(mesh.notes)) == (name != "hexahedron")
+    own = nodes[:n_nodes]
+    mesh = io.read(archive(tmp_path / "a.cdb", points, [(1, own)], types="ET,1,186\n"))
+    assert mesh.type_counts() == {"hexahedron" if n_nodes == 8 else "hexahedron20": 1}
+    assert mesh.point_data["label"][mesh.nodes(0)].tolist() == list(own)
+    assert mesh.cell_data["label"].tolist() == [11]
+    assert mesh.n_points == len(points)
+    assert mesh.notes == ()
 
 
-def test_nodes_at_the_middle_are_in_the_order_of_vtk() -> None:
-    """As the table says which: PyVista's quadratic cells have the same edges in the same order."""
-    import pyvista
-
-    for name, vtk in (("tetra", "QUADRATIC_TETRA"), ("pyramid", "QUADRATIC_PYRAMID"), ("wedge", "QUADRATIC_WEDGE")):
-        found = next(c for p, c in BRICKS.items() if c.name == name)
-        k, n = SHAPES[name].n_nodes, KINDS[CODES[quadratic(name)]].n_nodes
-        corners, middles = found.nodes[:k], found.nodes[k:n]
-        pattern = next(p for p, c in BRICKS.items() if c is found)
-        grid = pyvista.UnstructuredGrid({getattr(pyvista.CellType, vtk): np.arange(n)[None]}, np.zeros((n, 3)))
-        cell = grid.get_cell(0)
-        for e in range(cell.n_edges):
-            a, b, middle = cell.edges[e].point_ids
-            ends = {pattern[i] for i in EDGES[middles[middle - k] - 8]}
-            assert ends == {pattern[corners[a]], pattern[corners[b]]}, (name, e)
-
-
-def test_an_impossible_brick_is_an_error(tmp_path: Path) -> None:
-    path = archive(tmp_path / "a.cdb", CUBE, [(1, (1, 1, 1, 1, 5, 6, 5, 6))])
-    with pytest.raises(ReadError, match=r"a\.cdb: element 11 repeats its nodes \[1, 1, 1, 1, 5"):
-        io.read(path)
+def test_nodes_that_are_left_out_are_in_the_middle_of_their_edges(tmp_path: Path) -> None:
+    for pattern in PATTERNS:
+        points, nodes = brick(pattern)
+        whole = archive(tmp_path / "a.cdb", points, [(1, nodes)], types="ET,1,186\n")
+        some = tuple(0 if k in (9, 12, 19) else n for k, n in enumerate(nodes))
+        part = archive(tmp_path / "b.cdb", points, [(1, some)], types="ET,1,186\n")
+        a, b = io.read(whole), io.read(part)
+        assert b.type_counts() == {"hexahedron20": 1}
+        np.testing.assert_allclose(b.points[b.nodes(0)], a.points[a.nodes(0)], atol=1e-12)
+        n_new = b.n_points - a.n_points
+        assert b.point_data["label"][a.n_points :].tolist() == [-1] * n_new
+        assert (f"{n_new} node" in "".join(b.notes)) == (n_new > 0)
+    tetra = [1, 2, 4, 5, 0, 0, 0, 0, 0, 6]
+    points = np.concatenate([CUBE[:5], [[0, 0.5, 0.5]]])
+    mesh = io.read(archive(tmp_path / "a.cdb", points, [(1, tuple(tetra)), (1, (1, 2, 4, 5))], types="ET,1,187\n"))
+    assert mesh.type_counts() == {"tetra": 1, "tetra10": 1}
+    x = mesh.points[mesh.nodes(0)]
+    ends = SHAPES["tetra"].edges
+    np.testing.assert_allclose(x[4:], [(x[a] + x[b]) / 2 for a, b in ends])
+    assert "5 nodes at the middle of an edge that the file leaves out" in mesh.notes[0]
 
 
 def test_numbers_that_touch_and_a_tetrahedron_without_its_middles(tmp_path: Path) -> None:
@@ -155,7 +154,7 @@ def test_nodes_and_elements_given_one_by_one(tmp_path: Path) -> None:
         assert mesh.nodes(1).tolist() == [0, 1, 3, 4]
         assert mesh.cell_data["ansys:material"].tolist() == [5, 6]
     for old, new, message in (
-        ("TYPE,2", "TYPE,2\nCSYS,1\nN,99,1,1,1", "a node in the coordinate system 1"),
+        ("TYPE,2", "TYPE,2\nCSYS,5\nN,99,1,1,1", "a node in the coordinate system 5"),
         ("EN,77,1,2,4,5", "EN,77,1,2,4,x", "'x' where an integer is expected"),
         ("N,1,0", "N,1,o", "'o.0' where a number is expected"),
         ("TYPE,2", "EMORE,1,2,3", "element 1 has 23 nodes, expected 1 to 20"),
@@ -185,10 +184,104 @@ def test_what_is_wrong_is_said_with_the_place(tmp_path: Path, old: str, new: str
     assert str(path) in str(caught.value)
 
 
-def test_every_pattern_is_that_of_its_cell() -> None:
-    """The faces of the brick that are left are the faces of the cell."""
-    for pattern, found in BRICKS.items():
-        assert len(set(pattern)) == SHAPES[found.name].n_nodes
-        left = {frozenset(pattern[i] for i in face) for face in SHAPES["hexahedron"].faces}
-        faces = {frozenset(pattern[found.nodes[i]] for i in face) for face in SHAPES[found.name].faces}
-        assert faces == {face for face in left if len(face) > 2}
+CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+PREP = "/PREP7\nET,1,185\n" + "".join(f"N,{n},{x},{y},{z}\n" for n, (x, y, z) in enumerate(CORNERS, 1))
+ELEMENT = "E,1,2,3,4,5,6,7,8\n"
+
+
+def read(folder: Path, text: str) -> Mesh:
+    (folder / "a.cdb").write_text(text)
+    return io.read(folder / "a.cdb")
+
+
+def test_what_ngen_and_egen_generate(tmp_path: Path) -> None:
+    mesh = read(tmp_path, PREP + "NGEN,3,4,5,8,1,0,0,1\n" + ELEMENT + "EGEN,3,4,1\n")
+    assert mesh.type_counts() == {"hexahedron": 3}
+    assert mesh.cell_data["label"].tolist() == [1, 2, 3]
+    assert meshgauge.measure(mesh).values == pytest.approx(np.ones(3))
+    for copies in ("NGEN,2,100,ALL,,,2\nEGEN,2,100,-1,,,5\n", "EGEN,2,100,ALL,,,5,,,,,2,0,0\n"):
+        mesh = read(tmp_path, PREP + ELEMENT + copies)
+        assert mesh.cell_data["ansys:material"].tolist() == [1, 6]
+        assert mesh.points[mesh.nodes(1)].tolist() == [[x + 2, y, z] for x, y, z in CORNERS]
+        assert mesh.point_data["label"][mesh.nodes(1)].tolist() == list(range(101, 109))
+
+
+def test_fill_and_cylindrical_nodes(tmp_path: Path) -> None:
+    mesh = read(tmp_path, PREP + "N,12,4,0,0\nFILL,2,12,2,20,1\nCSYS,1\nN,30,2,90,3\n" + ELEMENT)
+    where = dict(zip(mesh.point_data["label"].tolist(), mesh.points.tolist(), strict=True))
+    assert (where[20], where[21]) == ([2, 0, 0], [3, 0, 0])
+    assert where[30] == pytest.approx([0, 2, 3], abs=1e-15)
+
+
+def test_commands_on_one_line_and_simple_parameters(tmp_path: Path) -> None:
+    text = PREP + "*SET,tid,2\nnew = tid*3 ! six\net,tid,187\ntype,tid $ MAT, new $ REAL, 1\nEN,(new+1)*10,1,2,4,5\n"
+    mesh = read(tmp_path, text)
+    assert mesh.type_counts() == {"tetra": 1}
+    assert mesh.cell_data["label"].tolist() == [70]
+    assert mesh.cell_data["ansys:material"].tolist() == [6]
+    with pytest.raises(ReadError, match=r"line 12: N: 'h' where a number is expected"):
+        read(tmp_path, PREP + "*GET,h,NODE,,MXLOC,X\nN,9,h,0,0\n" + ELEMENT)
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ("*DO,i,1,3\nE,1,2,3,4,5,6,7,8\n*ENDDO\n", r"line 12: E in \*DO of line 11: loops and conditions are not"),
+        ("*IF,a,EQ,1,THEN\nN,9,1,1,1\n*ENDIF\n", r"line 12: N in \*IF of line 11"),
+        ("*REPEAT,3,1\n", r"line 11: \*REPEAT is not followed"),
+        ("*USE,MACRO\n", r"\*USE is not followed"),
+        ("VMESH,ALL\n", "VMESH is not followed; write the mesh with CDWRITE"),
+        ("NSEL,S,LOC,Z,0\nNGEN,2,10,ALL,,,0,0,1\n", "NGEN of what is selected is not followed"),
+        ("NGEN,2,10,1,8,1,0,0,1,2\n", "NGEN with SPACE"),
+        ("NGEN,2,10,9,9,1\n", "NGEN refers to node 9, which does not exist"),
+        ("EGEN,2,10,7\n", "EGEN refers to element 7, which does not exist"),
+        ("NGEN,99999999,10,1,8\n", "more than 20,000,000 nodes and elements are generated"),
+        ("/INPUT,gone,inp\n", r"line 11: includes gone\.inp, which does not exist"),
+        ("/INPUT,'../a',cdb\n", "which is outside its folder"),
+        ("/INPUT,a,cdb\n", "includes this file again"),
+    ],
+)
+def test_what_is_a_language_is_refused_by_name_and_line(tmp_path: Path, lines: str, message: str) -> None:
+    with pytest.raises(ReadError, match=message):
+        read(tmp_path, PREP + lines + ELEMENT)
+
+
+def test_loops_and_macros_without_cells_do_not_matter(tmp_path: Path) -> None:
+    lines = "*DO,i,1,3\nMP,EX,i,1\n*ENDDO\n*CREATE,m,mac\nE,9,9,9,9\n*END\n*IF,a,EQ,1,EXIT\n/TITLE,a $ sign\n"
+    assert read(tmp_path, PREP + lines + ELEMENT).type_counts() == {"hexahedron": 1}
+
+
+def test_files_that_are_read_in(tmp_path: Path) -> None:
+    (tmp_path / "nodes.inp").write_text(PREP + "*SET,k,3\n/EOF\nN,99,0,0\n")
+    mesh = read(tmp_path, "/PREP7\n/INPUT,nodes,inp\nMAT,k\n" + ELEMENT)
+    assert mesh.n_points == 8
+    assert mesh.cell_data["ansys:material"].tolist() == [3]
+
+
+def test_blocks_of_other_releases(tmp_path: Path) -> None:
+    blocks = "/COM,ANSYS RELEASE 2023 R1\n/PREP7\nETBLOCK,        2,        2\n(2i9,19a9)\n"
+    blocks += f"{1:9d}{200:9d}{10:9d}" + f"{0:9d}" * 18 + f"\n{2:9d}{187:9d}\n       -1\n"
+    blocks += "NBLOCK,6,SOLID,8,8\n(1i7,2i9,6e21.13e3)\n"
+    for n, x in enumerate(CORNERS, 1):
+        blocks += f"{n:7d}{0:9d}{0:9d}" + "".join(f"{v:21.13e}" for v in x) + "\n"
+    blocks += "N,UNBL,LOC,       -1,\nTYPE, 1  $ MAT, 1  $ REAL, 1\nEBLOCK,19,SOLID,1,1\n(19i10)\n"
+    blocks += "".join(f"{v:10d}" for v in (1, 1, 1, 1, 0, 0, 0, 0, 8, 0, 5, *range(1, 9))) + "\n        -1\n"
+    mesh = read(tmp_path, blocks)
+    assert mesh.type_counts() == {"hexahedron": 1}
+    assert mesh.cell_data["label"].tolist() == [5]
+    np.testing.assert_allclose(mesh.points, CORNERS)
+
+
+@pytest.mark.parametrize(("routine", "n"), [(195, 8), (205, 8), (194, 16), (204, 16)])
+def test_gasket_and_cohesive_elements_are_kept_and_marked(tmp_path: Path, routine: int, n: int) -> None:
+    nodes = (*range(1, 9), *range(1, 9))[:n]
+    mesh = io.read(archive(tmp_path / "a.cdb", CUBE, [(1, tuple(range(1, 9))), (2, nodes)],
+                           types=f"ET,1,185\nET,2,{routine}\n"))  # fmt: skip
+    assert mesh.type_counts() == {"hexahedron": 2}
+    assert mesh.cell_data["interface"].tolist() == [0, 1]
+
+
+def test_surfaces_of_triangles(tmp_path: Path) -> None:
+    elements: Elements = [(1, (1, 2, 3)), (1, (1, 2, 3, 3)), (2, (1, 2, 3, 4, 5, 6)), (1, (1, 2, 3, 4))]
+    mesh = io.read(archive(tmp_path / "a.cdb", CUBE, elements, types="ET,1,181\nET,2,2\n"))
+    assert mesh.type_counts() == {"triangle": 2, "quad": 1, "triangle6": 1}

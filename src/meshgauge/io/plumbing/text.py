@@ -74,6 +74,11 @@ class Text:
         at = min(self.row - 1 if row is None else row, self.n_lines - 1)
         return ReadError(f"{self.path}, line {int(self._numbers[at]) if at >= 0 else 1}: {what}")
 
+    @property
+    def line_number(self) -> int:
+        """Of the last line that was read, from 1."""
+        return int(self._numbers[min(self.row, self.n_lines) - 1]) if self.n_lines and self.row else 1
+
     def peek(self) -> bytes:
         """The next line, stripped; empty at the end. It stays the next."""
         return self.rows(self.row, self.row + 1).strip()

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...plumbing.build import Ints, Kind
+from ...plumbing.nodes import NodeTable
 from .keywords import Keyword, Place, integer, real
 from .types import ElementType
 
@@ -28,40 +29,6 @@ class Section:
     labels: Ints
     nodes: Ints
     is_interface: bool = False
-
-
-class NodeTable:
-    """Coordinates by label. Nodes that are generated need those given before, whose table is made when first asked."""
-
-    def __init__(self) -> None:
-        self.labels: list[Ints] = []
-        self.points: list[Reals] = []
-        self._known: dict[int, tuple[float, ...]] = {}
-        self._taken = 0
-
-    def add(self, labels: Ints, points: Reals) -> None:
-        self.labels.append(labels)
-        self.points.append(points)
-
-    def at(self, label: int, keyword: Keyword) -> Reals:
-        """Where a node is."""
-        while self._taken < len(self.labels):
-            rows = zip(self.labels[self._taken].tolist(), self.points[self._taken].tolist(), strict=True)
-            self._known.update((label, tuple(x)) for label, x in rows)
-            self._taken += 1
-        if label not in self._known:
-            raise keyword.fail(f"*{keyword.name} refers to node {label}, which does not exist")
-        return np.array(self._known[label])
-
-    def joined(self) -> tuple[Ints, Reals]:
-        """Labels and coordinates in order; a node given again replaces the first."""
-        labels = np.concatenate([_NONE, *self.labels])
-        points = np.concatenate([np.empty((0, 3)), *self.points])
-        if len(np.unique(labels)) != len(labels):
-            _, last = np.unique(labels[::-1], return_index=True)
-            kept = np.sort(len(labels) - 1 - last)
-            labels, points = labels[kept], points[kept]
-        return labels, points
 
 
 @dataclass(slots=True)

@@ -48,14 +48,14 @@ def _ngen(keyword: Keyword, deck: Deck) -> None:
         deck.generate(n, keyword)
         if n < 2:
             continue
-        a, b = deck.nodes.at(first, keyword), deck.nodes.at(last, keyword)
+        a, b = deck.nodes.at(first, keyword.refers), deck.nodes.at(last, keyword.refers)
         share = (np.arange(1, n) / n)[:, None]
         if line == "S":
             points = a + share * (b - a)
         else:
             third = integer(place, words[3], 0)
             given = np.array([real(place, word) for word in words[4:7]])
-            middle = deck.nodes.at(third, keyword) if third else given
+            middle = deck.nodes.at(third, keyword.refers) if third else given
             if line == "P":
                 points = (
                     a * (1 - share) * (1 - 2 * share) + b * share * (2 * share - 1) + middle * 4 * share * (1 - share)
@@ -106,7 +106,7 @@ def _nfill(keyword: Keyword, deck: Deck) -> None:
         share = _biased(place, n, bias, is_twofold="TWO STEP" in keyword.options)
         every: list[Ints] = [starts, ends]
         for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
-            a, b = deck.nodes.at(start, keyword), deck.nodes.at(end, keyword)
+            a, b = deck.nodes.at(start, keyword.refers), deck.nodes.at(end, keyword.refers)
             labels = start + step * np.arange(1, n)
             deck.nodes.add(labels, a + share * (b - a))
             every.append(labels)
@@ -138,10 +138,10 @@ def _ncopy(keyword: Keyword, deck: Deck) -> None:
     labels = deck.members(deck.nsets, keyword.option("OLD SET"), keyword.place)
     deck.generate(len(labels), keyword)
     rows = [(place, [real(place, word) for word in words]) for place, words in keyword.rows()]
-    points = np.array([deck.nodes.at(label, keyword) for label in labels.tolist()]).reshape(-1, 3)
+    points = np.array([deck.nodes.at(label, keyword.refers) for label in labels.tolist()]).reshape(-1, 3)
     if "POLE" in keyword.options:
         node = int(rows[0][1][0]) if rows and len(rows[0][1]) == 1 else 0
-        pole = deck.nodes.at(node, keyword) if node else _vector(keyword, rows, 0, 3)
+        pole = deck.nodes.at(node, keyword.refers) if node else _vector(keyword, rows, 0, 3)
         points = 2 * points - pole
     elif "REFLECT" in keyword.options:
         points = _reflected(keyword, rows, points)

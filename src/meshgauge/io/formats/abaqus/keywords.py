@@ -61,6 +61,10 @@ class Keyword:
     def fail(self, what: str) -> ReadError:
         return self.place.fail(what)
 
+    def refers(self, what: str) -> ReadError:
+        """The error of a keyword that refers to something."""
+        return self.fail(f"*{self.name} {what}")
+
     def option(self, name: str, default: str = "") -> str:
         return self.options.get(name, default)
 

@@ -1,0 +1,107 @@
+"""Blocks of numbers in columns of a stated width, often without a blank between them, as Fortran writes them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...plumbing.text import Text
+
+_END = re.compile(rb"^[ \t]*(?:-1[ \t]*$|[A-Za-z/*!])", re.MULTILINE)
+_ITEM = re.compile(r"\s*(\d{0,4})\s*([iaefg])\s*(\d{1,4})[\w.]*\s*", re.IGNORECASE)
+_CHUNK = 1 << 17
+_WIDEST = 64  # characters of a number
+_MOST = 100  # columns
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """The lines of a block, and where its columns are.
+
+    Attributes
+    ----------
+    lines
+        Those that are not blank.
+    integers, reals
+        Start and width of each column of whole numbers, which come first, and of the others.
+    """
+
+    text: Text
+    lines: list[bytes]
+    integers: list[tuple[int, int]]
+    reals: list[tuple[int, int]]
+
+    def table(self, columns: list[tuple[int, int]], kind: type) -> NDArray[Any]:
+        """``(n_lines, n_columns)`` numbers; 0 where a line ends before, or is blank."""
+        out: NDArray[Any] = np.zeros((len(self.lines), len(columns)), kind)
+        at = 0
+        while at < len(columns):  # columns of one width together
+            (start, width), n = columns[at], 1
+            while at + n < len(columns) and columns[at + n] == (start + n * width, width):
+                n += 1
+            self._fill(out[:, at : at + n], start, width, kind)
+            at += n
+        return out
+
+    def _fill(self, out: NDArray[Any], first: int, width: int, kind: type) -> None:
+        n = out.shape[1]
+        end = first + n * width
+        for start in range(0, len(self.lines), _CHUNK):
+            part = np.array([line[first:end] for line in self.lines[start : start + _CHUNK]], f"S{n * width}")
+            padded = part.view(np.uint8).reshape(len(part), n * width)
+            padded = np.where(padded == 0, 32, padded).astype(np.uint8)
+            fields = padded.reshape(len(part), n, width)
+            blank = (fields <= 32).all(axis=2)
+            fields[blank, -1] = ord("0")
+            if kind is np.float64:
+                fields[(fields == ord("D")) | (fields == ord("d"))] = ord("E")
+            try:
+                out[start : start + len(part)] = np.ascontiguousarray(fields).view(f"S{width}")[..., 0].astype(kind)
+            except (ValueError, OverflowError):
+                what = f"{'numbers' if kind is np.float64 else 'integers'} of {width} columns"
+                raise self.text.fail(f"the block that ends here holds something else than {what}") from None
+
+
+def read_block(text: Text) -> Block:
+    """A format such as (3i9,6e21.13e3) or (1i7,2i9,6e21.13e3), and the lines of numbers after it.
+
+    Raises
+    ------
+    ReadError
+        If there is no format, or its columns have no possible width.
+    """
+    given = text.line("the format of a block").decode("utf-8", "replace")
+    items = _items(given)
+    if not items:
+        raise text.fail(f"{given[:40]!r} where the format of a block is expected, as (19i9)")
+    widths = [width for n, _, width in items for _ in range(n)]
+    kinds = [kind for n, kind, _ in items for _ in range(n)]
+    if not widths or len(widths) > _MOST or not 0 < min(widths) <= max(widths) <= _WIDEST:
+        raise text.fail(f"the format {given[:40]!r} has columns of no possible width")
+    starts = [0, *accumulate(widths)]
+    columns = list(zip(starts, widths, strict=False))
+    n_integers = next((k for k, kind in enumerate(kinds) if kind in "efg"), len(kinds))
+    end = _END.search(text.data, text.position())
+    last = text.row_at(end.end() - 1) if end else text.n_lines
+    block = text.lines(max(last - text.row, 0), "lines of a block").split(b"\n")
+    lines = [line.rstrip() for line in block if line.strip()]
+    return Block(text, lines, columns[:n_integers], columns[n_integers:])
+
+
+def _items(given: str) -> list[tuple[int, str, int]]:
+    """Count, letter and width of each item of a format; none if it is no format."""
+    inner = given.strip()
+    if not inner.startswith("(") or ")" not in inner:
+        return []
+    items = []
+    for word in inner[1 : inner.index(")")].split(","):
+        match = _ITEM.fullmatch(word)
+        if match is None:
+            return []
+        items.append((min(int(match[1] or 1), _MOST + 1), match[2].lower(), int(match[3])))
+    return items

@@ -1,0 +1,181 @@
+"""Bricks, wedges and pyramids with repeated nodes: the tetrahedra, pyramids and wedges that they stand for.
+
+Programs without such cells write them as bricks whose nodes coincide by number::
+
+    7-----6           6 = 7
+    |\\    |\\          |\
+    | 4-----5         | 4-----5       nodes 0 1 2 2 4 5 6 6: a wedge of 0 1 2 and 4 5 6
+    3-|---2 |       2 = 3     |
+     \\|    \\|          \\|     |
+      0-----1           0-----1
+
+A cell stands for another if the faces that are left, those with three different nodes or more, are those of a
+tetrahedron, a pyramid or a wedge. A brick with one collapsed edge is no such shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import BY_NAME, CELL_TYPES, HEXAHEDRON, PYRAMID, TETRA, WEDGE, CellType, Shape
+from ..kernels.threads import run
+from . import connectivity
+from .mesh import CellIds, Mesh
+
+Ints = NDArray[np.int64]
+Corners = tuple[int, ...]
+"""For each corner of a shape, the first corner that has the same node."""
+
+_TARGETS: dict[int, Shape] = {shape.n_nodes: shape for shape in (TETRA, PYRAMID, WEDGE)}
+_QUADRATIC = {TETRA: BY_NAME["tetra10"], PYRAMID: BY_NAME["pyramid13"], WEDGE: BY_NAME["wedge15"]}
+_SOURCES = tuple(
+    row
+    for row in CELL_TYPES.values()
+    if row.shape in (HEXAHEDRON, WEDGE, PYRAMID)
+    and row.n_nodes is not None
+    and (row.n_nodes == row.shape.n_nodes or row.n_middles == len(row.shape.edges))
+)
+"""Types that may stand for others: linear ones, and those with a node on every edge."""
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """What a collapsed cell stands for: a type, and the position in the collapsed cell of each of its nodes."""
+
+    row: CellType
+    nodes: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Resolved:
+    """A mesh in which every collapsed cell is what it stands for.
+
+    Attributes
+    ----------
+    mesh
+        As it is measured: the same object if no cell was collapsed. Cells, points and data are those of the file, in
+        its order; only types and nodes of collapsed cells differ.
+    cells
+        Collapsed cells that stand for another type, ascending.
+    origins
+        For each entry of the connectivity of ``mesh`` its position in that of the file.
+    pinched
+        Cells with a repeated corner that stand for no other type, ascending: they are measured as they are.
+    """
+
+    mesh: Mesh
+    cells: Ints
+    origins: Ints | slice
+    pinched: Ints
+    counts: Mapping[str, int] = field(default_factory=dict)  #: of ``cells``, by the type that they stand for
+
+
+def resolve(mesh: Mesh, *, threads: int | None = None) -> Resolved:
+    """Replace collapsed cells by what they stand for."""
+    found = {row: _repeated(mesh, row, threads) for row in _SOURCES if bool((mesh.types == row.vtk_id).any())}
+    if not any(len(cells) for cells in found.values()):
+        return Resolved(mesh, np.empty(0, np.int64), slice(None), np.empty(0, np.int64))
+    types, sizes = mesh.types.copy(), np.diff(mesh.offsets).astype(np.int64)
+    changed: list[tuple[Ints, tuple[int, ...]]] = []
+    pinched: list[Ints] = []
+    counts: dict[str, int] = {}
+    for row, cells in found.items():
+        patterns = _patterns(connectivity.picked(mesh, row, cells, row.corners))
+        for pattern in np.unique(patterns, axis=0):
+            own = cells[(patterns == pattern).all(axis=1)]
+            standing = stands_for(row.vtk_id, tuple(int(corner) for corner in pattern))
+            if standing is None:
+                pinched.append(own)
+                continue
+            types[own], sizes[own] = standing.row.vtk_id, len(standing.nodes)
+            counts[standing.row.name] = counts.get(standing.row.name, 0) + len(own)
+            changed.append((own, standing.nodes))
+    offsets = np.zeros(mesh.n_cells + 1, np.int64)
+    np.cumsum(sizes, out=offsets[1:])
+    before = np.asarray(mesh.offsets[:-1], np.int64)
+    origins = np.arange(offsets[-1]) - np.repeat(offsets[:-1] - before, sizes)
+    for own, nodes in changed:
+        origins[offsets[own][:, None] + np.arange(len(nodes))] = before[own][:, None] + np.array(nodes)
+    view = mesh.replace(types=types, offsets=offsets, connectivity=mesh.connectivity[origins]) if changed else mesh
+    return Resolved(
+        view,
+        np.sort(np.concatenate([np.empty(0, np.int64), *(own for own, _ in changed)])),
+        origins if changed else slice(None),
+        np.sort(np.concatenate([np.empty(0, np.int64), *pinched])),
+        dict(sorted(counts.items())),
+    )
+
+
+def _repeated(mesh: Mesh, row: CellType, threads: int | None) -> Ints:
+    """Cells of a type in which the ends of an edge are one point."""
+    assert row.shape is not None
+    edges = row.shape.edges
+
+    def work(part: CellIds) -> Ints:
+        ids = connectivity.picked(mesh, row, part, row.corners)
+        mask = ids[:, edges[0][0]] == ids[:, edges[0][1]]
+        for a, b in edges[1:]:
+            mask |= ids[:, a] == ids[:, b]
+        at = np.flatnonzero(mask)
+        return at + part.start if isinstance(part, slice) else part[at]
+
+    parts = run(work, connectivity.chunks(mesh.cells_of_type(row.vtk_id)), threads)
+    return np.concatenate([np.empty(0, np.int64), *parts])
+
+
+def _patterns(corners: Ints) -> Ints:
+    """For each corner the first corner of the cell that has its node."""
+    return np.asarray(np.argmax(corners[:, :, None] == corners[:, None, :], axis=2), np.int64)
+
+
+@cache
+def stands_for(vtk_id: int, pattern: Corners) -> Standing | None:
+    """What a cell stands for whose corners repeat as the pattern says; None if it is no other shape, or none.
+
+    The corners of the result are numbered as they come in the cell, as far as its faces allow.
+    """
+    row = CELL_TYPES[vtk_id]
+    shape = row.shape
+    if row not in _SOURCES or shape is None:
+        return None
+    target = _TARGETS.get(len(set(pattern)))
+    if target is None or target is shape:
+        return None
+    faces = set()
+    for face in shape.faces:
+        ring = _ring([pattern[node] for node in face])
+        if len(set(ring)) != len(ring) or (ring and ring in faces):
+            return None
+        if ring:
+            faces.add(ring)
+    for order in permutations(sorted(set(pattern))):
+        if {_ring([order[node] for node in face]) for face in target.faces} == faces:
+            return _standing(row, shape, target, pattern, order)
+    return None
+
+
+def _ring(nodes: list[int]) -> tuple[int, ...]:
+    """The different nodes round a face, from the lowest on; empty if they are less than three."""
+    ring = [node for k, node in enumerate(nodes) if node != nodes[k - 1]]
+    if len(set(ring)) < 3:
+        return ()
+    first = ring.index(min(ring))
+    return tuple(ring[first:] + ring[:first])
+
+
+def _standing(row: CellType, shape: Shape, target: Shape, pattern: Corners, order: Corners) -> Standing:
+    corners = tuple(row.corners[node] for node in order)
+    if row.n_nodes == shape.n_nodes:
+        return Standing(BY_NAME[target.name], corners)
+    middles = []
+    for a, b in target.edges:
+        ends = {order[a], order[b]}
+        edge = next(k for k, (i, j) in enumerate(shape.edges) if {pattern[i], pattern[j]} == ends)
+        middles.append(shape.n_nodes + edge)
+    return Standing(_QUADRATIC[target], (*corners, *middles))
