@@ -82,7 +82,7 @@ def test_nodes_that_are_left_out_are_in_the_middle_of_their_edges(tmp_path: Path
     x = mesh.points[mesh.nodes(0)]
     ends = SHAPES["tetra"].edges
     np.testing.assert_allclose(x[4:], [(x[a] + x[b]) / 2 for a, b in ends])
-    assert "5 nodes at the middle of an edge that the file leaves out" in mesh.notes[0]
+    assert "5 nodes at the middle of edges are not in the file" in mesh.notes[0]
 
 
 def test_numbers_that_touch_and_a_tetrahedron_without_its_middles(tmp_path: Path) -> None:

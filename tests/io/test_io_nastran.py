@@ -10,6 +10,7 @@ import pytest
 
 import meshgauge
 from meshgauge import io
+from meshgauge.cells import CELL_TYPES
 from meshgauge.errors import ReadError
 from meshgauge.mesh.regions import regions
 
@@ -94,13 +95,13 @@ def test_elements_of_all_kinds_and_what_is_none(tmp_path: Path) -> None:
         "CONROD,6,1,2,77\nCTETRA,7,3,1,2,3,4,7\nCELAS2,8,1.,1,1\nRBE2,9,1,123,2\nCBUSH,10,1,1\nPSOLID,3,42\n"
     )  # fmt: skip
     mesh = io.read(bdf(tmp_path / "a.bdf", text))
-    assert mesh.type_counts() == {"pyramid": 1, "wedge": 1, "triangle": 1, "line": 2, "tetra": 1}
+    assert mesh.type_counts() == {"pyramid": 1, "wedge": 1, "triangle": 1, "line": 2, "tetra10": 1}
     assert meshgauge.measure(mesh).values[0] > 0
     assert mesh.cell_data["nastran:property"].tolist() == [3, 3, 9, 9, 0, 3]
     assert mesh.cell_data["nastran:material"].tolist() == [42, 42, 0, 0, 0, 42]
     assert mesh.notes == (
-        "1 elements have nodes on some of their edges only; their corners are read.",
-        "Springs, masses, rigid elements and the like are no cells and were left out: 1 CBUSH, 1 CELAS2, 1 RBE2.",
+        "5 nodes at the middle of edges are not in the file: taken halfway between the ends.",
+        "Springs, gaps, masses, rigid elements and the like are no cells and were left out: 1 CBUSH, 1 CELAS2, 1 RBE2.",
     )
 
 
@@ -136,3 +137,82 @@ def test_what_is_wrong_is_said(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(ReadError, match=message) as caught:
         io.read(path)
     assert str(path) in str(caught.value)
+
+
+def test_labels_are_those_of_the_file(tmp_path: Path) -> None:
+    mesh = io.read(bdf(tmp_path / "a.bdf", GRID.replace("GRID,1,", "GRID,100,") + "CTETRA,7000,7,100,2,3,4\n"))
+    assert mesh.cell_data["label"].tolist() == [7000]
+    assert mesh.point_data["label"].tolist() == [100, 2, 3, 4]
+
+
+@pytest.mark.parametrize(("name", "n"), [("CTETRA", 10), ("CPYRAM", 13), ("CPENTA", 15), ("CHEXA", 20)])
+def test_nodes_that_are_left_out_are_in_the_middle_of_their_edges(tmp_path: Path, name: str, n: int) -> None:
+    row = next(r for r in CELL_TYPES.values() if r.n_nodes == n and r.shape is not None and r.n_middles)
+    assert row.shape is not None
+    corners = np.array(row.shape.points)
+    grid = "".join(f"GRID,{k},,{x},{y},{z}\n" for k, (x, y, z) in enumerate(corners.tolist(), 1))
+    fields = [str(k) for k in range(1, len(corners) + 1)] + [""] * (n - len(corners) - 1) + ["99"]
+    lines = [fields[at : at + 6] if at == 0 else fields[at : at + 8] for at in (0, 6, 14) if fields[at : at + 1]]
+    text = f"{name},1,1," + "\n,".join(",".join(line) for line in lines) + "\n"
+    whole = io.read(bdf(tmp_path / "a.bdf", grid + "GRID,99,,.1,.2,.3\n" + text))
+    assert whole.type_counts() == {row.name: 1}
+    x = whole.points[whole.nodes(0)]
+    for a, b, middle in row.edges:
+        if whole.point_data["label"][whole.nodes(0)[middle]] != 99:
+            np.testing.assert_allclose(x[middle], (x[a] + x[b]) / 2)
+    n_new = n - len(corners) - 1
+    assert f"{n_new} node" in whole.notes[0]
+    assert whole.point_data["label"].tolist() == [*range(1, len(corners) + 1), 99, *[-1] * n_new]
+
+
+def test_an_edge_of_two_cells_has_one_new_point(tmp_path: Path) -> None:
+    text = GRID + "GRID,5,,1.,1.,1.\nGRID,9,,.5,0.,0.\nGRID,8,,.6,.6,.6\n"
+    text += "CTETRA,1,1,1,2,3,4,9,,\nCTETRA,2,1,2,3,4,5,,\n,,,,8\n"
+    mesh = io.read(bdf(tmp_path / "a.bdf", text))
+    assert mesh.type_counts() == {"tetra10": 2}
+    assert mesh.n_points == 7 + 5 + 5 - 3
+
+
+@pytest.mark.parametrize("begin", ["BEGIN SUPER=1", "BEGIN BULK SUPER = 1"])
+def test_superelements_are_blocks_with_points_of_their_own(tmp_path: Path, begin: str) -> None:
+    mesh = io.read(bdf(tmp_path / "a.bdf", GRID + TETRA + begin + "\n" + GRID.replace("0.,0.,0.", "0.,0.,.1") + TETRA))
+    assert [(block.name, block.stop) for block in mesh.blocks] == [("", 1), ("superelement 1", 2)]
+    assert mesh.n_points == 8
+    assert mesh.points[mesh.nodes(1)[0]].tolist() == [0, 0, 0.1]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("CTRIAX6,2,1,1,5,2,7,4,6\n", "triangle6"),
+        ("CTRIAX,2,1,1,2,4\n", "triangle"),
+        ("CQUADX,2,1,1,2,3,4\n", "quad"),
+        ("CTRAX3,2,1,1,2,4\n", "triangle"),
+        ("CPLSTN4,2,1,1,2,3,4\n", "quad"),
+        ("CHEXCZ,2,1,1,2,3,4,5,6\n,7,8\n", "hexahedron"),
+        ("CIFPENT,2,1,1,2,3,4,5,6\n", "wedge"),
+    ],
+)
+def test_elements_of_axes_planes_and_interfaces(tmp_path: Path, text: str, expected: str) -> None:
+    more = "GRID,5,,.5,0.,0.\nGRID,6,,0.,0.,.5\nGRID,7,,.5,0.,.5\nGRID,8,,1.,1.,1.\n"
+    mesh = io.read(bdf(tmp_path / "a.bdf", GRID + more + TETRA + text))
+    assert mesh.type_counts() == {"tetra": 1, expected: 1}
+    assert ("interface" in mesh.cell_data) == (expected in ("hexahedron", "wedge"))
+    if expected == "triangle6":
+        x = mesh.points[mesh.nodes(1)]
+        np.testing.assert_allclose(x[3:], [(x[a] + x[b]) / 2 for a, b in ((0, 1), (1, 2), (2, 0))])
+
+
+@pytest.mark.parametrize("extension", [".dat", ".txt", ".nas"])
+def test_decks_of_any_extension_are_known_by_content(tmp_path: Path, extension: str) -> None:
+    path = tmp_path / f"a{extension}"
+    path.write_text("SOL 101\nCEND\nTITLE = of a deck\nBEGIN BULK\n" + GRID + TETRA + "ENDDATA\n")
+    assert io.read(path).type_counts() == {"tetra": 1}
+
+
+def test_includes_that_double_end_with_an_error(tmp_path: Path) -> None:
+    for n in range(12):
+        (tmp_path / f"e{n}.bdf").write_text(f"INCLUDE 'e{n + 1}.bdf'\n" * 2)
+    (tmp_path / "e12.bdf").write_text(GRID)
+    with pytest.raises(ReadError, match="more than 1000 files are included"):
+        io.read(tmp_path / "e0.bdf")

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ...cells import CELL_TYPES
 from ...errors import ReadError
-from ...look.style import plural
-from .build import Ints
+from .build import Cells, Ints
 
 Reals = NDArray[np.float64]
 _NONE = np.empty(0, np.int64)
@@ -67,29 +67,30 @@ NO_LABEL = -1
 """Label of a point that the file does not have."""
 
 
-def add_middles(points: Reals, a: Ints, b: Ints) -> tuple[Ints, Reals, tuple[str, ...]]:
-    """Nodes that a file leaves out, which are the middles of their edges.
-
-    Parameters
-    ----------
-    points
-        Those of the file.
-    a, b
-        ``(n,)``: for each node that is left out the ends of its edge.
+def fill_middles(points: Reals, cells: Cells) -> tuple[Reals, tuple[str, ...]]:
+    """Put the middles of edges where a file leaves out their node; ``cells.connectivity`` is -1 there, and changes.
 
     Returns
     -------
     tuple
-        The point of each, one for all on the same edge; all points; and a note that counts them. Where both ends are
-        one point, as in collapsed bricks, it is that point, and not counted.
+        All points, the new ones last, one for all cells on an edge; and a note that counts the nodes. Where both ends
+        of an edge are one point, as in collapsed bricks, the node is that point, and not counted.
     """
-    is_flat = a == b
-    pairs = np.stack([np.minimum(a, b), np.maximum(a, b)], axis=1)[~is_flat]
-    edges, place = np.unique(pairs, axis=0, return_inverse=True)
-    ids = a.copy()
-    ids[~is_flat] = len(points) + place.reshape(-1)
-    more = points[edges[:, 0]] / 2 + points[edges[:, 1]] / 2
+    ends, at = [np.empty((0, 2), np.int64)], [np.empty(0, np.int64)]
+    for vtk_id in np.unique(cells.types).tolist():
+        first = cells.offsets[:-1][cells.types == vtk_id]
+        for a, b, *middle in CELL_TYPES[vtk_id].edges:
+            where = first[cells.connectivity[first + middle[0]] < 0] if middle else first[:0]
+            at.append(where + middle[0] if middle else where)
+            ends.append(np.stack([cells.connectivity[where + a], cells.connectivity[where + b]], axis=1))
+    pairs, places = np.sort(np.concatenate(ends), axis=1), np.concatenate(at)
+    is_flat = pairs[:, 0] == pairs[:, 1]
+    cells.connectivity[places[is_flat]] = pairs[is_flat, 0]
+    edges, number = np.unique(pairs[~is_flat], axis=0, return_inverse=True)
+    cells.connectivity[places[~is_flat]] = len(points) + number.reshape(-1)
     n = int((~is_flat).sum())
-    verb = "lies" if n == 1 else "lie"
-    text = f"{plural(n, 'node')} at the middle of an edge that the file leaves out {verb} in the middle of its ends."
-    return ids, np.concatenate([points, more]), (text,) if n else ()
+    if not n:
+        return points, ()
+    more = points[edges[:, 0]] / 2 + points[edges[:, 1]] / 2
+    what = "node at the middle of an edge is" if n == 1 else "nodes at the middle of edges are"
+    return np.concatenate([points, more]), (f"{n:,} {what} not in the file: taken halfway between the ends.",)

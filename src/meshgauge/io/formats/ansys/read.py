@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....cells import HEXAHEDRON, TETRA
 from ....errors import ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL
@@ -23,7 +22,7 @@ from ...plumbing.build import Ints, gathered
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
 from ...plumbing.meshio import MAX_SETS
-from ...plumbing.nodes import NO_LABEL, add_middles
+from ...plumbing.nodes import NO_LABEL, fill_middles
 from ...plumbing.notes import counted, mark_interfaces
 from . import cells
 from .columns import Block, read_block
@@ -32,8 +31,8 @@ from .model import MOST_NODES, Model, members
 
 _MARK = re.compile(rb"^\s*(/COM,\s*ANSYS\b|/PREP7|NBLOCK\s*,|EBLOCK\s*,)", re.IGNORECASE | re.MULTILINE)
 _SHOWN = 8  # types that a message names
-_EDGES = {"brick": (8, HEXAHEDRON.edges), "tetra": (4, TETRA.edges)}
-"""Of curved elements: number of corners, and the edges in the order of the nodes in their middles."""
+_CURVED = {"brick": (8, ("hexahedron", "hexahedron20")), "tetra": (4, ("tetra", "tetra10"))}
+"""Number of corners of solids, and what they become without and with nodes at the middle of edges."""
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -180,7 +179,7 @@ def _mesh(archive: _Archive, path: Path) -> Mesh:
     heads, nodes, families = heads[kept], nodes[kept], families[kept]
     if not len(heads):
         raise ReadError(f"{path}: no elements were found in it (EBLOCK, E or EN){''.join(f': {n}' for n in notes)}")
-    codes, nodes, absent, straight = _recognised(heads, nodes, families, path)
+    codes, nodes, straight = _recognised(heads, nodes, families, path)
     places = Index(labels).of(nodes.ravel()).reshape(nodes.shape)
     width = np.array([kind.n_nodes for kind in cells.KINDS], np.int64)[codes]
     is_used = np.arange(MOST_NODES) < width[:, None]
@@ -190,11 +189,9 @@ def _mesh(archive: _Archive, path: Path) -> Mesh:
         raise ReadError(
             f"{path}: element {int(heads[cell, 3])} refers to node {int(nodes[cell, node])}, which does not exist"
         )
-    if len(absent):
-        a, b = (places[absent[:, 0], absent[:, end]] for end in (2, 3))
-        places[absent[:, 0], absent[:, 1]], points, more = add_middles(points, a, b)
-        notes.extend(more)
     made = gathered(places.ravel(), np.arange(len(codes)) * MOST_NODES, codes, dict(enumerate(cells.KINDS)))
+    points, more = fill_middles(points, made)
+    notes.extend(more)
     data: dict[str, NDArray[Any]] = {
         LABEL: heads[:, 3],
         "ansys:material": heads[:, 0],
@@ -242,16 +239,14 @@ def _families(heads: Ints, archive: _Archive, path: Path) -> tuple[NDArray[np.st
     return out, list(counted("Contacts, springs, masses and surface loads are no cells and were left out", beside))
 
 
-def _recognised(
-    heads: Ints, nodes: Ints, families: NDArray[np.str_], path: Path
-) -> tuple[Ints, Ints, Ints, Counter[str]]:
+def _recognised(heads: Ints, nodes: Ints, families: NDArray[np.str_], path: Path) -> tuple[Ints, Ints, Counter[str]]:
     """What each element becomes.
 
     Returns
     -------
     tuple
-        The position of its type in `cells.KINDS`; its nodes; of each node at the middle of an edge that is left out
-        (0) the element, the node and the ends of the edge; surfaces with such nodes, by their type.
+        The position of its type in `cells.KINDS`; its nodes, 0 where one at the middle of an edge is left out; how many
+        surfaces leave some out, by their type.
     """
     codes, nodes = np.zeros(len(heads), np.int64), nodes.copy()
     sizes = heads[:, 4]
@@ -264,17 +259,12 @@ def _recognised(
         if lacking.any():
             at = int(np.argmax(lacking))
             raise ReadError(f"{path}: element {int(heads[at, 3])} has {int(sizes[at])} nodes, expected {n} or more")
-    absent = [np.empty((0, 4), np.int64)]
-    for family, (n, edges) in _EDGES.items():
-        mine = np.flatnonzero(families == family)
-        middles = nodes[mine, n : n + len(edges)]
-        curved = np.asarray((middles > 0).any(axis=1))
-        names = ("hexahedron", "hexahedron20") if family == "brick" else ("tetra", "tetra10")
+    for family, (n, names) in _CURVED.items():
+        mine = families == family
+        curved = (nodes[mine, n:] > 0).any(axis=1)
         codes[mine] = np.where(curved, cells.CODES[names[1]], cells.CODES[names[0]])
-        row, edge = np.nonzero((middles == 0) & curved[:, None])
-        absent.append(np.stack([mine[row], n + edge, *np.array(edges)[edge].T], axis=1))
     codes[families == "interface"] = cells.CODES["hexahedron"]
-    return codes, nodes, np.concatenate(absent), _surfaces(codes, nodes, sizes, families)
+    return codes, nodes, _surfaces(codes, nodes, sizes, families)
 
 
 def _surfaces(codes: Ints, nodes: Ints, sizes: Ints, families: NDArray[np.str_]) -> Counter[str]:

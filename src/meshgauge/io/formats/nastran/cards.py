@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ....errors import ReadError
+from ...plumbing.includes import Includes
 
-_DEEPEST = 50  # files that include one another
+_BEGIN = re.compile(r"BEGIN\s+(?:BULK\b\s*)?(?:(SUPER|AUXMODEL|MODULE)\s*=\s*(\w+))?", re.IGNORECASE)
 _PER_LINE, _WIDTH, _WIDE = 8, 8, 16
 _EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")  # 1.5-3 is 1.5e-3
 
@@ -56,6 +57,8 @@ class Card:
 def cards(path: Path) -> Iterator[Card]:
     """The cards of the bulk data, those of included files in their place.
 
+    A card named ``BEGIN`` comes before the bulk data of a superelement; its field is the number of that.
+
     Raises
     ------
     ReadError
@@ -66,7 +69,8 @@ def cards(path: Path) -> Iterator[Card]:
         line = raw.partition("$")[0].rstrip() if "$" in raw else raw.rstrip()
         if not line:
             continue
-        name, fields = _split(line)
+        begin = _BEGIN.match(line) if line[:5].upper() == "BEGIN" else None
+        name, fields = _split(line) if begin is None else ("BEGIN", [begin[2] or ""])
         if name[:1] in ("", "+", "*"):  # a continuation: its first field is a mark, or blank
             if card is not None:
                 card.fields += fields
@@ -80,15 +84,15 @@ def cards(path: Path) -> Iterator[Card]:
 
 def _bulk(path: Path) -> Iterator[tuple[Path, int, str]]:
     """Lines from BEGIN BULK, or from the first if there is none, to ENDDATA."""
-    lines = list(_lines(path, path.parent.resolve(), (path.resolve(),)))
-    first = next((n + 1 for n, (*_, text) in enumerate(lines) if re.match(r"\s*BEGIN\s+BULK", text, re.IGNORECASE)), 0)
+    lines = list(_lines(path, Includes(path)))
+    first = next((n for n, (*_, text) in enumerate(lines) if _BEGIN.match(text.lstrip())), 0)
     for file, number, text in lines[first:]:
         if text[:7].upper() == "ENDDATA":
             return
         yield file, number, text
 
 
-def _lines(path: Path, folder: Path, open_files: tuple[Path, ...]) -> Iterator[tuple[Path, int, str]]:
+def _lines(path: Path, includes: Includes) -> Iterator[tuple[Path, int, str]]:
     lines = iter(enumerate(path.read_bytes().decode("utf-8", "replace").splitlines(), 1))
     for number, text in lines:
         if text[:7].upper() != "INCLUDE":
@@ -100,14 +104,12 @@ def _lines(path: Path, folder: Path, open_files: tuple[Path, ...]) -> Iterator[t
             if following is None:
                 break
             name += following[1].strip()
-        target = (folder / name.strip(" '\"").replace("\\", "/")).resolve()
-        if not target.is_relative_to(folder):
-            raise ReadError(f"{path}, line {number}: includes {target}, which is outside its folder")
-        if not target.is_file():
-            raise ReadError(f"{path}, line {number}: includes {target.name}, which does not exist")
-        if target in open_files or len(open_files) > _DEEPEST:
-            raise ReadError(f"{path}, line {number}: includes {target.name}, which includes this file again")
-        yield from _lines(target, folder, (*open_files, target))
+
+        def fail(what: str, number: int = number) -> ReadError:
+            return ReadError(f"{path}, line {number}: {what}")
+
+        with includes.opened(name.strip(" '\""), fail) as target:
+            yield from _lines(target, includes)
 
 
 def _split(line: str) -> tuple[str, list[str]]:

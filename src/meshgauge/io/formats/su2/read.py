@@ -50,6 +50,7 @@ def read(path: Path) -> Mesh:
     """
     text = Text(path, path.read_bytes(), b"%")
     zones, stated, markers, tag = [_Zone(1)], 1, 0, ""
+    skipped: dict[str, None] = {}
     while line := text.line():
         key, is_key, value = (part.strip() for part in line.partition(b"="))
         if not is_key:
@@ -73,11 +74,18 @@ def read(path: Path) -> Mesh:
                     _skip_send_receive(text, value)
                 else:
                     zones[-1].blocks.append((tag, markers, _elements(text, value)))
-            case _:
-                pass  # NMARK, NCHUNK, SEND_RECV and keywords of the flow solver: one line each
+            case _:  # NMARK, NCHUNK and keywords of the flow solver are one line each; FFD, NPERIODIC, ... have more
+                first = text.row
+                while (following := text.peek()) and b"=" not in following:
+                    text.row += 1
+                if text.row > first:
+                    skipped[key.decode("utf-8", "replace")] = None
     if len(zones) != stated:
         raise ReadError(f"{path}: states {stated} zones, but holds {len(zones)}")
-    return _mesh(zones, path)
+    mesh = _mesh(zones, path)
+    if not skipped:
+        return mesh
+    return mesh.replace(notes=(*mesh.notes, f"Sections that hold no mesh were left out: {', '.join(skipped)}."))
 
 
 def _dimension(text: Text, value: bytes) -> int:
