@@ -329,6 +329,7 @@ def test_cohesive_and_gasket_cells_are_kept_and_marked(tmp_path: Path, name: str
     io.write(tmp_path / "b.inp", mesh)
     back = io.read(tmp_path / "b.inp")
     assert back.cell_data["interface"].tolist() == [0, 1]
+    assert meshgauge.measure(mesh).summary().n_cells == 1
     assert back.connectivity.tolist() == mesh.connectivity.tolist()
 
 

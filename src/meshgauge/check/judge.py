@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..cells import BY_NAME, CELL_TYPES, type_name
 from ..errors import BaselineError
 from ..look.bands import POOR_TEXT
+from ..mesh.interface import is_interface
 from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..quality.metrics import metric
@@ -101,7 +102,8 @@ class _Judge:
         self.name = name
         self.listed = listed
         self.baselines = baselines
-        self.solid: Mask = is_solid(quality.status)
+        interface = is_interface(quality.mesh)
+        self.solid: Mask = is_solid(quality.status) & (True if interface is None else ~interface)
 
     @cached_property
     def regions(self) -> tuple[NDArray[np.int64], tuple[str, ...]]:

@@ -118,7 +118,7 @@ def _metrics(ours: Iterable[str], verdict: Iterable[str]) -> tuple[str, ...]:
 
 def _with_quality(quality: Quality) -> Mesh:
     """The mesh with what was measured as cell and point data."""
-    mesh = quality.mesh
+    mesh = quality.source
     return mesh.replace(
         cell_data={**mesh.cell_data, **quality.cell_data()}, point_data={**mesh.point_data, **quality.point_data()}
     )

@@ -148,6 +148,7 @@ def diagnosis(
         why = f"The mesh was not diagnosed: it has {mesh.n_cells:,} cells, more than {limit:,}."
         return Diagnosis((), None, None, (), None, None, tolerance, (why,))
     quality = quality if quality is not None else measure(mesh)
+    mesh = quality.mesh  # collapsed cells as what they stand for
     is_ghost = mesh.is_ghost
     if is_ghost is not None:
         mesh = without_ghosts(mesh)

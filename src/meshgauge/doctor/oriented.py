@@ -69,7 +69,7 @@ def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]
         What was measured on it; measured here if None.
     """
     quality = quality if quality is not None else measure(mesh)
-    real = without_ghosts(mesh)  # ghosts stay as the piece that owns them has them
+    real = without_ghosts(quality.mesh)  # ghosts stay as the piece that owns them has them
     before = _orientation(real, replace(quality, mesh=real))
     ids = before.reversed_cells
     connectivity = mesh.connectivity.copy() if len(ids) else mesh.connectivity

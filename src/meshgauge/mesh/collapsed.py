@@ -15,8 +15,8 @@ tetrahedron, a pyramid or a wedge. A brick with one collapsed edge is no such sh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections import Counter
+from dataclasses import dataclass
 from functools import cache
 from itertools import permutations
 
@@ -24,14 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES, HEXAHEDRON, PYRAMID, TETRA, WEDGE, CellType, Shape
-from ..kernels.threads import run
+from ..look.style import plural
 from . import connectivity
-from .mesh import CellIds, Mesh
+from .mesh import Mesh
 
 Ints = NDArray[np.int64]
 Corners = tuple[int, ...]
 """For each corner of a shape, the first corner that has the same node."""
 
+_NONE = np.empty(0, np.int64)
 _TARGETS: dict[int, Shape] = {shape.n_nodes: shape for shape in (TETRA, PYRAMID, WEDGE)}
 _QUADRATIC = {TETRA: BY_NAME["tetra10"], PYRAMID: BY_NAME["pyramid13"], WEDGE: BY_NAME["wedge15"]}
 _SOURCES = tuple(
@@ -52,81 +53,74 @@ class Standing:
     nodes: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Resolved:
-    """A mesh in which every collapsed cell is what it stands for.
+def resolve(mesh: Mesh, is_doubtful: NDArray[np.bool_] | None = None) -> Mesh:
+    """The mesh as it is measured: every collapsed cell is what it stands for, and a note counts them.
 
-    Attributes
+    Cells, points and data are those of the file, in its order; only types and nodes of collapsed cells differ, and each
+    of them has another type. Cells with repeated corners that stand for no other type stay. The same object if nothing
+    was collapsed.
+
+    Parameters
     ----------
     mesh
-        As it is measured: the same object if no cell was collapsed. Cells, points and data are those of the file, in
-        its order; only types and nodes of collapsed cells differ.
-    cells
-        Collapsed cells that stand for another type, ascending.
-    origins
-        For each entry of the connectivity of ``mesh`` its position in that of the file.
-    pinched
-        Cells with a repeated corner that stand for no other type, ascending: they are measured as they are.
+        Any mesh.
+    is_doubtful
+        ``(n_cells,)``: linear cells that may be collapsed, as those without a positive value are; None: all.
     """
-
-    mesh: Mesh
-    cells: Ints
-    origins: Ints | slice
-    pinched: Ints
-    counts: Mapping[str, int] = field(default_factory=dict)  #: of ``cells``, by the type that they stand for
-
-
-def resolve(mesh: Mesh, *, threads: int | None = None) -> Resolved:
-    """Replace collapsed cells by what they stand for."""
-    found = {row: _repeated(mesh, row, threads) for row in _SOURCES if bool((mesh.types == row.vtk_id).any())}
-    if not any(len(cells) for cells in found.values()):
-        return Resolved(mesh, np.empty(0, np.int64), slice(None), np.empty(0, np.int64))
-    types, sizes = mesh.types.copy(), np.diff(mesh.offsets).astype(np.int64)
+    types, sizes = mesh.types, np.diff(mesh.offsets)
     changed: list[tuple[Ints, tuple[int, ...]]] = []
-    pinched: list[Ints] = []
-    counts: dict[str, int] = {}
-    for row, cells in found.items():
+    counts: Counter[str] = Counter()
+    for row in _SOURCES:
+        cells = _repeated(mesh, row, is_doubtful) if bool((mesh.types == row.vtk_id).any()) else _NONE
+        if not len(cells):
+            continue
         patterns = _patterns(connectivity.picked(mesh, row, cells, row.corners))
         for pattern in np.unique(patterns, axis=0):
-            own = cells[(patterns == pattern).all(axis=1)]
             standing = stands_for(row.vtk_id, tuple(int(corner) for corner in pattern))
             if standing is None:
-                pinched.append(own)
                 continue
+            if not changed:
+                types, sizes = types.copy(), sizes.astype(np.int64)
+            own = cells[(patterns == pattern).all(axis=1)]
             types[own], sizes[own] = standing.row.vtk_id, len(standing.nodes)
-            counts[standing.row.name] = counts.get(standing.row.name, 0) + len(own)
+            counts[standing.row.name] += len(own)
             changed.append((own, standing.nodes))
+    if not changed:
+        return mesh
     offsets = np.zeros(mesh.n_cells + 1, np.int64)
     np.cumsum(sizes, out=offsets[1:])
     before = np.asarray(mesh.offsets[:-1], np.int64)
     origins = np.arange(offsets[-1]) - np.repeat(offsets[:-1] - before, sizes)
     for own, nodes in changed:
         origins[offsets[own][:, None] + np.arange(len(nodes))] = before[own][:, None] + np.array(nodes)
-    view = mesh.replace(types=types, offsets=offsets, connectivity=mesh.connectivity[origins]) if changed else mesh
-    return Resolved(
-        view,
-        np.sort(np.concatenate([np.empty(0, np.int64), *(own for own, _ in changed)])),
-        origins if changed else slice(None),
-        np.sort(np.concatenate([np.empty(0, np.int64), *pinched])),
-        dict(sorted(counts.items())),
-    )
+    ids = mesh.connectivity[origins]
+    return mesh.replace(types=types, offsets=offsets, connectivity=ids, notes=(*mesh.notes, _note(counts)))
 
 
-def _repeated(mesh: Mesh, row: CellType, threads: int | None) -> Ints:
+def _note(counts: Counter[str]) -> str:
+    n = counts.total()
+    what = ", ".join(f"{k:,} {name}" for name, k in sorted(counts.items()))
+    means = "is measured as what it stands for" if n == 1 else "are measured as what they stand for"
+    return f"{plural(n, 'cell')} with repeated nodes {means}: {what}."
+
+
+def _repeated(mesh: Mesh, row: CellType, is_doubtful: NDArray[np.bool_] | None) -> Ints:
     """Cells of a type in which the ends of an edge are one point."""
     assert row.shape is not None
-    edges = row.shape.edges
-
-    def work(part: CellIds) -> Ints:
+    cells = mesh.cells_of_type(row.vtk_id)
+    if is_doubtful is not None and not row.is_curved:
+        first = cells.start if isinstance(cells, slice) else 0
+        at = np.flatnonzero(is_doubtful[cells])
+        cells = at + first if isinstance(cells, slice) else cells[at]
+    repeated = [_NONE]
+    for part in connectivity.chunks(cells):
         ids = connectivity.picked(mesh, row, part, row.corners)
-        mask = ids[:, edges[0][0]] == ids[:, edges[0][1]]
-        for a, b in edges[1:]:
+        mask = np.zeros(len(ids), np.bool_)
+        for a, b in row.shape.edges:
             mask |= ids[:, a] == ids[:, b]
         at = np.flatnonzero(mask)
-        return at + part.start if isinstance(part, slice) else part[at]
-
-    parts = run(work, connectivity.chunks(mesh.cells_of_type(row.vtk_id)), threads)
-    return np.concatenate([np.empty(0, np.int64), *parts])
+        repeated.append(at + part.start if isinstance(part, slice) else part[at])
+    return np.concatenate(repeated)
 
 
 def _patterns(corners: Ints) -> Ints:

@@ -24,10 +24,13 @@ from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
+from ..mesh.interface import is_interface
 from ..mesh.topology import inner_faces
 from ..status import STATUSES, Category, Purpose, Status, is_unmeasured
 from . import evaluate, validity
+from .collapsed import with_collapsed
 from .concave import mark_concave
+from .flat import describe
 from .frame import frame
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
@@ -73,7 +76,7 @@ class Quality:
     Attributes
     ----------
     mesh
-        What was measured.
+        What was measured: the mesh that was given, its collapsed bricks as the shapes that they stand for.
     values
         ``(n_cells,)`` J_ENS in [-1, 1], 1 is best; NaN for a cell that could not be measured, see `status`.
     status
@@ -85,6 +88,8 @@ class Quality:
         ``(n_cells,)`` values by name of metric, ``"jens"`` among them; NaN where a metric is not defined for a type.
     rows
         The row of each of these metrics, by name.
+    collapsed_from
+        The mesh that was given, if it has collapsed cells, see `meshgauge.mesh.collapsed`; else None.
     """
 
     mesh: Mesh
@@ -93,10 +98,16 @@ class Quality:
     metrics: Mapping[str, Values]
     polyhedra: PolyhedralQuality | None = None
     rows: Mapping[str, Metric] = field(default_factory=lambda: METRICS)
+    collapsed_from: Mesh | None = None
 
     @property
     def n_cells(self) -> int:
         return len(self.values)
+
+    @property
+    def source(self) -> Mesh:
+        """The mesh that was given, as it is written: `mesh` itself unless cells of it are collapsed."""
+        return self.mesh if self.collapsed_from is None else self.collapsed_from
 
     @cached_property
     def certificate(self) -> Certificate:
@@ -167,15 +178,15 @@ class Quality:
         return self.metrics[name]
 
     def summary(self, name: str = JENS, *, threads: int | None = None) -> Summary:
-        """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly."""
-        return summarise(
-            self.values_of(name),
-            self.status,
-            self.mesh.types,
-            self.rows[name],
-            purpose=self.mesh.purpose,
-            threads=threads,
-        )
+        """Counts, extremes, mean and distribution of a metric, by type and over all: a record that merges exactly.
+
+        Cohesive and gasket cells are in none of the counts.
+        """
+        values, status, types = self.values_of(name), self.status, self.mesh.types
+        interface = is_interface(self.mesh)
+        if interface is not None:
+            values, status, types = values[~interface], status[~interface], types[~interface]
+        return summarise(values, status, types, self.rows[name], purpose=self.mesh.purpose, threads=threads)
 
     def by_region(self) -> dict[str, Summary]:
         """The summary of J_ENS of each region (material, zone, physical group, block), by name, in the order of the
@@ -257,15 +268,18 @@ class Quality:
         findings: list[StatusCells] = []
         if not self.status.any():
             return findings
+        interface = is_interface(self.mesh)
+        counts = True if interface is None else ~interface
         for row in STATUSES.values():
             if row.status == Status.OK or row.category == Category.APART:
                 continue
-            cells = np.flatnonzero(self.status == row.status)
+            cells = np.flatnonzero((self.status == row.status) & counts)
             if len(cells):
                 with np.errstate(invalid="ignore", over="ignore"):
                     x, y, z = np.asarray(self.mesh.points[self.mesh.nodes(int(cells[0]))], np.float64).mean(axis=0)
                 first = tuple(int(cell) for cell in cells[:n])
-                findings.append(StatusCells(row.name, row.text, len(cells), first, (float(x), float(y), float(z))))
+                text = row.text + (describe(self.mesh, cells) if row.category == Category.DEGENERATE else "")
+                findings.append(StatusCells(row.name, text, len(cells), first, (float(x), float(y), float(z))))
         return findings
 
     def cell_data(self) -> dict[str, NDArray[np.generic]]:
@@ -281,6 +295,8 @@ class Quality:
         """A cell that has a value, and the node of it that is worst."""
         vtk_id = int(self.mesh.types[cell])
         node, point, node_quality = self._worst_node(cell, cell_type(vtk_id))
+        if self.collapsed_from is not None:  # the position in the cell of the file
+            node = int(np.flatnonzero(self.collapsed_from.nodes(cell) == point)[0])
         x, y, z = (float(v) for v in self.mesh.points[point])
         return WorstCell(
             cell=cell,
@@ -342,6 +358,7 @@ def measure(
     metrics: str | Metric | Iterable[str | Metric] = (),
     threads: int | None = None,
     purpose: Purpose | None = None,
+    keep_bricks: bool = False,
 ) -> Quality:
     """Measure every cell of a mesh.
 
@@ -356,6 +373,8 @@ def measure(
         At most this many; None: one for each processor. It has no influence on the values.
     purpose
         What the mesh is for: "fem" or "fv", to which a concave, star-shaped cell is of use. None: ``mesh.purpose``.
+    keep_bricks
+        Measure cells with repeated nodes as they are, not as the tetra, pyramid or wedge that they stand for.
 
     Returns
     -------
@@ -379,8 +398,13 @@ def measure(
     thread_count(threads)  # a wrong number is refused, also where there is nothing to measure
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
-    rows = metric_rows(metrics)
-    rows = {JENS: METRICS[JENS], **rows}
+    rows = {JENS: METRICS[JENS], **metric_rows(metrics)}
+    quality = _measure_all(mesh, rows, threads)
+    return quality if keep_bricks else with_collapsed(quality, lambda part: _measure_all(part, rows, threads))
+
+
+def _measure_all(mesh: Mesh, rows: Mapping[str, Metric], threads: int | None) -> Quality:
+    """Every cell as it is."""
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
     others = [row for name, row in rows.items() if name != JENS]
     status = np.full(mesh.n_cells, Status.NOT_SOLID, np.uint8)
@@ -410,6 +434,10 @@ def measure(
                     evaluate.of_cells(one, mesh, row, cells, values[one.name], threads)
     if mesh.purpose == "fv":
         mark_concave(mesh, status, polyhedra)
+    interface = is_interface(mesh)
+    if interface is not None:
+        status[interface] = Status.UNSUPPORTED
+        values[JENS][interface] = np.nan
     for one in others:
         values[one.name][is_unmeasured(status)] = np.nan
     if whole.is_ghost is not None:

@@ -59,7 +59,7 @@ class Improvement:
 
     def undo(self) -> Mesh:
         """The mesh as it was given, to the last bit."""
-        return self.before.mesh
+        return self.before.source
 
     def __repr__(self) -> str:
         return f"<Improvement: {self.report.verdict}>"
@@ -129,6 +129,7 @@ def improve(
     _check(boundary, target, floor, seconds, surface)
     start = time.monotonic()
     before = measure(mesh, threads=threads)
+    mesh = before.mesh
     faults = _diagnose(before)
     constraints = constraints_of(mesh, before, fixed)
     options = Options(boundary, target, floor, strict, seconds, surface, feature_angle, threads)
@@ -208,4 +209,6 @@ def _result(
         notes=(*constraints.notes, *faults, *outcome.notes),
         options={name: getattr(options, name) for name in ("boundary", "target", "floor", "strict", "seconds")},
     )
-    return Improvement(after.mesh, before, after, report)
+    given = before.source
+    result = after.mesh if given is before.mesh else given.replace(points=after.mesh.points)
+    return Improvement(result, before, after, report)

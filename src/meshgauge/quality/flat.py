@@ -1,0 +1,55 @@
+"""What is flat about degenerate cells: an edge without length, or the whole cell without volume."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import Shape
+from ..mesh import Mesh, connectivity
+
+NO_VOLUME = 1e-12
+"""Share of the cube of its size below which a cell has no volume: rounding leaves as much."""
+
+
+def describe(mesh: Mesh, cells: NDArray[np.int64]) -> str:
+    """How many of some degenerate cells have a collapsed edge, but a volume, and how many have no volume; a phrase in
+    parentheses, empty if there are neither."""
+    n_pinched = n_flat = 0
+    part = mesh[cells]
+    for row, _, of_type in part.groups():
+        if row is not None and row.shape is not None:
+            ids = connectivity.picked(part, row, of_type, row.corners)
+            x = np.asarray(part.points[ids], np.float64)
+            has_volume = volumes(x, row.shape) > NO_VOLUME
+            a, b = np.array(row.shape.edges).T
+            is_pinched = (x[:, a] == x[:, b]).all(axis=2).any(axis=1)
+            n_pinched += int((is_pinched & has_volume).sum())
+            n_flat += int((~has_volume).sum())
+    phrases = []
+    if n_pinched:
+        phrases.append(f"{n_pinched:,} with a collapsed edge and a positive volume")
+    if n_flat:
+        phrases.append(f"{n_flat:,} without volume")
+    return f" ({', '.join(phrases)})" if phrases else ""
+
+
+def volumes(corners: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:
+    """``(n,)`` volumes of cells ``(n, n_corners, 3)`` between bilinear faces, in units of the cube of their size.
+
+    Each face counts as the mean of both ways to part it into triangles. 0 for a cell without any size, NaN where a
+    coordinate is not finite.
+    """
+    with np.errstate(all="ignore"):
+        x = corners - corners.mean(axis=1, keepdims=True)
+        size = np.abs(x).max(axis=(1, 2), keepdims=True)
+        x = x / np.where(size > 0, size, 1.0)
+        total = np.zeros(len(x))
+        for face in shape.faces:
+            for shift in range(len(face)):
+                ring = (*face[shift:], *face[:shift])
+                for b, c in pairwise(ring[1:]):
+                    total += np.einsum("ni,ni->n", x[:, ring[0]], np.cross(x[:, b], x[:, c])) / len(face)
+    return total / 6.0
