@@ -16,6 +16,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from meshgauge import io
 from meshgauge.errors import ReadError
@@ -49,19 +50,19 @@ class Row:
 
 
 def rows(folder: Path, times: int = 2) -> Iterator[Row]:
-    """One row for each mesh of the list; the last time of so many is told."""
+    """One row for each mesh of the list, with the last time of so many."""
     used: list[str] = []
     chosen, in_child = registry.read, isolate.read
 
-    def told(fmt: io.Format, path: Path, limits: io.Limits | None = None) -> Mesh:
+    def recorded(fmt: io.Format, *arguments: Any) -> Mesh:
         used[:] = [fmt.name, "own"]
-        return chosen(fmt, path, limits)
+        return chosen(fmt, *arguments)
 
-    def isolated(path: Path, name: str, limits: io.Limits | None = None) -> Mesh:
+    def isolated(path: Path, name: str, *arguments: Any) -> Mesh:
         used[:] = [name, "other"]
-        return in_child(path, name, limits)
+        return in_child(path, name, *arguments)
 
-    registry.read, isolate.read = told, isolated
+    registry.read, isolate.read = recorded, isolated
     try:
         with (folder / "MANIFEST.tsv").open(newline="") as file:
             for line in csv.DictReader(file, delimiter="\t"):
