@@ -16,6 +16,7 @@ from meshgauge.repair.claims import Promise
 from meshgauge.repair.constraints import Constraints, constraints_of
 from meshgauge.repair.phases import slide
 from meshgauge.repair.problem import problem
+from meshgauge.repair.reasons import verdict
 from meshgauge.repair.report import Claim
 
 BOX = np.array(
@@ -299,3 +300,16 @@ def test_nodes_between_corners_belong_to_the_boundary() -> None:
     at = ((mesh.points == 0.0) | (mesh.points == 3.0)).any(axis=1)
     n = int(at.sum())
     assert f"the {n:,} points that must stay" in result.report.claims[0].text
+
+
+def test_what_gets_worse_is_in_the_verdict() -> None:
+    before = measure(hexahedra(BOX + 4.0 * SKEW, BOX, BOX))
+    lower = measure(hexahedra(BOX + 3.9 * SKEW, BOX + 3.8 * SKEW, BOX))
+    assert before.values[0] < 0.35 < before.values[1]
+    outcome, text = verdict(before, lower, 0.35, 1.0, slides=True, broken=())
+    assert outcome == "improved"
+    assert "The mean has fallen by 0.2" in text
+    assert "More cells than before are below 0.35: 2, not 1." in text
+    _, text = verdict(lower, before, 0.35, 1.0, slides=True, broken=())
+    assert "fallen" not in text
+    assert "More cells" not in text

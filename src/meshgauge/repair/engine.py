@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from ..doctor.diagnosis import LIMIT, diagnosis
@@ -19,7 +20,7 @@ from .acceptance import n_unusable, status_counts
 from .claims import Promise
 from .constraints import Constraints, constraints_of
 from .descent import workers
-from .reasons import reasons, verdict
+from .reasons import is_below, reasons, verdict
 from .report import RepairReport
 from .run import Progress
 from .volumes import volume_and_surface
@@ -179,7 +180,7 @@ def _result(
     promise = Promise(before, constraints, options.slides, options.surface is not None, options.strict)
     n_worse, worse, largest, mean = records.losses(before, after)
     why = reasons(before, after, constraints, run, limit, slides=options.slides, strict=options.strict)
-    summary = verdict(before, after, run, limit, slides=options.slides, broken=outcome.broken)
+    summary = verdict(before, after, options.target, limit.worst, slides=options.slides, broken=outcome.broken)
     volume_before, surface_before = volume_and_surface(constraints.topology, old)
     volume_after, surface_after = volume_and_surface(constraints.topology, new)
     report = RepairReport(
@@ -192,6 +193,7 @@ def _result(
         status_after=status_counts(after),
         claims=promise.claims(after),
         ceiling=limit.worst,
+        n_below_before=int(np.count_nonzero(is_below(before, options.target))),
         n_below=sum(why.counts.values()),
         below=why.cells,
         reasons=why.counts,

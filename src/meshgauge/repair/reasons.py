@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..cells import type_name
 from ..quality.measure import Quality
@@ -41,11 +42,7 @@ def reasons(
 ) -> Reasons:
     """For the solid cells that are invalid or below the target: how many for each reason, and the worst of them."""
     mesh = after.mesh
-    with np.errstate(invalid="ignore"):
-        below = (after.values < run.target) | np.isnan(after.values)
-    below |= ~is_usable(after.status, mesh.purpose)
-    below &= is_solid(after.status)
-    cells = np.flatnonzero(below)
+    cells = np.flatnonzero(is_below(after, run.target))
     bounds, by_four = np.ones(mesh.n_cells), np.zeros(mesh.n_cells, bool)
     bounds[run.whole.cell_ids], by_four[run.whole.cell_ids] = limit.bounds, limit.by_four
     fixed = constraints.pinned if slides else constraints.fixed
@@ -62,6 +59,14 @@ def reasons(
         for n in order
     )  # fmt: skip
     return Reasons(dict(sorted(counts.items(), key=lambda pair: -pair[1])), named)
+
+
+def is_below(quality: Quality, target: float) -> NDArray[np.bool_]:
+    """``(n_cells,)`` True for solid cells that are not usable, or below the target."""
+    with np.errstate(invalid="ignore"):
+        below = (quality.values < target) | np.isnan(quality.values)
+    below |= ~is_usable(quality.status, quality.mesh.purpose)
+    return np.asarray(below & is_solid(quality.status))
 
 
 def _why(
@@ -100,7 +105,7 @@ def _flaw(quality: Quality, n: int) -> str:
 
 
 def verdict(
-    before: Quality, after: Quality, run: Run, limit: Ceiling, *, slides: bool, broken: Sequence[str]
+    before: Quality, after: Quality, target: float, ceiling: float, *, slides: bool, broken: Sequence[str]
 ) -> tuple[str, str]:
     """The outcome in a word, and in a sentence; ``broken`` are texts of claims for which steps were taken back."""
     solid = is_solid(after.status)
@@ -115,12 +120,16 @@ def verdict(
             "unchanged",
             f"Nothing was changed: worst {worst[0]:.3f}, mean {mean[0]:.3f}, {bad[0]:,} cells {flaw[0]}.",
         )
+    n_below = [int(np.count_nonzero(is_below(q, target))) for q in (before, after)]
     went = f"worst {worst[0]:.3f} → {worst[1]:.3f}, mean {mean[0]:.3f} → {mean[1]:.3f}"
+    price = f" The mean has fallen by {mean[0] - mean[1]:.2g}." if mean[1] < mean[0] else ""
+    if n_below[1] > n_below[0]:
+        price += f" More cells than before are below {target:g}: {n_below[1]:,}, not {n_below[0]:,}."
     if bad[1]:
-        return "not untangled", f"{bad[1]:,} cells are still {flaw[1]} ({bad[0]:,} before): {went}."
+        return "not untangled", f"{bad[1]:,} cells are still {flaw[1]} ({bad[0]:,} before): {went}.{price}"
     text = f"All {int(np.count_nonzero(solid)):,} cells are valid: {went}."
     if bad[0]:
         text = f"{bad[0]:,} {flaw[0]} cells were repaired. {text}"
-    if not slides and worst[1] > limit.worst - 1e-3 and limit.worst < 1.0:
-        text += f" The worst is at the ceiling that the fixed boundary sets ({limit.worst:.3f})."
-    return "improved", text
+    if not slides and worst[1] > ceiling - 1e-3 and ceiling < 1.0:
+        text += f" The worst is at the ceiling that the fixed boundary sets ({ceiling:.3f})."
+    return "improved", text + price

@@ -87,8 +87,10 @@ class RepairReport:
         What was checked on the result.
     ceiling
         The most that the worst cell could have with the boundary where it was; 1 if the fixed points set no bound.
+    n_below_before
+        Cells that were not usable or below the target.
     n_below, below
-        Cells below the target: how many, and the worst of them with the reason.
+        Those that are: how many, and the worst of them with the reason.
     reasons
         How many of the cells below the target have each reason.
     n_worse, worse
@@ -120,6 +122,7 @@ class RepairReport:
     status_after: dict[str, int]
     claims: tuple[Claim, ...]
     ceiling: float
+    n_below_before: int
     n_below: int
     below: tuple[LimitedCell, ...]
     reasons: dict[str, int]
@@ -148,7 +151,17 @@ class RepairReport:
         """Plain numbers, texts, lists and dicts, for JSON; undefined numbers are NaN."""
         plain = {
             name: getattr(self, name)
-            for name in ("verdict", "outcome", "stopped", "ceiling", "n_below", "reasons", "n_worse", "largest_loss")
+            for name in (
+                "verdict",
+                "outcome",
+                "stopped",
+                "ceiling",
+                "n_below_before",
+                "n_below",
+                "reasons",
+                "n_worse",
+                "largest_loss",
+            )
         }
         plain |= {
             "mean_loss": self.mean_loss,
