@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from .quality.arrays import scaled_aspect_ratio_gamma as scaled_aspect_ratio_gamma
     from .quality.arrays import scaled_jacobian as scaled_jacobian
     from .quality.measure import Quality as Quality
-    from .quality.measure import WorstCell as WorstCell
     from .quality.measure import measure as measure
     from .quality.metrics import METRICS as METRICS
     from .quality.metrics import Metric as Metric
@@ -54,6 +53,7 @@ if TYPE_CHECKING:
     from .quality.summary import summarise as summarise
     from .quality.validity import Certificate as Certificate
     from .quality.validity import certify as certify
+    from .quality.worst import WorstCell as WorstCell
     from .repair import Improvement as Improvement
     from .repair import RepairReport as RepairReport
     from .repair import improve as improve
@@ -90,7 +90,7 @@ _HOME = {
     "METRICS": "quality.metrics",
     "Metric": "quality.metrics",
     "Quality": "quality.measure",
-    "WorstCell": "quality.measure",
+    "WorstCell": "quality.worst",
     "measure": "quality.measure",
     "STATUSES": "status",
     "Status": "status",

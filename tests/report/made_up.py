@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from meshgauge.cells import BY_NAME
-from meshgauge.quality.measure import WorstCell
 from meshgauge.quality.summary import Summary, summarise
+from meshgauge.quality.worst import WorstCell
 from meshgauge.report import FileReport
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..look.bands import POOR
 from ..look.colours import INK, WORDS
-from ..quality.measure import WorstCell
+from ..quality.worst import WorstCell
 from .chart_style import number
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from ..errors import MeshgaugeError
 from ..io.plumbing.vtk import grid as vtk_grid
 from ..look.colours import FAINT, SKIN, cell_colours
 from ..mesh import Mesh, connectivity
-from ..quality.measure import Quality, WorstCell
+from ..quality.measure import Quality
+from ..quality.worst import WorstCell
 from ..status import Status, is_degenerate, is_invalid, is_measured, is_solid
 from .rendering import Canvas, Image, over
 

@@ -11,7 +11,8 @@ from ..cells import cell_type
 from ..errors import MeshgaugeError
 from ..look.colours import FAINT, INK, SOFT
 from ..mesh.polyhedra import Polyhedra
-from ..quality.measure import Quality, WorstCell
+from ..quality.measure import Quality
+from ..quality.worst import WorstCell
 from . import callouts, chart_style
 from .pyvista_cells import CELL, Solids, corners, drawable, shell, surface, worst_drawable
 from .rendering import Canvas, frame, over

@@ -20,7 +20,6 @@ from ..kernels.cells import aggregate, driver
 from ..kernels.threads import run, thread_count
 from ..look import notebook
 from ..look.bands import POOR
-from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
@@ -36,37 +35,11 @@ from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
 from .validity import Certificate, certify
+from .worst import StatusCells, WorstCell, lowest, worst_at_points
 
 Values = NDArray[np.float64]
 
 JENS = "jens"
-
-
-@dataclass(frozen=True, slots=True)
-class WorstCell:
-    """A cell to look at, and the node of it that is worst."""
-
-    cell: int  #: position in the file, from 0
-    type: str
-    quality: float  #: J_ENS of the cell
-    status: str
-    node: int  #: position in the cell, from 0, of the node with the lowest J_ENS
-    node_quality: float  #: its J_ENS; below that of the cell where several nodes are negative
-    point: int  #: its point id
-    coordinates: tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class StatusCells:
-    """The cells of one status: how many, the first few, and where the first is."""
-
-    status: str
-    text: str  #: what the status means
-    n_cells: int
-    cells: tuple[int, ...]  #: the first few, ascending
-    location: tuple[float, float, float]  #: mean of the nodes of the first one; NaN if one of them is
-
-    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -145,12 +118,12 @@ class Quality:
         NaN where one of them is NaN, and at a point that is no corner of a measured cell.
         """
         mesh = self.mesh
-        return _worst_at_points(mesh, np.repeat(self.values, np.diff(mesh.offsets)), self._is_corner)
+        return worst_at_points(mesh, np.repeat(self.values, np.diff(mesh.offsets)), self._is_corner)
 
     @cached_property
     def point_node_values(self) -> Values:
         """``(n_points,)``: the worst J_ENS that the point has as a node of its cells; NaN as for `point_values`."""
-        return _worst_at_points(self.mesh, self.node_jens, self._is_corner)
+        return worst_at_points(self.mesh, self.node_jens, self._is_corner)
 
     @cached_property
     def _is_corner(self) -> NDArray[np.bool_]:
@@ -249,7 +222,7 @@ class Quality:
     def worst(self, n: int = 10) -> list[WorstCell]:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
         them."""
-        return [self.worst_node(int(cell)) for cell in _lowest(self.values, n)]
+        return [self.worst_node(int(cell)) for cell in lowest(self.values, n)]
 
     def worst_frame(self, n: int = 10) -> Any:
         """`worst` as a pandas DataFrame: cell, type, quality, status, node, node_quality, point, x, y, z.
@@ -507,30 +480,3 @@ def _node_values(mesh: Mesh, threads: int | None) -> Values:
 
         run(work, connectivity.chunks(cells), threads)
     return frozen(out)
-
-
-def _worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) -> Values:
-    """The least of some values of the connectivity's entries at each point; NaN stays, NaN where there is none."""
-    worst = np.full(mesh.n_points, np.inf)
-    for start in range(0, len(values), connectivity.CHUNK):
-        here = slice(start, start + connectivity.CHUNK)
-        measured = is_corner[here]
-        with np.errstate(invalid="ignore"):  # NaN is to stay NaN
-            np.minimum.at(worst, mesh.connectivity[here][measured], values[here][measured])
-    worst[np.isinf(worst)] = np.nan
-    return frozen(worst)
-
-
-def _lowest(values: Values, n: int) -> NDArray[np.int64]:
-    """Positions of the n lowest values, lowest first, equal ones in order; never a NaN."""
-    kept = np.empty(0, np.int64)
-    limit = np.inf
-    for start in range(0, len(values) if n > 0 else 0, connectivity.CHUNK):
-        part = values[start : start + connectivity.CHUNK]
-        lower = np.flatnonzero(part <= limit if len(kept) < n else part < limit) + start
-        if len(lower) == 0:
-            continue
-        kept = np.concatenate([kept, lower])
-        kept = kept[np.argsort(values[kept], kind="stable")][:n]
-        limit = float(values[kept[-1]]) if len(kept) == n else np.inf
-    return kept

@@ -11,7 +11,8 @@ from ..quality.summary import Summary
 
 if TYPE_CHECKING:
     from ..doctor import Diagnosis
-    from ..quality.measure import Quality, StatusCells, WorstCell
+    from ..quality.measure import Quality
+    from ..quality.worst import StatusCells, WorstCell
 
 WORST = 10
 """Worst cells of a report."""

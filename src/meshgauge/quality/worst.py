@@ -1,0 +1,68 @@
+"""What to look at: the worst cells, the cells of one status, the worst value at each point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..look.records import brief
+from ..mesh import Mesh, connectivity
+from ..mesh.cast import frozen
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class WorstCell:
+    """A cell to look at, and the node of it that is worst."""
+
+    cell: int  #: position in the file, from 0
+    type: str
+    quality: float  #: J_ENS of the cell
+    status: str
+    node: int  #: position in the cell, from 0, of the node with the lowest J_ENS
+    node_quality: float  #: its J_ENS; below that of the cell where several nodes are negative
+    point: int  #: its point id
+    coordinates: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class StatusCells:
+    """The cells of one status: how many, the first few, and where the first is."""
+
+    status: str
+    text: str  #: what the status means
+    n_cells: int
+    cells: tuple[int, ...]  #: the first few, ascending
+    location: tuple[float, float, float]  #: mean of the nodes of the first one; NaN if one of them is
+
+    __repr__ = brief
+
+
+def worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) -> Values:
+    """The least of some values of the connectivity's entries at each point; NaN stays, NaN where there is none."""
+    worst = np.full(mesh.n_points, np.inf)
+    for start in range(0, len(values), connectivity.CHUNK):
+        here = slice(start, start + connectivity.CHUNK)
+        measured = is_corner[here]
+        with np.errstate(invalid="ignore"):  # NaN is to stay NaN
+            np.minimum.at(worst, mesh.connectivity[here][measured], values[here][measured])
+    worst[np.isinf(worst)] = np.nan
+    return frozen(worst)
+
+
+def lowest(values: Values, n: int) -> NDArray[np.int64]:
+    """Positions of the n lowest values, lowest first, equal ones in order; never a NaN."""
+    kept = np.empty(0, np.int64)
+    limit = np.inf
+    for start in range(0, len(values) if n > 0 else 0, connectivity.CHUNK):
+        part = values[start : start + connectivity.CHUNK]
+        lower = np.flatnonzero(part <= limit if len(kept) < n else part < limit) + start
+        if len(lower) == 0:
+            continue
+        kept = np.concatenate([kept, lower])
+        kept = kept[np.argsort(values[kept], kind="stable")][:n]
+        limit = float(values[kept[-1]]) if len(kept) == n else np.inf
+    return kept
