@@ -28,7 +28,7 @@ def test_every_own_reader_is_fuzzed(seeds: list[tuple[str, Path, list[Path]]]) -
     own = {
         name
         for name, f in registry.FORMATS.items()
-        if f.read is not None and not f.read.__qualname__.startswith("_refused")
+        if (reader := f.read or f.read_step) is not None and not reader.__qualname__.startswith("_refused")
     }
     assert own == set(fuzzing.OWN)
     assert own <= {kind for kind, _, _ in seeds}

@@ -38,9 +38,10 @@ def of_no_solid(mesh: Mesh) -> tuple[Ids, int]:
 
 
 def points_of_no_solid(mesh: Mesh) -> Ids:
-    """Ids, ascending, of the points that some cell has, but no solid cell."""
+    """Ids, ascending, of the points that some cell has, but no solid cell; the points of ghosts are not looked at."""
     has_solid, is_used = np.zeros(mesh.n_points, np.bool_), np.zeros(mesh.n_points, np.bool_)
-    has_solid[mesh.connectivity[np.repeat(IS_SOLID[mesh.types], np.diff(mesh.offsets))]] = True
+    is_solid = IS_SOLID[mesh.types] if mesh.is_ghost is None else IS_SOLID[mesh.types] | mesh.is_ghost
+    has_solid[mesh.connectivity[np.repeat(is_solid, np.diff(mesh.offsets))]] = True
     is_used[mesh.connectivity] = True
     return np.flatnonzero(is_used & ~has_solid)
 

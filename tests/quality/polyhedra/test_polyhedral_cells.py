@@ -33,7 +33,9 @@ def assert_same_as_own_types(mesh: Mesh) -> None:
     own, quality = meshgauge.measure(mesh), all_of(mesh)
     solids = np.isfinite(own.values)
     np.testing.assert_allclose(quality.values[solids], own.values[solids], rtol=2e-15, atol=2e-15)
-    np.testing.assert_array_equal(quality.status[solids] == Status.OK, own.values[solids] > 0.0)
+    # With corners that are all positive, warped faces may still leave no point that sees the whole cell.
+    positive = np.isin(quality.status[solids], [Status.OK, Status.INVERTED_INSIDE])
+    np.testing.assert_array_equal(positive, own.values[solids] > 0.0)
     negative = np.isin(quality.status[solids], [Status.INVERTED, Status.CONCAVE])
     np.testing.assert_array_equal(negative, own.values[solids] < 0.0)
     assert (quality.reference_kind[solids] == ReferenceKind.REGULAR_FACED).all()
