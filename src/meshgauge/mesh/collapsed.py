@@ -34,11 +34,18 @@ Corners = tuple[int, ...]
 
 _NONE = np.empty(0, np.int64)
 _TARGETS: dict[int, Shape] = {shape.n_nodes: shape for shape in (TETRA, PYRAMID, WEDGE)}
-_QUADRATIC = {TETRA: BY_NAME["tetra10"], PYRAMID: BY_NAME["pyramid13"], WEDGE: BY_NAME["wedge15"]}
+_QUADRATIC = {
+    row.shape: row
+    for row in CELL_TYPES.values()
+    if row.shape is not None
+    and row.shape in _TARGETS.values()
+    and row.n_nodes == row.shape.n_nodes + len(row.shape.edges)
+}
 _SOURCES = tuple(
     row
     for row in CELL_TYPES.values()
-    if row.shape in (HEXAHEDRON, WEDGE, PYRAMID)
+    if row.shape is not None
+    and min(_TARGETS) < row.shape.n_nodes <= HEXAHEDRON.n_nodes
     and row.n_nodes is not None
     and (row.n_nodes == row.shape.n_nodes or row.n_middles == len(row.shape.edges))
 )
