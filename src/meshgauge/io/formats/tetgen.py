@@ -123,14 +123,14 @@ def read_rf(path: Path) -> Mesh:
     n_cells = ele.count("cells", str(head[0]).encode())
     n_more = head[1] if len(head) > 1 else 0
     values = ele.ragged(ele.n_left, "cells and their faces").values
-    n_faces, first, sizes = _walked(ele, values.tolist(), n_cells, n_more)
+    n_faces, first, sizes = _parse_cells(ele, values.tolist(), n_cells, n_more)
     ids = _places(ele, index, values[face_based.spans(first, sizes)])
     faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(first)), face_based.offsets_of(sizes), ids)
     found = face_based.solids(faces, points)
     return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path), copy=False)
 
 
-def _walked(
+def _parse_cells(
     text: Text, values: list[int], n_cells: int, n_more: int
 ) -> tuple[face_based.Ints, face_based.Ints, face_based.Ints]:
     """Faces of each cell; where the points of each face start, and how many they are.
