@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from io_meshes import LINEAR, assert_same_cells, mesh_of
+from io_meshes import LINEAR, mesh_of
 
 from meshgauge import io
+from meshgauge.cells import BY_NAME
 from meshgauge.errors import ReadError
+from meshgauge.io.formats.medit import write as medit_write
 from meshgauge.mesh import Mesh
 
 TETRA = "Vertices 4\n0 0 0 1\n1 0 0 2\n0 1 0 3\n0 0 1 4\nTetrahedra\n1\n1 2 3 4 9\n"
@@ -71,13 +73,124 @@ def test_ascii_in_any_layout(tmp_path: Path, text: str) -> None:
     assert_tetra(io.read(ascii_(tmp_path / "a.mesh", text)))
 
 
+def interleaved(n: int = 3) -> Mesh:
+    """Cells of all types in turn, which a writer of runs would write as many sections of one keyword."""
+    names = ("line", "triangle", "quad", *LINEAR)
+    points = mesh_of(*LINEAR, n=2 * n).points
+    cells = [(name, [(np.arange(BY_NAME[name].n_nodes or 0) + 5 * k).tolist()]) for k, name in enumerate(names * n)]
+    mesh = Mesh.from_arrays(points, cells)
+    refs = {"medit:ref": 5 * np.arange(mesh.n_cells) - 7}
+    return mesh.replace(cell_data=refs, point_data={"medit:ref": np.arange(mesh.n_points) + 3})
+
+
+def by_type(mesh: Mesh) -> dict[int, list[tuple[list[int], int]]]:
+    """For each type the nodes and the reference of its cells, in their order."""
+    table: dict[int, list[tuple[list[int], int]]] = {}
+    for cell, (vtk_id, ref) in enumerate(zip(mesh.types.tolist(), mesh.cell_data["medit:ref"].tolist(), strict=True)):
+        table.setdefault(vtk_id, []).append((mesh.nodes(cell).tolist(), ref))
+    return table
+
+
+def keywords_of_text(path: Path) -> dict[str, int]:
+    """The rows of each section, counted line by line; a keyword that comes twice fails."""
+    rows: dict[str, int] = {}
+    keyword = ""
+    for line in path.read_text().split("\n"):
+        if line[:1].isalpha():
+            keyword = line.split()[0]
+            assert keyword not in rows
+            rows[keyword] = 0
+        elif len(line.split()) > 1:
+            rows[keyword] += 1
+    return rows
+
+
+def keywords_of_binary(path: Path) -> tuple[int, dict[int, int]]:
+    """The version, and the rows of each section as its head states them; the sections must fill the file."""
+    data = path.read_bytes()
+    one, version = struct.unpack_from("<ii", data)
+    assert one == 1
+    at, rows = 8, {}
+    while True:
+        code, following = struct.unpack_from("<iq" if version > 2 else "<ii", data, at)
+        head = 12 if version > 2 else 8
+        if code == 54:
+            assert (following, at + head) == (0, len(data))
+            return version, rows
+        assert code not in rows
+        rows[code] = struct.unpack_from("<i", data, at + head)[0]
+        at = following
+
+
+COUNTS = {"Edges": 2, "Triangles": 3, "Quadrilaterals": 4, "Tetrahedra": 4, "Prisms": 6, "Hexahedra": 8, "Pyramids": 5}
+CODES = {"Edges": 5, "Triangles": 6, "Quadrilaterals": 7, "Tetrahedra": 8, "Prisms": 9, "Hexahedra": 10, "Pyramids": 49}
+
+
 @pytest.mark.parametrize("extension", [".mesh", ".meshb"])
-def test_all_types_come_back(tmp_path: Path, extension: str) -> None:
-    mesh = mesh_of(*LINEAR)
-    io.write(tmp_path / f"a{extension}", mesh)
-    back = io.read(tmp_path / f"a{extension}")
-    assert_same_cells(mesh.replace(points=back.points), back)
-    np.testing.assert_allclose(back.points, mesh.points, rtol=1e-15)
+@pytest.mark.parametrize("largest", [None, 100], ids=["small", "large"])
+def test_one_section_a_keyword(
+    tmp_path: Path, extension: str, largest: int | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if largest is not None:  # bytes from which on version 3 is written
+        monkeypatch.setattr(medit_write, "_LARGEST_VERSION_2", largest)
+    mesh = interleaved()
+    path = tmp_path / f"a{extension}"
+    assert io.write(path, mesh) == ("The format keeps cells by type: their order changed.",)
+    if extension == ".mesh":
+        counted = keywords_of_text(path)
+        assert counted == {"MeshVersionFormatted": 0, "Dimension": 0, "Vertices": mesh.n_points, "End": 0,
+                           **dict.fromkeys(COUNTS, 3)}  # fmt: skip
+    else:
+        version, rows = keywords_of_binary(path)
+        assert version == (2 if largest is None else 3)
+        assert rows == {3: 3, 4: mesh.n_points, **{CODES[keyword]: 3 for keyword in COUNTS}}
+    back = io.read(path)
+    np.testing.assert_array_equal(back.points, mesh.points)
+    np.testing.assert_array_equal(back.point_data["medit:ref"], mesh.point_data["medit:ref"])
+    assert by_type(back) == by_type(mesh)
+
+
+@pytest.mark.parametrize("extension", [".mesh", ".meshb"])
+@pytest.mark.parametrize("reader", ["meshio", "meshioplusplus"])
+def test_others_read_what_is_written(tmp_path: Path, extension: str, reader: str) -> None:
+    mesh = interleaved()
+    path = tmp_path / f"a{extension}"
+    io.write(path, mesh)
+    source = pytest.importorskip(reader).read(path)
+    np.testing.assert_array_equal(source.points, mesh.points)
+    expected = by_type(mesh)
+    assert len(source.cells) == len(expected)
+    for block, refs in zip(source.cells, source.cell_data["medit:ref"], strict=True):
+        rows = list(zip(np.asarray(block.data).tolist(), np.ravel(refs).tolist(), strict=True))
+        assert rows == expected[BY_NAME[block.type].vtk_id]
+
+
+def test_gmsh_reads_what_is_written(tmp_path: Path) -> None:
+    """It knows text only, and neither wedges nor pyramids."""
+    gmsh = pytest.importorskip("gmsh")
+    mesh = interleaved()
+    io.write(tmp_path / "a.mesh", mesh)
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(tmp_path / "a.mesh"))
+        found = {
+            vtk_id: (gmsh.model.mesh.getElementsByType(gmsh_id)[1] - 1).tolist()
+            for gmsh_id, vtk_id in ((1, 3), (2, 5), (3, 9), (4, 10), (5, 12))
+        }
+    finally:
+        gmsh.finalize()
+    assert found == {t: [n for nodes, _ in by_type(mesh)[t] for n in nodes] for t in found}
+
+
+def test_cells_of_one_point_and_references_that_do_not_fit_are_named(tmp_path: Path) -> None:
+    mesh = Mesh.from_arrays(np.eye(4, 3), [("vertex", [[0]]), ("tetra", [[3, 0, 1, 2]])])
+    mesh = mesh.replace(cell_data={"medit:ref": np.array([1, 2**31])})
+    assert io.write(tmp_path / "a.mesh", mesh) == (
+        "The format has no cells of one point: 1 vertex cells were left out.",
+    )
+    assert io.read(tmp_path / "a.mesh").cell_data["medit:ref"].tolist() == [2**31]
+    assert "could not hold the cell data 'medit:ref'" in " ".join(io.write(tmp_path / "a.meshb", mesh))
 
 
 def test_sections_that_are_not_known_are_named_and_second_order_cells_kept(tmp_path: Path) -> None:

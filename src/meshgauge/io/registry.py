@@ -22,6 +22,7 @@ from .formats.exodus import EXODUS
 from .formats.fluent.read import FLUENT
 from .formats.gmsh.format import GMSH
 from .formats.hedra import HEDRA
+from .formats.mdpa import MDPA
 from .formats.med.read import MED
 from .formats.medit.format import MEDIT
 from .formats.mfem import MFEM
@@ -69,6 +70,7 @@ ALL: tuple[Format, ...] = (
     ENSIGHT,
     SERIES,
     XDMF,
+    MDPA,
     *OTHERS,
     *PLUSPLUS,
 )

@@ -23,6 +23,7 @@ KEYS: tuple[str, ...] = (
     "nastran:ref",
     "su2:zone",
     "exodus:block",
+    "kratos:property",
     "unv:property",
     "unv:material",
     "tetgen:attribute",

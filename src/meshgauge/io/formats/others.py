@@ -138,7 +138,6 @@ OTHERS: tuple[Format, ...] = (
            foreign=_by_meshio("netgen"), write=_of_one_integer("netgen", "netgen:index")),
     Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), foreign=_by_meshio("dolfin")),
     Format("flac3d", "FLAC3D", (".f3grid",), anything, foreign=_by_meshio("flac3d"), by_content=False),
-    Format("mdpa", "Kratos", (".mdpa",), _mark(rb"^\s*Begin\s"), foreign=_by_meshio("mdpa"), by_content=False),
     Format("permas", "PERMAS", (".post", ".dato"), _mark(rb"^\s*\$"),
            foreign=_by_meshio("permas"), by_content=False),
     Format("off", "OFF", (".off",), _mark(rb"\A\s*(#[^\n]*\n\s*)*OFF\b"), foreign=_by_meshio("off")),

@@ -12,7 +12,7 @@ import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from ...errors import ReadError
 from ...mesh import Mesh
@@ -34,28 +34,42 @@ def _by(module: str) -> Reader:
             raise ReadError(f"{path}: includes other files, which are not followed; join them first")
         if module == "febio":
             within.check_xml(path)
-        try:
-            package = importlib.import_module("meshioplusplus")
-        except ImportError:
-            raise ReadError(
-                f"{path}: is read by meshio++, which is not installed: pip install 'meshgauge[meshioplusplus]'"
-            ) from None
-        with _said() as log:
-            try:
-                source = package.read(str(path), file_format=module)
-            except MemoryError:
-                raise
-            except (Exception, SystemExit) as error:
-                raise ReadError(f"{path}: meshio++ ({module}) says: {' '.join(str(error).split())}") from error
-            log.seek(0)
-            warned = re.findall(r"warning[^\]\n]*\]?:?\s*([^\n]+)", log.read().decode("utf-8", "replace"))
-        notes = tuple(f"meshio++ warns: {text.strip()}" for text in list(dict.fromkeys(warned))[:_MOST_NOTES])
-        mesh = meshio.mesh(source, path, notes)
+        source_, notes = source(str(path), module, path)
+        mesh = meshio.mesh(source_, path, notes)
         if not mesh.n_cells:
             raise ReadError(f"{path}: no cells were found in it")
         return mesh
 
     return read
+
+
+def package(path: Path) -> Any:
+    """The library; `ReadError` that names the extra if it is not installed."""
+    try:
+        return importlib.import_module("meshioplusplus")
+    except ImportError:
+        raise ReadError(
+            f"{path}: is read by meshio++, which is not installed: pip install 'meshgauge[meshioplusplus]'"
+        ) from None
+
+
+def source(file: str | BinaryIO, module: str, path: Path) -> tuple[Any, tuple[str, ...]]:
+    """What one reader of meshio++ makes of a file or its bytes, and what it warned of; errors name ``path``."""
+    library = package(path)
+    with _said() as log:
+        try:
+            found = library.read(file, file_format=module)
+        except MemoryError:
+            raise
+        except (Exception, SystemExit) as error:
+            reason = " ".join(str(error).split())
+            reason = re.sub(rf"^Couldn't read file \S* as {module} \((.*)\)\Z", r"\1", reason).removeprefix(
+                f"{module}: "
+            )
+            raise ReadError(f"{path}: meshio++ ({module}) says: {reason}") from error
+        log.seek(0)
+        warned = re.findall(r"warning[^\]\n]*\]?:?\s*([^\n]+)", log.read().decode("utf-8", "replace"))
+    return found, tuple(f"meshio++ warns: {text.strip()}" for text in list(dict.fromkeys(warned))[:_MOST_NOTES])
 
 
 @contextlib.contextmanager

@@ -20,7 +20,7 @@ REF = "medit:ref"
 
 
 @dataclass(frozen=True, slots=True)
-class _Section:
+class Section:
     """A keyword in ascii and its number in binary."""
 
     keyword: str
@@ -28,8 +28,8 @@ class _Section:
     kind: Kind
 
 
-_SECTIONS = tuple(
-    _Section(keyword, code, Kind(name, n))
+SECTIONS = tuple(
+    Section(keyword, code, Kind(name, n))
     for keyword, code, name, n in (
         ("Edges", 5, "line", 2),
         ("Triangles", 6, "triangle", 3),
@@ -47,12 +47,13 @@ _SECTIONS = tuple(
         ("PyramidsP2", 87, "lagrange_pyramid", 14),
     )
 )
-_BY_KEYWORD: dict[str | int, _Section] = {
-    **{s.keyword.lower(): s for s in _SECTIONS},
-    **{s.code: s for s in _SECTIONS},
-    "hexaedra": _SECTIONS[5],  # as some write it
+_BY_KEYWORD: dict[str | int, Section] = {
+    **{s.keyword.lower(): s for s in SECTIONS},
+    **{s.code: s for s in SECTIONS},
+    "hexaedra": SECTIONS[5],  # as some write it
 }
-_VERTICES, _DIMENSION, _END = ("vertices", 4), ("dimension", 3), ("end", 54)
+VERTICES, DIMENSION, END = ("vertices", 4), ("dimension", 3), ("end", 54)
+"""Keywords of text and numbers of binary files."""
 _SINGLE = re.compile(rb"\s*MeshVersionFormatted\s+1\b")
 _NO_CELLS = re.compile(r"(corners|ridges|required|normal|tangent|angle|sol|isol|subdomain|boundingbox|meshversion)")
 _CODES_OF_NO_CELLS = frozenset((*range(11, 24), 26, 28, 29, 31, 32, *range(34, 49), *range(50, 54), *range(55, 75)))
@@ -80,12 +81,12 @@ def read(path: Path, *, is_binary: bool) -> Mesh:
     sections = _binary(path, data) if is_binary else _ascii(path, data)
     points: NDArray[Any] | None = None
     point_refs, dimension, is_ended = np.empty(0, np.int64), 3, False
-    found: list[tuple[_Section, Ints]] = []
+    found: list[tuple[Section, Ints]] = []
     left_out: list[str] = []
     for rows in sections:
-        if rows.keyword in _DIMENSION:
+        if rows.keyword in DIMENSION:
             dimension = _dimension(path, rows)
-        elif rows.keyword in _VERTICES:
+        elif rows.keyword in VERTICES:
             if points is not None:
                 raise ReadError(f"{path}: has two sections of vertices")
             table, point_refs = rows.values(dimension, True)
@@ -93,7 +94,7 @@ def read(path: Path, *, is_binary: bool) -> Mesh:
         elif rows.keyword in _BY_KEYWORD:
             section = _BY_KEYWORD[rows.keyword]
             found.append((section, rows.values(section.kind.n_nodes, False)))
-        elif rows.keyword in _END:
+        elif rows.keyword in END:
             is_ended = True
             break
         elif not (rows.keyword in _CODES_OF_NO_CELLS or _NO_CELLS.match(str(rows.keyword))):
@@ -116,7 +117,7 @@ def _dimension(path: Path, rows: _Rows) -> int:
 
 
 def _mesh(
-    path: Path, points: NDArray[Any], point_refs: Ints, found: list[tuple[_Section, Ints]], notes: list[str]
+    path: Path, points: NDArray[Any], point_refs: Ints, found: list[tuple[Section, Ints]], notes: list[str]
 ) -> Mesh:
     kinds = [section.kind for section, _ in found]
     sizes = [len(table) for _, table in found]
@@ -193,14 +194,14 @@ def _binary(path: Path, data: bytes) -> Iterator[_Rows]:
             raise ReadError(f"{path}: a section is stated at byte {at} of {len(data)}; the file is truncated")
         code = int(np.frombuffer(data, f"{order}i4", 1, at)[0])
         following = int(np.frombuffer(data, jump, 1, at + 4)[0])
-        if code == _END[1]:
+        if code == END[1]:
             yield _Rows(code, None)
             return
         if following and not at < following <= len(data):
             raise ReadError(f"{path}: the section {code} states that the next is at byte {following} of {len(data)}")
 
         def values(width: int, is_real: bool, start: int = at + head, code: int = code) -> Any:
-            size = 4 if code == _DIMENSION[1] else integer.itemsize
+            size = 4 if code == DIMENSION[1] else integer.itemsize
             if start + size > len(data):
                 raise ReadError(f"{path}: the section {code} is cut off")
             n = int(np.frombuffer(data, f"{order}i{size}", 1, start)[0])
