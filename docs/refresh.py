@@ -80,7 +80,12 @@ def statuses() -> str:
 
 
 def default_rules() -> str:
-    return table(("level", "rule"), [(rule.level.value, f"`{rule}`") for rule in check.default_rules()])
+    every = check.default_rules()
+    rows = [
+        (rule.level.value, f"`{rule}`", "every mesh" if rule in every else "finite volumes")
+        for rule in check.default_rules("fv")
+    ]
+    return table(("level", "rule", "for"), rows)
 
 
 def standards(row: Metric, text_of: Callable[[Standard], str]) -> str:

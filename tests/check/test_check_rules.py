@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from meshgauge import METRICS
+from meshgauge import METRICS, Mesh, measure
 from meshgauge.check import Level, Nothing, NoWorse, Threshold, rule
 from meshgauge.check.words import WORDS
 from meshgauge.errors import RuleError
@@ -120,8 +121,10 @@ def test_every_metric_and_every_bad_status_can_be_asked_for() -> None:
     for name in METRICS:
         assert str(rule(f"{name} > 0.5")) == f"{name} > 0.5"
     codes = np.array(sorted(STATUSES), np.uint8)
-    asked = np.logical_or.reduce([word.mask(codes, "fem") for word in WORDS.values()])
+    mesh = Mesh.from_arrays(np.zeros((1, 3)), [("vertex", np.zeros((len(codes), 1), int))])
+    quality = replace(measure(mesh), status=codes)
+    asked = np.logical_or.reduce([word.mask(quality) for word in WORDS.values()])
     assert {STATUSES[status].name for status in codes[~asked].tolist()} == {"ok", "not_solid", "ghost"}
     for row in STATUSES.values():
         if row.name in WORDS and row.name != "degenerate":
-            assert codes[WORDS[row.name].mask(codes, "fem")].tolist() == [row.status]
+            assert codes[WORDS[row.name].mask(quality)].tolist() == [row.status]

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import meshgauge
-from meshgauge import Mesh
+from meshgauge import Mesh, measure
+from meshgauge.check import State, check
 from meshgauge.doctor import diagnosis
 from meshgauge.doctor.inward import inward
 from meshgauge.mesh.polyhedra import Polyhedra
@@ -66,7 +67,7 @@ def test_the_same_case_put_right_has_no_finding(tmp_path: Path) -> None:
 def test_faces_of_a_polyhedron_that_point_inward(which: set[int]) -> None:
     found = inward(polyhedron(CUBE, turned(CUBE_FACES, which)))
     assert found.faces.tolist() == sorted(which)
-    assert found.cells == ((0,),) * len(which)
+    assert found.cells.tolist() == [[0, -1]] * len(which)
 
 
 @pytest.mark.parametrize("solid", [prism(5), prism(6), antiprism(4)], ids=["penta", "hexa", "antiprism"])
@@ -99,3 +100,35 @@ def test_a_mesh_of_surfaces_says_that_nothing_was_looked_at() -> None:
     plate = Mesh.from_arrays(CUBE, [("quad", [(0, 1, 2, 3), (1, 2, 6, 5)])])
     found = diagnosis(plate)
     assert found.skipped == ("The mesh has no solid cells: nothing was looked at but its points.",)
+
+
+def misoriented_rule(mesh: Mesh, purpose: str = "fv") -> State | None:
+    """How the rule comes out among those that are held by default; None if it is not among them."""
+    outcomes = check(measure(mesh, purpose=purpose)).outcomes
+    return next((o.state for o in outcomes if str(o.rule) == "nothing misoriented"), None)
+
+
+def test_the_rule_is_held_by_default_for_finite_volumes_only() -> None:
+    mesh = polyhedron(CUBE, turned(CUBE_FACES, {3}))
+    assert misoriented_rule(mesh) == State.FAIL
+    assert misoriented_rule(mesh, "fem") is None
+    assert check(measure(mesh), ["nothing misoriented"]).outcomes[0].state == State.FAIL
+    assert misoriented_rule(polyhedron(CUBE, CUBE_FACES)) == State.PASS
+    assert misoriented_rule(meshgauge.read(DATA / "internal_reversed")) == State.FAIL
+
+
+def test_a_cell_that_is_numbered_in_reverse_is_misoriented_and_one_that_is_inverted_is_not() -> None:
+    two = np.vstack([CUBE, CUBE + np.array([3.0, 0, 0])])
+    nodes = np.array([range(8), (8, 11, 10, 9, 12, 15, 14, 13)])
+    outcome = check(measure(Mesh.from_arrays(two, [("hexahedron", nodes)])), ["nothing misoriented"]).outcomes[0]
+    assert (outcome.state, [cell.cell for cell in outcome.cells]) == (State.FAIL, [1])
+    tangled = CUBE.copy()
+    tangled[6] = (0.1, 0.1, 0.1)
+    mesh = Mesh.from_arrays(tangled, [("hexahedron", [range(8)])])
+    assert check(measure(mesh), ["nothing misoriented"]).is_passed
+    assert not check(measure(mesh), ["nothing invalid"]).is_passed
+
+
+def test_ghosts_are_not_looked_at() -> None:
+    mesh = polyhedron(CUBE, turned(CUBE_FACES, {3}))
+    assert misoriented_rule(mesh.replace(cell_data={"vtkGhostType": np.array([1], np.uint8)})) == State.UNCHECKED

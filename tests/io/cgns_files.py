@@ -66,10 +66,10 @@ def faces_of(mesh: Mesh) -> tuple[list[list[int]], list[list[int]]]:
             ring = (mesh.nodes(cell)[list(face)] + 1).tolist()
             key = frozenset(ring)
             if key not in found:
-                found[key] = len(faces) + 1
                 turned = len(faces) % 3 == 0
                 faces.append(ring[::-1] if turned else ring)
-                row.append(-found[key] if turned else found[key])
+                found[key] = -len(faces) if turned else len(faces)
+                row.append(found[key])
             else:
                 row.append(-found[key])
         cells.append(row)

@@ -18,7 +18,7 @@ from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..quality.metrics import metric
 from ..quality.summary import CRITERIA
-from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
+from ..status import STATUSES, Purpose, Status, is_degenerate, is_invalid, is_solid
 from .baseline import KEYS, Baseline, worse
 from .grammar import rule as rule_of
 from .outcome import Check, FailingCell, Outcome, State, broken
@@ -27,8 +27,9 @@ from .rules import Level, Nothing, NoWorse, Rule, Scope, Threshold
 JENS = "jens"
 
 FAIL = ("nothing invalid", "nothing degenerate", "nothing undecided", "nothing unmeasured")
+FAIL_FV = ("nothing misoriented",)
 WARN = (f"jens >= {POOR_TEXT} @ 1%",)
-"""The rules where none are given."""
+"""The rules where none are given; `FAIL_FV` for finite volumes only, whose formats say where each face points."""
 
 LISTED = 5
 """Cells that a broken rule names."""
@@ -39,9 +40,11 @@ _HOLDS = {">=": np.greater_equal, ">": np.greater, "<=": np.less_equal, "<": np.
 _NOT = {">=": "below", ">": "not above", "<=": "above", "<": "not below"}
 
 
-def default_rules() -> tuple[Rule, ...]:
-    """The rules where none are given: every cell valid and measured; a warning if more than 1 % are poor."""
-    return (*(rule_of(text) for text in FAIL), *(rule_of(text, level=Level.WARN) for text in WARN))
+def default_rules(purpose: Purpose = "fem") -> tuple[Rule, ...]:
+    """The rules where none are given: every cell valid and measured; a warning if more than 1 % are poor. For finite
+    volumes also: every face points out of its cell."""
+    fail = FAIL if purpose == "fem" else FAIL + FAIL_FV
+    return (*(rule_of(text) for text in fail), *(rule_of(text, level=Level.WARN) for text in WARN))
 
 
 def metrics_of(rules: Iterable[Rule]) -> tuple[str, ...]:
@@ -64,7 +67,7 @@ def check(
     quality
         From `meshgauge.measure`, with the metrics of the rules, see `metrics_of`.
     rules
-        From `rule`, or texts of level FAIL; None: `default_rules`.
+        From `rule`, or texts of level FAIL; None: `default_rules` of the mesh's purpose.
     path
         What to call the mesh, and what a stored report has it under; None: where it came from.
     listed
@@ -87,7 +90,9 @@ def check(
     that the mesh does not have, or a baseline without the mesh, is UNCHECKED; so is every rule on a mesh without solid
     cells.
     """
-    chosen = default_rules() if rules is None else [rule_of(r) if isinstance(r, str) else r for r in rules]
+    if rules is None:
+        rules = default_rules(quality.mesh.purpose)
+    chosen = [rule_of(r) if isinstance(r, str) else r for r in rules]
     name = path if path is not None else (quality.mesh.path or "mesh")
     judge = _Judge(quality, name, listed, dict(baselines or {}))
     mesh = quality.mesh
@@ -119,8 +124,8 @@ class _Judge:
             return Outcome(rule, State.UNCHECKED, missing)
         cells = self.cells_of(rule.scope)
         if isinstance(rule, Nothing):
-            fails = rule.word.mask(self.quality.status, self.quality.mesh.purpose)
-            return self.outcome_of(rule, cells, fails, JENS, (rule.word.name, rule.word.name))
+            fails = rule.word.mask(self.quality)
+            return self.outcome_of(rule, cells, fails, JENS, (rule.word.phrase, rule.word.phrase))
         if rule.metric != JENS:
             cells &= self.defined_for(rule.metric)
         values = self.quality.values_of(rule.metric)

@@ -10,7 +10,6 @@ from pathlib import Path
 from ..errors import MeshgaugeError, RuleError
 from .baseline import Baseline
 from .grammar import rule
-from .judge import default_rules
 from .rules import Level, NoWorse, Rule
 from .settings import CheckSettings, load, nearest
 
@@ -54,8 +53,10 @@ def meshes_of(settings: CheckSettings | None) -> list[str]:
     return [os.path.normpath(os.path.join(folder, mesh)) for mesh in settings.meshes]
 
 
-def rules_of(settings: CheckSettings | None, fail: Sequence[str] = (), warn: Sequence[str] = ()) -> tuple[Rule, ...]:
-    """The rules of ``--fail`` and ``--warn``, else those of the settings, else `default_rules`.
+def rules_of(
+    settings: CheckSettings | None, fail: Sequence[str] = (), warn: Sequence[str] = ()
+) -> tuple[Rule, ...] | None:
+    """The rules of ``--fail`` and ``--warn``, else those of the settings; None if there are none.
 
     Raises
     ------
@@ -74,7 +75,7 @@ def rules_of(settings: CheckSettings | None, fail: Sequence[str] = (), warn: Seq
             rules.append(rule(text, level=level, folder=folder))
         except RuleError as error:
             raise RefusedRule(where, error) from error
-    return tuple(rules) or default_rules()
+    return tuple(rules) or None
 
 
 def baselines_of(rules: Iterable[Rule]) -> dict[Path, Baseline]:

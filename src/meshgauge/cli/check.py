@@ -78,11 +78,11 @@ def check(
         raise SettingsError("no mesh is given, and no settings name any (check.meshes)")
     files = {"junit": junit, "sarif": sarif, "gitlab": gitlab, "markdown": markdown}
     try:
-        rules = rules_of(settings, fail or (), warn or ())
+        rules = rules_of(settings, fail or (), warn or ())  # None: those of the purpose of each mesh
     except RefusedRule as refused:
         return _point_at(refused)
     # Before anything is measured: a stored report that is missing, or that an output would overwrite, is known at once.
-    baselines = baselines_of(rules) if write_baseline is None else {}
+    baselines = baselines_of(rules or ()) if write_baseline is None else {}
     inputs.check_targets(paths, texts=(*files.values(), write_baseline))
 
     from ..check import State, metrics_of
@@ -96,10 +96,10 @@ def check(
     batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
     paths = batch.states(paths, every=True)  # a gate that lets an invalid step pass is none
     if write_baseline is not None:
-        return _store(batch, paths, metrics_of(rules), write_baseline)
+        return _store(batch, paths, metrics_of(rules or ()), write_baseline)
 
     def examine(path: str) -> Check:
-        quality = batch.measure(path, metrics_of(rules))
+        quality = batch.measure(path, metrics_of(rules or ()))
         return judge(quality, rules, path=path, listed=worst, baselines=baselines)
 
     output, is_read = terminal.Output(), not as_json

@@ -1,6 +1,7 @@
 """The doctor: what is wrong with a mesh beside the shapes of its cells, and cells that are numbered in reverse."""
 
 from .diagnosis import LIMIT, Diagnosis, Finding, diagnosis
+from .misoriented import misoriented
 from .orientation import BlockOrientation, Numbering, Orientation, orientation
 from .oriented import Changes, oriented
 from .reversal import reversal
@@ -14,6 +15,7 @@ __all__ = [
     "Numbering",
     "Orientation",
     "diagnosis",
+    "misoriented",
     "orientation",
     "oriented",
     "reversal",

@@ -98,6 +98,11 @@ class Diagnosis:
         """Number of findings that are defects."""
         return sum(finding.level == "defect" for finding in self.findings)
 
+    @property
+    def all_clear(self) -> str:
+        """The sentence where nothing was found: it names what was looked for, and nothing else."""
+        return f"No {', '.join(self.checked[:-1])} or {self.checked[-1]}."
+
     def finding(self, name: str) -> Finding | None:
         """The finding of that name, if there is one."""
         return next((f for f in self.findings if f.name == name), None)
@@ -235,12 +240,13 @@ def _orientation(found: Orientation) -> list[Finding]:
 
 def _misoriented(found: InwardFaces) -> Finding | None:
     n = found.n_faces
+    firsts = [found.cells_of(at) for at in range(min(n, EXAMPLES))]
     named = "; ".join(
-        f"face {face} of cell{'' if len(cells) == 1 else 's'} {' and '.join(map(str, cells))}"
-        for face, cells in zip(found.faces[:EXAMPLES].tolist(), found.cells, strict=False)
+        f"face {face} of cell{'' if len(own) == 1 else 's'} {' and '.join(map(str, own))}"
+        for face, own in zip(found.faces.tolist(), firsts, strict=False)
     )
     text = f"{_count(n, 'face')} {_verb(n, 'points', 'point')} the wrong way, inward"
-    cells = [pair[0] for pair in found.cells[:EXAMPLES]]
+    cells = [own[0] for own in firsts]
     more = "; ..." if n > EXAMPLES else ""
     return _finding("misoriented_faces", "defect", n, cells, f"{text} ({named}{more}).")
 

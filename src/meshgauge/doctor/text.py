@@ -42,8 +42,7 @@ class DiagnosisText:
             table.add_row(Text("?", style.LEVELS["unknown"]), Text(why))
         if not found.findings and not found.skipped:
             marks = style.MARKS_ASCII if options.ascii_only else style.MARKS
-            names = ", ".join(found.checked[:-1]) + f" or {found.checked[-1]}"
-            table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(f"No {names}."))
+            table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(found.all_clear))
         if found.n_interior_faces is not None:
             faces = f"{found.n_interior_faces:,} interior faces, {found.n_boundary_faces:,} on the boundary"
             table.add_row("", Text(faces, "dim"))

@@ -31,7 +31,8 @@ class Polyhedra:
         For each entry of ``cell_faces``, True where the face is ordered inward for this cell, as one that two cells
         share is for the second. None if every face is outward for its cells.
     labels
-        ``(n_faces,)`` the numbers of the faces in the file, from 0; None: as they stand here.
+        ``(n_faces,)`` the numbers of the faces in the file, as it counts them; those of several parts of a file may be
+        the same. None: as they stand here.
     """
 
     cell_offsets: IndexArray

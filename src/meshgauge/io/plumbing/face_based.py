@@ -37,6 +37,8 @@ class Faces:
         For each entry of ``cell_faces``: True where the face's points run so that its normal points into the cell.
         None if the file does not say: then the faces of each cell are turned so that every edge is used once in each
         direction, and all of them so that the volume is positive.
+    numbers
+        The number of each face in the file; None: counted from 0.
     """
 
     cell_offsets: Ints
@@ -44,6 +46,7 @@ class Faces:
     face_offsets: Ints
     face_points: Ints
     inward: NDArray[np.bool_] | None = None
+    numbers: Ints | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +118,7 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
             cell_faces=np.arange(int(kept.sum())),
             face_offsets=offsets_of(sizes[kept]),
             face_points=flat[np.repeat(kept, sizes)],
-            labels=faces.cell_faces[kept],
+            labels=faces.cell_faces[kept] if faces.numbers is None else faces.numbers[faces.cell_faces[kept]],
         )
     return Solids(types, own_offsets, connectivity, polyhedra)
 

@@ -182,7 +182,15 @@ def _joined_polyhedra(parts: Sequence[Part], point_starts: Sequence[int]) -> Pol
         cell_faces=_shifted([p.cell_faces for p in polys], _starts([p.n_faces for p in polys])),
         face_offsets=_joined_offsets([p.face_offsets for p in polys]),
         face_points=_shifted([p.face_points for p in polys], point_starts),
+        labels=_joined_labels(polys),
     )
+
+
+def _joined_labels(polys: Sequence[Polyhedra]) -> IndexArray | None:
+    """Numbers of faces, where every part with faces has them; those of several parts may be the same."""
+    labels = [p.labels for p in polys if p.n_faces]
+    known = [one for one in labels if one is not None]
+    return np.concatenate(known) if known and len(known) == len(labels) else None
 
 
 def _joined_data(data: Sequence[dict[str, NDArray[Any]]], sizes: Sequence[int]) -> dict[str, NDArray[Any]]:

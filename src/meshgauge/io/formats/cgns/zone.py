@@ -266,7 +266,7 @@ def _unstructured(
 def _joined(made: list[tuple[Cells, Polyhedra | None]]) -> Polyhedra | None:
     if all(poly is None for _, poly in made):
         return None
-    n_faces, sizes, items = [], [_NONE], [_NONE]
+    n_faces, sizes, items, numbers = [], [_NONE], [_NONE], [_NONE]
     for cells, poly in made:
         if poly is None:
             n_faces.append(np.zeros(len(cells.types), np.int64))
@@ -274,9 +274,16 @@ def _joined(made: list[tuple[Cells, Polyhedra | None]]) -> Polyhedra | None:
         n_faces.append(np.diff(poly.cell_offsets))
         sizes.append(np.diff(poly.face_offsets))
         items.append(np.asarray(poly.face_points))
+        assert poly.labels is not None  # as `face_based.solids` makes them
+        numbers.append(np.asarray(poly.labels, np.int64))
     flat = np.concatenate(sizes)
-    return Polyhedra(face_based.offsets_of(np.concatenate(n_faces)), np.arange(len(flat)), face_based.offsets_of(flat),
-                     np.concatenate(items))  # fmt: skip
+    return Polyhedra(
+        cell_offsets=face_based.offsets_of(np.concatenate(n_faces)),
+        cell_faces=np.arange(len(flat)),
+        face_offsets=face_based.offsets_of(flat),
+        face_points=np.concatenate(items),
+        labels=np.concatenate(numbers),
+    )
 
 
 def _all_faces(node: Node, faces: list[_Section]) -> tuple[Ints, Ints, Ints]:
@@ -306,7 +313,8 @@ def _polyhedra(
     asked = np.abs(cells.items)
     _checked(node, asked, len(order), "a polyhedron refers to face")
     of_cells = _checked(node, order[asked], len(numbers), "a polyhedron refers to face")
-    found = face_based.solids(face_based.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0), points)
+    given = face_based.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0, numbers)
+    found = face_based.solids(given, points)
     return Cells(found.types, found.offsets, found.connectivity), found.polyhedra
 
 
@@ -314,14 +322,15 @@ def _by_parents(node: Node, faces: list[_Section], points: NDArray[Any]) -> tupl
     """Cells known only as parents of faces: the first has the normal outside, the second inside, 0 is none."""
     if any(section.parents is None or section.parents.shape[1] != section.n for section in faces):
         raise node.fail("has faces (NGON_n), but neither cells (NFACE_n) nor the parents of all faces")
-    offsets, items, _ = _all_faces(node, faces)
+    offsets, items, of_faces = _all_faces(node, faces)
     _checked(node, items, len(points), "a face refers to point")
     left, right = (np.concatenate([s.parents[k] for s in faces if s.parents is not None]) for k in (0, 1))
     numbers = np.unique(np.concatenate([left, right]))
     numbers = numbers[numbers > 0]
     place = [np.where(side > 0, np.searchsorted(numbers, side), -1) for side in (left, right)]
     cell_offsets, cell_faces, is_second = face_based.of_cells(len(numbers), *place)
-    found = face_based.solids(face_based.Faces(cell_offsets, cell_faces, offsets, items, is_second), points)
+    given = face_based.Faces(cell_offsets, cell_faces, offsets, items, is_second, of_faces)
+    found = face_based.solids(given, points)
     return Cells(found.types, found.offsets, found.connectivity), found.polyhedra, numbers
 
 

@@ -253,7 +253,7 @@ def _mesh(found: _Found, path: Path) -> Mesh:
     for first, last in found.parents:
         pair[:, (face_ids >= first) & (face_ids <= last)] = 0
     offsets, faces, is_second = face_based.of_cells(at, place[pair[0]], place[pair[1]])
-    whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), ids, ~is_second)
+    whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), ids, ~is_second, face_ids)
     patches, begin = [], 0
     for zone, _, kind, own, _ in found.faces:
         if kind != _INTERIOR:
