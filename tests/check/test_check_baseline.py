@@ -56,6 +56,22 @@ def test_a_mesh_in_fine_bins_is_no_worse_than_itself() -> None:
     assert worse({"all": replace(figures, quantile_1=figures.quantile_1 + 3e-4)}, summary)
 
 
+def test_quantiles_from_fine_bins_are_granted_the_width_of_both_bins() -> None:
+    """The same cells in other slices may fall one bin lower on either side, and no gate may flap for it."""
+    rng = np.random.default_rng(1)
+    n = 70_000
+    summary = meshgauge.summarise(rng.uniform(0, 1, n), np.zeros(n, np.uint8), np.full(n, 10, np.uint8))
+    figures = KeyFigures.of(summary.all)
+    width = summary.all.quantile_resolution
+    for off, keys in ((0.99 * width, []), (1.99 * width, []), (2.01 * width, ["quantile_0.01"])):
+        found = worse({"all": replace(figures, quantile_1=figures.quantile_1 + off)}, summary)
+        assert [change.criterion for change in found] == keys, off
+    # Exact quantiles, of few cells, have no such slack.
+    few = meshgauge.summarise(rng.uniform(0, 1, 100), np.zeros(100, np.uint8), np.full(100, 10, np.uint8))
+    exact = KeyFigures.of(few.all)
+    assert worse({"all": replace(exact, quantile_1=exact.quantile_1 + 1e-6)}, few)
+
+
 @pytest.mark.parametrize(
     ("before", "now", "expected"),
     [

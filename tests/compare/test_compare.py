@@ -57,6 +57,28 @@ def test_scores_lump_what_is_invalid() -> None:
     assert np.isnan(scores(quality)[5])
 
 
+def test_scores_follow_the_status_not_the_value() -> None:
+    """Cells inverted inside and concave ones have good values; only a mesh for finite volumes may keep the latter."""
+    kinds = (Status.OK, Status.INVERTED_INSIDE, Status.CONCAVE, Status.DEGENERATE, Status.INVERTED)
+    made = measured([1.0] * len(kinds))
+    quality = meshgauge.Quality(made.mesh, made.values, np.array(kinds, np.uint8), made.metrics)
+    good = pytest.approx(0.5**0.5, abs=1e-9)
+    assert scores(quality).tolist() == [good, -1, -1, 0, -1]
+    volumes = meshgauge.Quality(made.mesh.replace(purpose="fv"), made.values, quality.status, made.metrics)
+    assert scores(volumes).tolist() == [good, -1, good, 0, -1]
+    low = np.full(len(kinds), -0.5)
+    concave = scores(meshgauge.Quality(volumes.mesh, low, quality.status, {"jens": low}))[2]
+    assert 0 < concave < 1e-6, "below all valid cells, above the degenerate ones"
+
+
+def test_cells_inverted_inside_lose_against_valid_ones() -> None:
+    good = measured([1.0] * 8)
+    inside = np.full(8, Status.INVERTED_INSIDE, np.uint8)
+    broken = meshgauge.Quality(good.mesh, good.values, inside, good.metrics)
+    (one,) = comparison({"broken": broken, "good": good}).against
+    assert one.superiority["all"].probability in (0.0, 1.0)
+
+
 def test_a_mesh_against_itself() -> None:
     quality = mixed(3, 0.2, 0)
     found = comparison({"a": quality, "b": quality})

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from meshgauge import io
+from meshgauge.errors import ReadError
 
 MESH = """NDIME= 3
 NELEM= 1
@@ -44,3 +45,14 @@ def test_keywords_of_the_solver_and_halo_markers_are_no_news(tmp_path: Path) -> 
     path = tmp_path / "a.su2"
     path.write_text(MESH + "AOA= 2.0\nNCHUNK= 1\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_TO= 1\n1 0\n")
     assert io.read(path).notes == ()
+
+
+@pytest.mark.parametrize(("stated", "there"), [(3, 2), (2, 1), (1, 2)])
+def test_another_number_of_zones_than_stated_is_refused(tmp_path: Path, stated: int, there: int) -> None:
+    """A file that was cut between two zones is whole otherwise."""
+    path = tmp_path / "a.su2"
+    path.write_text(f"NZONE= {stated}\n" + "".join(f"IZONE= {n}\n{MESH}" for n in range(1, there + 1)))
+    with pytest.raises(ReadError, match=f"states {stated} zones, but holds {there}"):
+        io.read(path)
+    path.write_text(path.read_text().replace(f"NZONE= {stated}", f"NZONE= {there}"))
+    assert io.read(path).n_cells == 2 * there

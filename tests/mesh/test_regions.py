@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from meshgauge.mesh import CellBlock, Mesh
-from meshgauge.mesh.regions import KEYS, regions
+from meshgauge.mesh.regions import KEYS, MOST, regions
 
 POINTS = np.random.default_rng(0).random((8, 3))
 TETRAS = [(0, 1, 2, 3), (1, 2, 3, 4), (2, 3, 4, 5), (3, 4, 5, 6)]
@@ -75,3 +75,11 @@ def test_surfaces_do_not_decide() -> None:
     both = Mesh.from_arrays(POINTS, [("tetra", TETRAS), ("triangle", [(0, 1, 2)])])
     tagged = both.replace(cell_data={"material": np.array([1, 1, 1, 1, 9]), "region": np.array([1, 2, 1, 2, 0])})
     assert named(tagged)[:2] == ["region 1", "region 2"]
+
+
+def test_numbers_of_cells_are_no_regions() -> None:
+    """Data with more values than any model has regions number the cells, whatever they are called."""
+    assert MOST == 4096
+    for n, expected in ((MOST, MOST), (MOST + 1, 1)):
+        numbered = Mesh.from_arrays(POINTS, [("tetra", TETRAS[:1] * n)], cell_data={"part": np.arange(n)})
+        assert len(regions(numbered)[1]) == expected

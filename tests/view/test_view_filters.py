@@ -96,6 +96,21 @@ def test_layers_grow_by_one_from_neighbour_to_neighbour(bracket: Model) -> None:
         assert depth[faces.cells[faces.mates[own]]].min() == depth[cell] - 1
 
 
+def test_cells_that_nothing_joins_to_the_boundary_are_in_the_deepest_layer() -> None:
+    """Two cells face to face on all sides bound nothing: to peel one layer more than there is must not show them."""
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    closed = meshgauge.Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (0, 2, 1, 3)])])
+    assert layering.layers(topology(closed)).tolist() == [0, 0]
+    box = cubes(3).mesh
+    both = meshgauge.Mesh.from_arrays(
+        np.concatenate([box.points, points]),
+        [("hexahedron", box.connectivity.reshape(-1, 8)), ("tetra", box.n_points + closed.connectivity.reshape(-1, 4))],
+    )
+    found = layering.layers(topology(both))
+    assert found[:27].tolist() == cubes(3).layers.tolist()
+    assert found[27:].tolist() == [1, 1]
+
+
 def test_what_is_not_solid_has_no_layer() -> None:
     points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
     mesh = meshgauge.Mesh.from_arrays(points, [("triangle", [(0, 1, 2)]), ("tetra", [(0, 1, 2, 3)])])

@@ -26,6 +26,7 @@ from meshgauge.report import html
 from meshgauge.report.html import page_cells, surface
 from meshgauge.report.html.cell_cards import neighbours
 from meshgauge.report.html.frame import Frame
+from meshgauge.report.html.section import REGIONS
 
 
 def run(*arguments: str | Path, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
@@ -139,6 +140,21 @@ def test_invalid_cells_of_good_value_come_first() -> None:
     there = unpacked(tight)["id"]
     assert good in there
     assert set(np.flatnonzero(odd.values < tight.model["reach"])) <= set(there.tolist())
+
+
+def test_a_long_table_of_regions_keeps_the_worst() -> None:
+    """As many cubes as regions, each a little flatter than the one before."""
+    n = REGIONS + 5
+    own = np.array(meshgauge.cells.SHAPES["hexahedron"].points, float)
+    heights = np.random.default_rng(6).permutation(np.linspace(0.3, 1.0, n))
+    sheared = [own + np.outer(own[:, 2] - own[:, 2].min(), (2 * (1 - h), 0, 0)) + (9.0 * k, 0, 0) for k, h in
+               enumerate(heights.tolist())]  # fmt: skip
+    mesh = meshgauge.Mesh.from_arrays(
+        np.concatenate(sheared), [("hexahedron", np.arange(8 * n).reshape(n, 8))], cell_data={"material": np.arange(n)}
+    )
+    made = html.section(meshgauge.measure(mesh))
+    assert [name for name, _ in made.regions] == [f"material {k}" for k in np.argsort(heights)[:REGIONS]]
+    assert made.left_out[0] == f"The table of regions has the {REGIONS} with the lowest minimum, of {n}."
 
 
 def test_cells_without_a_value_have_room_too() -> None:
