@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 from typing import Any
 
 from ..errors import BaselineError
-from ..files import sources
+from ..files import output, sources
 from ..look.records import brief
 from ..quality.summary import CRITERIA, ROUNDING, Criterion, KeyFigures, Summary
+from ..report import FileReport
+from ..report.json import dumps
 from .outcome import Change
 
 SCHEMA, VERSION = "meshgauge-report", 2
@@ -81,6 +83,11 @@ class Baseline:
             held = ", ".join(list(self.meshes)[:5]) + (", ..." if len(self.meshes) > 5 else "")
             raise BaselineError(f"{self.path}: has no {mesh}, but {held}; renew it with --write-baseline")
         return same[0]
+
+
+def write(path: Path, reports: Sequence[FileReport]) -> None:
+    """Store reports, as ``meshgauge report --json`` prints them. Raises `WriteError`."""
+    output.write_text(path, dumps(reports) + "\n")
 
 
 def worse(before: FiguresByType, summary: Summary, margin: float = 0.0) -> list[Change]:

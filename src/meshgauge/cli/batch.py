@@ -116,7 +116,7 @@ class Batch:
 
     def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
         """What is measured on the mesh in a file. Raises `ReadError` and `MetricError`."""
-        loading = terminal.beside(_load) if inputs.size(path) > LARGE else None
+        loading = terminal.in_background(_load) if inputs.size(path) > LARGE else None
         mesh = self.read(path)
         with self.progress(f"measuring {path}"):
             if loading is not None:

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from ..errors import WriteError
 from . import inputs, options
-from .options import MEASURING, WRITING, option
+from .groups.report import Contents
+from .options import WRITING, option
 
 if TYPE_CHECKING:
-    from ..mesh import Mesh
-    from ..quality.measure import Quality
     from ..report import FileReport
     from ..report.html import HtmlWriter
-
-WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
 
 
 def report(
@@ -29,18 +25,7 @@ def report(
     output: options.OutputMesh = None,
     in_place: options.InPlace = False,
     quiet: options.Quiet = False,
-    worst: options.WorstIfGiven = None,
-    bins: options.Bins = 20,
-    metric: options.Metrics = None,
-    compare_metric: Annotated[
-        list[str] | None,
-        option("--compare-metric", "NAME", "Ask Verdict, through VTK, for this; repeatable.", MEASURING, default=False),
-    ] = None,
-    by: options.By = None,
-    diagnosis: Annotated[
-        bool,
-        option("--diagnosis/--no-diagnosis", None, "Look for what else is wrong, see 'meshgauge doctor'.", MEASURING),
-    ] = True,
+    contents: Contents,
     purpose: options.Purpose = None,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
@@ -59,11 +44,10 @@ def report(
     from .batch import Batch
     from .printer import printer
 
-    metrics = _metrics(metric or (), compare_metric or ())
+    metrics, bins = contents.metrics(), contents.bins
     batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
     paths = batch.states(paths)
     several = len(paths) > 1
-    n_worst = worst if worst is not None else (WORST_OF_SEVERAL if several else WORST_OF_ONE)
 
     def examine(path: str) -> FileReport:
         quality = batch.measure(path, metrics)
@@ -71,16 +55,16 @@ def report(
             one = FileReport.of(
                 quality,
                 path=path,
-                worst=n_worst,
-                by_region=by is not None,
-                with_diagnosis=diagnosis,
+                worst=contents.n_worst(several=several),
+                by_region=contents.by is not None,
+                with_diagnosis=contents.diagnosis,
                 threads=threads,
             )
         if table is not None:
             with batch.progress(f"writing {csv}"):
                 table.add(path, quality.mesh.types, quality.status, quality.metrics)
         if target is not None:
-            batch.write(target, _with_quality(quality), overwrite=in_place)
+            batch.write(target, quality.with_data(), overwrite=in_place)
         if page is not None:
             with batch.progress(f"drawing {path}"):
                 page.add(quality, one)
@@ -99,29 +83,6 @@ def report(
                 break  # nobody reads any more, and there is no file to complete
     printing.end(reports, batch.failures)
     return batch.exit_code
-
-
-def _metrics(ours: Iterable[str], verdict: Iterable[str]) -> tuple[str, ...]:
-    """The metrics asked for, J_ENS first, each once; those of Verdict may be named without their prefix.
-
-    Raises
-    ------
-    MetricError
-        If there is no such metric.
-    """
-    from ..quality.metrics import metric
-    from ..quality.metrics.verdict_library import PREFIX
-
-    prefixed = (name if name.startswith(PREFIX) else PREFIX + name for name in verdict)
-    return tuple(dict.fromkeys(metric(name).name for name in ("jens", *ours, *prefixed)))
-
-
-def _with_quality(quality: Quality) -> Mesh:
-    """The mesh with what was measured as cell and point data."""
-    mesh = quality.source
-    return mesh.replace(
-        cell_data={**mesh.cell_data, **quality.cell_data()}, point_data={**mesh.point_data, **quality.point_data()}
-    )
 
 
 def _page(path: Path | None, n_files: int, bins: int) -> contextlib.AbstractContextManager[HtmlWriter | None]:

@@ -69,8 +69,8 @@ def warn(kind: str, message: str) -> None:
     print(f"meshgauge: {kind}: {' '.join(message.split())}", file=sys.stderr, flush=True)
 
 
-def beside(work: Callable[[], None]) -> threading.Thread:
-    """Do some work beside the rest; the process does not wait for it at its end."""
+def in_background(work: Callable[[], None]) -> threading.Thread:
+    """Start some work in a thread of its own; the process does not wait for it at its end."""
     thread = threading.Thread(target=work, daemon=True)
     thread.start()
     return thread

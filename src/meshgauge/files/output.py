@@ -53,10 +53,23 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False, text: bo
     """
     path = Path(path)
     try:
-        with _standard_output(path) if text and path == STANDARD_OUTPUT else _replacing(path, overwrite) as beside:
-            yield beside
+        with _standard_output(path) if text and path == STANDARD_OUTPUT else _replacing(path, overwrite) as temporary:
+            yield temporary
     except OSError as error:
         raise WriteError(f"{path}: cannot be written: {error.strerror or error}") from error
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file of text, whole or not at all; ``-`` means standard output.
+
+    Raises
+    ------
+    WriteError
+        If it cannot be written.
+    """
+    with replacing(path, text=True) as temporary:
+        # A name of bytes that are no text must not end the program.
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 def check(path: str | os.PathLike[str], *, text: bool = False) -> None:
@@ -80,17 +93,17 @@ def check(path: str | os.PathLike[str], *, text: bool = False) -> None:
 def _replacing(path: Path, overwrite: bool) -> Iterator[Path]:
     target = _target(path)
     if _is_stream(target):
-        with _copied_into(target) as beside:
-            yield beside
+        with _copied_into(target) as temporary:
+            yield temporary
         return
     with sources.pending(target, overwrite=overwrite), _private_folder(target.parent) as folder:
-        beside = folder / target.name
-        yield beside
+        temporary = folder / target.name
+        yield temporary
         if not overwrite:
             sources.check(target)
-        _like(beside, target)
-        _sync(beside)
-        os.replace(beside, target)
+        _like(temporary, target)
+        _sync(temporary)
+        os.replace(temporary, target)
         _sync(target.parent)
 
 
@@ -130,15 +143,15 @@ def _is_stream(target: Path) -> bool:
 
 @contextlib.contextmanager
 def _standard_output(path: Path) -> Iterator[Path]:
-    with _scratch("out") as beside:
-        yield beside
+    with _scratch("out") as temporary:
+        yield temporary
         with contextlib.suppress(BrokenPipeError):  # nobody reads any more
             binary = getattr(sys.stdout, "buffer", None)
             sys.stdout.flush()
             if binary is None:
-                sys.stdout.write(beside.read_text(encoding="utf-8", errors="surrogateescape"))
+                sys.stdout.write(temporary.read_text(encoding="utf-8", errors="surrogateescape"))
             else:
-                with beside.open("rb") as file:
+                with temporary.open("rb") as file:
                     shutil.copyfileobj(file, binary)
             sys.stdout.flush()
 
@@ -146,8 +159,8 @@ def _standard_output(path: Path) -> Iterator[Path]:
 @contextlib.contextmanager
 def _copied_into(target: Path) -> Iterator[Path]:
     own = _OWN_STREAM.fullmatch(os.path.abspath(target))
-    with _scratch(target.name) as beside:
-        yield beside
+    with _scratch(target.name) as temporary:
+        yield temporary
         if own is not None:
             number = int(own[1] or own[3]) if own[2] is None else _STREAMS[own[2]]
             if number in (1, 2):
@@ -155,7 +168,7 @@ def _copied_into(target: Path) -> Iterator[Path]:
             into = os.dup(number)  # opened anew it would begin at its first byte
         else:
             into = os.open(target, os.O_WRONLY)
-        with contextlib.suppress(BrokenPipeError), os.fdopen(into, "wb") as sink, beside.open("rb") as file:
+        with contextlib.suppress(BrokenPipeError), os.fdopen(into, "wb") as sink, temporary.open("rb") as file:
             shutil.copyfileobj(file, sink)
 
 
@@ -165,21 +178,21 @@ def _scratch(name: str) -> Iterator[Path]:
         yield Path(folder, name)
 
 
-def _like(beside: Path, target: Path) -> None:
+def _like(temporary: Path, target: Path) -> None:
     """Owner and mode of the file that is to be replaced."""
     try:
         old = os.stat(target)
     except FileNotFoundError:
         return
-    new, mode = os.stat(beside), stat.S_IMODE(old.st_mode)
+    new, mode = os.stat(temporary), stat.S_IMODE(old.st_mode)
     if hasattr(os, "chown") and (old.st_uid, old.st_gid) != (new.st_uid, new.st_gid):
         try:
-            os.chown(beside, old.st_uid, old.st_gid)
+            os.chown(temporary, old.st_uid, old.st_gid)
         except OSError:
             mode &= ~(stat.S_ISUID | stat.S_ISGID)
             with contextlib.suppress(OSError):
-                os.chown(beside, -1, old.st_gid)
-    os.chmod(beside, mode)
+                os.chown(temporary, -1, old.st_gid)
+    os.chmod(temporary, mode)
 
 
 def _sync(path: Path) -> None:

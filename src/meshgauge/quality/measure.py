@@ -264,6 +264,13 @@ class Quality:
         point as a node)."""
         return {"jens_worst": self.point_values, "jens_node": self.point_node_values}
 
+    def with_data(self) -> Mesh:
+        """The mesh that was given, with `cell_data` and `point_data` added to its own."""
+        mesh = self.source
+        return mesh.replace(
+            cell_data={**mesh.cell_data, **self.cell_data()}, point_data={**mesh.point_data, **self.point_data()}
+        )
+
     def worst_node(self, cell: int) -> WorstCell:
         """A cell that has a value, and the node of it that is worst."""
         vtk_id = int(self.mesh.types[cell])

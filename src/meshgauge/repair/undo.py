@@ -63,7 +63,7 @@ def store(path: Path, before: Mesh, written: Mesh) -> int:
     ids = np.flatnonzero(~same.all(axis=1))
     texts = {"kind": KIND, "cells": checksum(before), "before": coordinates(before), "written": coordinates(written)}
     arrays: dict[str, Any] = {"ids": ids, "points": old[ids], **{name: np.array(text) for name, text in texts.items()}}
-    with replacing(path) as beside, beside.open("wb") as file:
+    with replacing(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, **arrays)
     return len(ids)
 

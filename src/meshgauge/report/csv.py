@@ -45,9 +45,9 @@ class CsvWriter:
 
     def __enter__(self) -> CsvWriter:
         try:
-            beside = self._stack.enter_context(replacing(self.path, text=True))
+            temporary = self._stack.enter_context(replacing(self.path, text=True))
             # newline: rows end the same way on every system.
-            self._stream: TextIO = open(beside, "w", encoding="utf-8", errors="surrogateescape", newline="\n")
+            self._stream: TextIO = open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n")
             columns = ("cell", "type", "status", *self.metrics)
             self._stream.write(",".join(("file", *columns) if self.with_file else columns) + "\n")
         except OSError as error:

@@ -7,9 +7,11 @@ import logging
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from ..errors import MeshgaugeError
 from ..report.verdict import verdict
 from . import controls, guard, page
 from .card import card
@@ -24,6 +26,13 @@ CONTROLS = ("quality", "with_undefined", "types", "statuses", "regions", "axis",
 
 PAUSE = 0.01
 """Seconds in which further moves of a slider are taken in before the scene is made anew, and then drawn."""
+
+
+def require_packages() -> None:
+    """Raise `MeshgaugeError` unless the packages that the application needs are installed."""
+    missing = [name for name in ("trame", "trame_vtk", "trame_vuetify") if find_spec(name) is None]
+    if missing:
+        raise MeshgaugeError(f"view needs {', '.join(missing)}: pip install 'meshgauge[view]'")
 
 
 class App:

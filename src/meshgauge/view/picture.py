@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.output import replacing
 from ..look.bands import POOR, POOR_TEXT
 from ..look.colours import DEGENERATE, FAINT, as_bytes, rgb
 from ..look.theme import DARK, LIGHT
 from ..status import is_degenerate
+from .link import View
+from .model import Model
 from .scene import Scene
 
 STRIP = 0.075
@@ -28,6 +33,40 @@ def png(scene: Scene, *, theme: str = "light") -> bytes:
     file = io.BytesIO()
     image.save(file, "PNG", optimize=True)
     return file.getvalue()
+
+
+def save(path: Path, models: Sequence[Model], view: View, *, size: tuple[int, int]) -> tuple[int, ...]:
+    """Write a picture of a view as PNG, without a window.
+
+    Parameters
+    ----------
+    path
+        Where to; an older file is replaced.
+    models
+        One, or two side by side.
+    view
+        What is shown of them, and from where.
+    size
+        Width and height in pixels.
+
+    Returns
+    -------
+    tuple of int
+        Of each model, how many cells are shown.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot be written.
+    ViewError
+        If the view picks a cell that no model has.
+    """
+    scene = Scene(models, size=size)
+    scene.show(view)
+    with replacing(path) as temporary:
+        temporary.write_bytes(png(scene))
+    scene.close()
+    return tuple(scene.n_shown)
 
 
 def captions(scene: Scene) -> list[str]:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 from ..._version import __version__
 from ...errors import FailedFile
 from ...files import output
-from ...files.output import replacing
 from ...look import bands, colours, style, theme
 from ..record import FileReport
 from . import charts
@@ -71,15 +70,14 @@ def page(
 
 
 def write(path: str | Path, text: str) -> None:
-    """Write a page beside its place, then put it there.
+    """Write a page.
 
     Raises
     ------
     WriteError
         If it cannot be written; nothing is left half-written then.
     """
-    with replacing(path, text=True) as beside:
-        beside.write_text(text, encoding="utf-8", newline="\n")
+    output.write_text(path, text)
 
 
 class HtmlWriter:

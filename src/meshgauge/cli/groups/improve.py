@@ -1,0 +1,89 @@
+"""Options of ``meshgauge improve``: what to reach, and what must stay."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from ...look.bands import POOR
+from ..options import option
+
+if TYPE_CHECKING:
+    from ...mesh import Mesh
+    from ...repair.fixed import Mask
+
+WHAT, FIXED = "What to reach", "What must stay"
+
+
+class Boundaries(StrEnum):
+    """What may happen to points of the boundary."""
+
+    fixed = "fixed"
+    slide = "slide"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal:
+    """What to reach: keyword arguments of `meshgauge.improve` under the same names."""
+
+    boundary: Annotated[Boundaries, option("--boundary", None, "Points of the boundary stay, or move on it.", WHAT)] = (
+        Boundaries.fixed
+    )
+    target: Annotated[float, option("--target", "Q", "J_ENS that every cell should have.", WHAT)] = POOR
+    floor: Annotated[
+        float,
+        option("--floor", "SHARE", "Share of the worst quality that raising the mean keeps; 1: all of it.", WHAT),
+    ] = 0.9
+    strict: Annotated[bool, option("--strict", None, "No cell ends worse than it began.", WHAT)] = False
+    seconds: Annotated[float | None, option("--time", "S", "Stop after these seconds.", WHAT, default="no limit")] = (
+        None
+    )
+
+    def arguments(self) -> dict[str, Any]:
+        """As keyword arguments of `meshgauge.improve`."""
+        return asdict(self) | {"boundary": self.boundary.value}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstraintOptions:
+    """Which points must stay where they are, and what others of the boundary move on."""
+
+    fixed_points: Annotated[
+        list[str] | None, option("--fixed-points", "NAME", "Points where this point data is not 0; repeatable.", FIXED)
+    ] = None
+    fixed_region: Annotated[
+        list[str] | None,
+        option("--fixed-region", "NAME", "Points of this region, or of those that fit a pattern; repeatable.", FIXED),
+    ] = None
+    fixed_box: Annotated[
+        list[str] | None,
+        option(
+            "--fixed-box",
+            "BOX",
+            "Points in xmin,xmax,ymin,ymax,zmin,zmax; an empty end is infinite; repeatable.",
+            FIXED,
+        ),
+    ] = None
+    surface: Annotated[
+        Path | None, option("--surface", "FILE", "With --boundary slide: an STL or VTP surface to move on.", FIXED)
+    ] = None
+    feature_angle: Annotated[
+        float,
+        option("--feature-angle", "DEGREES", "With --boundary slide: faces that meet at more keep their edge.", FIXED),
+    ] = 40.0
+
+    def on(self, mesh: Mesh) -> tuple[Mask | None, Any]:
+        """The points of a mesh that must stay (None: nothing is asked for), and the surface to move on.
+
+        Raises
+        ------
+        MeshgaugeError
+            If the mesh has no such data or region, or the surface cannot be read.
+        """
+        from ...repair.fixed import fixed_points
+        from ...repair.surface_file import surface_in
+
+        mask = fixed_points(mesh, self.fixed_points or (), self.fixed_region or (), self.fixed_box or ())
+        return mask, None if self.surface is None else surface_in(self.surface)

@@ -1,0 +1,49 @@
+"""Options of ``meshgauge report``: what is measured and listed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from .. import options
+from ..options import MEASURING, option
+
+WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contents:
+    """What a report holds."""
+
+    worst: options.WorstIfGiven = None
+    bins: options.Bins = 20
+    metric: options.Metrics = None
+    compare_metric: Annotated[
+        list[str] | None,
+        option("--compare-metric", "NAME", "Ask Verdict, through VTK, for this; repeatable.", MEASURING, default=False),
+    ] = None
+    by: options.By = None
+    diagnosis: Annotated[
+        bool,
+        option("--diagnosis/--no-diagnosis", None, "Look for what else is wrong, see 'meshgauge doctor'.", MEASURING),
+    ] = True
+
+    def n_worst(self, *, several: bool) -> int:
+        """How many of the worst cells are listed: by default fewer if there are several meshes."""
+        if self.worst is not None:
+            return self.worst
+        return WORST_OF_SEVERAL if several else WORST_OF_ONE
+
+    def metrics(self) -> tuple[str, ...]:
+        """The metrics asked for, J_ENS first, each once; those of Verdict may be named without their prefix.
+
+        Raises
+        ------
+        MetricError
+            If there is no such metric.
+        """
+        from ...quality.metrics import metric
+        from ...quality.metrics.verdict_library import PREFIX
+
+        verdict = (name if name.startswith(PREFIX) else PREFIX + name for name in self.compare_metric or ())
+        return tuple(dict.fromkeys(metric(name).name for name in ("jens", *(self.metric or ()), *verdict)))
