@@ -2,11 +2,13 @@
 
     python docs/html_pictures.py [FOLDER] [MESH]
 
-Needs Playwright and Chromium, as the tests do (`pip install 'meshgauge[test]'`).
+A page shows the path of a mesh as it is given: the mesh is named from the root of the repository, so that no folder of
+a machine is in the pictures. Needs Playwright and Chromium, as the tests do (`pip install 'meshgauge[test]'`).
 """
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import sys
 import tempfile
@@ -42,17 +44,23 @@ def cut(page: Any, path: Path, first: str, last: str) -> None:
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
 
+def page_of(mesh: str) -> str:
+    """The page that pictures are taken of; the mesh is named from the root of the repository."""
+    with contextlib.chdir(ROOT):
+        return html.page([html.section(meshgauge.measure(meshgauge.read(mesh)))])
+
+
 def main(folder: Path, mesh: str) -> None:
     from playwright.sync_api import sync_playwright
 
     with tempfile.TemporaryDirectory() as temporary, sync_playwright() as playwright:
         path = Path(temporary, "report.html")
-        html.write(path, html.page([html.section(meshgauge.measure(meshgauge.read(mesh)))]))
+        path.write_text(page_of(mesh), encoding="utf-8")
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
 
         page = opened(browser, path, 1180, "light")
         cut(page, folder / "html-report.png", ".file", ".charts")
-        cut(page, folder / "html-worst.png", ".cards", ".card:nth-child(5)")
+        cut(page, folder / "html-worst.png", "h3:has(+ p + .cards)", ".card:nth-child(5)")
 
         page = opened(browser, path, 1180, "dark")
         page.click("[data-mode=whole]")
@@ -69,4 +77,4 @@ def main(folder: Path, mesh: str) -> None:
 
 if __name__ == "__main__":
     given = sys.argv[1:]
-    main(Path(given[0]) if given else ROOT / "docs" / "pictures", given[1] if len(given) > 1 else str(ROOT / MESH))
+    main(Path(given[0]) if given else ROOT / "docs" / "pictures", given[1] if len(given) > 1 else MESH)

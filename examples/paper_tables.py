@@ -3,8 +3,8 @@
     python examples/paper_tables.py
 
 The report (C. Lobos, Towards a unified measurement of quality for mixed-elements) prints values, but no coordinates.
-``paper_shapes.json`` holds coordinates that give 96 of its 102 printed values, truncated or rounded to three decimals
-(it does both). The other six can come from no coordinates; they are marked, with the reason below the table.
+``paper_shapes.json`` holds coordinates that give 97 of its 102 printed values, truncated or rounded to three decimals
+(it does both). The other five can come from no coordinates; they are marked, with the reason below the table.
 """
 
 from __future__ import annotations
