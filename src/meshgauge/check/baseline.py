@@ -18,7 +18,7 @@ from ..report import FileReport
 from ..report.json import dumps
 from .outcome import Change
 
-SCHEMA, VERSION = "meshgauge-report", 2
+SCHEMA, VERSION = "meshgauge-report", 3
 
 KEYS = ("n_invalid", "n_degenerate", "n_unmeasured", "share_not_good", "min", "quantile_0.01", "mean")
 """The criteria in which a mesh must be no worse."""

@@ -14,10 +14,12 @@ from ..cells import BY_NAME, CELL_TYPES, type_name
 from ..errors import BaselineError
 from ..look.bands import POOR_TEXT
 from ..mesh.interface import is_interface
+from ..mesh.labels import cell_label, point_label
 from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..quality.metrics import metric
 from ..quality.summary import CRITERIA
+from ..quality.worst import spacing
 from ..status import STATUSES, Purpose, Status, is_degenerate, is_invalid, is_solid
 from .baseline import KEYS, Baseline, worse
 from .grammar import rule as rule_of
@@ -256,6 +258,9 @@ class _Judge:
             point=point,
             coordinates=coordinates,
             region=names[int(ids[cell])] if len(names) > 1 else None,
+            cell_label=cell_label(mesh, cell),
+            point_label=None if point is None else point_label(mesh, point),
+            spacing=spacing(mesh.points[mesh.nodes(cell)]),
         )
 
     def place(self, cell: int) -> tuple[int | None, int | None, tuple[float, float, float]]:

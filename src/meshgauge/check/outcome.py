@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from ..look import style
+from ..look.names import cell_name, point_name
 from ..look.records import brief
 from .rules import Level, Rule
 
@@ -35,30 +37,49 @@ class FailingCell:
     point: int | None  #: its point id; None where no node is to blame
     coordinates: tuple[float, float, float]  #: of the point, else the mean of the nodes
     region: str | None  #: None if the mesh is of one region
+    cell_label: int | None = None  #: the file's own number of the cell; None if it gives none
+    point_label: int | None = None  #: that of the point
+    spacing: float = 0.0  #: least distance of two nodes of the cell that are apart; 0 if none are
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data; undefined numbers are NaN."""
         return {
             "cell": self.cell,
+            "cell_label": self.cell_label,
             "type": self.type,
             "status": self.status,
             "metric": self.metric,
             "value": self.value,
             "node": self.node,
             "point": self.point,
+            "point_label": self.point_label,
             "coordinates": list(self.coordinates),
             "region": self.region,
         }
 
     @property
     def text(self) -> str:
-        """One phrase: ``hexahedron cell 521 (inverted, jens -0.06) at node 0, point 718 (0.11, 0.053, 0.016)``."""
+        """One phrase: ``hexahedron cell 521 (inverted, jens -0.06) at node 0, point 718 (0.11, 0.053, 0.016)``.
+
+        With the file's numbers ``tetra element 7000 (cell 5), inverted, jens -0.06, at node 100 (point 7), (0.1, ...``.
+        """
         value = "no value" if math.isnan(self.value) else f"{self.metric} {self.value:.4g}"
         reading = value if self.status == "ok" else f"{self.status}, {value}"
-        where = "around" if self.point is None else f"at node {self.node}, point {self.point}"
-        place = ", ".join(f"{x:.6g}" for x in self.coordinates)
+        if self.point is None:
+            where = "around"
+        elif self.point_label is None:
+            where = f"at node {self.node}, {point_name(self.point)}"
+        else:
+            where = f"at {point_name(self.point, self.point_label)},"
+        place = ", ".join(style.coordinates(self.coordinates, self.spacing))
         region = f" in {self.region}" if self.region is not None else ""
-        return f"{self.type} cell {self.cell} ({reading}){region} {where} ({place})"
+        reading = f" ({reading})" if self.cell_label is None else f", {reading},"
+        return f"{self.type} {self.name}{reading}{region} {where} ({place})"
+
+    @property
+    def name(self) -> str:
+        """``element 7000 (cell 521)``, or ``cell 521``."""
+        return cell_name(self.cell, self.cell_label)
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,6 +39,7 @@ def report(
         raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
+    from ..mesh.labels import labels_of
     from ..report import FileReport
     from ..report.csv import CsvWriter
     from .batch import Batch
@@ -62,7 +63,7 @@ def report(
             )
         if table is not None:
             with batch.progress(f"writing {csv}"):
-                table.add(path, quality.mesh.types, quality.status, quality.metrics)
+                table.add(path, quality.mesh.types, quality.status, quality.metrics, labels_of(quality.mesh.cell_data))
         if target is not None:
             batch.write(target, quality.with_data(), overwrite=in_place)
         if page is not None:

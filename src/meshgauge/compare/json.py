@@ -11,7 +11,7 @@ from ..report.json import finite
 from . import Comparison
 from .sentences import sentences
 
-SCHEMA, VERSION = "meshgauge-compare", 2
+SCHEMA, VERSION = "meshgauge-compare", 3
 
 
 def comparison_json(comparison: Comparison | None, failures: Sequence[FailedFile] = (), *, bins: int = 20) -> str:

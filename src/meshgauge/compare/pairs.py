@@ -33,11 +33,15 @@ class Loss:
     node: int  #: position in the cell, from 0, of its worst node now
     point: int  #: its point id
     coordinates: tuple[float, float, float]  #: of the point, now
+    cell_label: int | None = None  #: the file's own number of the cell; None if it gives none
+    point_label: int | None = None  #: that of the point
+    spacing: float = 0.0  #: least distance of two nodes of the cell that are apart; 0 if none are
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return {
             "cell": self.cell,
+            "cell_label": self.cell_label,
             "type": self.type,
             "before": self.before,
             "after": self.after,
@@ -45,6 +49,7 @@ class Loss:
             "status_after": self.status_after,
             "node": self.node,
             "point": self.point,
+            "point_label": self.point_label,
             "coordinates": list(self.coordinates),
         }
 
@@ -189,6 +194,9 @@ def _loss(before: Quality, after: Quality, cell: int) -> Loss:
         node=worst.node,
         point=worst.point,
         coordinates=worst.coordinates,
+        cell_label=worst.cell_label,
+        point_label=worst.point_label,
+        spacing=worst.spacing,
     )
 
 

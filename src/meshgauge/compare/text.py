@@ -14,6 +14,7 @@ from rich.text import Text
 from ..errors import FailedFile
 from ..look import style
 from ..look.bands import POOR_TEXT
+from ..look.names import cell_entry, point_entry
 from ..quality.summary import CRITERIA, Tally
 from ..report.text import fits, new_table, quality_text, spark
 from . import Against, Comparison, Loss, PairCounts, PairedCells, Row, sentences
@@ -221,13 +222,13 @@ def _losses(losses: Sequence[Loss], digits: int) -> Table:
         table.columns[column].justify = "left"
     for loss in losses:
         table.add_row(
-            str(loss.cell),
+            cell_entry(loss.cell, loss.cell_label),
             loss.type,
             quality_text(loss.before),
             quality_text(loss.after),
             loss.status_after,
             str(loss.node),
-            str(loss.point),
-            *(f"{x:.{digits}g}" for x in loss.coordinates),
+            point_entry(loss.point, loss.point_label),
+            *style.coordinates(loss.coordinates, loss.spacing, digits=digits),
         )
     return table

@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from ..cells import IS_SOLID, POLYHEDRON
 from ..kernels.topology import driver
+from ..look.names import cell_name, listed
 from ..look.records import brief
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.ghosts import without_ghosts
+from ..mesh.labels import cell_labels, point_labels
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import OPPOSITE, Topology, topology
 from ..quality.measure import Quality, measure
@@ -40,6 +42,7 @@ class Finding:
     count: int
     examples: tuple[int, ...]  #: the first few: cell ids, or point ids where it is points that were counted
     text: str
+    labels: tuple[int | None, ...] = ()  #: the file's own numbers of the examples; empty if it numbers none
 
     __repr__ = brief
 
@@ -50,6 +53,7 @@ class Finding:
             "level": self.level,
             "count": self.count,
             "examples": list(self.examples),
+            "labels": list(self.labels),
             "text": self.text,
         }
 
@@ -171,16 +175,16 @@ def diagnosis(
     split = faces.split_quadrilaterals(matched)
     found = [
         *_orientation(oriented),
-        _misoriented(inward(mesh)),
-        _repeated(np.flatnonzero(repeated)),
-        _duplicate_cells(twice),
-        _covering_cells(covering),
-        _multiple_faces(matched.n_multiple, faces.of_three_cells(matched)),
+        _misoriented(mesh, inward(mesh)),
+        _repeated(mesh, np.flatnonzero(repeated)),
+        _duplicate_cells(mesh, twice),
+        _covering_cells(mesh, covering),
+        _multiple_faces(mesh, matched.n_multiple, faces.of_three_cells(matched)),
         _split_faces(matched, split),
         _hinges(matched, len(sizes), conforms=not (matched.n_multiple or len(split))),
         _parts(sizes),
         _duplicate_points(mesh, representative, doubles, tolerance),
-        _unused(np.flatnonzero(~is_used)),
+        _unused(mesh, np.flatnonzero(~is_used)),
         *_beside_solids(mesh),
     ]
     return Diagnosis(
@@ -234,58 +238,58 @@ def _orientation(found: Orientation) -> list[Finding]:
     out = []
     for block in found.blocks:
         count = block.n_reversed + block.n_reversed_tangled + block.n_tangled + block.n_overlapping + block.n_undecided
-        out.append(Finding("orientation", "defect", count, block.cells, _sentence(block.text)))
+        out.append(Finding("orientation", "defect", count, block.cells, _sentence(block.text), block.labels))
     return out
 
 
-def _misoriented(found: InwardFaces) -> Finding | None:
+def _misoriented(mesh: Mesh, found: InwardFaces) -> Finding | None:
     n = found.n_faces
     firsts = [found.cells_of(at) for at in range(min(n, EXAMPLES))]
     named = "; ".join(
-        f"face {face} of cell{'' if len(own) == 1 else 's'} {' and '.join(map(str, own))}"
+        f"face {face} of {_both(mesh, own)}"
         for face, own in zip(found.faces.tolist(), firsts, strict=False)
     )
     text = f"{_count(n, 'face')} {_verb(n, 'points', 'point')} the wrong way, inward"
     cells = [own[0] for own in firsts]
     more = "; ..." if n > EXAMPLES else ""
-    return _finding("misoriented_faces", "defect", n, cells, f"{text} ({named}{more}).")
+    return _of_cells(mesh, "misoriented_faces", n, cells, f"{text} ({named}{more}).")
 
 
-def _repeated(ids: NDArray[np.int64]) -> Finding | None:
+def _repeated(mesh: Mesh, ids: NDArray[np.int64]) -> Finding | None:
     n = len(ids)
     text = f"{_count(n, 'cell')} {_verb(n, 'has', 'have')} a point twice"
-    return _finding("repeated_points", "defect", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('cell', ids)}).")
+    return _of_cells(mesh, "repeated_points", n, ids.tolist(), f"{text} ({_ids(mesh, 'cell', ids)}).")
 
 
-def _duplicate_cells(ids: NDArray[np.int64]) -> Finding | None:
+def _duplicate_cells(mesh: Mesh, ids: NDArray[np.int64]) -> Finding | None:
     n = len(ids)
-    text = f"{_count(n, 'cell')} {_verb(n, 'is', 'are')} there already, with the same points ({_ids('cell', ids)})."
-    return _finding("duplicate_cells", "defect", n, ids[:EXAMPLES].tolist(), text)
+    text = f"{_count(n, 'cell')} {_verb(n, 'is', 'are')} there already, with the same points"
+    return _of_cells(mesh, "duplicate_cells", n, ids.tolist(), f"{text} ({_ids(mesh, 'cell', ids)}).")
 
 
-def _covering_cells(ids: NDArray[np.int64]) -> Finding | None:
+def _covering_cells(mesh: Mesh, ids: NDArray[np.int64]) -> Finding | None:
     n = len(ids)
     text = (
         f"{_count(n, 'cell')} {_verb(n, 'lies', 'lie')} where another is, with points of {_verb(n, 'its', 'their')} own"
     )
-    return _finding("covering_cells", "defect", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('cell', ids)}).")
+    return _of_cells(mesh, "covering_cells", n, ids.tolist(), f"{text} ({_ids(mesh, 'cell', ids)}).")
 
 
-def _multiple_faces(n: int, cells_of_one: list[int]) -> Finding | None:
+def _multiple_faces(mesh: Mesh, n: int, cells_of_one: list[int]) -> Finding | None:
     # A cell may have a face twice: then three half-faces are those of two cells.
     shared = "shared by three or more cells" if len(cells_of_one) != 2 else "there three times or more, in two cells"
     text = f"{_count(n, 'face')} {_verb(n, 'is', 'are')} {shared}"
-    where = f"cells {', '.join(map(str, cells_of_one[:EXAMPLES]))}{', ...' if len(cells_of_one) > EXAMPLES else ''}"
+    where = _ids(mesh, "cell", np.array(cells_of_one, np.int64)) if n else ""
     text = f"{text} ({'' if n == 1 else 'one by '}{where})."
-    return _finding("multiple_faces", "defect", n, cells_of_one[:EXAMPLES], text)
+    return _of_cells(mesh, "multiple_faces", n, cells_of_one, text)
 
 
 def _split_faces(matched: Topology, split: NDArray[np.int64]) -> Finding | None:
-    n = len(split)
+    mesh, n = matched.mesh, len(split)
     ids = matched.cells[split].tolist()
-    where = f" (cell {ids[0][0]} against cells {ids[0][1]} and {ids[0][2]})" if n else ""
+    where = f" ({_both(mesh, ids[0][:1])} against {_both(mesh, ids[0][1:])})" if n else ""
     text = f"{_count(n, 'quadrilateral face')} {_verb(n, 'stands', 'stand')} against two triangles{where}."
-    return _finding("split_faces", "defect", n, [cell for cell, *_ in ids[:EXAMPLES]], text)
+    return _of_cells(mesh, "split_faces", n, [cell for cell, *_ in ids], text)
 
 
 def _hinges(matched: Topology, n_parts: int, *, conforms: bool) -> Finding | None:
@@ -327,13 +331,13 @@ def _duplicate_points(
     of = f"the last place of {mesh.stored} precision" if is_last else f"{tolerance:g} of the mesh's size"
     within = "" if exactly == n else f" within {of}"
     text = f"{_count(n, 'point')} {_verb(n, 'coincides', 'coincide')} with an earlier one, {how}{within}"
-    return _finding("duplicate_points", "notice", n, ids[:EXAMPLES].tolist(), f"{text} ({_ids('point', ids)}).")
+    return _of_points(mesh, "duplicate_points", ids, text)
 
 
-def _unused(ids: NDArray[np.int64]) -> Finding | None:
+def _unused(mesh: Mesh, ids: NDArray[np.int64]) -> Finding | None:
     n = len(ids)
-    text = f"{_count(n, 'point')} {_verb(n, 'belongs', 'belong')} to no cell ({_ids('point', ids)})."
-    return _finding("unused_points", "notice", n, ids[:EXAMPLES].tolist(), text)
+    text = f"{_count(n, 'point')} {_verb(n, 'belongs', 'belong')} to no cell"
+    return _of_points(mesh, "unused_points", ids, text)
 
 
 def _beside_solids(mesh: Mesh) -> list[Finding | None]:
@@ -347,15 +351,22 @@ def _beside_solids(mesh: Mesh) -> list[Finding | None]:
     text = f"{n:,} of {_count(n_surface, 'surface cell')} {_verb(n, 'is', 'are')} no face of a solid cell"
     of_points = f"{_count(n_points, 'point')} {_verb(n_points, 'belongs', 'belong')} to no solid cell"
     return [
-        _finding("surface_cells", "notice", n, alone[:EXAMPLES].tolist(), f"{text} ({_ids('cell', alone)})."),
-        _finding(
-            "points_of_no_solid", "notice", n_points, ids[:EXAMPLES].tolist(), f"{of_points} ({_ids('point', ids)})."
-        ),
+        _of_cells(mesh, "surface_cells", n, alone.tolist(), f"{text} ({_ids(mesh, 'cell', alone)}).", level="notice"),
+        _of_points(mesh, "points_of_no_solid", ids, of_points),
     ]
 
 
-def _finding(name: str, level: Level, n: int, examples: list[int], text: str) -> Finding | None:
-    return Finding(name, level, n, tuple(examples), text) if n else None
+def _of_cells(mesh: Mesh, name: str, n: int, cells: list[int], text: str, level: Level = "defect") -> Finding | None:
+    """A finding about cells, of which the first few are examples; None if ``n`` is 0."""
+    first = tuple(cells[:EXAMPLES])
+    return Finding(name, level, n, first, text, cell_labels(mesh, first)) if n else None
+
+
+def _of_points(mesh: Mesh, name: str, ids: NDArray[np.int64], text: str) -> Finding | None:
+    """A notice about points, which are named behind the text; None if there are none."""
+    n, first = len(ids), tuple(ids[:EXAMPLES].tolist())
+    text = f"{text} ({_ids(mesh, 'point', ids)})."
+    return Finding(name, "notice", n, first, text, point_labels(mesh, first)) if n else None
 
 
 def _count(n: int, noun: str) -> str:
@@ -366,10 +377,19 @@ def _verb(n: int, one: str, several: str) -> str:
     return one if n == 1 else several
 
 
-def _ids(noun: str, ids: NDArray[np.int64]) -> str:
-    """``cell 3``, ``cells 3, 5, 9, ...``."""
-    listed = ", ".join(map(str, ids[:EXAMPLES].tolist()))
-    return f"{noun}{'' if len(ids) == 1 else 's'} {listed}{', ...' if len(ids) > EXAMPLES else ''}"
+def _ids(mesh: Mesh, noun: Literal["cell", "point"], ids: NDArray[np.int64]) -> str:
+    """``cell 3``, ``cells 3, 5, 9, ...``, with the file's own numbers in front, if it has any."""
+    first = ids[:EXAMPLES].tolist()
+    labels = cell_labels(mesh, first) if noun == "cell" else point_labels(mesh, first)
+    return listed(noun, first, labels, more=len(ids) > EXAMPLES)
+
+
+def _both(mesh: Mesh, cells: Sequence[int]) -> str:
+    """``cell 3``, ``cells 3 and 5``, ``element 70 (cell 3) and element 71 (cell 5)``."""
+    labels = cell_labels(mesh, cells)
+    if labels:
+        return " and ".join(cell_name(cell, label) for cell, label in zip(cells, labels, strict=True))
+    return f"cell{'' if len(cells) == 1 else 's'} {' and '.join(map(str, cells))}"
 
 
 def _sentence(text: str) -> str:

@@ -22,6 +22,7 @@ from ..cells import BY_NAME, CELL_TYPES, IS_SOLID, type_name
 from ..kernels.topology import driver
 from ..mesh import Mesh
 from ..mesh.cast import read_only
+from ..mesh.labels import cell_labels
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import BOUNDARY, SAME, Topology, topology
 from ..quality import arrays
@@ -62,6 +63,7 @@ class BlockOrientation:
     n_undecided: int
     cells: tuple[int, ...]  #: the first few that are not right
     text: str  #: one sentence
+    labels: tuple[int | None, ...] = ()  #: the file's own numbers of `cells`; empty if it numbers none
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, for JSON."""
@@ -75,6 +77,7 @@ class BlockOrientation:
             "n_overlapping": self.n_overlapping,
             "n_undecided": self.n_undecided,
             "cells": list(self.cells),
+            "labels": list(self.labels),
             "text": self.text,
         }
 
@@ -334,6 +337,7 @@ def _blocks(
                 n_overlapping=counts[Numbering.OVERLAPPING],
                 n_undecided=counts[Numbering.UNDECIDED],
                 cells=tuple(cells[:EXAMPLES].tolist()),
+                labels=cell_labels(mesh, cells[:EXAMPLES].tolist()),
                 text=_sentence(int(vtk_id), n_cells, counts, where, is_mirrored),
             )
 

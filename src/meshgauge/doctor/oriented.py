@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
+from ..look.names import listed
 from ..look.records import brief
 from ..mesh import Mesh
 from ..mesh.cast import frozen, read_only
 from ..mesh.ghosts import without_ghosts
+from ..mesh.labels import cell_labels
 from ..quality.measure import Quality, measure
-from .orientation import Orientation, orientation
+from .orientation import EXAMPLES, Orientation, orientation
 from .points import duplicates, representatives
 from .reversal import reversal
 
@@ -36,12 +38,15 @@ class Changes:
         Of the mesh before.
     texts
         A sentence for each type that was renumbered or left, and for each block and type that stays inverted.
+    labels
+        The file's own numbers of the first few renumbered cells; empty if it numbers none.
     """
 
     cells: NDArray[np.int64]
     left: NDArray[np.int64]
     orientation: Orientation
     texts: tuple[str, ...]
+    labels: tuple[int | None, ...] = ()
 
     __repr__ = brief
 
@@ -50,6 +55,8 @@ class Changes:
         return {
             "n_renumbered": len(self.cells),
             "n_left": len(self.left),
+            "cells": self.cells[:EXAMPLES].tolist(),
+            "labels": list(self.labels),
             "texts": list(self.texts),
             "before": self.orientation.to_dict(),
         }
@@ -93,7 +100,11 @@ def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]
         texts.extend(_texts(mesh, int(vtk_id), n_done, n_left))
     renumbered, remaining = np.sort(np.concatenate(done)), np.sort(np.concatenate(left))
     texts.extend(f"Left as they are: {b.text}." for b in before.blocks if b.n_tangled + b.n_overlapping + b.n_undecided)
-    changes = Changes(read_only(renumbered), read_only(remaining), before, tuple(texts))
+    first = renumbered[:EXAMPLES].tolist()
+    labels = cell_labels(mesh, first)
+    if labels and first:
+        texts.append(f"Renumbered: {listed('cell', first, labels, more=len(renumbered) > len(first))}.")
+    changes = Changes(read_only(renumbered), read_only(remaining), before, tuple(texts), labels)
     if len(renumbered) == 0:
         return mesh, changes
     return mesh.replace(connectivity=frozen(connectivity), notes=(*mesh.notes, *texts)), changes

@@ -18,7 +18,7 @@ from ..look import style
 if TYPE_CHECKING:
     from . import Changes, Diagnosis, Finding
 
-SCHEMA, VERSION = "meshgauge-doctor", 1
+SCHEMA, VERSION = "meshgauge-doctor", 2
 
 _LEVELS = {"defect": "bad", "notice": "poor"}
 _NOTICE = ("•", "-")

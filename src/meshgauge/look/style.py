@@ -48,6 +48,33 @@ def quality(value: float) -> str:
     return f"{value:.3f}" if size < 100 else f"{value:.4g}"
 
 
+def coordinates(place: Sequence[float], spacing: float = 0.0, *, digits: int = 6) -> list[str]:
+    """The coordinates of a point in so many digits, or as many as tell it from points at a distance.
+
+    Far from the origin six digits may be more than a cell: at 500 000.25 they are a whole unit.
+
+    Parameters
+    ----------
+    place
+        Coordinates.
+    spacing
+        The distance, in the same unit, as between two nodes of a cell; 0 if it is not known.
+    digits
+        Significant digits at least.
+    """
+    places = 1 - math.floor(math.log10(spacing)) if 0.0 < spacing < math.inf else -_MOST_DIGITS
+    return [f"{x:.{min(max(digits, _before_point(x) + places), _MOST_DIGITS)}g}" for x in place]
+
+
+_MOST_DIGITS = 17
+"""Significant digits that tell every double from the next."""
+
+
+def _before_point(x: float) -> int:
+    """Digits before the decimal point, below 0 for zeros behind it."""
+    return math.floor(math.log10(abs(x))) + 1 if x and math.isfinite(x) else 0
+
+
 def percent(part: int, whole: int) -> str:
     """A share; one that is not 0 or 100 % never looks so."""
     if whole == 0:

@@ -18,24 +18,26 @@ from ..errors import MetricError, OptionError
 from ..kernels import path
 from ..kernels.cells import aggregate, driver
 from ..kernels.threads import run, thread_count
-from ..look import notebook
+from ..look import notebook, style
 from ..look.bands import POOR
+from ..look.names import cell_entry, point_entry
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
 from ..mesh.interface import is_interface
+from ..mesh.labels import cell_label, point_label
 from ..mesh.topology import inner_faces
-from ..status import STATUSES, Category, Purpose, Status, is_unmeasured
+from ..status import STATUSES, Purpose, Status, is_unmeasured
 from . import evaluate, validity
 from .collapsed import with_collapsed
 from .concave import mark_concave
-from .flat import describe
+from .findings import status_cells
 from .frame import frame
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
 from .validity import Certificate, certify
-from .worst import StatusCells, WorstCell, lowest, worst_at_points
+from .worst import StatusCells, WorstCell, lowest, spacing, worst_at_points
 
 Values = NDArray[np.float64]
 
@@ -225,7 +227,8 @@ class Quality:
         return [self.worst_node(int(cell)) for cell in lowest(self.values, n)]
 
     def worst_frame(self, n: int = 10) -> Any:
-        """`worst` as a pandas DataFrame: cell, type, quality, status, node, node_quality, point, x, y, z.
+        """`worst` as a pandas DataFrame: cell, type, quality, status, node, node_quality, point, cell_label,
+        point_label, spacing, x, y, z.
 
         Raises
         ------
@@ -238,22 +241,7 @@ class Quality:
 
     def findings(self, n: int = 5) -> list[StatusCells]:
         """The solid cells that are not ok, by status: how many, the first n, and where the first is."""
-        findings: list[StatusCells] = []
-        if not self.status.any():
-            return findings
-        interface = is_interface(self.mesh)
-        counts = True if interface is None else ~interface
-        for row in STATUSES.values():
-            if row.status == Status.OK or row.category == Category.APART:
-                continue
-            cells = np.flatnonzero((self.status == row.status) & counts)
-            if len(cells):
-                with np.errstate(invalid="ignore", over="ignore"):
-                    x, y, z = np.asarray(self.mesh.points[self.mesh.nodes(int(cells[0]))], np.float64).mean(axis=0)
-                first = tuple(int(cell) for cell in cells[:n])
-                text = row.text + (describe(self.mesh, cells) if row.category == Category.DEGENERATE else "")
-                findings.append(StatusCells(row.name, text, len(cells), first, (float(x), float(y), float(z))))
-        return findings
+        return status_cells(self, n)
 
     def cell_data(self) -> dict[str, NDArray[np.generic]]:
         """Arrays to attach to the mesh's cells: every metric by its name, and ``status``."""
@@ -287,6 +275,9 @@ class Quality:
             node_quality=node_quality,
             point=point,
             coordinates=(x, y, z),
+            cell_label=cell_label(self.mesh, cell),
+            point_label=point_label(self.mesh, point),
+            spacing=spacing(self.mesh.points[self.mesh.nodes(cell)]),
         )
 
     def _worst_node(self, cell: int, row: CellType) -> tuple[int, int, float]:
@@ -326,8 +317,9 @@ class Quality:
         for cell in self.worst(5):
             value = notebook.quality(cell.quality)
             bad = notebook.INVALID if cell.status != "ok" else notebook.POOR if cell.quality < POOR else ""
-            place = [f"{x:.6g}" for x in cell.coordinates]
-            rows.append([str(cell.cell), cell.type, (value, bad), str(cell.node), str(cell.point), *place])
+            place = style.coordinates(cell.coordinates, cell.spacing)
+            names = (cell_entry(cell.cell, cell.cell_label), point_entry(cell.point, cell.point_label))
+            rows.append([names[0], cell.type, (value, bad), str(cell.node), names[1], *place])
         table = notebook.table(head, rows, left=2) if rows else ""
         return notebook.block(repr(self).strip("<>"), notebook.Raw(self.summary()._repr_html_()), table)
 

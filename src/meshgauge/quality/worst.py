@@ -26,6 +26,9 @@ class WorstCell:
     node_quality: float  #: its J_ENS; below that of the cell where several nodes are negative
     point: int  #: its point id
     coordinates: tuple[float, float, float]
+    cell_label: int | None = None  #: the file's own number of the cell; None if it gives none
+    point_label: int | None = None  #: that of the point
+    spacing: float = 0.0  #: least distance of two nodes of the cell that are apart; 0 if none are
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +40,19 @@ class StatusCells:
     n_cells: int
     cells: tuple[int, ...]  #: the first few, ascending
     location: tuple[float, float, float]  #: mean of the nodes of the first one; NaN if one of them is
+    labels: tuple[int | None, ...] = ()  #: the file's own numbers of `cells`; empty if it numbers none
+    spacing: float = 0.0  #: of the first one, see `WorstCell`
 
     __repr__ = brief
+
+
+def spacing(points: NDArray[np.floating]) -> float:
+    """The least distance of two of some points ``(n, 3)`` that are apart; 0 if none are, or nothing is finite."""
+    x = np.asarray(points, np.float64)
+    with np.errstate(invalid="ignore", over="ignore"):
+        distances = np.linalg.norm(x[:, None] - x[None, :], axis=2)
+    apart = distances[(distances > 0) & np.isfinite(distances)]
+    return float(apart.min(initial=np.inf)) if len(apart) else 0.0
 
 
 def worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) -> Values:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
+from ..mesh.labels import cell_label
 from ..quality.measure import Quality
 from ..status import Status, is_invalid, is_solid, is_usable
 from .acceptance import n_unusable
@@ -54,7 +55,7 @@ def reasons(
     named = tuple(
         LimitedCell(
             int(cells[n]), type_name(int(mesh.types[cells[n]])), float(after.values[cells[n]]),
-            float(bounds[cells[n]]), str(why[n]),
+            float(bounds[cells[n]]), str(why[n]), cell_label(mesh, int(cells[n])),
         )
         for n in order
     )  # fmt: skip

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..cells import type_name
 from ..doctor.points import extent
 from ..look.records import brief
+from ..mesh.labels import cell_label
 from ..quality.measure import Quality
 from ..quality.summary import Summary
 from .run import Progress
@@ -31,6 +32,7 @@ class LimitedCell:
     quality: float  #: J_ENS as it is now
     bound: float  #: the most that it can have with the fixed points where they are; 1 if they set no bound
     why: str
+    cell_label: int | None = None  #: the file's own number of the cell; None if it gives none
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,7 @@ class WorsenedCell:
     type: str
     before: float
     after: float
+    cell_label: int | None = None  #: the file's own number of the cell; None if it gives none
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,9 +193,12 @@ def losses(before: Quality, after: Quality) -> tuple[int, tuple[WorsenedCell, ..
     cells = np.flatnonzero(loss > LOSS)
     order = cells[np.argsort(-loss[cells], kind="stable")][:NAMED]
     worse = tuple(
-        WorsenedCell(int(c), type_name(int(before.mesh.types[c])), float(before.values[c]), float(after.values[c]))
+        WorsenedCell(
+            int(c), type_name(int(before.mesh.types[c])), float(before.values[c]), float(after.values[c]),
+            cell_label(before.mesh, int(c)),
+        )
         for c in order
-    )
+    )  # fmt: skip
     if not len(cells):
         return 0, (), 0.0, 0.0
     return len(cells), worse, float(loss[cells].max()), float(loss[cells].mean())

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from .._version import __version__
 from ..look import style
+from ..look.names import cell_entry
 from ..quality.summary import Tally
 from ..report.json import finite
 from ..report.text import count, fits, new_table, quality_text, spark
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from . import RepairReport
 
 SCHEMA = "meshgauge-improve"
-VERSION = 2
+VERSION = 3
 NAMED = 5
 """Cells named one by one."""
 
@@ -132,7 +133,7 @@ def below(report: RepairReport) -> Iterator[RenderableType]:
     table.columns[1].justify = "left"
     for cell in report.below[:NAMED]:
         bound = style.quality(cell.bound) if cell.bound < 1.0 else "-"
-        table.add_row(str(cell.cell), cell.type, quality_text(cell.quality), bound)
+        table.add_row(cell_entry(cell.cell, cell.cell_label), cell.type, quality_text(cell.quality), bound)
     yield Padding(table, (0, 0, 0, 2), expand=False)
 
 
@@ -143,7 +144,8 @@ def worse(report: RepairReport) -> Iterator[RenderableType]:
     table = new_table("cell", "type", "before", "after")
     table.columns[1].justify = "left"
     for cell in report.worse[:NAMED]:
-        table.add_row(str(cell.cell), cell.type, quality_text(cell.before), quality_text(cell.after))
+        name = cell_entry(cell.cell, cell.cell_label)
+        table.add_row(name, cell.type, quality_text(cell.before), quality_text(cell.after))
     yield Padding(table, (0, 0, 0, 2), expand=False)
 
 

@@ -6,6 +6,7 @@ import csv
 import io
 from collections.abc import Mapping
 from contextlib import ExitStack
+from itertools import repeat
 from pathlib import Path
 from types import TracebackType
 from typing import TextIO
@@ -27,8 +28,9 @@ class CsvWriter:
 
     An older file stays if no mesh was added. ``-`` means standard output.
 
-    Columns: ``file`` (if asked for), ``cell`` (position in the file, from 0), ``type``, ``status``, and each metric.
-    Numbers are the shortest that read back to the same double; a cell without a value has an empty field.
+    Columns: ``file`` (if asked for), ``cell`` (position in the file, from 0), ``cell_label`` (the file's own number,
+    empty if it gives none), ``type``, ``status``, and each metric. Numbers are the shortest that read back to the same
+    double; a cell without a value has an empty field.
 
     Raises
     ------
@@ -48,7 +50,7 @@ class CsvWriter:
             temporary = self._stack.enter_context(replacing(self.path, text=True))
             # newline: rows end the same way on every system.
             self._stream: TextIO = open(temporary, "w", encoding="utf-8", errors="surrogateescape", newline="\n")
-            columns = ("cell", "type", "status", *self.metrics)
+            columns = ("cell", "cell_label", "type", "status", *self.metrics)
             self._stream.write(",".join(("file", *columns) if self.with_file else columns) + "\n")
         except OSError as error:
             self._stack.__exit__(OSError, error, None)
@@ -61,8 +63,10 @@ class CsvWriter:
         types: NDArray[np.uint8],
         status: NDArray[np.uint8],
         values: Mapping[str, NDArray[np.float64]],
+        labels: NDArray[np.int64] | None = None,
     ) -> None:
-        """Append the cells of one mesh: VTK ids, status codes and the values of each metric, ``(n_cells,)`` each."""
+        """Append the cells of one mesh: VTK ids, status codes and the values of each metric, ``(n_cells,)`` each; and
+        the file's own numbers, if it has any, below 0 where it gives none."""
         self._is_empty = False
         prefix = f"{_quote(file)}," if self.with_file else ""
         # Type and status together have few values: one lookup a row in a table of ready text.
@@ -73,10 +77,11 @@ class CsvWriter:
                 kinds = (types[here].astype(np.intp) * len(Status) + status[here]).tolist()
                 columns = [_texts(values[name][here]) for name in self.metrics]
                 cells = columns[0] if len(columns) == 1 else map(",".join, zip(*columns, strict=True))
+                numbers = repeat("") if labels is None else ["" if n < 0 else str(n) for n in labels[here].tolist()]
                 self._stream.write(
                     "".join(
-                        f"{prefix}{cell}{texts[kind]}{row}\n"
-                        for cell, (kind, row) in enumerate(zip(kinds, cells, strict=True), start)
+                        f"{prefix}{cell},{number}{texts[kind]}{row}\n"
+                        for cell, (number, kind, row) in enumerate(zip(numbers, kinds, cells, strict=False), start)
                     )
                 )
         except OSError as error:

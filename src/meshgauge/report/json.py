@@ -14,7 +14,7 @@ from .record import FileReport
 from .verdict import verdict
 
 SCHEMA = "meshgauge-report"
-VERSION = 2
+VERSION = 3
 
 
 def report_dict(
@@ -50,12 +50,14 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
         "worst": [
             {
                 "cell": cell.cell,
+                "cell_label": cell.cell_label,
                 "type": cell.type,
                 "quality": cell.quality,
                 "status": cell.status,
                 "node": cell.node,
                 "node_quality": cell.node_quality,
                 "point": cell.point,
+                "point_label": cell.point_label,
                 "coordinates": list(cell.coordinates),
             }
             for cell in report.worst
@@ -67,6 +69,7 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
                 "text": finding.text,
                 "n_cells": finding.n_cells,
                 "cells": list(finding.cells),
+                "cell_labels": list(finding.labels),
                 "location": list(finding.location),
             }
             for finding in report.findings

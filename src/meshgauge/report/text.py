@@ -16,6 +16,7 @@ from ..doctor.text import DiagnosisText
 from ..look import style
 from ..look.bands import BANDS, POOR_TEXT
 from ..look.bands import band as band_of
+from ..look.names import cell_entry, listed, point_entry
 from ..quality.summary import UNDEFINED, Summary, Tally
 from ..status import STATUSES, Category
 from .record import FileReport
@@ -209,9 +210,8 @@ def findings(report: FileReport) -> Iterator[RenderableType]:
     for justify in ("right", "left", "left"):
         table.add_column(justify=justify, no_wrap=justify == "right")
     for finding in report.findings:
-        more = ", …" if finding.n_cells > len(finding.cells) else ""
-        first = f"cell{'s' if len(finding.cells) > 1 else ''} {', '.join(map(str, finding.cells))}{more}"
-        x, y, z = (f"{v:.4g}" for v in finding.location)
+        first = listed("cell", finding.cells, finding.labels, more=finding.n_cells > len(finding.cells))
+        x, y, z = style.coordinates(finding.location, finding.spacing, digits=4)
         table.add_row(
             style.number(finding.n_cells),
             Text(finding.status, STATUS_STYLES[finding.status]),
@@ -235,13 +235,13 @@ def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table
     table.columns[1].justify = "left"
     for at, cell in enumerate(report.worst):
         table.add_row(
-            str(cell.cell),
+            cell_entry(cell.cell, cell.cell_label),
             cell.type,
             quality_text(cell.quality),
             str(cell.node),
             *([quality_text(cell.node_quality)] if with_node_quality else []),
-            str(cell.point),
-            *(f"{x:.{digits}g}" for x in cell.coordinates),
+            point_entry(cell.point, cell.point_label),
+            *style.coordinates(cell.coordinates, cell.spacing, digits=digits),
             *([Text(report.worst_regions[at])] if with_region else []),
         )
     return table

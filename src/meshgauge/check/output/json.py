@@ -10,7 +10,7 @@ from ...errors import FailedFile
 from ...report.json import finite
 from .. import Check
 
-SCHEMA, VERSION = "meshgauge-check", 2
+SCHEMA, VERSION = "meshgauge-check", 3
 
 
 def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = ()) -> str:

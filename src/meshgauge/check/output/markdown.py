@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator, Sequence
 
 from ...errors import FailedFile
+from ...look import style
+from ...look.names import cell_entry, point_entry
 from .. import Check, Outcome, State
 from .lines import printable
 from .text import verdict
@@ -61,11 +63,13 @@ def _cells(outcome: Outcome) -> Iterator[str]:
     yield f"| cell | type | {_escape(metric)} | status | node | point | coordinates | region |"
     yield "|---:|---|---:|---|---:|---:|---|---|"
     for cell in outcome.cells:
-        place = ", ".join(f"{x:.6g}" for x in cell.coordinates)
+        place = ", ".join(style.coordinates(cell.coordinates, cell.spacing))
         value = "none" if math.isnan(cell.value) else f"{cell.value:.4g}"
-        node, point = ("" if n is None else str(n) for n in (cell.node, cell.point))
+        name, point = cell_entry(cell.cell, cell.cell_label), point_entry(cell.point, cell.point_label)
+        node = "" if cell.node is None else str(cell.node)
+        point = "" if cell.point is None else point
         region = _escape(cell.region or "")
-        yield f"| {cell.cell} | {cell.type} | {value} | {cell.status} | {node} | {point} | {place} | {region} |"
+        yield f"| {name} | {cell.type} | {value} | {cell.status} | {node} | {point} | {place} | {region} |"
     if outcome.n_more:
         yield ""
         yield f"and {outcome.n_more:,} more"

@@ -25,8 +25,8 @@ def sarif(checks: Sequence[Check], failures: Sequence[FailedFile] = ()) -> str:
     """The document as text, ASCII only: one result for each broken or unchecked rule of each mesh.
 
     Meshes have no lines that mean something to people: every place is line 1 of the file, and cells are logical
-    locations (``cell 521``). Files that could not be read are notifications of the run, and results, since some readers
-    show only those.
+    locations (``cell 521``, or ``element 7000 (cell 521)``). Files that could not be read are notifications of the run,
+    and results, since some readers show only those.
     """
     ids: dict[str, int] = {}
     results = [
@@ -100,11 +100,10 @@ def _location(path: str) -> dict[str, Any]:
 
 
 def _related_location(path: str, at: int, cell: FailingCell) -> dict[str, Any]:
-    name = f"cell {cell.cell}"
     return {
         **_location(path),
         "id": at,
-        "logicalLocations": [{"name": name, "fullyQualifiedName": f"{cell.type} {name}", "kind": "element"}],
+        "logicalLocations": [{"name": cell.name, "fullyQualifiedName": f"{cell.type} {cell.name}", "kind": "element"}],
         "message": {"text": cell.text},
     }
 

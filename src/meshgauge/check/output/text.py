@@ -11,6 +11,7 @@ from rich.text import Text
 
 from ...errors import FailedFile
 from ...look import style
+from ...look.names import cell_entry, point_entry
 from ...report.text import fits, new_table, quality_text
 from .. import Check, FailingCell, Outcome, State
 
@@ -130,13 +131,13 @@ def _table(cells: Sequence[FailingCell], digits: int, with_region: bool) -> Tabl
         table.columns[column].justify = "left"
     for cell in cells:
         table.add_row(
-            str(cell.cell),
+            cell_entry(cell.cell, cell.cell_label),
             cell.type,
             quality_text(cell.value) if metric == "jens" else style.quality(cell.value),
             cell.status,
             "-" if cell.node is None else str(cell.node),
-            "-" if cell.point is None else str(cell.point),
-            *(f"{x:.{digits}g}" for x in cell.coordinates),
+            point_entry(cell.point, cell.point_label),
+            *style.coordinates(cell.coordinates, cell.spacing, digits=digits),
             *([cell.region or ""] if with_region else []),
         )
     return table

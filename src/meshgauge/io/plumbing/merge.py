@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh import CellBlock, Mesh
+from ...mesh.labels import LABEL, NO_LABEL
 from ...mesh.mesh import GHOST_TYPE
 from ...mesh.polyhedra import IndexArray, Polyhedra
 
@@ -219,4 +220,6 @@ def _filler(like: NDArray[Any], n: int, name: str) -> NDArray[Any]:
         return np.empty(shape, like.dtype)
     if like.dtype.kind in "US" or name == GHOST_TYPE:  # where a piece says nothing, nothing is a ghost
         return np.zeros(shape, like.dtype)
+    if name == LABEL and like.dtype == np.int64:
+        return np.full(shape, NO_LABEL, np.int64)
     return np.full(shape, np.nan, like.dtype if like.dtype.kind == "f" else np.float64)

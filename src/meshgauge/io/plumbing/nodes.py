@@ -63,10 +63,6 @@ class NodeTable:
         return labels, points
 
 
-NO_LABEL = -1
-"""Label of a point that the file does not have."""
-
-
 def fill_middles(points: Reals, cells: Cells) -> tuple[Reals, tuple[str, ...]]:
     """Put the middles of edges where a file leaves out their node; ``cells.connectivity`` is -1 there, and changes.
 

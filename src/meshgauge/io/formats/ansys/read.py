@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ....mesh.labels import LABEL
+from ....mesh.labels import LABEL, NO_LABEL
 from ...plumbing.build import Ints, gathered
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
 from ...plumbing.meshio import MAX_SETS
-from ...plumbing.nodes import NO_LABEL, fill_middles
+from ...plumbing.nodes import fill_middles
 from ...plumbing.notes import counted, mark_interfaces
 from . import cells
 from .columns import Block, read_block

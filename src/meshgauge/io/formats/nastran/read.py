@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ....mesh.labels import LABEL
+from ....mesh.labels import LABEL, NO_LABEL
 from ...plumbing.build import Cells, Ints, Kind, gathered
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
 from ...plumbing.merge import Part, merged
-from ...plumbing.nodes import NO_LABEL, Reals, fill_middles
+from ...plumbing.nodes import Reals, fill_middles
 from ...plumbing.notes import counted, mark_interfaces
 from .cards import Card, cards
 from .elements import ELEMENTS, INTERFACES, NO_CELLS, POINTS_FIRST, SOLIDS
