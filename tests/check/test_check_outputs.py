@@ -56,7 +56,7 @@ def strict(text: str) -> Any:
 
 def test_json(checks: list[Check]) -> None:
     document = strict(checks_json(checks, FAILED))
-    assert (document["schema"], document["version"], document["passed"]) == ("meshgauge-check", 2, False)
+    assert (document["schema"], document["version"], document["passed"]) == ("meshgauge-check", 3, False)
     assert [file["state"] for file in document["files"]] == ["fail", "pass", "unchecked"]
     states = [outcome["state"] for outcome in document["files"][0]["outcomes"]]
     assert states == ["fail", "warn", "empty", "pass"]

@@ -116,7 +116,7 @@ def test_json_is_strict_and_versioned(tangled: Path, tmp_path: Path) -> None:
         raise AssertionError(f"{text} is not JSON")
 
     data = json.loads(done.stdout, parse_constant=refuse)
-    assert (data["schema"], data["version"]) == ("meshgauge-improve", 2)
+    assert (data["schema"], data["version"]) == ("meshgauge-improve", 3)
     assert data["outcome"] == "improved"
     assert data["after"]["status"] == {"ok": 125}
     assert {claim["name"] for claim in data["claims"]} >= {"fixed", "valid", "worst", "topology", "strict"}

@@ -108,7 +108,7 @@ def test_json_is_as_described(tmp_path: Path, capsys: Captured) -> None:
     out, err = capsys.readouterr()
     assert "none.msh: no such file" in err
     document = json.loads(out)
-    assert (document["schema"], document["version"]) == ("meshgauge-compare", 2)
+    assert (document["schema"], document["version"]) == ("meshgauge-compare", 3)
     assert document["errors"][0]["path"].endswith("none.msh")
     found = document["comparison"]
     (one,) = found["against"]

@@ -79,7 +79,7 @@ def test_doctor_as_json_names_the_file_that_cannot_be_read(
     assert main(["doctor", "--json", str(reversed_file), str(missing)]) == 2
     printed = capsys.readouterr()
     report = json.loads(printed.out)
-    assert (report["schema"], report["version"]) == ("meshgauge-doctor", 1)
+    assert (report["schema"], report["version"]) == ("meshgauge-doctor", 2)
     (file,) = report["files"]
     assert file["orientation"]["n_reversed"] == 24
     assert [finding["name"] for finding in file["findings"]] == ["orientation"]

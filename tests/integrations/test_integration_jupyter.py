@@ -91,7 +91,8 @@ def test_the_worst_cells_as_a_frame(quality: meshgauge.Quality, monkeypatch: pyt
     pytest.importorskip("pandas")
     frame = quality.worst_frame(50)
     assert len(frame) == 50
-    assert list(frame.columns) == ["cell", "type", "quality", "status", "node", "node_quality", "point", "x", "y", "z"]
+    columns = "cell type quality status node node_quality point cell_label point_label x y z"
+    assert list(frame.columns) == columns.split()
     assert frame.quality.is_monotonic_increasing
     np.testing.assert_array_equal(frame.quality, quality.values[frame.cell])
     np.testing.assert_array_equal(frame[["x", "y", "z"]], quality.mesh.points[frame.point])

@@ -131,9 +131,9 @@ def test_it_is_in_json_csv_and_text(tmp_path: Path) -> None:
     with CsvWriter(tmp_path / "cells.csv", tuple(quality.metrics), with_file=False) as table:
         table.add("mesh.vtu", mesh.types, quality.status, quality.metrics)
     lines = (tmp_path / "cells.csv").read_text().splitlines()
-    assert lines[0] == "cell,type,status,jens,longest_edge"
-    assert lines[4].split(",")[1:4] == ["hexahedron", "ok", "1.0"]
-    assert float(lines[4].split(",")[4]) == quality.values_of("longest_edge")[3]
+    assert lines[0] == "cell,cell_label,type,status,jens,longest_edge"
+    assert lines[4].split(",")[1:5] == ["", "hexahedron", "ok", "1.0"]
+    assert float(lines[4].split(",")[5]) == quality.values_of("longest_edge")[3]
     console = Console(width=100, record=True, file=io.StringIO())
     console.print(*other_metric(quality.summary("longest_edge")))
     text = console.export_text()

@@ -246,8 +246,7 @@ def _misoriented(mesh: Mesh, found: InwardFaces) -> Finding | None:
     n = found.n_faces
     firsts = [found.cells_of(at) for at in range(min(n, EXAMPLES))]
     named = "; ".join(
-        f"face {face} of {_both(mesh, own)}"
-        for face, own in zip(found.faces.tolist(), firsts, strict=False)
+        f"face {face} of {_both(mesh, own)}" for face, own in zip(found.faces.tolist(), firsts, strict=False)
     )
     text = f"{_count(n, 'face')} {_verb(n, 'points', 'point')} the wrong way, inward"
     cells = [own[0] for own in firsts]

@@ -228,14 +228,14 @@ class Quality:
 
     def worst_frame(self, n: int = 10) -> Any:
         """`worst` as a pandas DataFrame: cell, type, quality, status, node, node_quality, point, cell_label,
-        point_label, spacing, x, y, z.
+        point_label, x, y, z.
 
         Raises
         ------
         MeshgaugeError
             If pandas is not installed.
         """
-        names = [name for name in WorstCell.__slots__ if name != "coordinates"]
+        names = [name for name in WorstCell.__slots__ if name not in ("coordinates", "spacing")]
         rows = [(*(getattr(cell, name) for name in names), *cell.coordinates) for cell in self.worst(n)]
         return frame(rows, [*names, "x", "y", "z"])
 

@@ -1,0 +1,162 @@
+"""The file's own numbers stand beside the positions in everything that names a cell or a point."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import meshgauge
+from meshgauge.check import check
+from meshgauge.check.output.github import github
+from meshgauge.check.output.gitlab import gitlab
+from meshgauge.check.output.json import checks_json
+from meshgauge.check.output.junit import junit
+from meshgauge.check.output.markdown import markdown
+from meshgauge.check.output.sarif import sarif
+from meshgauge.check.output.text import CheckText
+from meshgauge.compare import comparison
+from meshgauge.compare.json import comparison_json
+from meshgauge.compare.text import ComparisonText
+from meshgauge.doctor import diagnosis, oriented
+from meshgauge.doctor.text import DiagnosisText
+from meshgauge.look import style
+from meshgauge.mesh.labels import NO_LABEL, own_labels
+from meshgauge.report import FileReport
+from meshgauge.report.csv import CsvWriter
+from meshgauge.report.json import report_dict
+from meshgauge.report.text import FileText
+
+POINTS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1), (5, 5, 5)]
+CELLS = [(0, 1, 2, 3), (0, 1, 2, 4)]
+ELEMENTS, NODES = [7000, 31], [100, 20, 300, 40, 500, 60]
+
+
+def made(*, labelled: bool, n: int = 1) -> meshgauge.Mesh:
+    """A good tetra, and an inverted one over the same face; n times, the labels of the last counted on."""
+    points = np.concatenate([np.array(POINTS, float) + np.array((10 * k, 0, 0)) for k in range(n)])
+    cells = np.concatenate([np.array(CELLS) + len(POINTS) * k for k in range(n)])
+    if not labelled:
+        return meshgauge.Mesh.from_arrays(points, {"tetra": cells})
+    shifts = 10_000 * np.arange(n)[::-1, None]
+    return meshgauge.Mesh.from_arrays(
+        points,
+        {"tetra": cells},
+        cell_data={"label": (np.array(ELEMENTS) + shifts).ravel()},
+        point_data={"label": (np.array(NODES) + shifts).ravel()},
+    )
+
+
+def shown(item: object) -> str:
+    console = Console(width=200, file=io.StringIO(), color_system=None)
+    console.print(item)
+    file = console.file
+    assert isinstance(file, io.StringIO)
+    return file.getvalue()
+
+
+# Few cells are measured by NumPy, many by compiled kernels.
+@pytest.mark.parametrize("n", [1, 20_000])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_records_have_the_numbers(n: int, threads: int) -> None:
+    quality = meshgauge.measure(made(labelled=True, n=n), threads=threads)
+    worst = quality.worst(1)[0]
+    point = quality.mesh.point_data["label"][worst.point]
+    assert (worst.cell, worst.cell_label, worst.point_label) == (1, 31 + 10_000 * (n - 1), point)
+    assert worst.spacing == 1.0
+    found = quality.findings(1)[0]
+    assert (found.cells, found.labels) == ((1,), (31 + 10_000 * (n - 1),))
+
+
+def test_text_json_and_csv(tmp_path: Path) -> None:
+    quality = meshgauge.measure(made(labelled=True))
+    report = FileReport.of(quality, with_diagnosis=True)
+    text = shown(FileText(report))
+    assert "element 31 (cell 1)" in text
+    assert f"node {NODES[report.worst[0].point]} (point {report.worst[0].point})" in text
+    assert "elements 7000, 31; cells 0, 1" not in text  # only one is not ok
+    assert "element 31; cell 1; the first at" in text
+    assert "(node 60; point 5)" in text  # of no cell
+    file = report_dict([report])["files"][0]
+    assert [(cell["cell"], cell["cell_label"]) for cell in file["worst"]] == [(1, 31), (0, 7000)]
+    assert file["worst"][0]["point_label"] == NODES[file["worst"][0]["point"]]
+    assert file["findings"][0]["cell_labels"] == [31]
+    with CsvWriter(tmp_path / "cells.csv", ("jens",), with_file=False) as table:
+        mesh = quality.mesh
+        table.add("mesh", mesh.types, quality.status, quality.metrics, mesh.cell_data["label"])
+    rows = list(csv.DictReader((tmp_path / "cells.csv").read_text().splitlines()))
+    assert [(row["cell"], row["cell_label"]) for row in rows] == [("0", "7000"), ("1", "31")]
+
+
+def test_every_output_of_the_gate_names_them() -> None:
+    checks = [check(meshgauge.measure(made(labelled=True)), ["nothing invalid"])]
+    cell = checks[0].outcomes[0].cells[0]
+    names = "element 31 (cell 1)", f"node {NODES[cell.point or 0]} (point {cell.point})"
+    outputs = [shown(CheckText(checks[0])), *github(checks), gitlab(checks), junit(checks), sarif(checks)]
+    for output in (*outputs, markdown(checks)):
+        assert all(name in output for name in names)
+    document = json.loads(checks_json(checks))["files"][0]["outcomes"][0]["cells"][0]
+    assert (document["cell_label"], document["point_label"]) == (31, cell.point_label)
+    log = json.loads(sarif(checks))["runs"][0]["results"][0]
+    assert log["relatedLocations"][0]["logicalLocations"][0]["name"] == "element 31 (cell 1)"
+
+
+def test_compare_doctor_and_orient_name_them() -> None:
+    mesh = made(labelled=True)
+    better = mesh.replace(connectivity=mesh.connectivity[[0, 1, 2, 3, 4, 6, 5, 7]])
+    both = comparison({"a": meshgauge.measure(better), "b": meshgauge.measure(mesh)})
+    assert "element 31 (cell 1)" in shown(ComparisonText(both))
+    loss = json.loads(comparison_json(both))["comparison"]["against"][0]["paired"]["losses"][0]
+    assert (loss["cell"], loss["cell_label"]) == (1, 31)
+    found = diagnosis(mesh)
+    unused = found.finding("unused_points")
+    assert unused is not None
+    assert (unused.examples, unused.labels) == ((5,), (60,))
+    assert "(node 60; point 5)" in shown(DiagnosisText(found))
+    assert found.orientation is not None
+    assert found.orientation.blocks[0].labels == (31,)
+    _, changes = oriented(mesh)
+    assert changes.labels == (31,)
+    assert any("element 31; cell 1" in text for text in changes.texts)
+
+
+def test_without_numbers_positions_stand_alone() -> None:
+    quality = meshgauge.measure(made(labelled=False))
+    text = shown(FileText(FileReport.of(quality, with_diagnosis=True)))
+    assert "element" not in text.replace("J_ENS", "")
+    assert "(point 5)" in text
+    worst = report_dict([FileReport.of(quality)])["files"][0]["worst"][0]
+    assert (worst["cell_label"], worst["point_label"]) == (None, None)
+
+
+def test_an_item_without_a_number_is_named_by_its_position() -> None:
+    mesh = made(labelled=True)
+    mesh = mesh.replace(cell_data={"label": np.array([7000, NO_LABEL])})
+    worst = meshgauge.measure(mesh).worst(1)[0]
+    assert (worst.cell, worst.cell_label) == (1, None)
+
+
+@pytest.mark.parametrize("numbers", [[], [0, 1, 2], [1, 2, 3]])
+def test_numbers_that_only_count_are_no_labels(numbers: list[int]) -> None:
+    assert own_labels(np.array(numbers, np.int32)) == {}
+
+
+@pytest.mark.parametrize("numbers", [[2, 3, 4], [1, 2, 4], [3, 2, 1], [0, 2]])
+def test_other_numbers_are(numbers: list[int]) -> None:
+    kept = own_labels(np.array(numbers, np.int32))["label"]
+    assert kept.dtype == np.int64
+    assert kept.tolist() == numbers
+
+
+@pytest.mark.parametrize("size", [0.25, 1e-3, 1e-9, 30.0])
+@pytest.mark.parametrize("far", [0.0, 500_123.4, -4_649_776.2])
+def test_coordinates_tell_points_apart(size: float, far: float) -> None:
+    for digits in (4, 6):
+        one, other = style.coordinates((far, far + size), size, digits=digits)
+        assert one != other or far + size == far
+        assert abs(float(one) - far) <= 0.1 * size + 1e-9 * abs(far) * (size < 1e-8)
