@@ -181,5 +181,5 @@ def is_unmeasured(status: Codes) -> Mask:
 def is_usable(status: Codes, purpose: Purpose = "fem") -> Mask:
     """True for cells that a solver takes as far as is known: valid, or undecided; neither invalid, degenerate nor
     without a value."""
-    found = category(status, purpose)
-    return np.equal(found, Category.VALID) | np.equal(found, Category.UNDECIDED)
+    categories = category(status, purpose)
+    return np.equal(categories, Category.VALID) | np.equal(categories, Category.UNDECIDED)

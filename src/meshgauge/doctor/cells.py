@@ -21,8 +21,8 @@ def duplicates(mesh: Mesh, hashes: Ids) -> Ids:
     ordered = np.sort(hashes)
     twice = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
     del ordered
-    found = [np.empty(0, np.int64)]
-    suspects = np.flatnonzero(np.isin(hashes, twice)) if len(twice) else found[0]
+    matches = [np.empty(0, np.int64)]
+    suspects = np.flatnonzero(np.isin(hashes, twice)) if len(twice) else matches[0]
     firsts = np.asarray(mesh.offsets[suspects], np.int64)
     kinds = mesh.types[suspects].astype(np.int64) << 32 | (mesh.offsets[suspects + 1] - firsts)
     for kind in np.unique(kinds):
@@ -34,8 +34,8 @@ def duplicates(mesh: Mesh, hashes: Ids) -> Ids:
         if (same_hash & ~same).any():  # different cells of one hash, by chance
             order = np.lexsort((cells, *nodes.T))
             same = _same(nodes[order])
-        found.append(cells[order[1:]][same])
-    return np.sort(np.concatenate(found))
+        matches.append(cells[order[1:]][same])
+    return np.sort(np.concatenate(matches))
 
 
 def covering(mesh: Mesh, representative: IndexArray) -> Ids:
@@ -46,8 +46,8 @@ def covering(mesh: Mesh, representative: IndexArray) -> Ids:
     """
     welded = mesh.replace(connectivity=representative[mesh.connectivity], polyhedra=None, blocks=())
     _, repeats, hashes = driver.signatures(welded.types, welded.offsets, welded.connectivity, IS_SOLID, welded.n_points)
-    found = duplicates(welded, hashes)
-    return found[IS_SOLID[mesh.types[found]] & ~repeats[found]]
+    matches = duplicates(welded, hashes)
+    return matches[IS_SOLID[mesh.types[matches]] & ~repeats[matches]]
 
 
 def _same(rows: Ids) -> NDArray[np.bool_]:

@@ -126,8 +126,8 @@ class Diagnosis:
         }
 
     def __repr__(self) -> str:
-        found = ", ".join(f"{f.count} {f.name}" for f in self.findings) or "nothing found"
-        return f"<Diagnosis: {found}{'; skipped' if self.skipped else ''}>"
+        counts = ", ".join(f"{f.count} {f.name}" for f in self.findings) or "nothing found"
+        return f"<Diagnosis: {counts}{'; skipped' if self.skipped else ''}>"
 
 
 def diagnosis(
@@ -173,7 +173,7 @@ def diagnosis(
     oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None, ignored=twice)
     sizes = _part_sizes(mesh)
     split = faces.split_quadrilaterals(matched)
-    found = [
+    findings = [
         *_orientation(oriented),
         _misoriented(mesh, inward(mesh)),
         _repeated(mesh, np.flatnonzero(repeated)),
@@ -188,7 +188,7 @@ def diagnosis(
         *_beside_solids(mesh),
     ]
     return Diagnosis(
-        findings=tuple(finding for finding in found if finding is not None),
+        findings=tuple(finding for finding in findings if finding is not None),
         orientation=oriented,
         repeated_points=read_only(repeated),
         part_sizes=tuple(sizes),
@@ -234,19 +234,19 @@ def _part_sizes(mesh: Mesh) -> list[int]:
     return sorted(counts[counts > 0].tolist(), reverse=True)
 
 
-def _orientation(found: Orientation) -> list[Finding]:
+def _orientation(result: Orientation) -> list[Finding]:
     out = []
-    for block in found.blocks:
+    for block in result.blocks:
         count = block.n_reversed + block.n_reversed_tangled + block.n_tangled + block.n_overlapping + block.n_undecided
         out.append(Finding("orientation", "defect", count, block.cells, _sentence(block.text), block.labels))
     return out
 
 
-def _misoriented(mesh: Mesh, found: InwardFaces) -> Finding | None:
-    n = found.n_faces
-    firsts = [found.cells_of(at) for at in range(min(n, EXAMPLES))]
+def _misoriented(mesh: Mesh, result: InwardFaces) -> Finding | None:
+    n = result.n_faces
+    firsts = [result.cells_of(at) for at in range(min(n, EXAMPLES))]
     named = "; ".join(
-        f"face {face} of {_both(mesh, own)}" for face, own in zip(found.faces.tolist(), firsts, strict=False)
+        f"face {face} of {_both(mesh, own)}" for face, own in zip(result.faces.tolist(), firsts, strict=False)
     )
     text = f"{_count(n, 'face')} {_verb(n, 'points', 'point')} the wrong way, inward"
     cells = [own[0] for own in firsts]

@@ -21,12 +21,12 @@ def of_three_cells(faces: Topology) -> list[int]:
     points = set(faces.face(int(np.argmax(faces.mates == MULTIPLE))))
     around = [np.searchsorted(mesh.offsets, np.flatnonzero(mesh.connectivity == p), side="right") - 1 for p in points]
     cells = np.unique(np.concatenate(around))
-    found = []
+    matches = []
     for cell in cells.tolist():
         slots = range(int(faces.starts[cell]), int(faces.starts[cell + 1]))
         if any(faces.mates[slot] == MULTIPLE and set(faces.face(slot)) == points for slot in slots):
-            found.append(cell)
-    return found
+            matches.append(cell)
+    return matches
 
 
 def split_quadrilaterals(faces: Topology) -> Ids:
@@ -44,13 +44,13 @@ def split_quadrilaterals(faces: Topology) -> Ids:
     keys = _keys(sides)
     order = np.argsort(keys)
     keys, triangles, sides = keys[order], triangles[order], np.sort(sides[order], axis=1)
-    found = [none]
+    triples = [none]
     for one, other in (((0, 1, 2), (2, 3, 0)), ((1, 2, 3), (3, 0, 1))):
         a = _position(corners[:, one], keys, sides)
         b = _position(corners[:, other], keys, sides)
         both = np.flatnonzero((a >= 0) & (b >= 0))
-        found.append(np.stack([quads[both], triangles[a[both]], triangles[b[both]]], axis=1))
-    return np.concatenate(found)
+        triples.append(np.stack([quads[both], triangles[a[both]], triangles[b[both]]], axis=1))
+    return np.concatenate(triples)
 
 
 def _of_size(faces: Topology, slots: Ids, size: int) -> tuple[Ids, Ids]:
@@ -58,16 +58,16 @@ def _of_size(faces: Topology, slots: Ids, size: int) -> tuple[Ids, Ids]:
     mesh = faces.mesh
     cells = faces.cells[slots].astype(np.int64)
     local, types = slots - faces.starts[cells], mesh.types[cells]
-    found, points = [np.empty(0, np.int64)], [np.empty((0, size), np.int64)]
+    ids, points = [np.empty(0, np.int64)], [np.empty((0, size), np.int64)]
     for vtk_id in _present(types):
         positions = CELL_TYPES[vtk_id].corners
         for f, face in enumerate(_faces(vtk_id)):
             if len(face) == size:
                 at = np.flatnonzero((types == vtk_id) & (local == f))
                 first = np.asarray(mesh.offsets[cells[at]], np.int64)
-                found.append(slots[at])
+                ids.append(slots[at])
                 points.append(mesh.connectivity[first[:, None] + [positions[m] for m in face]].astype(np.int64))
-    every, nodes = np.concatenate(found), np.concatenate(points)
+    every, nodes = np.concatenate(ids), np.concatenate(points)
     ordered = np.sort(nodes, axis=1)
     distinct = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
     return every[distinct], nodes[distinct]

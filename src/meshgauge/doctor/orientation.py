@@ -133,8 +133,8 @@ class Orientation:
 
     def __repr__(self) -> str:
         counts = np.bincount(self.numbering, minlength=len(Numbering))
-        said = ", ".join(f"{n} {Numbering(code).name.lower()}" for code, n in enumerate(counts) if n)
-        return f"<Orientation of {len(self.numbering)} cells: {said or 'no cells'}>"
+        counts_text = ", ".join(f"{n} {Numbering(code).name.lower()}" for code, n in enumerate(counts) if n)
+        return f"<Orientation of {len(self.numbering)} cells: {counts_text or 'no cells'}>"
 
 
 def orientation(
@@ -306,17 +306,17 @@ def _blocks(
 ) -> Iterator[BlockOrientation]:
     """What is to be said, by block and type; blocks of one name together, for some readers make one of every run."""
     names = list(dict.fromkeys(block.name for block in mesh.blocks))
-    found = np.flatnonzero(numbering)
+    marked = np.flatnonzero(numbering)
     solid = [row for row, _, _ in mesh.groups() if row is None or row.dimension == 3]
     # Where all are wedges, it is their order that is the other one.
     is_mirrored = is_left_handed and any(row is None or row.shape is None or not row.shape.other_order for row in solid)
-    block_of = np.zeros(len(found), np.int64)
+    block_of = np.zeros(len(marked), np.int64)
     for block in mesh.blocks:
-        low, high = np.searchsorted(found, (block.start, block.stop))
+        low, high = np.searchsorted(marked, (block.start, block.stop))
         block_of[low:high] = names.index(block.name)
     for b in np.unique(block_of):
         name = names[b]
-        in_block = found[block_of == b]
+        in_block = marked[block_of == b]
         for vtk_id in np.unique(mesh.types[in_block]):
             cells = in_block[mesh.types[in_block] == vtk_id]
             n_cells = sum(

@@ -48,7 +48,7 @@ def points_of_no_solid(mesh: Mesh) -> Ids:
 
 def _faces(mesh: Mesh, is_near: NDArray[np.bool_]) -> dict[int, list[Ids]]:
     """The faces of solid cells all whose points are near a surface: by their number, corners ascending."""
-    found: dict[int, list[Ids]] = {}
+    by_size: dict[int, list[Ids]] = {}
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
@@ -56,7 +56,7 @@ def _faces(mesh: Mesh, is_near: NDArray[np.bool_]) -> dict[int, list[Ids]]:
         for face in row.shape.faces:
             corners = mesh.connectivity[first[:, None] + [row.corners[m] for m in face]]
             corners = corners[is_near[corners].all(axis=1)]
-            found.setdefault(len(face), []).append(np.sort(corners.astype(np.int64), axis=1))
+            by_size.setdefault(len(face), []).append(np.sort(corners.astype(np.int64), axis=1))
     poly = mesh.polyhedra
     if poly is not None:
         faces = np.unique(poly.cell_faces)
@@ -65,8 +65,8 @@ def _faces(mesh: Mesh, is_near: NDArray[np.bool_]) -> dict[int, list[Ids]]:
         for size in np.unique(sizes).tolist():
             corners = poly.face_points[starts[sizes == size][:, None] + np.arange(size)]
             corners = corners[is_near[corners].all(axis=1)]
-            found.setdefault(size, []).append(np.sort(corners.astype(np.int64), axis=1))
-    return found
+            by_size.setdefault(size, []).append(np.sort(corners.astype(np.int64), axis=1))
+    return by_size
 
 
 def _is_among(rows: Ids, others: Ids) -> NDArray[np.bool_]:

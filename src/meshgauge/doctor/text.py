@@ -32,19 +32,19 @@ class DiagnosisText:
         self.title = title
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        found = self.diagnosis
+        diagnosis = self.diagnosis
         table = Table.grid(padding=(0, 1))
         table.add_column(no_wrap=True)
         table.add_column(overflow="fold")
-        for finding in found.findings:
+        for finding in diagnosis.findings:
             table.add_row(*_line(finding, ascii_only=options.ascii_only))
-        for why in found.skipped:
+        for why in diagnosis.skipped:
             table.add_row(Text("?", style.LEVELS["unknown"]), Text(why))
-        if not found.findings and not found.skipped:
+        if not diagnosis.findings and not diagnosis.skipped:
             marks = style.MARKS_ASCII if options.ascii_only else style.MARKS
-            table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(found.all_clear))
-        if found.n_interior_faces is not None:
-            faces = f"{found.n_interior_faces:,} interior faces, {found.n_boundary_faces:,} on the boundary"
+            table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(diagnosis.all_clear))
+        if diagnosis.n_interior_faces is not None:
+            faces = f"{diagnosis.n_interior_faces:,} interior faces, {diagnosis.n_boundary_faces:,} on the boundary"
             table.add_row("", Text(faces, "dim"))
         yield Text(self.title, "bold")
         yield Padding(table, (0, 0, 0, 1), expand=False)
@@ -104,7 +104,7 @@ def diagnosis_json(diagnoses: Sequence[tuple[str, Diagnosis]], failures: Sequenc
         "schema": SCHEMA,
         "version": VERSION,
         "meshgauge": __version__,
-        "files": [{"path": path, **found.to_dict()} for path, found in diagnoses],
+        "files": [{"path": path, **diagnosis.to_dict()} for path, diagnosis in diagnoses],
         "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
     }
     return json.dumps(plain, indent=2, allow_nan=False)

@@ -125,9 +125,9 @@ def read_steps(
     ReadError
         As `read`.
     """
-    found = steps(path, file_format=file_format, limits=limits) or (Step(1),)
+    all_steps = steps(path, file_format=file_format, limits=limits) or (Step(1),)
     states: dict[int, list[Step]] = {}
-    for step in found:
+    for step in all_steps:
         states.setdefault(step.number if displacement is not None else step.geometry, []).append(step)
     for state in states.values():
         mesh = read(

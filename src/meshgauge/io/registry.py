@@ -165,12 +165,12 @@ def _state(
 ) -> Mesh | None:
     """One time step of a file, with a note if it has several; the file as it is if its format knows no steps."""
     lister = chosen.steps or chosen.foreign_steps
-    found = (_guarded(chosen, path, lister) or ()) if lister is not None and step_reader is not None else ()
-    at = position(found, choice, path)
+    states = (_guarded(chosen, path, lister) or ()) if lister is not None and step_reader is not None else ()
+    at = position(states, choice, path)
     mesh = _guarded(chosen, path, (lambda path: step_reader(path, at)) if step_reader is not None else reader)
-    if mesh is None or len(found) < 2:
+    if mesh is None or len(states) < 2:
         return mesh
-    return mesh.replace(notes=(*mesh.notes, *note(found, at, choice)))
+    return mesh.replace(notes=(*mesh.notes, *note(states, at, choice)))
 
 
 def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Step, ...]:
@@ -243,12 +243,12 @@ def for_writing(path: Path, name: str | None) -> Format:
     """The format to write: by its name, else by the extension of the file."""
     writable = [f for f in ALL if f.write is not None]
     if name is not None:
-        found = [f for f in writable if f.name == name]
+        matches = [f for f in writable if f.name == name]
         what = f"format {name!r}"
     else:
-        found = [f for f in writable if path.suffix.lower() in f.extensions]
+        matches = [f for f in writable if path.suffix.lower() in f.extensions]
         what = f"extension {path.suffix!r}"
-    if not found:
+    if not matches:
         known = ", ".join(f"{f.name} ({' '.join(f.extensions)})" for f in writable)
         raise WriteError(f"{path}: no format to write for the {what}; known are {known}")
-    return found[0]
+    return matches[0]

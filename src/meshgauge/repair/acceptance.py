@@ -77,8 +77,8 @@ def violations(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.b
 
 def _soundness(status: NDArray[np.uint8], purpose: Purpose) -> NDArray[np.int8]:
     """How sure a cell is to be of use: 3 valid, 2 undecided inside, 1 only as a cell of finite volumes, 0 not."""
-    found = np.where(status == Status.OK, 3, np.where(category(status, purpose) == Category.UNDECIDED, 2, 1))
-    return np.where(is_usable(status, purpose), found, 0).astype(np.int8)
+    soundness = np.where(status == Status.OK, 3, np.where(category(status, purpose) == Category.UNDECIDED, 2, 1))
+    return np.where(is_usable(status, purpose), soundness, 0).astype(np.int8)
 
 
 def is_better(after: Quality, before: Quality) -> bool:

@@ -44,11 +44,11 @@ def _entries(path: Path) -> list[_Entry]:
     if path.stat().st_size > _LARGEST:
         raise ReadError(f"{path}: a list of {path.stat().st_size} bytes, expected at most {_LARGEST}")
     data = path.read_bytes()
-    found = _of_series(path, data) if sniff_series(data, path) else _of_pvd(path, data)
-    if not found:
+    entries = _of_series(path, data) if sniff_series(data, path) else _of_pvd(path, data)
+    if not entries:
         raise ReadError(f"{path}: names no files")
-    within.check(path, (entry.file for entry in found))
-    return sorted(found, key=lambda entry: entry.time)
+    within.check(path, (entry.file for entry in entries))
+    return sorted(entries, key=lambda entry: entry.time)
 
 
 def _of_pvd(path: Path, data: bytes) -> list[_Entry]:
@@ -57,14 +57,14 @@ def _of_pvd(path: Path, data: bytes) -> list[_Entry]:
         root = ElementTree.fromstring(data)
     except ElementTree.ParseError as error:
         raise ReadError(f"{path}: is no XML: {error}") from error
-    found = []
+    entries = []
     for number, item in enumerate(root.iter("DataSet")):
         file = item.get("file", "")
         if not file:
             raise ReadError(f"{path}: data set {number} names no file")
         name = item.get("name") or item.get("group") or (f"part {item.get('part')}" if item.get("part") else "")
-        found.append(_Entry(_time(path, item.get("timestep") or "0"), name, file))
-    return found
+        entries.append(_Entry(_time(path, item.get("timestep") or "0"), name, file))
+    return entries
 
 
 def _of_series(path: Path, data: bytes) -> list[_Entry]:

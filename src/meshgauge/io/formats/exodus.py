@@ -62,39 +62,39 @@ class _Block:
 
 def steps(path: Path) -> tuple[Step, ...]:
     """Points and cells are the same at all: only data change."""
-    with variables(path) as found:
-        times = found["time_whole"].values().ravel().tolist() if "time_whole" in found else []
+    with variables(path) as arrays:
+        times = arrays["time_whole"].values().ravel().tolist() if "time_whole" in arrays else []
     return numbered(times, geometries=[0] * len(times))
 
 
 def read(path: Path, at: int) -> Mesh:
     """A block for each element block; cell data ``exodus:block`` is its number. Side and node sets are not cells."""
-    with variables(path) as found:
-        points, is_single = _points(found, path)
+    with variables(path) as arrays:
+        points, is_single = _points(arrays, path)
         parts = []
-        for block in _blocks(found, path):
-            part = _part(block, found, points, path)
-            part.cell_data = _fields(found, "elem", f"eb{block.number}", block.n, path, at, block.number)
-            ids = found["eb_prop1"].values() if "eb_prop1" in found else np.empty(0, np.int64)
+        for block in _blocks(arrays, path):
+            part = _part(block, arrays, points, path)
+            part.cell_data = _fields(arrays, "elem", f"eb{block.number}", block.n, path, at, block.number)
+            ids = arrays["eb_prop1"].values() if "eb_prop1" in arrays else np.empty(0, np.int64)
             number = int(ids[block.number - 1]) if len(ids) >= block.number else block.number
             part.name = block.name or f"block {number}"
             part.cell_data["exodus:block"] = np.full(len(part.types), number, np.int64)
             parts.append(part)
         if not parts:
             raise ReadError(f"{path}: has no element blocks")
-        point_data = _fields(found, "nod", "", len(points), path, at)
+        point_data = _fields(arrays, "nod", "", len(points), path, at)
     if not any(len(part.types) for part in parts):
         raise ReadError(f"{path}: its element blocks are empty")
     mesh = merged(parts, path=path, points=points)
     return mesh.replace(point_data=point_data, stored="single" if is_single else "double")
 
 
-def _points(found: dict[str, Variable], path: Path) -> tuple[NDArray[np.float64], bool]:
+def _points(arrays: dict[str, Variable], path: Path) -> tuple[NDArray[np.float64], bool]:
     """The points, and whether the file holds them in single precision."""
-    if "coord" in found:
-        columns = list(found["coord"].values())
+    if "coord" in arrays:
+        columns = list(arrays["coord"].values())
     else:
-        columns = [found[name].values() for name in ("coordx", "coordy", "coordz") if name in found]
+        columns = [arrays[name].values() for name in ("coordx", "coordy", "coordz") if name in arrays]
     if not 1 <= len(columns) <= 3 or len({c.shape for c in columns}) != 1 or columns[0].ndim != 1:
         raise ReadError(
             f"{path}: has no coordinates (coordx, coordy, coordz or coord); it is no Exodus file, or not whole"
@@ -105,32 +105,32 @@ def _points(found: dict[str, Variable], path: Path) -> tuple[NDArray[np.float64]
     return points, columns[0].dtype.itemsize == 4
 
 
-def _blocks(found: dict[str, Variable], path: Path) -> list[_Block]:
-    names = found["eb_names"].text() if "eb_names" in found else []
+def _blocks(arrays: dict[str, Variable], path: Path) -> list[_Block]:
+    names = arrays["eb_names"].text() if "eb_names" in arrays else []
     blocks = []
-    for key, variable in found.items():
+    for key, variable in arrays.items():
         match = re.fullmatch(r"connect(\d+)", key)
         if match is None:
             continue
         number = int(match.group(1)[:9])
         element = str(variable.attributes.get("elem_type", "")).upper().replace("SHELL", "QUAD")[:3]
         counts = f"ebepecnt{number}"
-        n = found[counts].shape[0] if counts in found else variable.shape[0]
+        n = arrays[counts].shape[0] if counts in arrays else variable.shape[0]
         name = names[number - 1] if 0 < number <= len(names) else ""
         blocks.append(_Block(number, name, _SAME.get(element, element), n, variable))
     blocks.sort(key=lambda b: b.number)
     faces = [b for b in blocks if b.element == "NFA"]
-    if faces and not any(re.fullmatch(r"fbconn\d+", key) for key in found):
+    if faces and not any(re.fullmatch(r"fbconn\d+", key) for key in arrays):
         raise ReadError(f"{path}: has polyhedra, but no faces")
     return blocks
 
 
-def _part(block: _Block, found: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
+def _part(block: _Block, arrays: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
     if block.element == "NFA":
-        return _polyhedra(block, found, points, path)
+        return _polyhedra(block, arrays, points, path)
     ids = np.asarray(block.connect.values(), np.int64)
     if block.element == "NSI":
-        sizes = np.asarray(found[f"ebepecnt{block.number}"].values(), np.int64)
+        sizes = np.asarray(arrays[f"ebepecnt{block.number}"].values(), np.int64)
         ids = ids.ravel()
         if len(sizes) and (int(sizes.min()) < 3 or int(sizes.sum()) != len(ids)):
             raise ReadError(f"{path}: block {block.number}: its polygons do not have as many points as it states")
@@ -160,12 +160,12 @@ def _kind(block: _Block, width: int, path: Path) -> Kind:
     return Kind(row.name, width)
 
 
-def _polyhedra(block: _Block, found: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
+def _polyhedra(block: _Block, arrays: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
     """Cells by faces of the face blocks, which are counted through; faces do not say which side is outside."""
-    keys = sorted((k for k in found if re.fullmatch(r"fbconn\d+", k)), key=lambda k: int(k[6:]))
-    nodes = np.concatenate([np.asarray(found[k].values(), np.int64).ravel() for k in keys]) - 1
-    sizes = np.concatenate([np.asarray(found["fbepecnt" + k[6:]].values(), np.int64).ravel() for k in keys])
-    n_faces = np.asarray(found[f"ebepecnt{block.number}"].values(), np.int64).ravel()
+    keys = sorted((k for k in arrays if re.fullmatch(r"fbconn\d+", k)), key=lambda k: int(k[6:]))
+    nodes = np.concatenate([np.asarray(arrays[k].values(), np.int64).ravel() for k in keys]) - 1
+    sizes = np.concatenate([np.asarray(arrays["fbepecnt" + k[6:]].values(), np.int64).ravel() for k in keys])
+    n_faces = np.asarray(arrays[f"ebepecnt{block.number}"].values(), np.int64).ravel()
     faces = np.asarray(block.connect.values(), np.int64).ravel() - 1
     for counts, items, least in ((sizes, nodes, 3), (n_faces, faces, 1)):
         if len(counts) and (int(counts.min()) < least or int(counts.sum()) != len(items)):
@@ -185,14 +185,14 @@ def _in_range(ids: Ints, n: int, what: str) -> None:
 
 
 def _fields(
-    found: dict[str, Variable], kind: str, suffix: str, n: int, path: Path, at: int, number: int = 0
+    arrays: dict[str, Variable], kind: str, suffix: str, n: int, path: Path, at: int, number: int = 0
 ) -> dict[str, NDArray[Any]]:
     """Fields on points or on the elements of a block, at a time step."""
-    if f"name_{kind}_var" not in found:
+    if f"name_{kind}_var" not in arrays:
         return {}
     data = {}
-    for index, name in enumerate(found[f"name_{kind}_var"].text(), 1):
-        own, together = found.get(f"vals_{kind}_var{index}{suffix}"), found.get(f"vals_{kind}_var{suffix}")
+    for index, name in enumerate(arrays[f"name_{kind}_var"].text(), 1):
+        own, together = arrays.get(f"vals_{kind}_var{index}{suffix}"), arrays.get(f"vals_{kind}_var{suffix}")
         variable = own or together
         if variable is None or variable.shape[0] <= at:
             continue

@@ -40,8 +40,10 @@ def read(path: Path) -> Mesh:
     cell_offsets, signed = _items(cells)
     _in_range(text, face_points, n_points, "a face refers to point")
     _in_range(text, np.abs(signed), n_faces, "a cell refers to face")
-    found = face_based.solids(face_based.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points)
-    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path), copy=False)
+    solids = face_based.solids(
+        face_based.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points
+    )
+    return Mesh(points, solids.types, solids.offsets, solids.connectivity, solids.polyhedra, path=str(path), copy=False)
 
 
 def _checked(text: Text, rows: Ragged, what: str, first: int) -> Ragged:

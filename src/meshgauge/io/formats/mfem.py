@@ -86,15 +86,15 @@ def read(path: Path) -> Mesh:
             else:
                 cells[b"elements"] = _of_high_order(cells[b"elements"])
                 notes = ("The elements are curved: their corners were read, and nothing is known of their inside.",)
-    found = [cells[k] for k in (b"elements", b"boundary") if k in cells]
+    parts = [cells[k] for k in (b"elements", b"boundary") if k in cells]
     values = np.concatenate([attributes[k] for k in (b"elements", b"boundary") if k in attributes])
-    sizes = np.concatenate([np.diff(c.offsets) for c in found])
-    is_boundary = np.repeat(np.arange(len(found)), [len(c.types) for c in found])
+    sizes = np.concatenate([np.diff(c.offsets) for c in parts])
+    is_boundary = np.repeat(np.arange(len(parts)), [len(c.types) for c in parts])
     return Mesh(
         np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),
-        np.concatenate([c.types for c in found]),
+        np.concatenate([c.types for c in parts]),
         np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
-        np.concatenate([c.connectivity for c in found]),
+        np.concatenate([c.connectivity for c in parts]),
         blocks=runs(is_boundary, {0: "elements", 1: "boundary"}),
         cell_data={"mfem:attribute": values},
         path=str(path),

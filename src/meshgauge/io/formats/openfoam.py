@@ -56,8 +56,8 @@ def read(path: Path, at: int) -> Mesh:
     ``path`` is a file in the folder of the case, or one in its polyMesh. A decomposed case and one of several regions
     are one mesh with a block for each. Zones of cells are not read.
     """
-    found = steps(path)
-    pieces = [_piece(name, folder) for name, folder in _folders(path, found[at].name if found else "constant")]
+    states = steps(path)
+    pieces = [_piece(name, folder) for name, folder in _folders(path, states[at].name if states else "constant")]
     notes: list[str] = []
     ids, points = _united(pieces)
     if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
@@ -344,7 +344,7 @@ def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
     """Name and faces of each patch."""
     data = _COMMENT.sub(b" ", _bytes(_present(folder, "boundary")))
     header = _HEADER.search(data)
-    found = []
+    patches = []
     for name, body in _PATCH.findall(data[header.end() if header else 0 :]):
         entries = dict(_ENTRY.findall(body))
         try:
@@ -355,8 +355,8 @@ def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
             raise ReadError(f"{folder / 'boundary'}: a patch has the faces {first} to {first + n} of {n_faces}")
         if entries.get(b"type", b"").startswith(b"processor"):
             continue  # no boundary: the next piece is beyond
-        found.append((name.strip(b'"').decode("utf-8", "replace"), np.arange(first, first + n)))
-    return found
+        patches.append((name.strip(b'"').decode("utf-8", "replace"), np.arange(first, first + n)))
+    return patches
 
 
 OPENFOAM = Format("openfoam", "OpenFOAM", (".foam",), sniff, steps=steps, read_step=read)

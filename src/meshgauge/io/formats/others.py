@@ -29,8 +29,8 @@ def by_pyvista(path: Path) -> Mesh:
         try:
             data: Any = pyvista.get_reader(str(path)).read()
         except (Exception, SystemExit) as error:
-            said = log.errors or vtk.error_messages(str(error)) or [" ".join(str(error).split())]
-            raise ReadError(f"{path}: PyVista says: {'; '.join(said[:3]) or type(error).__name__}") from error
+            messages = log.errors or vtk.error_messages(str(error)) or [" ".join(str(error).split())]
+            raise ReadError(f"{path}: PyVista says: {'; '.join(messages[:3]) or type(error).__name__}") from error
     if log.errors:
         raise ReadError(f"{path}: VTK says: {'; '.join(log.errors[:3])}")
     return _filled(vtk.mesh(data, path), path)
@@ -93,11 +93,11 @@ def _of_one_integer(module: str, key: str) -> Writer:
         }
         name = next((known[k] for k in order if k in known), None)
         kept = {key: mesh.cell_data[name].astype(np.int64)} if name is not None else {}
-        said = [f"The cell data {name!r} became the format's {key.split(':')[1]}."] if name not in (key, None) else []
+        notes = [f"The cell data {name!r} became the format's {key.split(':')[1]}."] if name not in (key, None) else []
         gone = [n for n in mesh.cell_data if n not in (name, REGION)]
         if gone:
-            said.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
-        return (*said, *meshio.write(path, mesh.replace(cell_data=kept), module))
+            notes.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
+        return (*notes, *meshio.write(path, mesh.replace(cell_data=kept), module))
 
     return write
 

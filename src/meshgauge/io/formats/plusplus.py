@@ -56,9 +56,9 @@ def package(path: Path) -> Any:
 def source(file: str | BinaryIO, module: str, path: Path) -> tuple[Any, tuple[str, ...]]:
     """What one reader of meshio++ makes of a file or its bytes, and what it warned of; errors name ``path``."""
     library = package(path)
-    with _said() as log:
+    with _captured_output() as log:
         try:
-            found = library.read(file, file_format=module)
+            mesh = library.read(file, file_format=module)
         except MemoryError:
             raise
         except (Exception, SystemExit) as error:
@@ -69,12 +69,12 @@ def source(file: str | BinaryIO, module: str, path: Path) -> tuple[Any, tuple[st
             raise ReadError(f"{path}: meshio++ ({module}) says: {reason}") from error
         log.seek(0)
         warned = re.findall(r"warning[^\]\n]*\]?:?\s*([^\n]+)", log.read().decode("utf-8", "replace"))
-    return found, tuple(f"meshio++ warns: {text.strip()}" for text in list(dict.fromkeys(warned))[:_MOST_NOTES])
+    return mesh, tuple(f"meshio++ warns: {text.strip()}" for text in list(dict.fromkeys(warned))[:_MOST_NOTES])
 
 
 @contextlib.contextmanager
-def _said() -> Iterator[BinaryIO]:
-    """What is written to standard output and error meanwhile, from C++ too: what it drops, it only prints."""
+def _captured_output() -> Iterator[BinaryIO]:
+    """What is written to standard output and error meanwhile, from C++ too: what meshio++ drops, it only prints."""
     with tempfile.TemporaryFile() as log:
         before = [os.dup(1), os.dup(2)]
         try:

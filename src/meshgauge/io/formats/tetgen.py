@@ -126,8 +126,8 @@ def read_rf(path: Path) -> Mesh:
     n_faces, first, sizes = _parse_cells(ele, values.tolist(), n_cells, n_more)
     ids = _places(ele, index, values[face_based.spans(first, sizes)])
     faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(first)), face_based.offsets_of(sizes), ids)
-    found = face_based.solids(faces, points)
-    return Mesh(points, found.types, found.offsets, found.connectivity, found.polyhedra, path=str(path), copy=False)
+    cells = face_based.solids(faces, points)
+    return Mesh(points, cells.types, cells.offsets, cells.connectivity, cells.polyhedra, path=str(path), copy=False)
 
 
 def _parse_cells(

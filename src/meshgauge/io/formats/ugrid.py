@@ -57,10 +57,10 @@ def read(path: Path) -> Mesh:
     """Cells by type, in the order of the file; cell data ``ugrid:ref`` is the tag of a surface cell, 0 of a solid."""
     encoding, data = _encoding(path), path.read_bytes()
     if encoding is None:
-        found = _ascii(path, data)
+        arrays = _ascii(path, data)
     else:
-        found = _binary(path, _without_records(path, data, encoding) if encoding.has_records else data, encoding)
-    points, lists, tags = found
+        arrays = _binary(path, _without_records(path, data, encoding) if encoding.has_records else data, encoding)
+    points, lists, tags = arrays
     codes = np.repeat(np.arange(len(_KINDS)), [len(ids) // k.n_nodes for ids, k in zip(lists, _KINDS, strict=True)])
     ids = np.concatenate(lists) - 1
     wrong = (ids < 0) | (ids >= len(points))
@@ -75,7 +75,7 @@ def read(path: Path) -> Mesh:
     )
 
 
-_Found = tuple[NDArray[np.floating], list[Ints], Ints]
+_Content = tuple[NDArray[np.floating], list[Ints], Ints]
 
 
 def _stated(path: Path, head: Ints, size: int, least: int) -> list[int]:
@@ -96,7 +96,7 @@ def _sizes(counts: list[int]) -> tuple[int, list[int], int]:
     return 3 * counts[0], nodes, sum(counts[1 : 1 + _N_SURFACES])
 
 
-def _binary(path: Path, data: bytes, encoding: _Encoding) -> _Found:
+def _binary(path: Path, data: bytes, encoding: _Encoding) -> _Content:
     real, integer = np.dtype(encoding.real), np.dtype(encoding.integer)
     if len(data) < 7 * integer.itemsize:
         raise ReadError(f"{path}: has only {len(data)} bytes")
@@ -133,7 +133,7 @@ def _without_records(path: Path, data: bytes, encoding: _Encoding) -> bytes:
     return b"".join(parts)
 
 
-def _ascii(path: Path, data: bytes) -> _Found:
+def _ascii(path: Path, data: bytes) -> _Content:
     try:
         flat = numbers(data, np.float64)
     except ValueError:

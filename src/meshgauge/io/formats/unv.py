@@ -55,7 +55,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 @dataclass(slots=True)
-class _Found:
+class _Content:
     labels: list[NDArray[np.int64]] = field(default_factory=list)
     points: list[NDArray[np.float64]] = field(default_factory=list)
     heads: list[list[int]] = field(default_factory=list)  # label, type, property, material
@@ -68,7 +68,7 @@ class _Found:
 def read(path: Path) -> Mesh:
     """Cell data ``unv:property`` and ``unv:material``; a group of elements is data of 0 and 1 by its name."""
     text = Text(path, path.read_bytes())
-    found = _Found()
+    content = _Content()
     while line := text.line():
         if line != b"-1":
             raise text.fail(f"{line[:40].decode('utf-8', 'replace')!r} where -1 is expected, the start of a data set")
@@ -77,9 +77,9 @@ def read(path: Path) -> Mesh:
         last = _end(text)
         if not number.isdigit():
             raise text.fail("the number of a data set is no number", first - 1)
-        _data_set(text, int(number), first, last, found)
+        _data_set(text, int(number), first, last, content)
         text.row = last + 1
-    return _mesh(found, path)
+    return _mesh(content, path)
 
 
 def _end(text: Text) -> int:
@@ -90,23 +90,23 @@ def _end(text: Text) -> int:
     return text.row_at(at.end() - 1)
 
 
-def _data_set(text: Text, number: int, first: int, last: int, found: _Found) -> None:
+def _data_set(text: Text, number: int, first: int, last: int, content: _Content) -> None:
     if number in (2411, 781):
         rows = text.reals(last - first, 3, "nodes")
         if len(rows) % 2:
             raise text.fail("a node has a label, but no coordinates", last)
-        found.labels.append(_labels(text, rows[::2, 0]))
-        found.points.append(np.ascontiguousarray(rows[1::2]))
+        content.labels.append(_labels(text, rows[::2, 0]))
+        content.points.append(np.ascontiguousarray(rows[1::2]))
     elif number == 15:
         rows = text.reals(last - first, 7, "nodes")
-        found.labels.append(_labels(text, rows[:, 0]))
-        found.points.append(np.ascontiguousarray(rows[:, 4:7]))
+        content.labels.append(_labels(text, rows[:, 0]))
+        content.points.append(np.ascontiguousarray(rows[:, 4:7]))
     elif number in (2412, 780):
-        _elements(text, first, last, found, 7 if number == 780 else 5)
+        _elements(text, first, last, content, 7 if number == 780 else 5)
     elif number in _GROUPS:
-        _groups(text, last, found)
+        _groups(text, last, content)
     else:
-        found.skipped.add(number)
+        content.skipped.add(number)
 
 
 def _labels(text: Text, values: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -115,7 +115,7 @@ def _labels(text: Text, values: NDArray[np.float64]) -> NDArray[np.int64]:
     return values.astype(np.int64)
 
 
-def _elements(text: Text, first: int, last: int, found: _Found, last_head: int) -> None:
+def _elements(text: Text, first: int, last: int, content: _Content, last_head: int) -> None:
     """Records: label, type, property, material, color, number of nodes; for beams three integers; the nodes."""
     rows = text.ragged(last - first, "elements")
     values, starts = rows.values.tolist(), rows.starts.tolist()
@@ -132,17 +132,17 @@ def _elements(text: Text, first: int, last: int, found: _Found, last_head: int) 
             raise text.fail(f"element {head[0]} states {n_nodes} nodes, but does not list as many", first + row)
         kind = _KINDS.get(code)
         if kind is None:
-            found.left_out[code] = found.left_out.get(code, 0) + 1
+            content.left_out[code] = content.left_out.get(code, 0) + 1
         elif kind.n_nodes != n_nodes:
             raise text.fail(f"{n_nodes} nodes of a {kind.name}, expected {kind.n_nodes}", first + row)
         else:
             material = head[3] if last_head == 5 else head[5]
-            found.heads.append([head[0], code, head[2] if last_head == 5 else head[4], material])
-            found.nodes.extend(values[at : at + n_nodes])
+            content.heads.append([head[0], code, head[2] if last_head == 5 else head[4], material])
+            content.nodes.extend(values[at : at + n_nodes])
         row += 1 + skipped + n_rows
 
 
-def _groups(text: Text, last: int, found: _Found) -> None:
+def _groups(text: Text, last: int, content: _Content) -> None:
     """Records: eight integers of which the last is the number of entities; a name; kind and tag of each entity."""
     while text.peek() and text.row < last:
         head = text.integers("a group", 8)
@@ -155,27 +155,27 @@ def _groups(text: Text, last: int, found: _Found) -> None:
             values += text.integers("entities of a group", 2)
             values += [0] * (-len(values) % 4)
         entities = np.array(values[: 4 * n], np.int64).reshape(-1, 4)
-        found.groups[name] = entities[entities[:, 0] == _ELEMENT, 1]
+        content.groups[name] = entities[entities[:, 0] == _ELEMENT, 1]
 
 
-def _mesh(found: _Found, path: Path) -> Mesh:
-    if found.left_out:
-        what = ", ".join(f"{n} of type {code}" for code, n in sorted(found.left_out.items()))
+def _mesh(content: _Content, path: Path) -> Mesh:
+    if content.left_out:
+        what = ", ".join(f"{n} of type {code}" for code, n in sorted(content.left_out.items()))
         raise ReadError(f"{path}: has elements of types that are not known: {what}")
-    index = Index(np.concatenate([np.empty(0, np.int64), *found.labels]))
-    points = np.concatenate([np.empty((0, 3)), *found.points])
-    labels = np.array(found.nodes, np.int64)
+    index = Index(np.concatenate([np.empty(0, np.int64), *content.labels]))
+    points = np.concatenate([np.empty((0, 3)), *content.points])
+    labels = np.array(content.nodes, np.int64)
     places = index.of(labels)
     if len(places) and places.min() < 0:
         raise ReadError(f"{path}: an element refers to node {int(labels[np.argmin(places)])}, which does not exist")
-    heads = np.array(found.heads, np.int64).reshape(-1, 4)
+    heads = np.array(content.heads, np.int64).reshape(-1, 4)
     sizes = np.array([_KINDS[int(code)].n_nodes for code in heads[:, 1]], np.int64)
     cells = gathered(places, np.cumsum(sizes) - sizes, heads[:, 1], _KINDS)
     if not len(cells.types):
         raise ReadError(f"{path}: no elements were found in it")
     data: dict[str, NDArray[Any]] = {"unv:property": heads[:, 2], "unv:material": heads[:, 3]}
     elements = Index(heads[:, 0])
-    for name, members in found.groups.items():
+    for name, members in content.groups.items():
         at = elements.of(members)
         if len(at):
             member = np.zeros(len(heads), np.uint8)

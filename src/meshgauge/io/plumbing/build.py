@@ -50,18 +50,18 @@ def gathered(values: Ints, first: Ints, codes: Ints, kinds: Mapping[int, Kind]) 
     codes
         ``(n,)`` the file's number of the type of each; all are keys of ``kinds``, and all nodes are in ``values``.
     """
-    found = [int(c) for c in np.unique(codes)]
-    ours = np.array([len(kinds[c].order) or kinds[c].n_nodes for c in found], np.int64)
-    ids = np.array([kinds[c].vtk_id for c in found], np.uint8)
-    which = np.searchsorted(found, codes) if found else np.empty(0, np.int64)
+    present = [int(c) for c in np.unique(codes)]
+    ours = np.array([len(kinds[c].order) or kinds[c].n_nodes for c in present], np.int64)
+    ids = np.array([kinds[c].vtk_id for c in present], np.uint8)
+    which = np.searchsorted(present, codes) if present else np.empty(0, np.int64)
     offsets = np.zeros(len(codes) + 1, np.int64)
-    np.cumsum(ours[which] if found else which, out=offsets[1:])
+    np.cumsum(ours[which] if present else which, out=offsets[1:])
     connectivity = np.empty(int(offsets[-1]), np.int64)
-    for place, code in enumerate(found):
+    for place, code in enumerate(present):
         at = np.flatnonzero(which == place)
         order = np.array(kinds[code].order or range(kinds[code].n_nodes), np.int64)
         connectivity[offsets[at][:, None] + np.arange(len(order))] = values[first[at][:, None] + order]
-    return Cells(ids[which] if found else np.empty(0, np.uint8), offsets, connectivity)
+    return Cells(ids[which] if present else np.empty(0, np.uint8), offsets, connectivity)
 
 
 def checked_codes(

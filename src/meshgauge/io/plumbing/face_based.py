@@ -104,8 +104,8 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
         cells = np.flatnonzero(has_its_faces & (n_own == shape.n_nodes))
         if not len(cells):
             continue
-        order, found = _standard(shape, cells, faces.cell_offsets, starts, sizes, local)
-        cells, order = cells[found], order[found]
+        order, matches = _standard(shape, cells, faces.cell_offsets, starts, sizes, local)
+        cells, order = cells[matches], order[matches]
         at = own_offsets[cells][:, None]
         connectivity[at + np.arange(shape.n_nodes)] = own[at + order]
         types[cells] = BY_NAME[shape.name].vtk_id
@@ -289,8 +289,8 @@ def mesh(
     patches
         Name and faces.
     """
-    found = solids(faces, points)
-    n_cells = len(found.types)
+    cells = solids(faces, points)
+    n_cells = len(cells.types)
     ids = np.concatenate([np.empty(0, np.int64), *(faces for _, faces in patches)])
     sizes = np.diff(faces.face_offsets)[ids]
     blocks = [CellBlock(name, first, last) for name, first, last in zones if last > first]
@@ -299,15 +299,15 @@ def mesh(
         if len(own):
             blocks.append(CellBlock(name, at, at + len(own)))
             at += len(own)
-    polyhedra = found.polyhedra
+    polyhedra = cells.polyhedra
     if polyhedra is not None:
         ends = np.full(len(ids), polyhedra.cell_offsets[-1])
         polyhedra = replace(polyhedra, cell_offsets=np.concatenate([polyhedra.cell_offsets, ends]))
     return Mesh(
         points,
-        np.concatenate([found.types, surface_types(sizes)]),
-        np.concatenate([found.offsets, found.offsets[-1] + np.cumsum(sizes)]),
-        np.concatenate([found.connectivity, faces.face_points[spans(faces.face_offsets[ids], sizes)]]),
+        np.concatenate([cells.types, surface_types(sizes)]),
+        np.concatenate([cells.offsets, cells.offsets[-1] + np.cumsum(sizes)]),
+        np.concatenate([cells.connectivity, faces.face_points[spans(faces.face_offsets[ids], sizes)]]),
         polyhedra,
         blocks=tuple(blocks),
         path=str(path),

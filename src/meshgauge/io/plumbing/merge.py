@@ -199,16 +199,16 @@ def _joined_data(data: Sequence[dict[str, NDArray[Any]]], sizes: Sequence[int]) 
         return data[0]
     joined = {}
     for name in dict.fromkeys(key for d in data for key in d):
-        found = [d[name] for d in data if name in d]
-        shape = found[0].shape[1:]
-        if any(a.shape[1:] != shape for a in found):
+        arrays = [d[name] for d in data if name in d]
+        shape = arrays[0].shape[1:]
+        if any(a.shape[1:] != shape for a in arrays):
             # Parts may use one name for a scalar here and a vector there; neither can hold the other.
             for index, d in enumerate(data):
                 if name in d:
                     only = [{f"{name} ({index})": d[name]} if k == index else {} for k in range(len(data))]
                     joined.update(_joined_data(only, sizes))
             continue
-        rows = [d[name] if name in d else _filler(found[0], n, name) for d, n in zip(data, sizes, strict=True)]
+        rows = [d[name] if name in d else _filler(arrays[0], n, name) for d, n in zip(data, sizes, strict=True)]
         joined[name] = np.concatenate(rows)
     return joined
 

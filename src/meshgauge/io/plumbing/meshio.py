@@ -63,12 +63,12 @@ def _dimensions() -> dict[str, int]:
 
 
 @contextlib.contextmanager
-def hushed() -> Iterator[io.StringIO]:
+def captured_output() -> Iterator[io.StringIO]:
     """Keep meshio from printing, warning and exiting; the yielded text is what it said."""
-    said = io.StringIO()
-    with _LOCK, contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+    text = io.StringIO()
+    with _LOCK, contextlib.redirect_stdout(text), contextlib.redirect_stderr(text), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        yield said
+        yield text
 
 
 def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
@@ -80,19 +80,19 @@ def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
         Whatever meshio did instead of returning a mesh: raise, print, or end the process.
     """
     _dimensions()
-    with hushed() as said:
+    with captured_output() as output:
         try:
             source = importlib.import_module(f"meshio.{module}").read(str(path))
         except MemoryError:
             raise ReadError(f"{path}: states more than the memory can hold") from None
         except (Exception, SystemExit) as error:
-            raise ReadError(f"{path}: meshio ({module}) says: {_reason(error, said)}") from error
-    warned = re.split(r"\bWarning:\s*", " ".join(said.getvalue().split()))
+            raise ReadError(f"{path}: meshio ({module}) says: {_reason(error, output)}") from error
+    warned = re.split(r"\bWarning:\s*", " ".join(output.getvalue().split()))
     return source, tuple(f"meshio warns: {text.strip()}" for text in dict.fromkeys(warned) if text.strip())
 
 
-def _reason(error: BaseException, said: io.StringIO) -> str:
-    reason = str(error) if str(error) and not isinstance(error, SystemExit) else said.getvalue()
+def _reason(error: BaseException, output: io.StringIO) -> str:
+    reason = str(error) if str(error) and not isinstance(error, SystemExit) else output.getvalue()
     reason = " ".join(reason.split()) or "failed"
     kind = type(error).__name__
     return reason if kind in ("ReadError", "WriteError", "SystemExit") else f"{reason} ({kind})"
@@ -272,13 +272,13 @@ def write(path: Path, mesh: Mesh, module: str, *, by_type: bool = False, **optio
 
 def write_source(path: Path, source: Any, original: Mesh, module: str, **options: Any) -> tuple[str, ...]:
     """As `write`, for a meshio mesh that was made of ``original`` and then adapted to the format."""
-    with hushed() as said:
+    with captured_output() as output:
         try:
             importlib.import_module(f"meshio.{module}").write(str(path), source, **options)
         except (Exception, SystemExit) as error:
             if isinstance(error, KeyError) and error.args[0] in _dimensions():
                 raise WriteError(f"{path}: cells of type {error.args[0]} cannot be written in this format") from error
-            raise WriteError(f"{path}: meshio ({module}) says: {_reason(error, said)}") from error
+            raise WriteError(f"{path}: meshio ({module}) says: {_reason(error, output)}") from error
     try:
         back = mesh(read(path, module)[0], path)
     except (ReadError, MeshError) as error:

@@ -23,22 +23,22 @@ def held(mesh: Mesh, also: str = "") -> tuple[Mesh, tuple[str, ...]]:
     what else is in it an underscore.
     """
     bad = re.compile(f"[{CONTROL}{re.escape(also)}]")
-    said: list[str] = []
+    notes: list[str] = []
 
     def plain(text: str) -> str:
         return bad.sub(lambda match: _written(match.group(), also), text)
 
     changes = {
-        f"{what}_data": _renamed(getattr(mesh, f"{what}_data"), plain, what, said)
+        f"{what}_data": _renamed(getattr(mesh, f"{what}_data"), plain, what, notes)
         for what in ("point", "cell", "field")
     }
     names = [plain(block.name) for block in mesh.blocks]
     if any(name != block.name for name, block in zip(names, mesh.blocks, strict=True)):
-        said.append("Names of regions have characters that the format cannot hold: written out.")
-    if not said:
+        notes.append("Names of regions have characters that the format cannot hold: written out.")
+    if not notes:
         return mesh, ()
     blocks = tuple(CellBlock(name, b.start, b.stop) for name, b in zip(names, mesh.blocks, strict=True))
-    return mesh.replace(blocks=blocks, **changes), tuple(said)
+    return mesh.replace(blocks=blocks, **changes), tuple(notes)
 
 
 def _written(character: str, also: str) -> str:
@@ -49,17 +49,19 @@ def _written(character: str, also: str) -> str:
 
 
 def _renamed(
-    data: Mapping[str, NDArray[np.generic]], plain: Callable[[str], str], what: str, said: list[str]
+    data: Mapping[str, NDArray[np.generic]], plain: Callable[[str], str], what: str, notes: list[str]
 ) -> dict[str, NDArray[np.generic]]:
     renamed: dict[str, NDArray[np.generic]] = {}
     for name, values in data.items():
         key = _free(plain(name) or "array", {*renamed, *(data if plain(name) != name else ())})
         if key != name:
-            said.append(f"The {what} data {name[:_LONGEST]!r} is called {key[:_LONGEST]!r}: the format cannot hold it.")
+            notes.append(
+                f"The {what} data {name[:_LONGEST]!r} is called {key[:_LONGEST]!r}: the format cannot hold it."
+            )
         if values.dtype.kind == "U" and what == "field":
             texts = [plain(str(text)) for text in values.ravel()]
             if texts != values.ravel().tolist():
-                said.append(f"Texts of the {what} data {key[:_LONGEST]!r} were changed: control characters.")
+                notes.append(f"Texts of the {what} data {key[:_LONGEST]!r} were changed: control characters.")
                 values = np.array(texts).reshape(values.shape)
         renamed[key] = values
     return renamed

@@ -107,21 +107,21 @@ class _Classic:
 
     def items(self, mark: int) -> int:
         """The number of items of a list of dimensions (10), variables (11) or attributes (12)."""
-        found, n = self.number(4), self.number()
-        if found not in (0, mark) or n > len(self.data):
-            raise self.fail(f"a list of {n} items with the mark {found}, expected {mark}")
+        tag, n = self.number(4), self.number()
+        if tag not in (0, mark) or n > len(self.data):
+            raise self.fail(f"a list of {n} items with the mark {tag}, expected {mark}")
         return n
 
     def attributes(self) -> dict[str, Any]:
-        found: dict[str, Any] = {}
+        attributes: dict[str, Any] = {}
         for _ in range(self.items(12)):
             name, kind, n = self.name(), self.number(4), self.number()
             if kind not in _TYPES:
                 raise self.fail(f"attribute {name!r} is of type {kind}")
             raw = self._padded(n * np.dtype(_TYPES[kind]).itemsize)
             if kind == 2:
-                found[name] = raw.rstrip(b"\0").decode("utf-8", "replace")
-        return found
+                attributes[name] = raw.rstrip(b"\0").decode("utf-8", "replace")
+        return attributes
 
     def variables(self) -> dict[str, Variable]:
         n_records = self.number()

@@ -108,12 +108,12 @@ class Text:
         """The integers of the next line, at least ``least`` of them."""
         text = self.line(what)
         try:
-            found = [int(word) for word in text.split()]
+            values = [int(word) for word in text.split()]
         except ValueError:
-            found = []
-        if len(found) < least:
+            values = []
+        if len(values) < least:
             raise self.fail(f"{text[:_SHOWN].decode('utf-8', 'replace')!r} where {what} is expected")
-        return found
+        return values
 
     def count(self, what: str, text: bytes | None = None) -> int:
         """A number of lines that follow: the first integer of the next line, or of ``text`` of the last one read."""

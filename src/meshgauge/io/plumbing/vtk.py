@@ -63,16 +63,16 @@ def error_messages(text: str) -> list[str]:
     """The errors in what VTK's output window collected, without file names and addresses of VTK itself."""
     marks = list(_ENTRY.finditer(text))
     ends = [mark.start() for mark in marks[1:]] + [len(text)] * bool(marks)
-    found = []
+    messages = []
     for mark, end in zip(marks, ends, strict=True):
         kind = mark.group(1).lower()
         message = " ".join(_OBJECT.sub("", text[mark.end() : end].strip()).split())
         # Of a legacy file that is cut off VTK only warns: "Error reading binary data!".
         if message and (kind == "error" or (kind == "generic warning" and message.lower().startswith("error"))):
-            found.append(message)
+            messages.append(message)
     # The pipeline repeats, with a dump of itself, that a reader failed; the reader's own words say why.
-    own = [message for message in found if not message.startswith("Algorithm vtk")]
-    return [message[:_LONGEST] for message in dict.fromkeys(own or found)]
+    own = [message for message in messages if not message.startswith("Algorithm vtk")]
+    return [message[:_LONGEST] for message in dict.fromkeys(own or messages)]
 
 
 def output(reader: Any, path: Path, *, at: int | None = None) -> Any:
@@ -117,10 +117,10 @@ def mesh(data: Any, path: Path | None = None) -> Mesh:
 
 def parts(data: Any) -> list[Part]:
     """A part for each leaf. Raises `ReadError` if there is none."""
-    found = [_part(name, leaf) for name, leaf in leaves(data)]
-    if not found:
+    leaf_parts = [_part(name, leaf) for name, leaf in leaves(data)]
+    if not leaf_parts:
         raise ReadError(f"a {data.GetClassName()} without any data set that has cells")
-    return found
+    return leaf_parts
 
 
 def leaves(data: Any, name: str = "") -> Iterator[tuple[str, Any]]:

@@ -38,10 +38,10 @@ def plain(mesh: Mesh) -> Mesh:
 
 def with_regions(mesh: Mesh) -> Mesh:
     """Blocks with names of their own also as cell data, which more formats hold: numbers from 1 and their names."""
-    found = named_blocks(mesh)
-    if found is None or REGION in mesh.cell_data:
+    blocks = named_blocks(mesh)
+    if blocks is None or REGION in mesh.cell_data:
         return mesh
-    ids, names = found
+    ids, names = blocks
     return mesh.replace(
         cell_data={**mesh.cell_data, REGION: (ids + 1).astype(np.int32)},
         field_data={**mesh.field_data, f"{REGION}:names": np.array(names)},

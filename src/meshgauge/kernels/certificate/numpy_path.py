@@ -34,12 +34,12 @@ def directions(shape: Shape) -> tuple[Direction, Direction, Direction]:
 
 
 def _along(shape: Shape, axis: int) -> Direction:
-    found = []
+    pairs = []
     for edge in shape.edges:
         p, q = sorted(edge, key=lambda node: shape.reference[node])
         if [x for x in range(3) if shape.reference[p][x] != shape.reference[q][x]] == [axis]:
-            found.append((p, q))
-    return tuple(found)
+            pairs.append((p, q))
+    return tuple(pairs)
 
 
 def can_decide(row: CellType) -> bool:

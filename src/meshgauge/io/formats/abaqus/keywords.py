@@ -135,16 +135,16 @@ def keywords(path: Path) -> list[Keyword]:
     ReadError
         If an included file is missing or outside the folder of the file.
     """
-    found: list[Keyword] = []
-    _gather(path, Includes(path), found)
-    return found
+    cards: list[Keyword] = []
+    _gather(path, Includes(path), cards)
+    return cards
 
 
-def _gather(path: Path, includes: Includes, found: list[Keyword]) -> None:
+def _gather(path: Path, includes: Includes, cards: list[Keyword]) -> None:
     data, breaks = _lines(path)
     heads = list(_KEYWORD.finditer(data))
     starts = [*(head.start() for head in heads), len(data)]
-    _continue(found, Lines(path, 1, data[: starts[0]]))
+    _continue(cards, Lines(path, 1, data[: starts[0]]))
     at = 0
     for head, end in zip(heads, starts[1:], strict=True):
         text, at = head[0].decode("utf-8", "replace").strip(), head.end()
@@ -161,19 +161,19 @@ def _gather(path: Path, includes: Includes, found: list[Keyword]) -> None:
             if not keyword.option("INPUT"):
                 raise keyword.fail("*INCLUDE without INPUT")
             with includes.opened(keyword.option("INPUT"), keyword.fail) as target:
-                _gather(target, includes, found)
+                _gather(target, includes, cards)
         else:
-            found.append(keyword)
+            cards.append(keyword)
             if keyword.name in _READS_FILES and keyword.option("INPUT"):
                 with includes.opened(keyword.option("INPUT"), keyword.fail) as target:
                     keyword.data.append(Lines(target, 1, _lines(target)[0]))
-        _continue(found, rest)
+        _continue(cards, rest)
 
 
-def _continue(found: list[Keyword], lines: Lines) -> None:
+def _continue(cards: list[Keyword], lines: Lines) -> None:
     """Add data lines to the keyword before, if there is one."""
-    if found and lines.data.strip():
-        found[-1].data.append(lines)
+    if cards and lines.data.strip():
+        cards[-1].data.append(lines)
 
 
 def _lines(path: Path) -> tuple[bytes, NDArray[np.int64]]:

@@ -68,12 +68,12 @@ class Node:
 
     def integers(self) -> NDArray[np.int64]:
         """All numbers in a row."""
-        found = self.values()
-        if found.dtype.kind not in "iu":
-            raise self.fail(f"is of type {found.dtype}, expected integers")
-        return found.ravel().astype(np.int64)
+        values = self.values()
+        if values.dtype.kind not in "iu":
+            raise self.fail(f"is of type {values.dtype}, expected integers")
+        return values.ravel().astype(np.int64)
 
     def text(self) -> str:
-        found = self.values()
-        raw = found.astype(np.uint8).tobytes() if found.dtype.kind in "iu" else b"".join(found.ravel().tolist())
+        values = self.values()
+        raw = values.astype(np.uint8).tobytes() if values.dtype.kind in "iu" else b"".join(values.ravel().tolist())
         return raw.split(b"\0")[0].decode("utf-8", "replace").strip()

@@ -143,11 +143,11 @@ def _structured(name: str, shape: tuple[int, ...], points: NDArray[Any]) -> Part
 
 
 def _sections(node: Node) -> list[_Section]:
-    found = [_section(child) for child in node.children("Elements_t")]
-    if not found:
+    sections = [_section(child) for child in node.children("Elements_t")]
+    if not sections:
         raise node.fail("has no elements (Elements_t)")
-    found.sort(key=lambda section: section.first)
-    return found
+    sections.sort(key=lambda section: section.first)
+    return sections
 
 
 def _section(node: Node) -> _Section:
@@ -314,8 +314,8 @@ def _polyhedra(
     _checked(node, asked, len(order), "a polyhedron refers to face")
     of_cells = _checked(node, order[asked], len(numbers), "a polyhedron refers to face")
     given = face_based.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0, numbers)
-    found = face_based.solids(given, points)
-    return Cells(found.types, found.offsets, found.connectivity), found.polyhedra
+    solids = face_based.solids(given, points)
+    return Cells(solids.types, solids.offsets, solids.connectivity), solids.polyhedra
 
 
 def _by_parents(node: Node, faces: list[_Section], points: NDArray[Any]) -> tuple[Cells, Polyhedra | None, Ints]:
@@ -330,8 +330,8 @@ def _by_parents(node: Node, faces: list[_Section], points: NDArray[Any]) -> tupl
     place = [np.where(side > 0, np.searchsorted(numbers, side), -1) for side in (left, right)]
     cell_offsets, cell_faces, is_second = face_based.of_cells(len(numbers), *place)
     given = face_based.Faces(cell_offsets, cell_faces, offsets, items, is_second, of_faces)
-    found = face_based.solids(given, points)
-    return Cells(found.types, found.offsets, found.connectivity), found.polyhedra, numbers
+    cells = face_based.solids(given, points)
+    return Cells(cells.types, cells.offsets, cells.connectivity), cells.polyhedra, numbers
 
 
 def _polygons(section: _Section, chosen: Ints) -> Cells:

@@ -93,16 +93,16 @@ class Arrays:
 
     def _cells_of(self, group: Any, n: int) -> NDArray[np.int64]:
         """The cell on one side of each face, 0 where there is none."""
-        found = np.zeros(n, np.int64)
+        cells = np.zeros(n, np.int64)
         at = 0
         for key in self._sections(group):
             values = self._array(group[key]).astype(np.int64).ravel()
             first = self._number(group[key].attrs.get("minId", at + 1)) - 1
             if first < 0 or first + len(values) > n:
                 raise ReadError(f"{self.path}: {group[key].name} has {len(values)} faces from {first + 1}, of {n}")
-            found[first : first + len(values)] = values
+            cells[first : first + len(values)] = values
             at = first + len(values)
-        return found
+        return cells
 
     def _sections(self, group: Any) -> list[str]:
         """Names of sections, which are numbers, in the order of what they hold."""

@@ -35,7 +35,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 @dataclass(slots=True)
-class _Found:
+class _Content:
     dimension: int = 3
     points: list[tuple[int, NDArray[np.float64]]] = field(default_factory=list)
     cells: list[tuple[int, int, int, int]] = field(default_factory=list)  # zone, first, last, type
@@ -74,12 +74,12 @@ class _Cursor:
             raise self.fail("expected '(zone first last ...)'")
         self.at = match.end()
         try:
-            found = [int(word, 16) for word in match.group(1).split()]
+            values = [int(word, 16) for word in match.group(1).split()]
         except ValueError:
-            found = []
-        if len(found) < 3 or max(found) > 1 << 40:
+            values = []
+        if len(values) < 3 or max(values) > 1 << 40:
             raise self.fail(f"a section begins with {match.group(1)[:40].decode('utf-8', 'replace')!r}")
-        return found
+        return values
 
     def body(self) -> bytes | None:
         """The text in the parentheses that follow; None if the section ends instead."""
@@ -126,66 +126,68 @@ def read(path: Path) -> Mesh:
     data = path.read_bytes()
     if data.startswith(MAGIC):
         arrays = Arrays(path)
-        return _mesh(_Found(3, arrays.points, arrays.cells, arrays.faces, arrays.names), path)
-    cursor, found = _Cursor(path, data), _Found()
+        return _mesh(_Content(3, arrays.points, arrays.cells, arrays.faces, arrays.names), path)
+    cursor, content = _Cursor(path, data), _Content()
     while (number := cursor.section()) is not None:
         is_binary, kind, has_body = number >= 2000, number % 1000, True
         if kind == 2 and not is_binary:
             word = cursor.data[cursor.at : cursor.at + 20].split(b")")[0].strip()
-            found.dimension = int(word) if word.isdigit() else 0
+            content.dimension = int(word) if word.isdigit() else 0
         if kind == 10:
-            has_body = _points(cursor, found, is_binary, "<f8" if number >= 3000 else "<f4")
+            has_body = _points(cursor, content, is_binary, "<f8" if number >= 3000 else "<f4")
         elif kind == 12:
             zone, first, last, *more = cursor.head()
             has_body = cursor.data[cursor.at : cursor.at + 1] == b"("
             if zone == 0:
-                found.stated[12] = last
+                content.stated[12] = last
             else:
-                found.cells.append((zone, first, last, more[0] if more else 1))
+                content.cells.append((zone, first, last, more[0] if more else 1))
         elif kind == 13:
-            _face_zone(cursor, found, is_binary)
+            _face_zone(cursor, content, is_binary)
             continue
         elif kind in (39, 45):
-            _name(cursor, found)
+            _name(cursor, content)
         elif kind == 59:
             head = cursor.head()
-            found.parents.append((head[0], head[1]))
+            content.parents.append((head[0], head[1]))
         cursor.close(is_binary and has_body)
-    return _mesh(found, path)
+    return _mesh(content, path)
 
 
-def _points(cursor: _Cursor, found: _Found, is_binary: bool, dtype: str) -> bool:
+def _points(cursor: _Cursor, content: _Content, is_binary: bool, dtype: str) -> bool:
     """Keep the points of a section; False if it only states how many there are."""
     zone, first, last, *_ = cursor.head()
     n = last - first + 1
     if zone == 0:
-        found.stated[10] = last
+        content.stated[10] = last
         return False
     if is_binary:
         if cursor.data[cursor.at : cursor.at + 1] != b"(":
             raise cursor.fail("points have no coordinates")
         cursor.at += 1
-        values = cursor.raw(dtype, n * found.dimension).astype(np.float64)
+        values = cursor.raw(dtype, n * content.dimension).astype(np.float64)
     else:
         body = cursor.body()
         try:
             values = numbers(body or b"", np.float64)
         except ValueError:
             raise cursor.fail("coordinates hold something else than numbers") from None
-    if found.dimension != 3 or n < 0 or len(values) != 3 * n:
-        raise cursor.fail(f"{len(values)} numbers for {n} points of {found.dimension} coordinates, expected 3D points")
-    found.points.append((first, values.reshape(-1, 3)))
+    if content.dimension != 3 or n < 0 or len(values) != 3 * n:
+        raise cursor.fail(
+            f"{len(values)} numbers for {n} points of {content.dimension} coordinates, expected 3D points"
+        )
+    content.points.append((first, values.reshape(-1, 3)))
     return True
 
 
-def _face_zone(cursor: _Cursor, found: _Found, is_binary: bool) -> None:
+def _face_zone(cursor: _Cursor, content: _Content, is_binary: bool) -> None:
     """Each face: in mixed zones how many points, then these, then two cells; its normal points to the first of them."""
     head = cursor.head()
     zone, first, last = head[:3]
     kind = head[3] if len(head) > 3 else _INTERIOR
     width = head[4] if len(head) > 4 else 0
     if zone == 0:
-        found.stated[13] = last
+        content.stated[13] = last
         cursor.close()
         return
     if is_binary:
@@ -212,24 +214,24 @@ def _face_zone(cursor: _Cursor, found: _Found, is_binary: bool) -> None:
         sizes.append(size)
         ids.extend(tokens[at : at + size + 2])
         at += size + 2
-    found.faces.append((zone, first, kind, sizes, ids))
+    content.faces.append((zone, first, kind, sizes, ids))
 
 
-def _name(cursor: _Cursor, found: _Found) -> None:
+def _name(cursor: _Cursor, content: _Content) -> None:
     match = re.compile(rb"\s*\(\s*(\d+)\s+\S+\s+([^\s()]+)").match(cursor.data, cursor.at)
     if match:
-        found.names[int(match.group(1)[:9])] = match.group(2).decode("utf-8", "replace")
+        content.names[int(match.group(1)[:9])] = match.group(2).decode("utf-8", "replace")
 
 
-def _mesh(found: _Found, path: Path) -> Mesh:
-    points = _joined_points(found, path)
-    cells = sorted(c for c in found.cells if c[3] not in (0, _PARENT_ZONE))
+def _mesh(content: _Content, path: Path) -> Mesh:
+    points = _joined_points(content, path)
+    cells = sorted(c for c in content.cells if c[3] not in (0, _PARENT_ZONE))
     cells.sort(key=lambda c: c[1])
-    n_stated = max([last for _, _, last, _ in found.cells], default=0)
-    if not cells or not found.faces:
+    n_stated = max([last for _, _, last, _ in content.cells], default=0)
+    if not cells or not content.faces:
         raise ReadError(f"{path}: has no cells or no faces; it holds no mesh, or is not whole")
-    sizes = np.array([s for zone in found.faces for s in zone[3]], np.int64)
-    flat = np.array([i for zone in found.faces for i in zone[4]], np.int64)
+    sizes = np.array([s for zone in content.faces for s in zone[3]], np.int64)
+    flat = np.array([i for zone in content.faces for i in zone[4]], np.int64)
     ends = np.cumsum(sizes + 2)
     starts = ends - sizes - 2
     if len(flat) and (flat.min() < 0 or n_stated > len(flat)):
@@ -247,18 +249,18 @@ def _mesh(found: _Found, path: Path) -> Mesh:
         if not 1 <= first <= last + 1 or (place[first : last + 1] >= 0).any():
             raise ReadError(f"{path}: zone {zone} states the cells {first} to {last}, which others have too")
         place[first : last + 1] = np.arange(at, at + last + 1 - first)
-        zones.append((found.names.get(zone, f"zone {zone}"), at, at + last + 1 - first))
+        zones.append((content.names.get(zone, f"zone {zone}"), at, at + last + 1 - first))
         at += last + 1 - first
-    face_ids = np.concatenate([np.arange(z[1], z[1] + len(z[3])) for z in found.faces])
-    for first, last in found.parents:
+    face_ids = np.concatenate([np.arange(z[1], z[1] + len(z[3])) for z in content.faces])
+    for first, last in content.parents:
         pair[:, (face_ids >= first) & (face_ids <= last)] = 0
     offsets, faces, is_second = face_based.of_cells(at, place[pair[0]], place[pair[1]])
     whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), ids, ~is_second, face_ids)
     patches, begin = [], 0
-    for zone, _, kind, own, _ in found.faces:
+    for zone, _, kind, own, _ in content.faces:
         if kind != _INTERIOR:
             own_faces = np.arange(begin, begin + len(own))
-            patches.append((found.names.get(zone, f"zone {zone}"), own_faces[(pair[:, own_faces] > 0).any(axis=0)]))
+            patches.append((content.names.get(zone, f"zone {zone}"), own_faces[(pair[:, own_faces] > 0).any(axis=0)]))
         begin += len(own)
     lacking = int(np.count_nonzero(np.diff(offsets) < 4))
     if lacking:
@@ -266,14 +268,14 @@ def _mesh(found: _Found, path: Path) -> Mesh:
     return face_based.mesh(path, points, whole, zones, patches)
 
 
-def _joined_points(found: _Found, path: Path) -> NDArray[np.float64]:
-    found.points.sort(key=lambda pair: pair[0])
+def _joined_points(content: _Content, path: Path) -> NDArray[np.float64]:
+    content.points.sort(key=lambda pair: pair[0])
     at = 1
-    for first, values in found.points:
+    for first, values in content.points:
         if first != at:
             raise ReadError(f"{path}: point {at} is missing: a zone of points begins at {first}")
         at += len(values)
-    return np.concatenate([np.empty((0, 3)), *(values for _, values in found.points)])
+    return np.concatenate([np.empty((0, 3)), *(values for _, values in content.points)])
 
 
 FLUENT = Format("fluent", "Fluent", (".cas", ".msh"), sniff, read)

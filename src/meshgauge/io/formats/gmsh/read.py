@@ -38,7 +38,7 @@ class _Run:
 
 
 @dataclass(slots=True)
-class _Found:
+class _Content:
     """What the sections held."""
 
     node_tags: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
@@ -54,10 +54,10 @@ class _Found:
 
 def read(path: Path, data: bytes) -> Mesh:
     """The mesh in the bytes of a file of version 2.2 or 4.1."""
-    found = _sections(_Cursor(path, data))
-    index = Index(found.node_tags)
+    content = _sections(_Cursor(path, data))
+    index = Index(content.node_tags)
     types, sizes, ids, blocks, start, curved = [], [], [], [], 0, 0
-    for run in found.runs:
+    for run in content.runs:
         n = len(run.nodes)
         place = index.of(run.nodes.ravel())
         if len(place) and place.min() < 0:
@@ -75,20 +75,20 @@ def read(path: Path, data: bytes) -> Mesh:
     if sizes:
         np.cumsum(np.concatenate(sizes), out=offsets[1:])
     if curved:
-        found.notes.append(
+        content.notes.append(
             f"{curved} cells are above second order: their corners are in place, their other nodes in Gmsh's order."
         )
     return Mesh(
-        points=found.points,
+        points=content.points,
         types=np.concatenate(types) if types else np.empty(0, np.uint8),
         offsets=offsets,
         connectivity=np.concatenate(ids) if ids else np.empty(0, np.int64),
         blocks=tuple(blocks),
-        point_data={name: _spread(index, *pair) for name, pair in found.node_data.items()},
-        cell_data=_cell_data(found),
-        field_data=found.names,
+        point_data={name: _spread(index, *pair) for name, pair in content.node_data.items()},
+        cell_data=_cell_data(content),
+        field_data=content.names,
         path=str(path),
-        notes=tuple(found.notes),
+        notes=tuple(content.notes),
         copy=False,
     )
 
@@ -101,29 +101,29 @@ def _spread(index: Index, tags: NDArray[np.int64], values: NDArray[np.float64]) 
     return spread
 
 
-def _cell_data(found: _Found) -> dict[str, NDArray[Any]]:
-    if not found.runs:
+def _cell_data(content: _Content) -> dict[str, NDArray[Any]]:
+    if not content.runs:
         return {}
     data: dict[str, NDArray[Any]] = {
-        "gmsh:physical": np.concatenate([run.physical for run in found.runs]),
-        "gmsh:geometrical": np.concatenate([run.geometrical for run in found.runs]),
+        "gmsh:physical": np.concatenate([run.physical for run in content.runs]),
+        "gmsh:geometrical": np.concatenate([run.geometrical for run in content.runs]),
     }
-    if any(len(tags) > 1 for tags in found.groups.values()):
+    if any(len(tags) > 1 for tags in content.groups.values()):
         # One number a cell is not enough: each named group becomes data of 0 and 1.
-        for name, (tag, dimension) in found.names.items():
+        for name, (tag, dimension) in content.names.items():
             member = [
                 np.full(
                     len(r.nodes),
-                    r.entity is not None and r.entity[0] == dimension and tag in found.groups.get(r.entity, ()),
+                    r.entity is not None and r.entity[0] == dimension and tag in content.groups.get(r.entity, ()),
                 )
-                for r in found.runs
+                for r in content.runs
             ]
             data[name] = np.concatenate(member).astype(np.uint8)
-    tags = np.concatenate([run.tags for run in found.runs])
-    if len(found.ghosts):
-        data[GHOST_TYPE] = np.isin(tags, found.ghosts).astype(np.uint8)
+    tags = np.concatenate([run.tags for run in content.runs])
+    if len(content.ghosts):
+        data[GHOST_TYPE] = np.isin(tags, content.ghosts).astype(np.uint8)
     index = Index(tags)
-    for name, pair in found.element_data.items():
+    for name, pair in content.element_data.items():
         data[name] = _spread(index, *pair)
     return data
 
@@ -195,8 +195,8 @@ class _Cursor:
         self.at = end
 
 
-def _sections(cursor: _Cursor) -> _Found:
-    found = _Found()
+def _sections(cursor: _Cursor) -> _Content:
+    content = _Content()
     seen = set()
     while line := cursor.line():
         if not line.startswith("$"):
@@ -204,17 +204,17 @@ def _sections(cursor: _Cursor) -> _Found:
         section = line[1:]
         seen.add(section)
         try:
-            _section(cursor, section, found)
+            _section(cursor, section, content)
         except (ValueError, IndexError, OverflowError) as error:
             raise cursor.fail(f"section {section}: {error}") from error
         if cursor.line() != f"$End{section}":
             raise cursor.fail(f"section {section} does not end where its numbers do")
     if not {"Nodes", "Elements"} <= seen:
         raise cursor.fail("it has no nodes or no elements")
-    return found
+    return content
 
 
-def _section(cursor: _Cursor, section: str, found: _Found) -> None:
+def _section(cursor: _Cursor, section: str, content: _Content) -> None:
     new = cursor.version.startswith("4")
     if section == "MeshFormat":
         _format(cursor)
@@ -223,23 +223,23 @@ def _section(cursor: _Cursor, section: str, found: _Found) -> None:
             match = re.match(r'(\d+)\s+(-?\d+)\s+"(.*)"', cursor.line())
             if match is None:
                 raise cursor.fail('a physical name is not of the form: dimension tag "name"')
-            found.names[match.group(3)] = np.array([int(match.group(2)), int(match.group(1))])
+            content.names[match.group(3)] = np.array([int(match.group(2)), int(match.group(1))])
     elif section == "Entities" and new:
-        found.groups.update(_entities_binary(cursor) if cursor.is_binary else _entities_text(cursor))
+        content.groups.update(_entities_binary(cursor) if cursor.is_binary else _entities_text(cursor))
     elif section == "Nodes":
-        found.node_tags, found.points = (_nodes_4 if new else _nodes_2)(cursor)
+        content.node_tags, content.points = (_nodes_4 if new else _nodes_2)(cursor)
     elif section == "Elements":
         if new:
-            found.runs = _elements_4(cursor, found.groups)
+            content.runs = _elements_4(cursor, content.groups)
         else:
-            found.runs = _elements_2_binary(cursor) if cursor.is_binary else _elements_2_text(cursor)
+            content.runs = _elements_2_binary(cursor) if cursor.is_binary else _elements_2_text(cursor)
     elif section == "GhostElements" and new:
-        found.ghosts = _ghosts(cursor)
+        content.ghosts = _ghosts(cursor)
     elif section in ("NodeData", "ElementData"):
-        _view(cursor, section, found)
+        _view(cursor, section, content)
     else:
         if section not in ("Comments", "Periodic", "Parametrizations", "GhostElements", "PartitionedEntities"):
-            found.notes.append(f"Section {section} of the Gmsh file was left out.")
+            content.notes.append(f"Section {section} of the Gmsh file was left out.")
         cursor.skip(section)
 
 
@@ -466,7 +466,7 @@ def _ghosts(cursor: _Cursor) -> NDArray[np.int64]:
     return np.array([tag for tag, owner in zip(tags, owners, strict=True) if owner not in holders], np.int64)
 
 
-def _view(cursor: _Cursor, section: str, found: _Found) -> None:
+def _view(cursor: _Cursor, section: str, content: _Content) -> None:
     """A view: strings, reals and integers as text, then a tag and its values for each item."""
     strings = [cursor.line() for _ in range(cursor.few())]
     for _ in range(cursor.few()):
@@ -484,8 +484,8 @@ def _view(cursor: _Cursor, section: str, found: _Found) -> None:
             raise cursor.fail(f"{section} {name!r} states {n} items of {width}, {len(flat)} numbers given")
         table = flat.reshape(n, 1 + width)
         tags, values = table[:, 0].astype(np.int64), table[:, 1:]
-    data = found.node_data if section == "NodeData" else found.element_data
+    data = content.node_data if section == "NodeData" else content.element_data
     if name in data:
-        found.notes.append(f"Of several steps of the view {name!r} the first was read.")
+        content.notes.append(f"Of several steps of the view {name!r} the first was read.")
     else:
         data[name] = (tags, values[:, 0] if width == 1 else values)

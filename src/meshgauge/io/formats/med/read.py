@@ -49,10 +49,10 @@ def read(path: Path) -> Mesh:
             if "ENS_MAA" not in file or not len(file["ENS_MAA"]):
                 raise ReadError(f"{path}: holds no mesh (ENS_MAA)")
             meshes = file["ENS_MAA"]
-            found = [_mesh(path, file, name, meshes[name]) for name in meshes]
-            if len(found) == 1:
-                return found[0]
-            return _joined(found, list(meshes), path)
+            parts = [_mesh(path, file, name, meshes[name]) for name in meshes]
+            if len(parts) == 1:
+                return parts[0]
+            return _joined(parts, list(meshes), path)
     except MeshgaugeError:
         raise
     except (OSError, KeyError, ValueError, TypeError, IndexError, AttributeError, RuntimeError) as error:
@@ -86,19 +86,19 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
     notes = [f"The mesh {name!r} has {len(steps)} steps; the first was read."] if len(steps) > 1 else []
     dimension = int(group.attrs.get("ESP", group.attrs.get("DIM", 3)))
     points = _points(path, step, dimension)
-    found = _cells(path, step, points, as_stated=True)
-    if _MESHIO in _text(group.attrs.get("DES", "")) and _is_mirrored(found, points):
-        found = _cells(path, step, points, as_stated=False)
+    parts = _cells(path, step, points, as_stated=True)
+    if _MESHIO in _text(group.attrs.get("DES", "")) and _is_mirrored(parts, points):
+        parts = _cells(path, step, points, as_stated=False)
         notes.append("Most cells have a negative volume in MED's order of nodes: VTK's was taken, as meshio writes.")
     numbers, names = _groups(file, name)
-    for code, part in found:
+    for code, part in parts:
         own = step["MAI"][code]
         if "FAM" in own:
             families = np.asarray(own["FAM"][...], np.int64).ravel()
             _same(path, len(families), len(part.types), f"families of {code}")
             part.cell_data[GROUP] = _translated(families, numbers)
-    point_data = _fields(path, file, name, found, len(points), notes)
-    mesh = merged([part for _, part in found], path=path, points=points)
+    point_data = _fields(path, file, name, parts, len(points), notes)
+    mesh = merged([part for _, part in parts], path=path, points=points)
     kept = dict(mesh.cell_data)
     if GROUP in kept and kept[GROUP].dtype.kind == "f":  # a type without families
         kept[GROUP] = np.nan_to_num(kept[GROUP]).astype(np.int32)
@@ -120,7 +120,7 @@ def _points(path: Path, step: Any, dimension: int) -> NDArray[np.float64]:
 
 def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: bool) -> list[tuple[str, Part]]:
     """MED's name of each type and its cells; ``as_stated`` in MED's order of nodes, else in VTK's."""
-    found = []
+    parts = []
     for code in step["MAI"]:
         group = step["MAI"][code]
         ids = np.asarray(group["NOD"][...], np.int64).ravel() - 1
@@ -129,7 +129,7 @@ def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: boo
             at = int(ids[np.argmax(wrong)]) + 1
             raise ReadError(f"{path}: cells of type {code} refer to point {at}, which is outside 1..{len(points)}")
         if code in ("POE", "POG", "PO2"):
-            found.append((code, _polyhedra(path, group, ids, points) if code == "POE" else _polygons(path, group, ids)))
+            parts.append((code, _polyhedra(path, group, ids, points) if code == "POE" else _polygons(path, group, ids)))
             continue
         kind = KINDS.get(code)
         if kind is None:
@@ -141,10 +141,10 @@ def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: boo
         chosen = kind if as_stated else Kind(kind.name, kind.n_nodes)
         rows = np.ascontiguousarray(ids.reshape(kind.n_nodes, n).T).ravel()
         made = gathered(rows, np.arange(n) * kind.n_nodes, np.zeros(n, np.int64), {0: chosen})
-        found.append((code, Part(chosen.name, _NONE, made.types, made.offsets, made.connectivity)))
-    if not any(len(part.types) for _, part in found):
+        parts.append((code, Part(chosen.name, _NONE, made.types, made.offsets, made.connectivity)))
+    if not any(len(part.types) for _, part in parts):
         raise ReadError(f"{path}: has no cells")
-    return found
+    return parts
 
 
 def _same(path: Path, stated: int, n: int, what: str) -> None:
@@ -174,10 +174,10 @@ def _polyhedra(path: Path, group: Any, ids: Ints, points: NDArray[np.float64]) -
     return Part("polyhedron", _NONE, made.types, made.offsets, made.connectivity, made.polyhedra)
 
 
-def _is_mirrored(found: list[tuple[str, Part]], points: NDArray[np.float64]) -> bool:
+def _is_mirrored(parts: list[tuple[str, Part]], points: NDArray[np.float64]) -> bool:
     """True if more solid cells have a negative first corner than a positive one."""
     negative = positive = 0
-    for code, part in found:
+    for code, part in parts:
         kind = CELL_TYPES.get(int(part.types[0])) if len(part.types) else None
         if code in KINDS and kind is not None and kind.shape is not None:
             nodes = part.connectivity.reshape(len(part.types), -1)
@@ -222,7 +222,7 @@ def _translated(families: Ints, numbers: dict[int, int]) -> NDArray[np.int32]:
 
 
 def _fields(
-    path: Path, file: Any, name: str, found: list[tuple[str, Part]], n_points: int, notes: list[str]
+    path: Path, file: Any, name: str, parts: list[tuple[str, Part]], n_points: int, notes: list[str]
 ) -> dict[str, NDArray[Any]]:
     """Fields at their first step: those of points are returned, those of cells put into the parts."""
     point_data: dict[str, NDArray[Any]] = {}
@@ -233,7 +233,7 @@ def _fields(
             continue
         step, width = field[next(iter(field))], max(int(field.attrs.get("NCO", 1)), 1)
         for place in step:
-            part = next((part for code, part in found if place == f"MAI.{code}"), None)
+            part = next((part for code, part in parts if place == f"MAI.{code}"), None)
             n = n_points if place == "NOE" else len(part.types) if part is not None else -1
             values = step[place].get(_NO_PROFILE)
             if values is None or "CO" not in values or values["CO"].size != n * width:
@@ -257,12 +257,12 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """By meshio's writer, in MED's order of nodes; regions become groups of cells."""
     import h5py
 
-    found = named_regions(mesh)
-    ids, names = found if found is not None else (np.zeros(mesh.n_cells, np.int64), ())
+    regions = named_regions(mesh)
+    ids, names = regions if regions is not None else (np.zeros(mesh.n_cells, np.int64), ())
     data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY)}
     fields = {k: v for k, v in mesh.field_data.items() if k not in (f"{GROUP}:names", *names)}
     kept = mesh.replace(cell_data=data, field_data=fields)
-    has_groups = found is not None
+    has_groups = regions is not None
     families = {_FAMILY: (-1 - ids).astype(np.int64)} if has_groups else {}
     source = meshio.from_mesh(kept.replace(cell_data={**data, **families}), by_type=True)
     for block in source.cells:

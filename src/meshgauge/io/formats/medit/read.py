@@ -81,7 +81,7 @@ def read(path: Path, *, is_binary: bool) -> Mesh:
     sections = _binary(path, data) if is_binary else _ascii(path, data)
     points: NDArray[Any] | None = None
     point_refs, dimension, is_ended = np.empty(0, np.int64), 3, False
-    found: list[tuple[Section, Ints]] = []
+    tables: list[tuple[Section, Ints]] = []
     left_out: list[str] = []
     for rows in sections:
         if rows.keyword in DIMENSION:
@@ -93,7 +93,7 @@ def read(path: Path, *, is_binary: bool) -> Mesh:
             points = np.pad(table, ((0, 0), (0, 3 - dimension)))
         elif rows.keyword in _BY_KEYWORD:
             section = _BY_KEYWORD[rows.keyword]
-            found.append((section, rows.values(section.kind.n_nodes, False)))
+            tables.append((section, rows.values(section.kind.n_nodes, False)))
         elif rows.keyword in END:
             is_ended = True
             break
@@ -101,12 +101,12 @@ def read(path: Path, *, is_binary: bool) -> Mesh:
             left_out.append(str(rows.keyword))
     if points is None:
         raise ReadError(f"{path}: has no vertices")
-    if not found:
+    if not tables:
         raise ReadError(f"{path}: has no cells" + ("" if is_ended else "; it ends before its end mark"))
     notes = [] if is_ended else ["The file has no end mark; its sections are whole, but some may be missing."]
     if left_out:
         notes.append(f"Sections that are not known were left out: {', '.join(left_out[:_SHOWN])}.")
-    return _mesh(path, points, point_refs, found, notes)
+    return _mesh(path, points, point_refs, tables, notes)
 
 
 def _dimension(path: Path, rows: _Rows) -> int:
@@ -117,11 +117,11 @@ def _dimension(path: Path, rows: _Rows) -> int:
 
 
 def _mesh(
-    path: Path, points: NDArray[Any], point_refs: Ints, found: list[tuple[Section, Ints]], notes: list[str]
+    path: Path, points: NDArray[Any], point_refs: Ints, tables: list[tuple[Section, Ints]], notes: list[str]
 ) -> Mesh:
-    kinds = [section.kind for section, _ in found]
-    sizes = [len(table) for _, table in found]
-    flat = np.concatenate([np.empty(0, np.int64), *(table[:, :-1].ravel() for _, table in found)]) - 1
+    kinds = [section.kind for section, _ in tables]
+    sizes = [len(table) for _, table in tables]
+    flat = np.concatenate([np.empty(0, np.int64), *(table[:, :-1].ravel() for _, table in tables)]) - 1
     wrong = (flat < 0) | (flat >= len(points))
     if wrong.any():
         raise ReadError(
@@ -130,7 +130,7 @@ def _mesh(
     codes = np.repeat(np.arange(len(kinds)), sizes)
     widths = np.array([kind.n_nodes for kind in kinds], np.int64)[codes] if kinds else np.empty(0, np.int64)
     cells = gathered(flat, np.cumsum(widths) - widths, codes, dict(enumerate(kinds)))
-    refs = np.concatenate([np.empty(0, np.int64), *(table[:, -1] for _, table in found)])
+    refs = np.concatenate([np.empty(0, np.int64), *(table[:, -1] for _, table in tables)])
     ends = np.cumsum([0, *sizes]).tolist()
     curved = [f"Of {kind.name} cells the corners are in place." for kind in kinds if kind.name.startswith("lagrange")]
     return Mesh(

@@ -201,19 +201,19 @@ class _File:
         first, n, index = self._header(_PROPERTY, body, "a property")
         if index >= len(self.properties):
             raise self.fail(f"values of property {index} of {len(self.properties)}")
-        found = self.properties[index]
-        if found.values is None:
+        prop = self.properties[index]
+        if prop.values is None:
             return
-        if first + n > len(found.values):
-            raise self.fail(f"values {first} to {first + n} of property {found.name!r}, which has {len(found.values)}")
+        if first + n > len(prop.values):
+            raise self.fail(f"values {first} to {first + n} of property {prop.name!r}, which has {len(prop.values)}")
         at = _PROPERTY.size
-        if found.kind == "b":
+        if prop.kind == "b":
             packed = self._array(body, at, -(-n // 8), "u1", "bits")
-            found.values[first : first + n] = np.unpackbits(packed, count=n, bitorder="little")
+            prop.values[first : first + n] = np.unpackbits(packed, count=n, bitorder="little")
             return
-        width, dtype = _number(found.kind)
-        flat = self._array(body, at, n * width, dtype, f"values of property {found.name!r}")
-        found.values[first : first + n] = flat.reshape(n, width) if width > 1 else flat
+        width, dtype = _number(prop.kind)
+        flat = self._array(body, at, n * width, dtype, f"values of property {prop.name!r}")
+        prop.values[first : first + n] = flat.reshape(n, width) if width > 1 else flat
 
 
 def _number(kind: str) -> tuple[int, str | None]:
@@ -241,9 +241,9 @@ def content(path: Path, data: bytes) -> Content:
         [np.empty((0, file.dimension), file.points[0].dtype if file.points else float), *file.points]
     )
     kept: dict[str, dict[str, NDArray[Any]]] = {"point": {}, "cell": {}}
-    for found in file.properties:
-        if found.values is not None:
-            kept[_ENTITIES[found.entity]].setdefault(found.name, found.values)
+    for prop in file.properties:
+        if prop.values is not None:
+            kept[_ENTITIES[prop.entity]].setdefault(prop.name, prop.values)
     return Content(
         np.pad(points, ((0, 0), (0, 3 - file.dimension))),
         flat[_EDGES][1].reshape(-1, 2),
@@ -251,5 +251,5 @@ def content(path: Path, data: bytes) -> Content:
         *flat[_CELLS],
         kept["point"],
         kept["cell"],
-        [found.name for found in file.properties if found.values is None],
+        [prop.name for prop in file.properties if prop.values is None],
     )

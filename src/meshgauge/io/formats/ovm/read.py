@@ -40,12 +40,12 @@ def read(path: Path) -> Mesh:
     """
     data = path.read_bytes()
     if data.startswith(binary.MAGIC[:5]):
-        found = binary.content(path, data)
+        content = binary.content(path, data)
     elif data.lstrip()[:20].upper().startswith(b"OVM ASCII"):
-        found = _ascii(path, data)
+        content = _ascii(path, data)
     else:
         raise ReadError(f"{path}: says OVM BINARY, which OpenVolumeMesh never defined; its binary format is .ovmb")
-    return _mesh(found, path)
+    return _mesh(content, path)
 
 
 def _ascii(path: Path, data: bytes) -> Content:
@@ -58,54 +58,54 @@ def _ascii(path: Path, data: bytes) -> Content:
     ends = edges.values.reshape(-1, 2)
     faces = _items(text, _section(text, b"faces"), "half-edges")
     cells = _items(text, _section(text, b"polyhedra"), "half-faces")
-    found = Content(points, ends, *faces, *cells)
-    _properties(text, found)
-    return found
+    content = Content(points, ends, *faces, *cells)
+    _properties(text, content)
+    return content
 
 
-def _properties(text: Text, found: Content) -> None:
+def _properties(text: Text, content: Content) -> None:
     """Those of vertices and cells that are numbers; each has a heading and a line for each item."""
-    counts = {"point": len(found.points), "cell": len(found.cell_offsets) - 1}
+    counts = {"point": len(content.points), "cell": len(content.cell_offsets) - 1}
     for match in _PROPERTY.finditer(text.data, text.position()):
         entity, name = _ENTITY.get(match[1].upper()), match[3].decode("utf-8", "replace")
         kind = _TYPE.fullmatch(match[2].lower())
         if entity is None or kind is None or kind[2] in (b"char", b"schar"):
-            found.left_out.append(name)
+            content.left_out.append(name)
             continue
         text.row = text.row_at(match.start(3)) + 1
         rows = text.reals(counts[entity], int(kind[1] or 1), f"values of the property {name!r}")
         values = rows if kind[1] else rows[:, 0]
         if kind[2] not in _IS_REAL and (np.abs(values) < 2**53).all():
             values = values.astype(np.int64)
-        (found.point_data if entity == "point" else found.cell_data).setdefault(name, values)
+        (content.point_data if entity == "point" else content.cell_data).setdefault(name, values)
 
 
-def _mesh(found: Content, path: Path) -> Mesh:
-    if len(found.cell_offsets) < 2:
+def _mesh(content: Content, path: Path) -> Mesh:
+    if len(content.cell_offsets) < 2:
         raise ReadError(f"{path}: has no polyhedra")
-    n_faces = len(found.face_offsets) - 1
-    _in_range(path, found.edges, len(found.points), "an edge refers to vertex")
-    _in_range(path, found.half_edges, 2 * len(found.edges), "a face refers to half-edge")
-    _in_range(path, found.half_faces, 2 * n_faces, "a cell refers to half-face")
-    corners = found.edges[found.half_edges // 2, found.half_edges % 2]
-    inward = np.asarray(found.half_faces % 2 == 1)
-    faces = face_based.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, inward)
-    if _most_are_inverted(faces, found.points):
-        faces = face_based.Faces(found.cell_offsets, found.half_faces // 2, found.face_offsets, corners, ~inward)
-    cells = face_based.solids(faces, found.points)
+    n_faces = len(content.face_offsets) - 1
+    _in_range(path, content.edges, len(content.points), "an edge refers to vertex")
+    _in_range(path, content.half_edges, 2 * len(content.edges), "a face refers to half-edge")
+    _in_range(path, content.half_faces, 2 * n_faces, "a cell refers to half-face")
+    corners = content.edges[content.half_edges // 2, content.half_edges % 2]
+    inward = np.asarray(content.half_faces % 2 == 1)
+    faces = face_based.Faces(content.cell_offsets, content.half_faces // 2, content.face_offsets, corners, inward)
+    if _most_are_inverted(faces, content.points):
+        faces = face_based.Faces(content.cell_offsets, content.half_faces // 2, content.face_offsets, corners, ~inward)
+    cells = face_based.solids(faces, content.points)
     notes: tuple[str, ...] = ()
-    if found.left_out:
+    if content.left_out:
         notes = (
-            f"Properties that are no numbers of vertices or cells were left out: {', '.join(found.left_out[:8])}.",
+            f"Properties that are no numbers of vertices or cells were left out: {', '.join(content.left_out[:8])}.",
         )
     return Mesh(
-        found.points,
+        content.points,
         cells.types,
         cells.offsets,
         cells.connectivity,
         cells.polyhedra,
-        point_data=found.point_data,
-        cell_data=found.cell_data,
+        point_data=content.point_data,
+        cell_data=content.cell_data,
         path=str(path),
         notes=notes,
         copy=False,
@@ -114,9 +114,9 @@ def _mesh(found: Content, path: Path) -> Mesh:
 
 def _section(text: Text, name: bytes) -> int:
     """The heading of a section and the number of its lines."""
-    found = text.line(f"the section {name.decode()}")
-    if found.lower() != name:
-        raise text.fail(f"{found[:40].decode('utf-8', 'replace')!r} where the section {name.decode()} is expected")
+    line = text.line(f"the section {name.decode()}")
+    if line.lower() != name:
+        raise text.fail(f"{line[:40].decode('utf-8', 'replace')!r} where the section {name.decode()} is expected")
     return text.count(name.decode())
 
 

@@ -48,23 +48,23 @@ def _zones(
     mesh: Mesh, ids: NDArray[np.int64], names: tuple[str, ...], solid: NDArray[np.bool_]
 ) -> tuple[list[NDArray[np.int64]], list[str]]:
     """The cells of each zone: of the regions of solid cells if no two share points, else all in one; what is lost."""
-    found = np.unique(ids[solid])
+    solid_ids = np.unique(ids[solid])
     sizes = np.diff(mesh.offsets)
-    if len(found) < 2:
+    if len(solid_ids) < 2:
         return [np.arange(mesh.n_cells)], []
     zone_of_point = np.full(mesh.n_points, -1, np.int64)
     of_node = np.repeat(ids, sizes)[np.repeat(solid, sizes)]
     nodes = mesh.connectivity[np.repeat(solid, sizes)]
     zone_of_point[nodes] = of_node
-    listed = ", ".join(repr(names[k]) for k in found[:8])
+    listed = ", ".join(repr(names[k]) for k in solid_ids[:8])
     if (zone_of_point[nodes] != of_node).any():
         return [np.arange(mesh.n_cells)], [f"SU2 knows no regions of cells that share points: {listed} are not kept."]
     first = zone_of_point[mesh.connectivity[np.minimum(mesh.offsets[:-1], len(mesh.connectivity) - 1)]]
-    zone = np.where(solid, ids, np.where(first < 0, found[0], first))
-    said = [] if all(names[k] == f"zone {n}" for n, k in enumerate(found, 1)) else [
-        f"SU2's zones have no names: {listed} became zones 1 to {len(found)}."
+    zone = np.where(solid, ids, np.where(first < 0, solid_ids[0], first))
+    notes = [] if all(names[k] == f"zone {n}" for n, k in enumerate(solid_ids, 1)) else [
+        f"SU2's zones have no names: {listed} became zones 1 to {len(solid_ids)}."
     ]  # fmt: skip
-    return [np.flatnonzero(zone == k) for k in found], said
+    return [np.flatnonzero(zone == k) for k in solid_ids], notes
 
 
 def _zone(

@@ -47,14 +47,14 @@ class _Source:
         while self.at < len(self.data):
             end = self.data.find(b"\n", self.at)
             end = len(self.data) if end < 0 else end
-            found = self.data[self.at : min(end, self.at + 4096)].split()
+            words = self.data[self.at : min(end, self.at + 4096)].split()
             self.at = end + 1
-            if found:
-                if found[0].upper() == b"METADATA":  # on arrays, up to a blank line
+            if words:
+                if words[0].upper() == b"METADATA":  # on arrays, up to a blank line
                     blank = re.compile(rb"\n[ \t\r]*\n").search(self.data, end)
                     self.at = blank.end() if blank else len(self.data)
                     continue
-                return found
+                return words
         return []
 
     def array(self, n: int, kind: bytes) -> NDArray[Any]:
@@ -66,28 +66,28 @@ class _Source:
             end = self.at + n * dtype.itemsize
             if end > len(self.data):
                 raise _Unknown
-            found = np.frombuffer(self.data, dtype.newbyteorder(">"), n, self.at).astype(dtype)
+            values = np.frombuffer(self.data, dtype.newbyteorder(">"), n, self.at).astype(dtype)
             self.at = end
-            return found
+            return values
         match = _NEXT.search(self.data, max(self.at - 1, 0))
         end = match.start() + 1 if match else len(self.data)
         text = self.data[self.at : end]
         self.at = max(end, self.at)
-        found = numbers(text, np.float64 if dtype.kind == "f" else np.int64)
-        if len(found) != n:
+        values = numbers(text, np.float64 if dtype.kind == "f" else np.int64)
+        if len(values) != n:
             raise _Unknown
         if dtype.kind != "f" and n:
             limits = np.iinfo(dtype)
-            if not limits.min <= int(found.min()) <= int(found.max()) <= limits.max:
+            if not limits.min <= int(values.min()) <= int(values.max()) <= limits.max:
                 raise _Unknown
-        return found.astype(dtype)
+        return values.astype(dtype)
 
 
 def _known(kind: bytes) -> str:
-    found = _DTYPES.get(kind.lower())
-    if found is None:
+    dtype = _DTYPES.get(kind.lower())
+    if dtype is None:
         raise _Unknown
-    return found
+    return dtype
 
 
 def read(path: Path) -> Mesh | None:
@@ -122,10 +122,10 @@ def _mesh(source: _Source, version: int, path: Path) -> Mesh:
         elif keyword == b"CELLS":
             cells = _lists(source, words) if version >= 5 else source.array(int(words[2]), b"int")
         elif keyword == b"CELL_TYPES":
-            found = source.array(int(words[1]), b"int")
-            if len(found) and not 0 <= int(found.min()) <= int(found.max()) < 256:
+            sizes = source.array(int(words[1]), b"int")
+            if len(sizes) and not 0 <= int(sizes.min()) <= int(sizes.max()) < 256:
                 raise _Unknown
-            types = found.astype(np.uint8)
+            types = sizes.astype(np.uint8)
         elif keyword in (b"POINT_DATA", b"CELL_DATA"):
             target, rows = data[keyword], int(words[1])
             if rows != (len(points) if keyword == b"POINT_DATA" else len(types)):
@@ -145,13 +145,13 @@ def _mesh(source: _Source, version: int, path: Path) -> Mesh:
 
 def _lists(source: _Source, words: list[bytes]) -> tuple[NDArray[Any], NDArray[Any]]:
     """Offsets and connectivity, as version 5 has them."""
-    found = []
+    lists = []
     for name, n in ((b"OFFSETS", int(words[1])), (b"CONNECTIVITY", int(words[2]))):
         heading = source.words()
         if heading[0].upper() != name:
             raise _Unknown
-        found.append(source.array(n, heading[1]))
-    offsets, connectivity = found
+        lists.append(source.array(n, heading[1]))
+    offsets, connectivity = lists
     if not len(offsets) or offsets[0] != 0 or offsets[-1] != len(connectivity) or (np.diff(offsets) < 0).any():
         raise _Unknown
     return offsets, connectivity

@@ -107,14 +107,14 @@ class _Appended:
         words = raw.split(b"\0")[:-1]
         if len(words) != rows * max(width, 1):
             raise _Unknown
-        found = np.array([word.decode("utf-8", "replace") for word in words], dtype=np.str_)
-        return found.reshape(-1, width) if width > 1 else found
+        texts = np.array([word.decode("utf-8", "replace") for word in words], dtype=np.str_)
+        return texts.reshape(-1, width) if width > 1 else texts
 
     def _headers(self, n: int, name: str) -> list[int]:
-        found = np.frombuffer(self.file.read(n * self.header.itemsize), self.header)
-        if len(found) != n:
+        headers = np.frombuffer(self.file.read(n * self.header.itemsize), self.header)
+        if len(headers) != n:
             raise ReadError(f"{self.path}: array {name!r} is not whole")
-        return [int(k) for k in found]
+        return [int(k) for k in headers]
 
     def _stated(self, name: str) -> int:
         """Bytes of an array: stated, or those of all of its blocks, of which the last may be shorter."""
@@ -183,8 +183,8 @@ def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
 
 def _of_step(parent: ElementTree.Element, place: str, at: int) -> list[ElementTree.Element]:
     """The arrays of a time step: those that name it, and those that name none."""
-    found = parent.findall(place)
-    return [item for item in found if str(at) in item.get("TimeStep", str(at)).split()]
+    children = parent.findall(place)
+    return [item for item in children if str(at) in item.get("TimeStep", str(at)).split()]
 
 
 def _named(

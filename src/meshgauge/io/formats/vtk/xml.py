@@ -59,8 +59,8 @@ def _times(path: Path) -> list[float]:
 def read(path: Path, at: int = 0) -> Mesh:
     """Any of VTK's XML data sets; a composite one gives a block for each leaf."""
     with path.open("rb") as file:
-        found = _TYPE.search(file.read(HEAD))
-    kind = found.group(1).decode("ascii", "replace") if found else ""
+        match = _TYPE.search(file.read(HEAD))
+    kind = match.group(1).decode("ascii", "replace") if match else ""
     if kind not in (*_READERS, *parallel.KINDS):
         known = ", ".join((*_READERS, *parallel.KINDS))
         raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {known}")
