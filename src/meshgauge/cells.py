@@ -24,7 +24,7 @@ Node numbering (VTK's, except that the wedge has the normal of (0, 1, 2) pointin
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from math import cos, pi, sin, sqrt
 from operator import index
@@ -39,7 +39,7 @@ Place = tuple[int, int, int]
 """Coordinates of a node in the reference cell, whole numbers in units of 1/order."""
 
 Weights = tuple[tuple[int, int], ...]
-"""A weighted sum of nodes: ``(node, weight)``, the weights in eighths."""
+"""A weighted sum of nodes: ``(node, weight)``, the weights in sixteenths."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +97,17 @@ class CellType:
     vtk_class: str = ""  #: VTK's, which knows the places of the nodes, where they are not here
     n_corners: int = 0  #: of a surface cell, its first nodes; 0: as many as it has nodes
     n_nodes_beside: tuple[int, ...] = ()  #: numbers of nodes that are no full lattice of any order
+    is_bernstein: bool = False  #: the nodes beside the corners are Bernstein coefficients, not points of the cell
+    table: str = ""  #: its name among the tables of the certificate, if not its own
 
     def __repr__(self) -> str:
         nodes = f"{self.n_nodes} nodes" if self.n_nodes is not None else "any number of nodes"
         return f"<CellType {self.vtk_id} {self.name}: {nodes}, dimension {self.dimension}>"
+
+    @property
+    def kind(self) -> str:
+        """What its table of the certificate is called: rows that are the same cell by another name share one."""
+        return self.table or self.name
 
     @property
     def is_curved(self) -> bool:
@@ -235,7 +242,7 @@ def _serendipity(shape: Shape, faces: Iterable[Sequence[int]]) -> tuple[Weights,
     sums = []
     for face in faces:
         middles = [shape.n_nodes + n for n, (a, b) in enumerate(shape.edges) if a in face and b in face]
-        sums.append((*((a, -2) for a in face), *((m, 4) for m in middles)))
+        sums.append((*((a, -4) for a in face), *((m, 8) for m in middles)))
     return tuple(sums)
 
 
@@ -243,12 +250,12 @@ _HEX27 = _lattice(HEXAHEDRON.reference, HEXAHEDRON.edges, _CUBE_FACES, [range(8)
 _WEDGE18 = _lattice(WEDGE.reference, WEDGE.edges, _PRISM_FACES)
 _HEX20_BESIDE = (
     *_serendipity(HEXAHEDRON, _CUBE_FACES),
-    (*((a, -2) for a in range(8)), *((m, 2) for m in range(8, 20))),
+    (*((a, -4) for a in range(8)), *((m, 4) for m in range(8, 20))),
 )
 # VTK's hexahedron of 24 nodes lacks the bottom, the top and the centre: the first two as in that of 20, and the centre
 # so that the space is that of vtkBiQuadraticQuadraticHexahedron.
-_HEX24_BESIDE = (*_HEX20_BESIDE[4:6], (*((m, -2) for m in range(16, 20)), *((m, 4) for m in range(20, 24))))
-_WEDGE12_BESIDE = tuple(((a, 4), (b, 4)) for a, b in ((0, 3), (1, 4), (2, 5), (6, 9), (7, 10), (8, 11)))
+_HEX24_BESIDE = (*_HEX20_BESIDE[4:6], (*((m, -4) for m in range(16, 20)), *((m, 8) for m in range(20, 24))))
+_WEDGE12_BESIDE = tuple(((a, 8), (b, 8)) for a, b in ((0, 3), (1, 4), (2, 5), (6, 9), (7, 10), (8, 11)))
 
 # The pyramid of 13 nodes as the cube's lattice of order 2, the upper nine of which are the apex. Beside the nodes it
 # has the middle of the base, of the four faces half-way up (a quadratic triangle's value there) and of the inside
@@ -261,9 +268,15 @@ _PYRAMID13 = (
     *((1, 1, 0), (1, 0, 1), (2, 1, 1), (1, 2, 1), (0, 1, 1), (1, 1, 1)),
 )
 _PYRAMID13_BESIDE = (
-    (*((a, -2) for a in range(4)), *((m, 4) for m in range(5, 9))),
-    *(((n, -1), ((n + 1) % 4, -1), (5 + n, 2), (9 + n, 4), (9 + (n + 1) % 4, 4)) for n in range(4)),
-    (*((a, -1) for a in range(4)), *((m, 1) for m in range(5, 9)), *((m, 2) for m in range(9, 13))),
+    (*((a, -4) for a in range(4)), *((m, 8) for m in range(5, 9))),
+    *(((n, -2), ((n + 1) % 4, -2), (5 + n, 4), (9 + n, 8), (9 + (n + 1) % 4, 8)) for n in range(4)),
+    (*((a, -2) for a in range(4)), *((m, 2) for m in range(5, 9)), *((m, 4) for m in range(9, 13))),
+)
+# That of 14 has the middle of the base among its nodes, and is quadratic otherwise (Gmsh's and CGNS's): inside, that
+# node counts a quarter of what it differs by from the serendipity sum.
+_PYRAMID14_BESIDE = (
+    *_PYRAMID13_BESIDE[1:5],
+    (*((a, -1) for a in range(4)), *((m, 4) for m in range(9, 14))),
 )
 
 
@@ -384,6 +397,39 @@ CELL_TYPES: dict[int, CellType] = {row.vtk_id: row for row in _ROWS}
 
 BY_NAME: dict[str, CellType] = {row.name: row for row in _ROWS}
 """Every row, by name."""
+
+
+def _of_nodes(high_order: str, row: CellType, *, is_bernstein: bool = False) -> CellType:
+    """The row of a Lagrange or Bézier type with as many nodes as another row, in its order."""
+    own = BY_NAME[high_order]
+    table = f"{row.name}_bezier" if is_bernstein else row.name
+    return replace(row, vtk_id=own.vtk_id, name=own.name, is_bernstein=is_bernstein, table=table)
+
+
+_LAGRANGE = (
+    *(("tetra", of) for of in ("tetra", "tetra10")),
+    *(("hexahedron", of) for of in ("hexahedron", "hexahedron20", "hexahedron27")),
+    *(("wedge", of) for of in ("wedge", "wedge15", "wedge18")),
+    *(("pyramid", of) for of in ("pyramid", "pyramid13")),
+)
+_PYRAMID14 = _quadratic(74, "pyramid14", PYRAMID, _PYRAMID13, _PYRAMID14_BESIDE)
+
+_OF_NODES = (
+    *(_of_nodes(f"lagrange_{name}", BY_NAME[of]) for name, of in _LAGRANGE),
+    _of_nodes("lagrange_pyramid", _PYRAMID14),
+    *(_of_nodes(f"bezier_{name}", BY_NAME[name]) for name in ("tetra", "hexahedron", "wedge", "pyramid")),
+    *(
+        _of_nodes(f"bezier_{name}", BY_NAME[of], is_bernstein=True)
+        for name, of in (("tetra", "tetra10"), ("hexahedron", "hexahedron27"), ("wedge", "wedge18"))
+    ),
+)
+
+BY_NODES: dict[tuple[int, int], CellType] = {(row.vtk_id, row.n_nodes or 0): row for row in _OF_NODES}
+"""Rows of types whose number of nodes varies, by VTK id and number of nodes: linear cells, and those of second order.
+
+VTK numbers the nodes of Lagrange and Bézier cells of second order as those of its quadratic types.
+"""
+
 
 POLYHEDRON = CELL_TYPES[42]
 POLY_VERTEX = CELL_TYPES[2]

@@ -35,9 +35,9 @@ def scores(quality: Quality) -> Values:
 def by_type(quality: Quality) -> dict[str, Values]:
     """Ascending scores of the measured cells of each type, in the order of the VTK ids."""
     merit = scores(quality)
-    by_name = {}
-    for _, vtk_id, cells in quality.mesh.groups():
-        values = np.sort(merit[cells])
+    mesh, by_name = quality.mesh, {}
+    for vtk_id in np.unique(mesh.types).tolist():
+        values = np.sort(merit[mesh.cells_of_type(vtk_id)])
         # NaN is sorted to the end.
         values = values[: np.searchsorted(values, np.nan)]
         if len(values):

@@ -204,9 +204,18 @@ class Mesh:
         return {type_name(int(t)): int(counts[t]) for t in np.flatnonzero(counts)}
 
     def groups(self) -> Iterator[tuple[CellType | None, int, CellIds]]:
-        """For each type in the mesh: its row (None if unknown), its VTK id, and its cells."""
+        """For each type in the mesh: its row (None if unknown), its VTK id, and its cells.
+
+        Lagrange and Bézier cells come once for each number of nodes that is known, and once more for the others.
+        """
+        from .high_order import by_nodes
+
         for vtk_id in (int(t) for t in np.flatnonzero(self._count_by_id())):
-            yield CELL_TYPES.get(vtk_id), vtk_id, self.cells_of_type(vtk_id)
+            row, cells = CELL_TYPES.get(vtk_id), self.cells_of_type(vtk_id)
+            if row is not None and row.shape is not None and row.n_nodes is None:
+                yield from ((known, vtk_id, some) for known, some in by_nodes(self, row, cells))
+            else:
+                yield row, vtk_id, cells
 
     def cells_of_type(self, vtk_id: int) -> CellIds:
         """The cells of one type: a slice if they follow one another, else their ids."""

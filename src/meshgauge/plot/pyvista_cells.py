@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import BY_NAME
+from ..cells import BY_NAME, CELL_TYPES
 from ..errors import MeshgaugeError
 from ..io.plumbing.vtk import grid as vtk_grid
 from ..look.colours import FAINT, SKIN, cell_colours
@@ -81,11 +81,12 @@ def _straight(mesh: Mesh) -> Mesh:
     keep = np.ones(len(mesh.connectivity), np.bool_)
     types, sizes = np.array(mesh.types), np.diff(mesh.offsets)
     for row, vtk_id, cells in mesh.groups():
-        if row is not None and row.shape is not None and row.n_nodes is None:
-            of_type = mesh.types == vtk_id
-            keep[np.repeat(of_type, sizes)] = False
+        if row is not None and row.shape is not None and CELL_TYPES[vtk_id].n_nodes is None:
+            of_group = np.zeros(mesh.n_cells, np.bool_)
+            of_group[cells] = True
+            keep[np.repeat(of_group, np.diff(mesh.offsets))] = False
             keep[connectivity.positions(mesh, row, cells)] = True
-            types[of_type], sizes[of_type] = BY_NAME[row.shape.name].vtk_id, len(row.corners)
+            types[cells], sizes[cells] = BY_NAME[row.shape.name].vtk_id, len(row.corners)
     if keep.all():
         return mesh
     return mesh.replace(types=types, offsets=np.r_[0, np.cumsum(sizes)], connectivity=mesh.connectivity[keep])

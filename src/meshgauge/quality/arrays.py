@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import TETRA, CellType, cell_type
+from ..cells import BY_NODES, TETRA, CellType, cell_type
 from ..errors import MetricError
 from ..kernels import path
 from ..kernels.cells import driver
@@ -188,6 +188,7 @@ def _check_cells(points: ArrayLike, nodes: ArrayLike, which: str | int | CellTyp
     x = cast.points(points)
     connectivity = cast.connectivity(nodes, row)
     cast.check_ids(connectivity, len(x), row.name)
+    row = BY_NODES.get((row.vtk_id, connectivity.shape[1]), row)
     wanted = driver.columns(row)
     if wanted != tuple(range(connectivity.shape[1])):
         connectivity = connectivity[:, list(wanted)]

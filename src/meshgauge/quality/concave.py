@@ -41,10 +41,11 @@ def mark_concave(mesh: Mesh, status: NDArray[np.uint8], polyhedra: PolyhedralQua
         status[star_shaped[bad[star_shaped]]] = Status.CONCAVE
     if not bad.any():
         return
-    for row, vtk_id, _ in mesh.groups():
+    for row, _, of_type in mesh.groups():
         if row is None or row.shape is None or row.is_curved:
             continue
-        cells = np.flatnonzero(bad & (mesh.types == vtk_id))
+        ids = np.arange(mesh.n_cells)[of_type]
+        cells = ids[bad[ids]]
         for start in range(0, len(cells), CHUNK):
             part = cells[start : start + CHUNK]
             seen = _star_shaped(mesh.points, connectivity.picked(mesh, row, part, row.corners), row.shape)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lazy import find
-from ..cells import POLYHEDRON, CellType, Shape, cell_type, type_name
+from ..cells import POLYHEDRON, CellType, Shape, type_name
 from ..errors import MetricError, OptionError
 from ..kernels import path
 from ..kernels.cells import aggregate, driver
@@ -24,6 +24,7 @@ from ..look.names import cell_entry, point_entry
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
+from ..mesh.high_order import row_of
 from ..mesh.interface import is_interface
 from ..mesh.labels import cell_label, point_label
 from ..mesh.topology import inner_faces
@@ -261,14 +262,13 @@ class Quality:
 
     def worst_node(self, cell: int) -> WorstCell:
         """A cell that has a value, and the node of it that is worst."""
-        vtk_id = int(self.mesh.types[cell])
-        node, point, node_quality = self._worst_node(cell, cell_type(vtk_id))
+        node, point, node_quality = self._worst_node(cell, row_of(self.mesh, cell) or POLYHEDRON)
         if self.collapsed_from is not None:  # the position in the cell of the file
             node = int(np.flatnonzero(self.collapsed_from.nodes(cell) == point)[0])
         x, y, z = (float(v) for v in self.mesh.points[point])
         return WorstCell(
             cell=cell,
-            type=type_name(vtk_id),
+            type=type_name(int(self.mesh.types[cell])),
             quality=float(self.values[cell]),
             status=STATUSES[Status(int(self.status[cell]))].name,
             node=node,

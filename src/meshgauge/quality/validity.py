@@ -81,9 +81,9 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
             codes[cells] = Validity.UNDECIDED
             continue
 
-        def work(part: CellIds, row: CellType = row, name: str = known.name) -> None:
+        def work(part: CellIds, row: CellType = row, kind: str = known.kind) -> None:
             ids = connectivity.picked(mesh, row, part, driver.columns(row))
-            codes[part], lower[part], upper[part] = bounds(name, mesh.points, ids)
+            codes[part], lower[part], upper[part] = bounds(kind, mesh.points, ids)
 
         run(work, connectivity.chunks(cells), threads)
     return Certificate(read_only(codes), read_only(lower), read_only(upper))
@@ -93,7 +93,7 @@ def prepare(row: CellType, mesh: Mesh, *, compiled: bool) -> None:
     """Compile what `inside` needs, on the calling thread."""
     known = driver.certified_as(row)
     if known is not None and not _corners_decide(row):
-        validity(known.name, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
+        validity(known.kind, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
 
 
 def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled: bool) -> None:
@@ -123,7 +123,7 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     if known is None:
         proved = prism.validity(np.asarray(mesh.points[ids], np.float64))
     else:
-        proved = validity(known.name, mesh.points, ids, compiled=compiled)
+        proved = validity(known.kind, mesh.points, ids, compiled=compiled)
     status[ok[proved == Validity.INVALID]] = Status.INVERTED_INSIDE
     status[ok[proved == Validity.UNDECIDED]] = Status.UNDECIDED
 

@@ -90,7 +90,8 @@ def between(row: CellType) -> list[int]:
 def _curved_groups(mesh: Mesh, cells: Mask) -> list[tuple[CellType, NDArray[np.int64], Points]]:
     """The curved cells that take part, by type, with the weights of their nodes."""
     groups = []
-    for row, _, of_type in mesh.groups():
+    for _, vtk_id, of_type in mesh.groups():
+        row = CELL_TYPES.get(vtk_id)
         if row is None or row.shape is None or not row.is_curved or not can_follow(row):
             continue
         ids = np.arange(mesh.n_cells)[of_type]

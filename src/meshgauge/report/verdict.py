@@ -60,11 +60,10 @@ def verdict(summary: Summary) -> Verdict:
         return Verdict("unknown", f"{begin}{doubt}; {poor}{ending}")
     if concave:
         return Verdict("unknown" if missing else "poor", f"{concave_only}{ending}")
-    valid = "valid at their corners" if summary.corners_only else "valid"
     if missing:
-        known = f"the {plural(looked_at, 'measured cell')} {_are(looked_at)} {valid}"
+        known = f"the {plural(looked_at, 'measured cell')} {_are(looked_at)} valid"
         return Verdict("unknown", f"{unknown}; {known}; {poor}")
-    whole = f"all {number(looked_at)} measured cells are {valid}" if looked_at > 1 else f"the one cell is {valid}"
+    whole = f"all {number(looked_at)} measured cells are valid" if looked_at > 1 else "the one cell is valid"
     return Verdict("poor" if every.n_poor else "good", f"{whole}; {poor}")
 
 

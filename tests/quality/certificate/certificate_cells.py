@@ -8,10 +8,9 @@ from math import factorial, prod
 import numpy as np
 from numpy.typing import NDArray
 
-from meshgauge.cells import BY_NAME
 from meshgauge.kernels.arrays import BLOCK
 from meshgauge.kernels.certificate.bernstein import bernstein, gather
-from meshgauge.kernels.certificate.tables import KINDS, table
+from meshgauge.kernels.certificate.tables import KINDS, row_of, table
 from meshgauge.kernels.jit import JIT_DISABLED
 
 Array = NDArray[np.float64]
@@ -26,6 +25,7 @@ FACE_NODES = {
         tuple(range(8)),
     ),
     "wedge18": ((0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "pyramid14": ((0, 1, 2, 3),),
 }
 
 
@@ -40,10 +40,21 @@ def family(name: str) -> str:
 
 def ideal(name: str) -> Array:
     """The ideal cell, nodes of a curved one in the middle of edges and faces."""
-    corners = np.array(BY_NAME[name].shape.points)
-    middles = [corners[list(edge[:2])].mean(0) for edge in BY_NAME[name].edges if len(edge) == 3]
-    faces = [corners[list(face)].mean(0) for face in FACE_NODES.get(name, ())]
+    corners = np.array(row_of(name).shape.points)
+    middles = [corners[list(edge[:2])].mean(0) for edge in row_of(name).edges if len(edge) == 3]
+    faces = [corners[list(face)].mean(0) for face in FACE_NODES.get(name.removesuffix("_bezier"), ())]
     return np.array([*corners, *middles, *faces])
+
+
+def with_vanishing_tangent(name: str, cell: Array, edge: tuple[int, ...], share: float = 1.0) -> Array:
+    """The cell with the node of an edge moved along it to where the tangent at its first end is zero: to a quarter, or
+    to that end if it is a control point; or by a share of that way."""
+    a, b, middle = edge
+    quarter = 0.5 if row_of(name).is_bernstein else 0.25
+    moved = cell.copy()
+    at = 0.5 - share * quarter
+    moved[middle] = (1 - at) * cell[a] + at * cell[b]
+    return moved
 
 
 def cloud(name: str, n: int, amplitude: float, seed: int = 0) -> tuple[Array, NDArray[np.int64]]:
@@ -62,14 +73,14 @@ def separate(cells: Array) -> tuple[Array, NDArray[np.int64]]:
 def mean_edge_cubed(name: str, cells: Array) -> Array:
     """Cube of the root-mean-square edge length times the ideal cell's determinant, ``(m,)``."""
     total = 0.0
-    for edge in BY_NAME[name].edges:
+    for edge in row_of(name).edges:
         a, b = cells[:, edge[0]], cells[:, edge[1]]
         if len(edge) == 2:
             total = total + ((b - a) ** 2).sum(1)
         else:
             middle = cells[:, edge[2]]
             total = total + 2 * ((middle - a) ** 2).sum(1) + 2 * ((b - middle) ** 2).sum(1)
-    return BY_NAME[name].shape.k * (total / len(BY_NAME[name].edges)) ** 1.5
+    return row_of(name).shape.k * (total / len(row_of(name).edges)) ** 1.5
 
 
 def coefficients(name: str, cells: Array) -> Array:
@@ -98,7 +109,9 @@ def exponents(name: str) -> list[tuple[int, ...]]:
         "wedge": (1, 2),
         "hexahedron": (2, 2, 2),
         "tetra10": (3,),
+        "tetra10_bezier": (3,),
         "pyramid13": (5, 5, 3),
+        "pyramid14": (5, 5, 3),
     }.get(name, (4, 5) if family(name) == "wedge" else (5, 5, 5))
     parts = [
         [e for e in product(range(degree + 1), repeat=size) if sum(e) == degree]

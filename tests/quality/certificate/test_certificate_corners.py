@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from certificate_cells import CURVED, cloud, family, ideal, many, separate
+from certificate_cells import CURVED, cloud, family, ideal, many, separate, with_vanishing_tangent
 
-from meshgauge.cells import BY_NAME
 from meshgauge.kernels.cells.aggregate import fold
 from meshgauge.kernels.certificate.bounds import bounds
 from meshgauge.kernels.certificate.corners import corner_tangents_js
-from meshgauge.kernels.certificate.tables import KINDS, table
+from meshgauge.kernels.certificate.tables import KINDS, row_of, table
 
 REFERENCE = {
     "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
@@ -31,7 +30,7 @@ VTK_CLASSES = {
 def straight(name: str, cells: np.ndarray) -> np.ndarray:
     """J_S from straight edges, by definition, folded at the apex of a pyramid."""
     values = []
-    for a, i, j, k in BY_NAME[name].shape.triples:
+    for a, i, j, k in row_of(name).shape.triples:
         unit = [
             (cells[:, n] - cells[:, a]) / np.linalg.norm(cells[:, n] - cells[:, a], axis=1)[:, None] for n in (i, j, k)
         ]
@@ -44,10 +43,10 @@ def straight(name: str, cells: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", KINDS)
 def test_straight_cells(name: str) -> None:
     """With nodes in the middle of straight edges, the J_S of the corners alone; k on the ideal cell."""
-    shape = BY_NAME[name].shape
+    shape = row_of(name).shape
     points, connectivity = cloud(name, many(200), 0.4)
     cells = points[connectivity]
-    for edge in BY_NAME[name].edges:
+    for edge in row_of(name).edges:
         if len(edge) == 3:
             cells[:, edge[2]] = cells[:, list(edge[:2])].mean(1)
     cells[0] = ideal(name)
@@ -65,7 +64,7 @@ def test_tangents_are_vtks(name: str) -> None:
     cells = points[connectivity]
     js = corner_tangents_js(name, points, connectivity)
     corners = np.array(REFERENCE[family(name)], float)
-    for a, i, j, k in BY_NAME[name].shape.triples:
+    for a, i, j, k in row_of(name).shape.triples:
         derivatives = [0.0] * (3 * table(name).n_nodes)
         cell.InterpolateDerivs(tuple(corners[a]), derivatives)
         jacobian = np.einsum("dn,mnx->mdx", np.reshape(derivatives, (3, -1)), cells)
@@ -82,8 +81,8 @@ def test_sign_is_the_certificates(name: str) -> None:
     result = bounds(name, points, connectivity)
     assert (result.upper[(js <= 0).any(1)] <= 0).all()
     cell = np.round(64 * ideal(name)) / 64
-    a, b, middle = next(edge for edge in BY_NAME[name].edges if len(edge) == 3)
-    cell[middle] = 0.75 * cell[a] + 0.25 * cell[b]
+    a, b, middle = edge = next(edge for edge in row_of(name).edges if len(edge) == 3)
+    cell = with_vanishing_tangent(name, cell, edge)
     assert corner_tangents_js(name, *separate(cell[None]))[0, a] == 0
     cell[middle, 1] = np.nan
     assert np.isnan(corner_tangents_js(name, *separate(cell[None]))[0, [a, b]]).all()

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from certificate_cells import LINEAR, cloud, family, ideal, many, separate
 
-from meshgauge.cells import BY_NAME
 from meshgauge.kernels import path as kernels_path
 from meshgauge.kernels.certificate.bounds import Bounds, Validity, bounds, validity
 from meshgauge.kernels.certificate.numpy_path import can_decide
-from meshgauge.kernels.certificate.tables import KINDS, table
+from meshgauge.kernels.certificate.tables import KINDS, row_of, table
 
 AMPLITUDE = {name: 0.7 if name in LINEAR else 0.15 for name in KINDS}
 
@@ -123,7 +122,7 @@ def test_renumbering(name: str) -> None:
     assert (result.lower[valid] <= turned.upper[valid]).all()
 
 
-DECIDED = [name for name in LINEAR if can_decide(BY_NAME[name])]
+DECIDED = [name for name in LINEAR if can_decide(row_of(name))]
 
 
 def verdicts(name: str, points: np.ndarray, connectivity: np.ndarray) -> np.ndarray:

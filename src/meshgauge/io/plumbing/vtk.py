@@ -22,6 +22,10 @@ from ...mesh import Mesh
 from ...mesh.polyhedra import Polyhedra
 from .merge import Part, merged
 
+RENUMBERED = (72, 79)
+"""Lagrange and Bézier hexahedra: two upright edges of theirs stand the other way round in older files (.vtk before 5.1,
+.vtu before 2.1), which VTK's readers put in order."""
+
 _LOCK = threading.RLock()
 """VTK has one output window and one logger a process: only one reader at a time may listen to them."""
 

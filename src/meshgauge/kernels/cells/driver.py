@@ -87,7 +87,7 @@ def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out
     if uses_all_nodes(row):
         from ..certificate.corners import corner_tangents_js
 
-        out[:] = corner_tangents_js(row.name, points, connectivity)
+        out[:] = corner_tangents_js(row.kind, points, connectivity)
         return
     if not compiled:
         out[:] = robust.node_scaled_jacobian(_coordinates(points, connectivity), shape)

@@ -1,7 +1,8 @@
 """Node J_S of quadratic cells, from the true tangents of their curved edges at the corners.
 
 An edge with end nodes ``a`` and ``i`` and the node ``m`` between them is a parabola: its tangent at ``a`` is
-``4 (m - a) - (i - a)``, in every interpolation that VTK, Gmsh and the solvers use. J_S is the triple product of the
+``4 (m - a) - (i - a)``, in every interpolation that VTK, Gmsh and the solvers use; of a Bézier cell, whose ``m`` is a
+control point, it is ``m - a``. J_S is the triple product of the
 three unit tangents, as for a linear cell. Whether the cell is valid inside is for `certificate` to say.
 """
 
@@ -86,9 +87,10 @@ def _corners(name: str) -> tuple[Shape, NDArray[np.int64]]:
     assert shape is not None  # all types that have a table have a shape
     between = {frozenset(edge[:2]): edge[2] for edge in row.edges if len(edge) == 3}
     # A straight edge stands for itself: the kernel tells it by the far end in the place of the node between.
-    rows = [
-        (a, *neighbours, *(between.get(frozenset((a, n)), n) for n in neighbours)) for a, *neighbours in shape.triples
-    ]
+    rows = []
+    for a, *ends in shape.triples:
+        middles = [between.get(frozenset((a, end)), end) for end in ends]
+        rows.append((a, *(middles if row.is_bernstein else ends), *middles))
     return shape, np.array(rows, np.int64)
 
 

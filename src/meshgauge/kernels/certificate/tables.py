@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import CELL_TYPES, CellType, Shape
+from ...cells import BY_NODES, CELL_TYPES, CellType, Shape
 
 Weights = Mapping[int, Fraction]  #: node -> weight
 Exponents = tuple[int, ...]
@@ -101,8 +101,10 @@ class Table:
         return len(self.terms.quadratics) > 0 or len(self.terms.corners) == self.terms.n_coefficients
 
 
-KINDS: tuple[str, ...] = tuple(row.name for row in CELL_TYPES.values() if row.order)
-"""The cell types that have a table, by their names."""
+_ROWS = {row.kind: row for row in (*BY_NODES.values(), *CELL_TYPES.values()) if row.order}
+
+KINDS: tuple[str, ...] = tuple(_ROWS)
+"""The cell types that have a table, by `CellType.kind`."""
 
 _HALF = Fraction(1, 2)
 
@@ -157,7 +159,7 @@ def row_of(name: str) -> CellType:
     KeyError
         If the type has none.
     """
-    row = next((row for row in CELL_TYPES.values() if row.name == name and row.order), None)
+    row = _ROWS.get(name)
     if row is None:
         raise KeyError(f"no certificate for cells of type {name!r}; there is one for {', '.join(KINDS)}")
     return row
@@ -215,7 +217,7 @@ def _control(name: str) -> dict[Exponents, Weights]:
     row = row_of(name)
     shape, n_nodes = _shape(row), row.n_nodes or 0
     own: list[Weights] = [{n: Fraction(1)} for n in range(n_nodes)]
-    beside: list[Weights] = [{node: Fraction(eighths, 8) for node, eighths in weights} for weights in row.beside]
+    beside: list[Weights] = [{node: Fraction(weight, 16) for node, weight in weights} for weights in row.beside]
     values: dict[Exponents, Weights] = {
         _exponents(shape.simplices, row.order, place): weights
         for place, weights in zip(row.places, (*own, *beside), strict=True)
@@ -224,7 +226,7 @@ def _control(name: str) -> dict[Exponents, Weights]:
         apex = {shape.n_nodes - 1: Fraction(1)}
         for i, j in product(range(row.order + 1), repeat=2):
             values[_exponents(shape.simplices, row.order, (i, j, row.order))] = apex
-    if row.order == 1:
+    if row.order == 1 or row.is_bernstein:
         return values
     for block in _blocks(shape.simplices):
         # On a line with values a, m, b the middle control point is 2 m - (a + b)/2.
@@ -244,7 +246,7 @@ def _control(name: str) -> dict[Exponents, Weights]:
 
 def _derivative(row: CellType, axis: int) -> Net:
     """The derivative by a reference coordinate; of a pyramid by r and s, divided by ``1 - t``."""
-    control = _control(row.name)
+    control = _control(row.kind)
     blocks = _blocks(_shape(row).simplices)
     position = {
         n: (block.start, block.start + 1 + m)

@@ -71,10 +71,10 @@ class Summary:
 
     @property
     def corners_only(self) -> dict[str, int]:
-        """Measured cells by type name, of types whose inside nothing tells: cells above second order."""
+        """Undecided cells by type name, of types of which not all can be told inside: cells above second order."""
         rows = (CELL_TYPES[t] for t in self.tallies if t in CELL_TYPES)
         unknown = (r for r in rows if r.shape is not None and r.is_curved and certified_as(r) is None)
-        return {r.name: n for r in unknown if (n := self.tallies[r.vtk_id].n_measured)}
+        return {r.name: n for r in unknown if (n := self.tallies[r.vtk_id].n_undecided)}
 
     def merge(self, other: Summary) -> Summary:
         """The summary of the cells of both, also ``self + other``. Associative and commutative, to the last bit.

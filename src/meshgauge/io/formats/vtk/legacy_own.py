@@ -18,8 +18,11 @@ from ....cells import CELL_TYPES
 from ....mesh import Mesh
 from ...plumbing.face_based import offsets_of, spans
 from ...plumbing.text import numbers
+from ...plumbing.vtk import RENUMBERED
 
-_HEAD = re.compile(rb"#[ \t]*vtk DataFile Version[ \t]*(\d+)\.\d+[^\n]*\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", re.I)
+_HEAD = re.compile(
+    rb"#[ \t]*vtk DataFile Version[ \t]*(\d+)\.(\d+)[^\n]*\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", re.I
+)
 _NEXT = re.compile(rb"\n[ \t]*(?=[A-Za-z])(?!(?:nan|inf)\b)", re.IGNORECASE)
 _DTYPES = {
     b"unsigned_char": "u1", b"char": "i1", b"unsigned_short": "u2", b"short": "i2", b"unsigned_int": "u4", b"int": "i4",
@@ -96,14 +99,14 @@ def read(path: Path) -> Mesh | None:
     head = _HEAD.match(data)
     if head is None:
         return None
-    source = _Source(data, head.end(), is_binary=head[2].upper() == b"BINARY")
+    source = _Source(data, head.end(), is_binary=head[3].upper() == b"BINARY")
     try:
-        return _mesh(source, int(head[1]), path)
+        return _mesh(source, (int(head[1]), int(head[2])), path)
     except (_Unknown, ValueError, IndexError, OverflowError, KeyError):
         return None
 
 
-def _mesh(source: _Source, version: int, path: Path) -> Mesh:
+def _mesh(source: _Source, version: tuple[int, int], path: Path) -> Mesh:
     if [word.upper() for word in source.words()] != [b"DATASET", b"UNSTRUCTURED_GRID"]:
         raise _Unknown
     points, types = np.empty((0, 3)), np.empty(0, np.uint8)
@@ -120,7 +123,7 @@ def _mesh(source: _Source, version: int, path: Path) -> Mesh:
         if keyword == b"POINTS":
             points = source.array(3 * int(words[1]), words[2]).reshape(-1, 3)
         elif keyword == b"CELLS":
-            cells = _lists(source, words) if version >= 5 else source.array(int(words[2]), b"int")
+            cells = _lists(source, words) if version >= (5, 0) else source.array(int(words[2]), b"int")
         elif keyword == b"CELL_TYPES":
             sizes = source.array(int(words[1]), b"int")
             if len(sizes) and not 0 <= int(sizes.min()) <= int(sizes.max()) < 256:
@@ -133,6 +136,8 @@ def _mesh(source: _Source, version: int, path: Path) -> Mesh:
         else:
             _attribute(source, words, target, rows)
     if {b"POINTS", b"CELLS", b"CELL_TYPES"} - set(seen) or (types == _POLYHEDRON).any():
+        raise _Unknown
+    if version < (5, 1) and np.isin(types, RENUMBERED).any():
         raise _Unknown
     offsets, connectivity = cells if isinstance(cells, tuple) else _split(cells, types)
     if len(offsets) != len(types) + 1:

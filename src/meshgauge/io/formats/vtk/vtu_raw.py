@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
+from ...plumbing.vtk import RENUMBERED
 
 _START = re.compile(rb"<AppendedData\b[^>]*\bencoding\s*=\s*[\"']raw[\"'][^>]*>\s*_")
 _LARGEST_HEADER = 1 << 20
@@ -151,6 +152,7 @@ class _Appended:
 def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
     if root.get("type") != "UnstructuredGrid":
         raise _Unknown
+    version = tuple(int(part) for part in root.get("version", "0.1").split(".")[:2])
     grid = root.find("UnstructuredGrid")
     pieces = grid.findall("Piece") if grid is not None else []
     if grid is None or len(pieces) != 1:
@@ -165,12 +167,15 @@ def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
         raise _Unknown
     offsets = data.array(cells["offsets"], n_cells, after=1)
     offsets[0] = 0
+    types = data.array(cells["types"], n_cells)
+    if version < (2, 1) and np.isin(types, RENUMBERED).any():
+        raise _Unknown
     n_ids = int(offsets[-1])
     if n_ids < 0:
         raise ReadError(f"{data.path}: the offsets of the cells end at {n_ids}")
     return Mesh(
         points=data.array(points[0], n_points),  # type: ignore[arg-type]
-        types=data.array(cells["types"], n_cells),  # type: ignore[arg-type]
+        types=types,  # type: ignore[arg-type]
         offsets=offsets,  # type: ignore[arg-type]
         connectivity=data.array(cells["connectivity"], n_ids),  # type: ignore[arg-type]
         point_data=_named(piece, "PointData", data, n_points, at),

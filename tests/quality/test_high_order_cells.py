@@ -1,0 +1,278 @@
+"""Lagrange and Bézier cells of second order are measured as what they are, whatever a format calls them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meshgauge
+from meshgauge import Mesh, Status, measure
+from meshgauge.cells import BY_NAME, BY_NODES, CellType
+from meshgauge.mesh.high_order import DEGREES, WEIGHTS
+
+both_paths = pytest.mark.usefixtures("path")
+
+CURVED = [row for row in BY_NODES.values() if row.is_curved]
+curved = pytest.mark.parametrize("row", CURVED, ids=[f"{row.name}-{row.n_nodes}" for row in CURVED])
+VTK_NAMES = {"tetra": "Tetra", "hexahedron": "Hexahedron", "wedge": "Wedge"}
+
+
+def straight(row: CellType) -> np.ndarray:
+    """The ideal cell with its nodes, control points or not, where straight edges have them."""
+    places = np.array(row.places[: row.n_nodes], float) / row.order
+    corners = np.array(row.shape.points)
+    if row.shape.is_collapsed:
+        r, s, t = places.T
+        base = np.stack([(1 - r) * (1 - s), r * (1 - s), r * s, (1 - r) * s], 1) * (1 - t)[:, None]
+        return np.c_[base, t] @ corners
+    axes = corners[{"tetra": [1, 2, 3], "wedge": [1, 2, 3], "hexahedron": [1, 3, 4]}[row.shape.name]] - corners[0]
+    return corners[0] + places @ axes
+
+
+def cloud(row: CellType, amplitude: float, n: int = 60, seed: int = 0) -> np.ndarray:
+    """Cells ``(n, n_nodes, 3)`` with every node moved by up to the amplitude."""
+    cell = straight(row)
+    return cell + np.random.default_rng(seed).uniform(-amplitude, amplitude, (n, *cell.shape))
+
+
+def separate(name: str, cells: np.ndarray, **data: Any) -> Mesh:
+    """A mesh of cells that share no points."""
+    n, n_nodes, _ = cells.shape
+    return Mesh.from_arrays(cells.reshape(-1, 3), [(name, np.arange(n * n_nodes).reshape(n, n_nodes))], **data)
+
+
+def on_curve(row: CellType, cells: np.ndarray) -> np.ndarray:
+    """The points of Bézier cells at the places of their nodes, by de Casteljau along edges, faces and the inside."""
+    places = np.array(row.places[: row.n_nodes])
+    weights = np.ones((len(places), len(places)))
+    sizes, axis = row.shape.simplices, 0
+    for size in sizes:
+        at = np.c_[2 - places[:, axis : axis + size - 1].sum(1), places[:, axis : axis + size - 1]] / 2
+        powers = (2 * at).round().astype(int)
+        factor = np.where(powers.max(1) == 2, 1, 2)
+        weights *= factor * np.prod(at[:, None] ** powers[None], axis=2)
+        axis += size - 1
+    return np.einsum("pn,cnx->cpx", weights, cells)
+
+
+@both_paths
+@curved
+def test_a_straight_cell_has_the_value_of_its_linear_cell(row: CellType) -> None:
+    ideal = straight(row)
+    turned = np.random.default_rng(1).normal(size=(40, 3, 3))
+    cells = np.einsum("nx,cxy->cny", ideal, turned)
+    quality = measure(separate(row.name, cells))
+    linear = measure(separate(row.shape.name, cells[:, list(row.corners)]))
+    assert quality.values == pytest.approx(linear.values, abs=1e-9)
+    assert np.array_equal(quality.status, linear.status)
+    assert measure(separate(row.name, ideal[None])).values == pytest.approx([1], abs=1e-12)
+    points, nodes = cells.reshape(-1, 3), np.arange(cells.shape[0] * cells.shape[1]).reshape(cells.shape[:2])
+    assert meshgauge.jens(points, nodes, row.name) == pytest.approx(quality.values, abs=1e-12)
+
+
+QUADRATIC = [row for row in CURVED if row.table in BY_NAME]
+
+
+@both_paths
+@pytest.mark.parametrize("amplitude", [0.03, 0.1, 0.2])
+@pytest.mark.parametrize("row", QUADRATIC, ids=[row.table for row in QUADRATIC])
+def test_a_lagrange_cell_is_the_quadratic_cell_of_as_many_nodes(row: CellType, amplitude: float) -> None:
+    cells = cloud(row, amplitude)
+    ours, theirs = measure(separate(row.name, cells)), measure(separate(row.table, cells))
+    assert np.array_equal(ours.values, theirs.values)
+    assert np.array_equal(ours.status, theirs.status)
+    assert np.array_equal(ours.certificate.lower, theirs.certificate.lower)
+
+
+BEZIER = [row for row in CURVED if row.is_bernstein]
+
+
+@both_paths
+@pytest.mark.parametrize("amplitude", [0.2, 0.4])
+@pytest.mark.parametrize("row", BEZIER, ids=[row.name for row in BEZIER])
+def test_a_bezier_cell_is_the_lagrange_cell_through_its_points(row: CellType, amplitude: float) -> None:
+    cells = cloud(row, amplitude)
+    ours, theirs = (
+        measure(separate(row.name, cells)),
+        measure(separate(row.name.replace("bezier", "lagrange"), on_curve(row, cells))),
+    )
+    assert ours.values == pytest.approx(theirs.values, abs=1e-9)
+    clear = np.abs(theirs.certificate.lower) > 1e-9
+    assert np.array_equal(ours.status[clear], theirs.status[clear])
+    assert len(np.unique(ours.status)) > 1
+
+
+def determinants(row: CellType, cells: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """``(n_cells, n_places)`` the Jacobian determinant as VTK's own cell has it, of a Bézier cell that through its
+    points (VTK's derivatives of Bézier cells are wrong or crash without the grid that they are in)."""
+    model = pytest.importorskip("vtkmodules.vtkCommonDataModel")
+    cells = on_curve(row, cells) if row.is_bernstein else cells
+    cell = getattr(model, f"vtkLagrange{VTK_NAMES[row.shape.name]}")()
+    n = row.n_nodes or 0
+    cell.GetPointIds().SetNumberOfIds(n)
+    cell.GetPoints().SetNumberOfPoints(n)
+    if hasattr(cell, "SetUniformOrderFromNumPoints"):
+        cell.SetUniformOrderFromNumPoints(n)
+    cell.Initialize()
+    found = []
+    for place in places:
+        derivatives = [0.0] * (3 * n)
+        cell.InterpolateDerivs(tuple(place), derivatives)
+        by_direction = (
+            np.reshape(derivatives, (n, 3)).T if row.shape.name == "hexahedron" else np.reshape(derivatives, (3, n))
+        )
+        assert by_direction @ np.array(row.places) / row.order == pytest.approx(np.eye(3), abs=1e-12)
+        found.append(np.linalg.det(np.einsum("dn,cnx->cdx", by_direction, cells)))
+    return np.stack(found, 1)
+
+
+@pytest.mark.parametrize("row", BEZIER, ids=[row.name for row in BEZIER])
+def test_points_of_bezier_cells_are_vtks(row: CellType) -> None:
+    cells = cloud(row, 0.3, 3)
+    grid = separate(row.name, cells).to_pyvista()
+    expected = on_curve(row, cells)
+    for n in range(3):
+        cell = grid.GetCell(n)
+        for place, point in zip(np.array(row.places) / 2, expected[n], strict=True):
+            x, weights = [0.0] * 3, [0.0] * len(point) * 100
+            cell.EvaluateLocation(_mutable(0), tuple(place), x, weights)
+            assert x == pytest.approx(point, abs=1e-12)
+
+
+def _mutable(value: int) -> Any:
+    from vtkmodules.vtkCommonCore import reference
+
+    return reference(value)
+
+
+def inside(row: CellType, n: int = 400) -> np.ndarray:
+    """Random places in the reference cell, and its corners."""
+    rng, name = np.random.default_rng(3), row.shape.name
+    if name == "tetra":
+        some = rng.dirichlet((0.6,) * 4, n)[:, 1:]
+    elif name == "wedge":
+        some = np.c_[rng.dirichlet((0.6,) * 3, n)[:, 1:], rng.beta(0.6, 0.6, n)]
+    else:
+        some = rng.beta(0.6, 0.6, (n, 3))
+    return np.r_[np.array(row.shape.reference, float), some]
+
+
+VTK_HAS = [row for row in CURVED if row.n_nodes in (10, 18, 27)]
+
+
+@pytest.mark.parametrize("row", VTK_HAS, ids=[row.name for row in VTK_HAS])
+def test_no_determinant_of_vtk_is_below_what_is_certified(row: CellType) -> None:
+    """Dense samples: none of a valid cell is negative, and cells with a negative one are invalid."""
+    amplitudes = (0.2, 0.35, 0.5) if row.is_bernstein else (0.06, 0.12, 0.18)
+    cells = np.concatenate([cloud(row, amplitude, 200) for amplitude in amplitudes])
+    quality = measure(separate(row.name, cells))
+    least = determinants(row, cells, inside(row)).min(1)
+    is_valid = quality.status == Status.OK
+    assert (least[is_valid] > 0).all()
+    assert not is_valid[least < -1e-12].any()
+    assert is_valid.any()
+    assert (~is_valid).any()
+    assert (quality.status == Status.INVERTED_INSIDE).any()
+    # What the samples see, and a little more.
+    assert (~is_valid).sum() <= 1.3 * (least < 0).sum() + 3
+
+
+def test_orders_that_differ_and_weights_that_differ_are_undecided() -> None:
+    row = BY_NODES[73, 18]
+    cells = np.repeat(straight(row)[None], 4, axis=0)
+    degrees = np.array([(2, 2, 2), (1, 1, 5), (0, 0, 0), (2, 2, 2.0)])
+    status = measure(separate(row.name, cells, cell_data={DEGREES: degrees})).status
+    assert status.tolist() == [Status.OK, Status.UNDECIDED, Status.OK, Status.OK]
+    row = BY_NODES[78, 10]
+    cells = np.repeat(straight(row)[None], 3, axis=0)
+    weights = np.ones((3, 10))
+    weights[1], weights[2, 7] = 0.25, 1.5
+    status = measure(separate(row.name, cells, point_data={WEIGHTS: weights.ravel()})).status
+    assert status.tolist() == [Status.OK, Status.OK, Status.UNDECIDED]
+    # A Lagrange cell has no weights.
+    status = measure(separate("lagrange_tetra", cells, point_data={WEIGHTS: weights.ravel()})).status
+    assert status.tolist() == [Status.OK] * 3
+
+
+def test_of_another_number_of_nodes_it_is_undecided_never_ok() -> None:
+    tetra = np.array(BY_NAME["tetra"].shape.points)
+    for name, n in [("lagrange_tetra", 15), ("bezier_pyramid", 14), ("lagrange_wedge", 21), ("lagrange_pyramid", 15)]:
+        corners = np.array(BY_NAME[BY_NAME[name].shape.name].shape.points)
+        cell = np.r_[corners, np.repeat(corners.mean(0)[None], n - len(corners), axis=0)]
+        assert measure(separate(name, cell[None])).status.tolist() == [Status.UNDECIDED]
+    linear = measure(separate("lagrange_tetra", tetra[None]))
+    assert linear.status.tolist() == [Status.OK]
+    assert linear.certificate.lower == pytest.approx([1])
+
+
+@both_paths
+def test_a_mesh_of_several_numbers_of_nodes_is_measured_cell_by_cell() -> None:
+    rows = [BY_NODES[72, 27], BY_NODES[71, 10], BY_NODES[72, 8], BY_NODES[72, 20], BY_NODES[72, 27], BY_NAME["tetra"]]
+    cells = [cloud(row, 0.08, 1, seed)[0] for seed, row in enumerate(rows)]
+    starts = np.cumsum([0, *map(len, cells)])
+    mesh = Mesh.from_arrays(
+        np.concatenate(cells),
+        [(row.name, [np.arange(a, b)]) for row, a, b in zip(rows, starts[:-1], starts[1:], strict=True)],
+    )
+    quality = measure(mesh)
+    for cell, (row, points) in enumerate(zip(rows, cells, strict=True)):
+        alone = measure(separate(row.kind, points[None]))
+        assert quality.values[cell] == pytest.approx(alone.values[0], abs=1e-12)
+        assert quality.status[cell] == alone.status[0]
+        assert quality.worst_node(cell).node == alone.worst_node(0).node
+    assert quality.certificate.validity.tolist() == [0 if s == Status.OK else 1 for s in quality.status]
+
+
+def written() -> Iterator[tuple[str, CellType]]:
+    for row in VTK_HAS:
+        for ending in (".vtu", ".vtk", ".vtkhdf"):
+            yield ending, row
+
+
+@pytest.mark.parametrize(("ending", "row"), list(written()), ids=lambda x: x if isinstance(x, str) else x.name)
+def test_files_keep_them_as_they_are(tmp_path: Path, ending: str, row: CellType) -> None:
+    """A mesh that VTK wrote, and the one that we write back, as VTK reads it."""
+    pyvista = pytest.importorskip("pyvista")
+    cells = cloud(row, 0.08, 8)
+    mesh = separate(row.name, cells)
+    first, second = tmp_path / f"a{ending}", tmp_path / f"b{ending}"
+    if ending == ".vtkhdf":
+        meshgauge.write(first, mesh)
+    else:
+        pyvista.wrap(mesh.to_pyvista()).save(first)
+    read = meshgauge.read(first)
+    assert read.type_counts() == {row.name: 8}
+    assert np.array_equal(read.points[read.connectivity], cells.reshape(-1, 3))
+    quality = measure(read)
+    assert np.array_equal(quality.values, measure(mesh).values)
+    assert np.array_equal(quality.status, measure(mesh).status)
+    meshgauge.write(second, read)
+    grid = pyvista.read(second)
+    assert (np.asarray(grid.celltypes) == row.vtk_id).all()
+    assert np.array_equal(grid.points[grid.cell_connectivity], cells.reshape(-1, 3))
+
+
+@pytest.mark.parametrize("vtk_id", [72, 79])
+@pytest.mark.parametrize(("version", "is_old"), [("0.1", True), ("2.0", True), ("2.1", False), ("2.2", False)])
+def test_older_files_have_two_edges_of_hexahedra_the_other_way_round(
+    tmp_path: Path, vtk_id: int, version: str, is_old: bool
+) -> None:
+    row = BY_NODES[vtk_id, 27]
+    cells = cloud(row, 0.05, 3)
+    order = np.arange(27)
+    order[[18, 19]] = (19, 18) if is_old else (18, 19)
+    good = measure(separate(row.name, cells))
+    meshgauge.write(tmp_path / "a.vtu", separate(row.name, cells[:, order]))
+    data = (tmp_path / "a.vtu").read_bytes()
+    start = data.index(b'version="') + 9
+    (tmp_path / "b.vtu").write_bytes(data[:start] + version.encode() + data[data.index(b'"', start) :])
+    assert np.array_equal(measure(meshgauge.read(tmp_path / "b.vtu")).values, good.values)
+    legacy = "5.0" if is_old else "5.1"
+    meshgauge.write(tmp_path / "a.vtk", separate(row.name, cells[:, order]))
+    data = (tmp_path / "a.vtk").read_bytes()
+    (tmp_path / "b.vtk").write_bytes(data.replace(b"Version 5.1", b"Version " + legacy.encode(), 1))
+    assert np.array_equal(measure(meshgauge.read(tmp_path / "b.vtk")).values, good.values)
