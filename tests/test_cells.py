@@ -11,7 +11,7 @@ import numpy as np
 import oracle
 import pytest
 
-from meshgauge.cells import BY_NAME, CELL_TYPES, SHAPES, CellType, Shape, cell_type, type_name
+from meshgauge.cells import BY_NAME, BY_NODES, CELL_TYPES, SHAPES, CellType, Shape, cell_type, type_name
 
 shapes = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 rows = pytest.mark.parametrize("row", CELL_TYPES.values(), ids=BY_NAME)
@@ -227,8 +227,8 @@ def test_vtks_own_cell_is_right_handed_at_our_corners(row: CellType) -> None:
 
 # --- nodes in the reference cell --------------------------------------------------------------------------------------
 
-interpolated_rows = [r for r in CELL_TYPES.values() if r.order]
-interpolated = pytest.mark.parametrize("row", interpolated_rows, ids=[r.name for r in interpolated_rows])
+interpolated_rows = [*(r for r in CELL_TYPES.values() if r.order), BY_NODES[74, 14]]
+interpolated = pytest.mark.parametrize("row", interpolated_rows, ids=[r.kind for r in interpolated_rows])
 
 
 def in_space(row: CellType) -> np.ndarray:
@@ -256,9 +256,9 @@ def test_a_row_has_a_place_for_each_node_of_the_lattice(row: CellType) -> None:
 def test_nodes_beside_reproduce_linear_fields(row: CellType) -> None:
     places = in_space(row)
     for node, weights in enumerate(row.beside, row.n_nodes or 0):
-        assert sum(eighths for _, eighths in weights) == 8
+        assert sum(sixteenths for _, sixteenths in weights) == 16
         assert all(n < node for n, _ in weights)
-        mean = sum(eighths / 8 * places[n] for n, eighths in weights)
+        mean = sum(sixteenths / 16 * places[n] for n, sixteenths in weights)
         np.testing.assert_allclose(mean, places[node], atol=1e-15)
 
 

@@ -116,7 +116,9 @@ def test_every_status() -> None:
     assert inside.summary().all.n_good == 0
     assert one(TETRA[:3], "triangle").status.tolist() == [Status.NOT_SOLID]
     assert one(CUBE, "convex_point_set").status.tolist() == [Status.UNSUPPORTED]
-    assert one(TETRA, "lagrange_tetra").status.tolist() == [Status.UNDECIDED]
+    assert one(TETRA, "lagrange_tetra").status.tolist() == [Status.OK]
+    of_high_order = np.vstack([TETRA, np.repeat(TETRA.mean(axis=0)[None], 11, axis=0)])
+    assert one(of_high_order, "lagrange_tetra").status.tolist() == [Status.UNDECIDED]
 
 
 def test_a_bulging_quadratic_cell_is_inverted_inside() -> None:

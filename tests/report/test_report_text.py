@@ -50,8 +50,8 @@ def test_the_worst_cells_are_there_with_their_point(mixed: FileReport, width: in
     assert all(row[-4:] == ["7", "1.5", "-2e-07", "3e+08"] for row in rows)
 
 
-def test_two_tables_in_80_columns_one_in_120(mixed: FileReport) -> None:
-    assert rendered(FileText(mixed), 80).count(" tetra ") > rendered(FileText(mixed), 120).count(" tetra ")
+def test_two_tables_in_80_columns_one_in_140(mixed: FileReport) -> None:
+    assert rendered(FileText(mixed), 80).count(" tetra ") > rendered(FileText(mixed), 140).count(" tetra ")
 
 
 def test_small_histograms_put_0_in_the_middle_of_their_scale() -> None:
