@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import itertools
-import os
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 
@@ -153,13 +151,7 @@ def bracket() -> meshgauge.Quality:
 
 @pytest.mark.parametrize("options", [[], ["--by", "region", "--worst", "3"]], ids=["plain", "regions"])
 def test_the_report_is_what_the_command_prints(bracket: meshgauge.Quality, options: list[str]) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "meshgauge", "report", str(BRACKET), *options],
-        capture_output=True,
-        text=True,
-        check=True,
-        env=dict(os.environ),  # without it COLUMNS is passed on that a library sets behind Python's back
-    )
+    done = command_line.run("report", BRACKET, *options)
     text = bracket.report(worst=3, by_region=True) if options else bracket.report()
     assert text == done.stdout.rstrip("\n")
     assert max(map(len, bracket.report(width=80).splitlines())) <= 80

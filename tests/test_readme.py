@@ -13,6 +13,7 @@ import tomllib
 from pathlib import Path
 from types import ModuleType
 
+import command_line
 import numpy as np
 import pytest
 
@@ -49,13 +50,7 @@ def test_commands_run(command: str, tmp_path: Path) -> None:
     for word in shlex.split(command)[1:]:
         found = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.glob(word)) if "*" in word else []
         arguments += found or [word]
-    done = subprocess.run(
-        [sys.executable, "-m", "meshgauge", *arguments],
-        cwd=tmp_path,
-        capture_output=True,
-        encoding="utf-8",
-        timeout=100,
-    )
+    done = command_line.run(*arguments, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout
     for at in (n for n, word in enumerate(arguments) if word in ("-o", "--csv")):

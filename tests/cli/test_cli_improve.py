@@ -1,7 +1,8 @@
-"""``meshgauge improve`` as a process: what is written, printed and left alone."""
+"""``meshgauge improve``: what is written, printed and left alone."""
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import shutil
@@ -11,15 +12,18 @@ import sys
 import time
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 
 import meshgauge
-from meshgauge import Mesh
+from meshgauge import Mesh, WriteError
+from meshgauge.repair import undo as undo_data
+from meshgauge.repair.claims import Promise
+from meshgauge.repair.report import Claim
 
 ROOT = Path(__file__).resolve().parents[2]
 BRACKET = ROOT / "examples" / "meshes" / "bracket.vtu"
-COMMAND = [sys.executable, "-m", "meshgauge", "improve"]
 
 
 def grid(n: int, noise: float) -> Mesh:
@@ -38,7 +42,7 @@ def grid(n: int, noise: float) -> Mesh:
 
 
 def run(*arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, encoding="utf-8", timeout=100)
+    return command_line.run("improve", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -213,14 +217,28 @@ def test_ctrl_c_once_writes_and_twice_writes_nothing(tangled: Path, tmp_path: Pa
     assert not (tmp_path / "not.vtu").exists()
 
 
+STARTED = """
+import sys
+from meshgauge.cli.main import main
+print("started", flush=True)
+sys.exit(main(sys.argv[1:]))
+"""
+"""Says when Python itself is no longer the one that Ctrl-C would hit."""
+
+
 @pytest.mark.skipif(os.name == "nt", reason="no SIGINT between processes")
 def test_ctrl_c_from_outside(tmp_path: Path) -> None:
     path, out = tmp_path / "large.vtu", tmp_path / "out.vtu"
     meshgauge.write(path, grid(20, 0.8))
     process = subprocess.Popen(
-        [*COMMAND, str(path), "-o", str(out)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", STARTED, "improve", str(path), "-o", str(out)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
-    time.sleep(1.5)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "started\n"
+    time.sleep(1.0)
     process.send_signal(signal.SIGINT)
     text, errors = process.communicate(timeout=60)
     assert "Traceback" not in errors
@@ -230,56 +248,54 @@ def test_ctrl_c_from_outside(tmp_path: Path) -> None:
         assert "worst" in text
 
 
-def test_what_breaks_a_claim_is_not_written(tangled: Path, tmp_path: Path) -> None:
-    program = (
-        "import dataclasses, sys\n"
-        "from meshgauge.repair.claims import Promise\n"
-        "real = Promise.claims\n"
-        "def never(self, after):\n"
-        "    same = after.mesh is self.before.mesh\n"
-        "    return tuple(dataclasses.replace(one, holds=one.holds and same) for one in real(self, after))\n"
-        "Promise.claims = never\n"
-        "from meshgauge.cli.main import main\n"
-        f"sys.exit(main(['improve', {str(tangled)!r}, '-o', {str(tmp_path / 'out.vtu')!r},"
-        f" '--undo', {str(tmp_path / 'undo.npz')!r}]))\n"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8", timeout=60)
+def test_what_breaks_a_claim_is_not_written(tangled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    real = Promise.claims
+
+    def never(self: Promise, after: meshgauge.Quality) -> tuple[Claim, ...]:
+        same = after.mesh is self.before.mesh
+        return tuple(dataclasses.replace(one, holds=one.holds and same) for one in real(self, after))
+
+    monkeypatch.setattr(Promise, "claims", never)
+    done = run(tangled, "-o", tmp_path / "out.vtu", "--undo", tmp_path / "undo.npz")
     assert done.returncode == 3
     assert "Nothing was changed, since a claim would not have held" in " ".join(done.stdout.split())
     assert "written to" not in done.stdout
     assert not list(tmp_path.iterdir())
 
 
-def with_store(path: Path, undo: Path, body: str) -> subprocess.CompletedProcess[str]:
-    """Improve in place with undo data, ``store`` replaced by a function of this body; ``real`` is the true one."""
-    program = (
-        "import os, sys\n"
-        "import meshgauge.repair.undo as undo\n"
-        "from meshgauge import WriteError\n"
-        "real = undo.store\n"
-        "def store(path, before, written):\n"
-        f"    {body}\n"
-        "undo.store = store\n"
-        "from meshgauge.cli.main import main\n"
-        f"sys.exit(main(['improve', {str(path)!r}, '--in-place', '--undo', {str(undo)!r}]))\n"
-    )
-    return subprocess.run([sys.executable, "-c", program], capture_output=True, encoding="utf-8", timeout=60)
+KILLED = """
+import os, sys
+import meshgauge.repair.undo as undo
+from meshgauge.cli.main import main
+real = undo.store
+def store(path, before, written):
+    real(path, before, written)
+    os._exit(9)
+undo.store = store
+sys.exit(main(["improve", sys.argv[1], "--in-place", "--undo", sys.argv[2]]))
+"""
 
 
 def test_undo_data_are_on_the_disk_before_the_mesh_changes(tangled: Path, tmp_path: Path) -> None:
     path, undo = tmp_path / "mesh.vtu", tmp_path / "undo.npz"
     shutil.copy(tangled, path)
     had = path.read_bytes()
-    failed = with_store(path, undo, "raise WriteError('disk full')")
+
+    def full(path: Path, before: Mesh, written: Mesh) -> int:
+        raise WriteError("disk full")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(undo_data, "store", full)
+        failed = run(path, "--in-place", "--undo", undo)
     assert failed.returncode == 2
     assert "disk full" in failed.stderr
     assert path.read_bytes() == had
     assert not undo.exists()
-    killed = with_store(path, undo, "real(path, before, written); os._exit(9)")
+    killed = subprocess.run([sys.executable, "-c", KILLED, path, undo], capture_output=True, timeout=60)
     assert killed.returncode == 9
     assert path.read_bytes() == had
     assert undo.exists()
-    done = with_store(path, undo, "return real(path, before, written)")
+    done = run(path, "--in-place", "--undo", undo)
     assert done.returncode == 0, done.stderr
     assert path.read_bytes() != had
     back = run(path, "--in-place", "--restore", undo)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import inf, nan, sqrt
 
 import numpy as np
@@ -16,7 +16,7 @@ import meshgauge
 from meshgauge.cells import CELL_TYPES, SHAPES, CellType, Shape
 from meshgauge.errors import MetricError
 from meshgauge.kernels.certificate.tables import KINDS
-from meshgauge.mesh import connectivity
+from meshgauge.mesh import CellIds, connectivity
 from meshgauge.quality.metrics import METRICS, Metric, metric, tetra
 from meshgauge.status import is_invalid
 
@@ -334,7 +334,7 @@ coordinates = st.floats(-1e3, 1e3) | st.sampled_from([0.0, 1.0, 0.5, 1 / 3, 1e-1
 
 
 @shapes
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(data=st.data())
 def test_any_coordinates_have_the_exact_sign_and_value(shape: Shape, data: st.DataObject) -> None:
     flat = data.draw(st.lists(coordinates, min_size=3 * shape.n_nodes, max_size=3 * shape.n_nodes))
@@ -489,10 +489,33 @@ def test_arrays_and_meshes_have_the_same_values(row: Metric, shape: Shape) -> No
 
 
 @pairs
-def test_slices_and_threads_change_nothing(row: Metric, shape: Shape) -> None:
+def test_slices_and_threads_change_nothing(row: Metric, shape: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     x = random_cells(shape)
+    whole = cell_values(row, shape.name, x)
+    sizes = cut_into(monkeypatch, 300)
+    for threads in (1, 2):
+        np.testing.assert_array_equal(cell_values(row, shape.name, x, threads), whole)
+    assert {300, N % 300} <= sizes
+
+
+def cut_into(monkeypatch: pytest.MonkeyPatch, size: int) -> set[int]:
+    """Have slices hold so many cells at most; the sizes of those that are then made."""
+    real, sizes = connectivity.chunks, set()
+
+    def chunks(cells: CellIds, at_most: int = size) -> Iterator[CellIds]:
+        for part in real(cells, min(size, at_most)):
+            sizes.add(connectivity.count(part))
+            yield part
+
+    monkeypatch.setattr(connectivity, "chunks", chunks)
+    monkeypatch.setattr(tetra, "CHUNK", size)
+    return sizes
+
+
+def test_more_cells_than_a_slice_holds() -> None:
+    x = random_cells(SHAPES["tetra"])
     many = np.tile(x, (connectivity.CHUNK // N + 2, 1, 1))
-    one, two = (cell_values(row, shape.name, many, threads) for threads in (1, 2))
+    one, two = (cell_values(METRICS["jens"], "tetra", many, threads) for threads in (1, 2))
     np.testing.assert_array_equal(one, two)
     np.testing.assert_array_equal(one.reshape(-1, N), np.broadcast_to(one[:N], (len(many) // N, N)))
-    np.testing.assert_allclose(one[:N], cell_values(row, shape.name, x), rtol=1e-9, atol=1e-14)
+    np.testing.assert_allclose(one[:N], cell_values(METRICS["jens"], "tetra", x), rtol=1e-9, atol=1e-14)

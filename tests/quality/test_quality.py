@@ -12,6 +12,7 @@ import meshgauge
 from meshgauge import Mesh, Quality, Status
 from meshgauge.cells import BY_NAME, SHAPES
 from meshgauge.kernels import path
+from meshgauge.mesh import connectivity
 
 CUBE = np.array(SHAPES["hexahedron"].points, float)
 TETRA = np.array(SHAPES["tetra"].points, float)
@@ -33,9 +34,10 @@ def many(name: str, n: int, seed: int = 0) -> Mesh:
     return Mesh.from_arrays(nodes.reshape(-1, 3), [(name, np.arange(n * shape.n_nodes).reshape(n, -1))])
 
 
+@pytest.mark.usefixtures("path")
 @pytest.mark.parametrize("name", SHAPES)
 def test_values_of_many_cells_are_those_of_the_oracle(name: str) -> None:
-    n = path.NUMPY_UP_TO + 500  # enough for the compiled kernels
+    n = 1000
     mesh = many(name, n)
     quality = meshgauge.measure(mesh)
     nodes = np.asarray(mesh.points)[mesh.connectivity].reshape(n, -1, 3)
@@ -190,7 +192,7 @@ def test_nan_is_never_skipped_at_a_point() -> None:
 
 
 def test_threads_have_no_influence() -> None:
-    mesh = many("wedge", 150_000, seed=4)
+    mesh = many("wedge", connectivity.CHUNK + 9000, seed=4)
     alone, together = (meshgauge.measure(mesh, threads=n) for n in (1, 3))
     np.testing.assert_array_equal(alone.values, together.values)
     np.testing.assert_array_equal(alone.status, together.status)

@@ -25,8 +25,8 @@ def figures(result: meshgauge.Improvement) -> tuple[float, float]:
 @pytest.mark.parametrize(
     ("name", "floor", "worst", "mean"),
     [
-        ("mixed12_p60", 1.0, 0.2415, 0.787),
-        ("mixed12_p60", 0.9, 0.217, 0.791),
+        pytest.param("mixed12_p60", 1.0, 0.2415, 0.787, marks=pytest.mark.long),
+        pytest.param("mixed12_p60", 0.9, 0.217, 0.791, marks=pytest.mark.long),
         ("msq_mixed-hex-pyr-tet", 0.9, 0.198, 0.62),
         ("msq_pave3", 1.0, 0.3555, 0.892),
         ("msq_pave_cyl", 1.0, 0.7165, 0.942),

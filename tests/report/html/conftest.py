@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import command_line
 import pytest
 from html_pages import BRACKET, ROOT
 
@@ -16,13 +15,7 @@ from html_pages import BRACKET, ROOT
 def bracket(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page that the command line writes for the bracket."""
     path = tmp_path_factory.mktemp("html") / "bracket.html"
-    subprocess.run(
-        [sys.executable, "-m", "meshgauge", "report", BRACKET, "--quiet", "--html", str(path)],
-        cwd=ROOT,
-        check=True,
-        capture_output=True,
-        timeout=100,
-    )
+    command_line.run("report", BRACKET, "--quiet", "--html", path, cwd=ROOT).check_returncode()
     return path
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import command_line
 import numpy as np
 import pytest
 from html_pages import BRACKET, ROOT, evil
@@ -37,9 +36,7 @@ COLOURS = """canvas => {
 @pytest.fixture(scope="module")
 def measured() -> dict[str, Any]:
     """The mesh in the JSON of the command line."""
-    command = [sys.executable, "-m", "meshgauge", "report", BRACKET, "--json"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=True, timeout=100)
-    file: dict[str, Any] = json.loads(done.stdout)["files"][0]
+    file: dict[str, Any] = json.loads(command_line.run("report", BRACKET, "--json", cwd=ROOT).stdout)["files"][0]
     return file
 
 

@@ -7,12 +7,12 @@ import hashlib
 import json
 import re
 import shlex
-import subprocess
-import sys
 from html import unescape
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import Any
 
+import command_line
 import numpy as np
 import pytest
 from html_pages import BRACKET, EVIL, ROOT, evil, grid, unpacked
@@ -29,9 +29,8 @@ from meshgauge.report.html.frame import Frame
 from meshgauge.report.html.section import REGIONS
 
 
-def run(*arguments: str | Path, cwd: Path = ROOT) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "meshgauge", *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, encoding="utf-8", timeout=100)
+def run(*arguments: str | Path, cwd: Path = ROOT) -> CompletedProcess[str]:
+    return command_line.run(*arguments, cwd=cwd)
 
 
 @pytest.fixture(scope="module")
@@ -169,9 +168,9 @@ def test_cells_without_a_value_have_room_too() -> None:
 
 
 def test_a_surface_is_made_coarser_and_keeps_its_extent() -> None:
-    mesh = grid(30)
+    mesh = grid(20)
     skin = surface.boundary(topology(mesh))
-    assert skin.n_triangles == 6 * 30 * 30 * 2
+    assert skin.n_triangles == 6 * 20 * 20 * 2
     corners = surface.triangles(skin)
     points, kept = surface.decimate(Frame.of(mesh.points).shown(mesh.points), corners, 3000)
     assert 300 < len(kept) <= 3000
