@@ -39,6 +39,9 @@ def test_a_file_that_fails_is_reported_and_the_others_go_on(
     ("error", "reason"),
     [
         (ReadError("a.vtu: is broken"), "is broken"),
+        (ReadError("a.vtu, line 3: is broken"), "line 3: is broken"),
+        (ReadError("a.vtu/owner, line 3: is broken"), "owner, line 3: is broken"),
+        (ReadError("a.vtu2: is broken"), "a.vtu2: is broken"),
         (MeshError("no cells"), "no cells"),
         (OSError(28, "No space left on device"), "No space left on device"),
         (MemoryError(), "does not fit into memory"),

@@ -280,6 +280,8 @@ def attempt(path: Path) -> str:
         result = "read"
     except ReadError as error:
         result = "refused" if str(path.parent) in str(error) else f"no file name: {error}"
+        if str(error).count(str(path)) > 1:
+            result = f"names the file twice: {error}"
     except Hang:
         result = f"hang:\n{traceback.format_exc()}"
     except BaseException:

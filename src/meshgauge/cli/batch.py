@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
@@ -192,7 +193,8 @@ def _reason(path: str, error: BaseException) -> str:
         return "does not fit into memory"
     if isinstance(error, OSError):
         return error.strerror or str(error)
-    return str(error).removeprefix(f"{path}: ")
+    name = path.file if isinstance(path, State) else path
+    return re.sub(rf"\A{re.escape(name)}(?:: |, |{re.escape(os.sep)})", "", str(error))
 
 
 def _load() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..cells import type_name
 from ..look.names import listed
 from ..look.records import brief
+from ..look.style import plural
 from ..mesh import Mesh
 from ..mesh.cast import frozen, read_only
 from ..mesh.ghosts import without_ghosts
@@ -130,11 +131,13 @@ def _has_one_order(mesh: Mesh, cells: NDArray[np.int64]) -> NDArray[np.bool_]:
 def _texts(mesh: Mesh, vtk_id: int, n_done: int, n_left: int) -> list[str]:
     n_type, name = int(np.count_nonzero(mesh.types == vtk_id)), type_name(vtk_id)
     texts = []
+    of_all = f"of {plural(n_type, f'{name} cell')}"
     if n_done:
-        texts.append(f"{n_done:,} of {n_type:,} {name} cells were numbered in reverse and are renumbered.")
+        were, are = ("was", "is") if n_done == 1 else ("were", "are")
+        texts.append(f"{n_done:,} {of_all} {were} numbered in reverse and {are} renumbered.")
     if n_left:
+        are = "is" if n_left == 1 else "are"
         texts.append(
-            f"{n_left:,} of {n_type:,} {name} cells are numbered in reverse and left so: "
-            "the places of their nodes are not known."
+            f"{n_left:,} {of_all} {are} numbered in reverse and left so: the places of their nodes are not known."
         )
     return texts

@@ -41,6 +41,7 @@ from .formats.vtk.xml import VTK_XML, VTU
 from .formats.xdmf import XDMF
 from .plumbing import files, isolate
 from .plumbing.format import Format
+from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.steps import Step, StepChoice, note, position
 
 ALL: tuple[Format, ...] = (
@@ -224,19 +225,16 @@ def _guarded(chosen: Format, path: Path, reader: Callable[[Path], T] | None) -> 
     try:
         with np.errstate(all="ignore"):  # of numbers that a broken file makes too large NumPy would warn
             return reader(path)
-    except ReadError as error:
-        message = str(error)
-        raise (error if str(path) in message else ReadError(f"{path}: {message}")) from error.__cause__
     except MeshgaugeError as error:
-        raise ReadError(f"{path}: {error}") from error
-    except ImportError as error:
-        raise ReadError(f"{path}: {chosen.title} needs a package that is not installed: {error}") from error
-    except MemoryError as error:
-        raise ReadError(f"{path}: does not fit into memory, or states sizes that do not fit") from error
+        raise ReadError(named_once(path, str(error))) from (error.__cause__ or error)
     except (Exception, SystemExit) as error:
+        if is_out_of_memory(error):
+            raise ReadError(out_of_memory(path)) from error
+        if isinstance(error, ImportError):
+            raise ReadError(f"{path}: {chosen.title} needs a package that is not installed: {error}") from error
         # Third-party readers raise anything on a broken file; a traceback from inside them helps no one.
         reason = " ".join(str(error).split()) or type(error).__name__
-        raise ReadError(f"{path}: cannot be read as {chosen.title}: {reason}") from error
+        raise ReadError(named_once(path, f"{path}: cannot be read as {chosen.title}: {reason}")) from error
 
 
 def for_writing(path: Path, name: str | None) -> Format:

@@ -36,6 +36,11 @@ def plural(n: int, noun: str) -> str:
     return f"{number(n)} {noun}{'' if n == 1 else 's'}"
 
 
+def number_of(n: int, one: str, several: str) -> str:
+    """A count with words that agree: ``number_of(1, "cell was", "cells were")`` is ``1 cell was``."""
+    return f"{number(n)} {one if n == 1 else several}"
+
+
 def quality(value: float) -> str:
     """A value of J_ENS or another metric in at most seven characters; a small one never looks like 0."""
     if math.isnan(value):

@@ -57,7 +57,9 @@ class Promise:
             Claim(
                 "fixed",
                 self._stays(after, held),
-                f"the {n_held:,} points that must stay are where they were, to the last bit",
+                "the point that must stay is where it was, to the last bit"
+                if n_held == 1
+                else f"the {n_held:,} points that must stay are where they were, to the last bit",
             ),
             Claim("valid", not lost.any(), "no cell that was valid is invalid, inside too"),
             Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),

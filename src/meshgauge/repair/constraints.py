@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..cells import CELL_TYPES, IS_SOLID
 from ..doctor import points as coincidence
 from ..errors import MeshError
+from ..look.style import number_of
 from ..mesh import Mesh
 from ..mesh.regions import regions
 from ..mesh.topology import MULTIPLE, Topology, topology
@@ -102,32 +103,37 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     if left:
         pinned |= mask_of(n, mesh.connectivity[np.repeat(aside, np.diff(mesh.offsets))])
         notes.append(
-            f"{left:,} solid cells take no part (of high order, with hanging nodes, not measured): their points stay."
+            f"{number_of(left, 'solid cell takes', 'solid cells take')} no part (of high order, with hanging nodes, "
+            "not measured): their points stay."
         )
 
     alone = np.flatnonzero(faces.mates < 0)
     boundary = nodes_of_faces(faces, alone)
     n_multiple = int(np.count_nonzero(faces.mates == MULTIPLE))
     if n_multiple:
-        notes.append(f"{faces.n_multiple:,} faces belong to three cells or more: their points stay like the boundary.")
+        found = number_of(faces.n_multiple, "face belongs", "faces belong")
+        notes.append(f"{found} to three cells or more: their points stay like the boundary.")
 
     region_ids, _ = regions(mesh)
     pairs = faces.pairs()
     between = region_ids[faces.cells[pairs[:, 0]]] != region_ids[faces.cells[pairs[:, 1]]]
     interface = nodes_of_faces(faces, pairs[between, 0]) & ~boundary
     if between.any():
-        notes.append(f"{int(between.sum()):,} faces between regions are kept where they are.")
+        kept = number_of(int(between.sum()), "face between regions is", "faces between regions are")
+        notes.append(f"{kept} kept where they are.")
     embedded = mask_of(n, mesh.connectivity[np.repeat(~is_solid, np.diff(mesh.offsets))]) & ~boundary
     used = mask_of(n, mesh.connectivity[np.repeat(takes_part, np.diff(mesh.offsets))])
     n_embedded = int(np.count_nonzero(embedded & used & ~interface))
     if n_embedded:
-        notes.append(f"{n_embedded:,} points inside belong to surface, line or vertex cells and stay.")
+        found = number_of(n_embedded, "point inside belongs", "points inside belong")
+        notes.append(f"{found} to surface, line or vertex cells and {'stays' if n_embedded == 1 else 'stay'}.")
     pinned |= embedded
 
     together, n_together = _held_together(mesh, used)
     if n_together:
         pinned |= together
-        notes.append(f"{n_together:,} points coincide with another: parts that touch there stay together, unmoved.")
+        found = number_of(n_together, "point coincides", "points coincide")
+        notes.append(f"{found} with another: parts that touch there stay together, unmoved.")
     return Constraints(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..doctor.diagnosis import LIMIT, diagnosis
 from ..errors import MeshError
 from ..look.bands import POOR
+from ..look.style import number_of
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from . import report as records
@@ -150,12 +151,14 @@ def _diagnose(before: Quality) -> tuple[str, ...]:
     n_reversed = len(result.orientation.reversed_cells) if result.orientation is not None else 0
     if n_reversed > REVERSED * n_unusable(before):
         raise MeshError(
-            f"{before.mesh.path or 'the mesh'}: {n_reversed:,} cells are numbered in reverse, not inverted: moving "
-            "points would ruin them. Renumber them first, with 'meshgauge orient' or meshgauge.doctor.oriented"
+            f"{before.mesh.path or 'the mesh'}: {number_of(n_reversed, 'cell is', 'cells are')} numbered in reverse, "
+            "not inverted: moving points would ruin the mesh. Renumber first, with 'meshgauge orient' or "
+            "meshgauge.doctor.oriented"
         )
     notes = [one.text for one in result.findings if one.level == "defect" and one.name != "orientation"]
     if n_reversed:
-        notes.append(f"{n_reversed:,} of the invalid cells look numbered in reverse; they were taken for inverted.")
+        looks = number_of(n_reversed, "invalid cell looks", "invalid cells look")
+        notes.append(f"{looks} numbered in reverse: taken for inverted.")
     return tuple(notes)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
+from ..look.style import number_of, plural
 from ..mesh.labels import cell_label
 from ..quality.measure import Quality
 from ..status import Status, is_invalid, is_solid, is_usable
@@ -119,7 +120,7 @@ def verdict(
             return "refused", f"Nothing was changed, since a claim would not have held: {broken[0]}."
         return (
             "unchanged",
-            f"Nothing was changed: worst {worst[0]:.3f}, mean {mean[0]:.3f}, {bad[0]:,} cells {flaw[0]}.",
+            f"Nothing was changed: worst {worst[0]:.3f}, mean {mean[0]:.3f}, {plural(bad[0], 'cell')} {flaw[0]}.",
         )
     n_below = [int(np.count_nonzero(is_below(q, target))) for q in (before, after)]
     went = f"worst {worst[0]:.3f} → {worst[1]:.3f}, mean {mean[0]:.3f} → {mean[1]:.3f}"
@@ -127,10 +128,14 @@ def verdict(
     if n_below[1] > n_below[0]:
         price += f" More cells than before are below {target:g}: {n_below[1]:,}, not {n_below[0]:,}."
     if bad[1]:
-        return "not untangled", f"{bad[1]:,} cells are still {flaw[1]} ({bad[0]:,} before): {went}.{price}"
-    text = f"All {int(np.count_nonzero(solid)):,} cells are valid: {went}."
+        return (
+            "not untangled",
+            f"{number_of(bad[1], 'cell is', 'cells are')} still {flaw[1]} ({bad[0]:,} before): {went}.{price}",
+        )
+    n_solid = int(np.count_nonzero(solid))
+    text = f"{'The one cell is' if n_solid == 1 else f'All {n_solid:,} cells are'} valid: {went}."
     if bad[0]:
-        text = f"{bad[0]:,} {flaw[0]} cells were repaired. {text}"
+        text = f"{number_of(bad[0], f'{flaw[0]} cell was', f'{flaw[0]} cells were')} repaired. {text}"
     if not slides and worst[1] > ceiling - 1e-3 and ceiling < 1.0:
         text += f" The worst is at the ceiling that the fixed boundary sets ({ceiling:.3f})."
     return "improved", text + price

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import MeshError
+from ..look.style import number_of
 from ..quality.measure import Quality
 from .acceptance import accept, is_better
 from .ceiling import Ceiling, ceiling
@@ -160,7 +161,10 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, threads: int
     moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
     after, n_back = accept(before, moved, strict=promise.strict, threads=threads)
     if n_back:
-        outcome.notes.append(f"{n_back:,} points were put back, since a cell of theirs would have paid.")
+        found = number_of(
+            n_back, "point was put back, since a cell of its own", "points were put back, since a cell of theirs"
+        )
+        outcome.notes.append(f"{found} would have paid.")
     if not is_better(after, before):
         outcome.notes.append("No better mesh was found: the mesh is as it was.")
     else:

@@ -38,8 +38,8 @@ def read(path: Path) -> Mesh:
     cells = _checked(text, first=text.row, rows=text.ragged(n_cells, "cells"), what="faces")
     face_offsets, face_points = _items(faces)
     cell_offsets, signed = _items(cells)
-    _in_range(text, face_points, n_points, "a face refers to point")
-    _in_range(text, np.abs(signed), n_faces, "a cell refers to face")
+    _in_range(text, face_points, n_points, "a face refers to point", first, face_offsets)
+    _in_range(text, np.abs(signed), n_faces, "a cell refers to face", first + n_faces, cell_offsets)
     solids = face_based.solids(
         face_based.Faces(cell_offsets, np.abs(signed) - 1, face_offsets, face_points - 1), points
     )
@@ -64,10 +64,13 @@ def _items(rows: Ragged) -> tuple[face_based.Ints, face_based.Ints]:
     return face_based.offsets_of(sizes), rows.values[face_based.spans(rows.starts[:-1] + 1, sizes)]
 
 
-def _in_range(text: Text, ids: face_based.Ints, n: int, what: str) -> None:
+def _in_range(text: Text, ids: face_based.Ints, n: int, what: str, first: int, offsets: face_based.Ints) -> None:
+    """Ids of the rows from ``first`` on, which ``offsets`` part."""
     wrong = (ids < 1) | (ids > n)
     if wrong.any():
-        raise text.fail(f"{what} {int(ids[np.argmax(wrong)])}, which is outside 1..{n}")
+        at = int(np.argmax(wrong))
+        row = first + int(np.searchsorted(offsets, at, side="right")) - 1
+        raise text.fail(f"{what} {int(ids[at])}, which is outside 1..{n}", row)
 
 
 HEDRA = Format("hedra", "HEDRA (cinolib)", (".hedra",), sniff, read, by_content=False)

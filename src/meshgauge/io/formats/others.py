@@ -18,6 +18,7 @@ from ...mesh import Mesh
 from ...mesh.regions import KEYS
 from ..plumbing import meshio, vtk, within
 from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
+from ..plumbing.messages import is_out_of_memory
 from ..plumbing.writing import REGION
 
 
@@ -29,6 +30,8 @@ def by_pyvista(path: Path) -> Mesh:
         try:
             data: Any = pyvista.get_reader(str(path)).read()
         except (Exception, SystemExit) as error:
+            if is_out_of_memory(error):
+                raise MemoryError from error
             messages = log.errors or vtk.error_messages(str(error)) or [" ".join(str(error).split())]
             raise ReadError(f"{path}: PyVista says: {'; '.join(messages[:3]) or type(error).__name__}") from error
     if log.errors:

@@ -18,6 +18,7 @@ from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing import meshio, within
 from ..plumbing.format import Format, Reader, Sniffer, anything
+from ..plumbing.messages import is_out_of_memory
 
 _INCLUDE = {
     "lsdyna": re.compile(rb"^\*INCLUDE", re.IGNORECASE | re.MULTILINE),
@@ -47,7 +48,9 @@ def package(path: Path) -> Any:
     """The library; `ReadError` that names the extra if it is not installed."""
     try:
         return importlib.import_module("meshioplusplus")
-    except ImportError:
+    except ImportError as error:
+        if is_out_of_memory(error):
+            raise MemoryError from error
         raise ReadError(
             f"{path}: is read by meshio++, which is not installed: pip install 'meshgauge[meshioplusplus]'"
         ) from None
@@ -59,9 +62,9 @@ def source(file: str | BinaryIO, module: str, path: Path) -> tuple[Any, tuple[st
     with _captured_output() as log:
         try:
             mesh = library.read(file, file_format=module)
-        except MemoryError:
-            raise
         except (Exception, SystemExit) as error:
+            if is_out_of_memory(error):
+                raise MemoryError from error
             reason = " ".join(str(error).split())
             reason = re.sub(rf"^Couldn't read file \S* as {module} \((.*)\)\Z", r"\1", reason).removeprefix(
                 f"{module}: "

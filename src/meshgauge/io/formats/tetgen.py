@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -63,24 +64,31 @@ def _points(text: Text) -> tuple[Index, NDArray[np.float64]]:
     n = text.count("points", str(head[0]).encode())
     if len(head) > 1 and head[1] != 3:
         raise text.fail(f"points have {head[1]} coordinates, expected 3")
+    first = text.row
     rows = text.reals(n, 4, "a number and 3 coordinates")
-    index = Index(_integers(text, rows[:, 0], "the number of a point"))
+    labels = _integers(text, rows[:, :1], "the number of a point", first)[:, 0]
+    index = Index(labels)
     if index.has_duplicates:
-        raise text.fail("two points have the same number")
+        once = np.unique(labels, return_index=True)[1]
+        raise text.fail("two points have the same number", first + int(np.setdiff1d(np.arange(n), once)[0]))
     return index, np.ascontiguousarray(rows[:, 1:])
 
 
-def _integers(text: Text, values: NDArray[np.float64], what: str) -> NDArray[np.int64]:
-    wrong = ~((np.abs(values) < 2**53) & (values == np.trunc(values)))
+def _integers(text: Text, table: NDArray[np.float64], what: str, first: int) -> NDArray[np.int64]:
+    """Integers of a table, whose rows are those of the file from ``first`` on."""
+    wrong = ~((np.abs(table) < 2**53) & (table == np.trunc(table)))
     if wrong.any():
-        raise text.fail(f"{what} is {values[np.argmax(wrong)]}, expected an integer")
-    return values.astype(np.int64)
+        row = int(np.argmax(wrong.any(axis=1)))
+        raise text.fail(f"{what} is {table[row][wrong[row]][0]}, expected an integer", first + row)
+    return table.astype(np.int64)
 
 
-def _places(text: Text, index: Index, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+def _places(text: Text, index: Index, ids: NDArray[np.int64], row_of: Callable[[int], int]) -> NDArray[np.int64]:
+    """Positions of points by their numbers; ``row_of`` gives the row of the file in which the n-th of them stands."""
     places = index.of(ids)
     if len(places) and places.min() < 0:
-        raise text.fail(f"a cell refers to point {int(ids[np.argmin(places)])}, which does not exist")
+        at = int(np.argmin(places))
+        raise text.fail(f"a cell refers to point {int(ids[at])}, which does not exist", row_of(at))
     return places
 
 
@@ -93,8 +101,10 @@ def read_tetgen(path: Path) -> Mesh:
     n_nodes, n_more = (*head[1:3], 0, 0)[:2] if len(head) > 1 else (4, 0)
     if n_nodes not in (4, 10) or not 0 <= n_more <= 100:
         raise ele.fail(f"tetrahedra of {n_nodes} nodes and {n_more} attributes, expected 4 or 10 nodes")
+    first = ele.row
     rows = ele.reals(n, 1 + n_nodes + n_more, "tetrahedra")
-    nodes = _places(ele, index, _integers(ele, rows[:, 1 : 1 + n_nodes].ravel(), "a node of a tetrahedron"))
+    table = _integers(ele, rows[:, 1 : 1 + n_nodes], "a node of a tetrahedron", first)
+    nodes = _places(ele, index, table.ravel(), lambda at: first + at // n_nodes)
     kind = Kind("tetra" if n_nodes == 4 else "tetra10", n_nodes)
     cells = gathered(nodes, np.arange(n) * n_nodes, np.zeros(n, np.int64), {0: kind})
     values = rows[:, 1 + n_nodes :]
@@ -122,16 +132,23 @@ def read_rf(path: Path) -> Mesh:
     head = ele.integers("the number of cells")
     n_cells = ele.count("cells", str(head[0]).encode())
     n_more = head[1] if len(head) > 1 else 0
-    values = ele.ragged(ele.n_left, "cells and their faces").values
-    n_faces, first, sizes = _parse_cells(ele, values.tolist(), n_cells, n_more)
-    ids = _places(ele, index, values[face_based.spans(first, sizes)])
+    start = ele.row
+    rows = ele.ragged(ele.n_left, "cells and their faces")
+    values = rows.values
+
+    def row_of(place: int) -> int:
+        return start + int(np.searchsorted(rows.starts, place, side="right")) - 1
+
+    n_faces, first, sizes = _parse_cells(ele, values.tolist(), n_cells, n_more, row_of)
+    at = face_based.spans(first, sizes)
+    ids = _places(ele, index, values[at], lambda n: row_of(int(at[n])))
     faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(first)), face_based.offsets_of(sizes), ids)
     cells = face_based.solids(faces, points)
     return Mesh(points, cells.types, cells.offsets, cells.connectivity, cells.polyhedra, path=str(path), copy=False)
 
 
 def _parse_cells(
-    text: Text, values: list[int], n_cells: int, n_more: int
+    text: Text, values: list[int], n_cells: int, n_more: int, row_of: Callable[[int], int]
 ) -> tuple[face_based.Ints, face_based.Ints, face_based.Ints]:
     """Faces of each cell; where the points of each face start, and how many they are.
 
@@ -142,18 +159,20 @@ def _parse_cells(
     for cell in range(n_cells):
         n = values[at + 1] if at + 1 < end else -1
         if not 1 <= n <= end or not 0 <= n_more <= 100:
-            raise text.fail(f"cell {cell} of {n_cells} has no number of faces")
+            raise text.fail(f"cell {cell} of {n_cells} has no number of faces", row_of(at))
         at += 2 + n_more
         for face in range(n):
             size = values[at + 1] if at + 1 < end else -1
             if size < 3 or at + 2 + size > end:
-                raise text.fail(f"face {face} of cell {cell} states {size} points, expected 3 or more, and all of them")
+                raise text.fail(
+                    f"face {face} of cell {cell} states {size} points, expected 3 or more, and all of them", row_of(at)
+                )
             first.append(at + 2)
             sizes.append(size)
             at += 2 + size
         n_faces.append(n)
     if at != end:
-        raise text.fail(f"{n_cells} cells are stated, but more numbers follow")
+        raise text.fail(f"{n_cells} cells are stated, but more numbers follow", row_of(at))
     return np.array(n_faces, np.int64), np.array(first, np.int64), np.array(sizes, np.int64)
 
 

@@ -95,11 +95,11 @@ def _data_set(text: Text, number: int, first: int, last: int, content: _Content)
         rows = text.reals(last - first, 3, "nodes")
         if len(rows) % 2:
             raise text.fail("a node has a label, but no coordinates", last)
-        content.labels.append(_labels(text, rows[::2, 0]))
+        content.labels.append(_labels(text, rows[::2, 0], first, 2))
         content.points.append(np.ascontiguousarray(rows[1::2]))
     elif number == 15:
         rows = text.reals(last - first, 7, "nodes")
-        content.labels.append(_labels(text, rows[:, 0]))
+        content.labels.append(_labels(text, rows[:, 0], first, 1))
         content.points.append(np.ascontiguousarray(rows[:, 4:7]))
     elif number in (2412, 780):
         _elements(text, first, last, content, 7 if number == 780 else 5)
@@ -109,9 +109,10 @@ def _data_set(text: Text, number: int, first: int, last: int, content: _Content)
         content.skipped.add(number)
 
 
-def _labels(text: Text, values: NDArray[np.float64]) -> NDArray[np.int64]:
-    if not (np.abs(values) < 2**53).all():
-        raise text.fail("the label of a node is no integer")
+def _labels(text: Text, values: NDArray[np.float64], first: int, rows_each: int) -> NDArray[np.int64]:
+    wrong = ~((np.abs(values) < 2**53) & (values == np.trunc(values)))
+    if wrong.any():
+        raise text.fail("the label of a node is no integer", first + rows_each * int(np.argmax(wrong)))
     return values.astype(np.int64)
 
 

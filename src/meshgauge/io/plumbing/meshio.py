@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from ...cells import BY_NAME, CELL_TYPES, POLYHEDRON, CellType, type_name
 from ...errors import MeshError, ReadError, WriteError
+from ...look.style import number_of
 from ...mesh import CellBlock, Mesh
 from ...mesh.polyhedra import Polyhedra
+from .messages import is_out_of_memory
 
 _LOCK = threading.RLock()
 """Standard output, standard error and the warnings filter belong to the whole process."""
@@ -83,9 +85,9 @@ def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
     with captured_output() as output:
         try:
             source = importlib.import_module(f"meshio.{module}").read(str(path))
-        except MemoryError:
-            raise ReadError(f"{path}: states more than the memory can hold") from None
         except (Exception, SystemExit) as error:
+            if is_out_of_memory(error):
+                raise MemoryError from error
             raise ReadError(f"{path}: meshio ({module}) says: {_reason(error, output)}") from error
     warned = re.split(r"\bWarning:\s*", " ".join(output.getvalue().split()))
     return source, tuple(f"meshio warns: {text.strip()}" for text in dict.fromkeys(warned) if text.strip())
@@ -155,7 +157,10 @@ def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = (), *, co
             sizes.append(np.full(n, width, np.int64))
             nodes.append(dense.ravel())
             if cell.name != block.type and not block.type.startswith(("VTK_", "polygon")) and n:
-                kept.append(f"{n} cells of type {block.type} are kept as {cell.name}.")
+                kept.append(
+                    number_of(n, f"cell of type {block.type} is", f"cells of type {block.type} are")
+                    + f" kept as {cell.name}."
+                )
         faces.extend(lists)
         types.append(np.full(n, cell.vtk_id, np.uint8))
         blocks.append(CellBlock(block.type, start, start + n))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...look.style import number_of, plural
 from ...quality.measure import Quality
 from ..acceptance import accept, is_better
 from ..claims import Promise
@@ -117,10 +118,11 @@ def slide(
         surface = target_surface(surface, given, old)
     kind = surface.kind.copy()
     kind[constraints.pinned] = CORNER
+    patches = number_of(surface.n_patches, "patch", "patches")
+    on_patches = number_of(int(np.count_nonzero(kind == FACE)), "point slides", "points slide")
     summary = (
-        f"The boundary has {surface.n_patches:,} patches and {surface.n_curves:,} edges at {feature_angle:g}°; "
-        f"{int(np.count_nonzero(kind == FACE)):,} points slide on patches and "
-        f"{int(np.count_nonzero(kind == EDGE)):,} along edges."
+        f"The boundary has {patches} and {plural(surface.n_curves, 'edge')} at {feature_angle:g}°; "
+        f"{on_patches} on patches and {int(np.count_nonzero(kind == EDGE)):,} along edges."
     )
     if not ((kind == FACE) | (kind == EDGE)).any():
         return SlideResult(fixed, 0.0, ("No point of the boundary can slide.",))
@@ -140,7 +142,10 @@ def slide(
         kind[hold] = CORNER
     notes = [summary]
     if n_back:
-        notes.append(f"{n_back:,} points were put back to where they were with the boundary fixed.")
+        notes.append(
+            f"{number_of(n_back, 'point was put back to where it was', 'points were put back to where they were')} "
+            "with the boundary fixed."
+        )
     if hold.any() or not is_better(slid, fixed):
         return SlideResult(fixed, 0.0, (summary, "Sliding is not better: the result with the boundary fixed stands."))
     return SlideResult(slid, apart.largest, tuple(notes))

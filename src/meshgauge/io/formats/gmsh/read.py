@@ -17,6 +17,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from ....cells import BY_NAME
 from ....errors import ReadError
+from ....look.style import number_of
 from ....mesh import CellBlock, Mesh
 from ....mesh.mesh import GHOST_TYPE
 from ...plumbing.ids import Index
@@ -76,7 +77,8 @@ def read(path: Path, data: bytes) -> Mesh:
         np.cumsum(np.concatenate(sizes), out=offsets[1:])
     if curved:
         content.notes.append(
-            f"{curved} cells are above second order: their corners are in place, their other nodes in Gmsh's order."
+            f"{number_of(curved, 'cell is', 'cells are')} above second order: corners are in place, other nodes in "
+            "Gmsh's order."
         )
     return Mesh(
         points=content.points,

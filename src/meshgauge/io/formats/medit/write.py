@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....cells import BY_NAME
+from ....look.style import number_of
 from ....mesh import Mesh
 from ....mesh.regions import KEYS
 from ...plumbing import writing
@@ -53,7 +54,9 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     notes = [f"The {what} data {name!r} became Medit's references."
              for what, name in (("point", point_name), ("cell", cell_name)) if name not in (None, REF)]  # fmt: skip
     if is_point.any():
-        notes.append(f"The format has no cells of one point: {int(is_point.sum())} vertex cells were left out.")
+        notes.append(
+            f"{number_of(int(is_point.sum()), 'vertex cell was', 'vertex cells were')} left out: the format has none."
+        )
     order = mesh.types[~is_point]
     if not np.array_equal(order, np.concatenate([order[:0], *(order[order == t] for t in _ids())])):
         notes.append("The format keeps cells by type: their order changed.")

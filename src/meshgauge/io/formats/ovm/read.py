@@ -52,9 +52,10 @@ def _ascii(path: Path, data: bytes) -> Content:
     text = Text(path, data, b"#")
     text.line()
     points = text.reals(_section(text, b"vertices"), 3, "vertices")
-    edges = text.ragged(_section(text, b"edges"), "edges")
+    n_edges, first = _section(text, b"edges"), text.row
+    edges = text.ragged(n_edges, "edges")
     if len(edges.sizes) and (edges.sizes != 2).any():
-        raise text.fail("an edge has not two vertices")
+        raise text.fail("an edge has not two vertices", first + int(np.argmax(edges.sizes != 2)))
     ends = edges.values.reshape(-1, 2)
     faces = _items(text, _section(text, b"faces"), "half-edges")
     cells = _items(text, _section(text, b"polyhedra"), "half-faces")

@@ -1,0 +1,104 @@
+"""What errors of readers say: the file once, the line that is wrong, and too little memory by its name."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import pytest
+
+from meshgauge import io
+from meshgauge.errors import ReadError
+from meshgauge.io import registry
+from meshgauge.io.plumbing.messages import is_out_of_memory, named_once
+
+CUBE = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n"
+FACES = "4 1 4 3 2\n4 5 6 7 8\n4 1 2 6 5\n4 2 3 7 6\n4 3 4 8 7\n4 4 1 5 8\n"
+
+
+@pytest.mark.parametrize(
+    ("message", "expected"),
+    [
+        ("is empty", "d/a.k: is empty"),
+        ("d/a.k: is empty", "d/a.k: is empty"),
+        ("d/a.k, line 3: is wrong", "d/a.k, line 3: is wrong"),
+        ("d/a.k: d/a.k, line 3: is wrong", "d/a.k: the file, line 3: is wrong"),
+        ("d/a.k: VTK says: d/a.k: a record", "d/a.k: VTK says: a record"),
+        ("d/a.k: cannot read file 'd/a.k'", "d/a.k: cannot read the file"),
+        ("d/a.k.inc: is missing", "d/a.k: d/a.k.inc: is missing"),
+        ("d/a.k/b: is missing", "d/a.k: d/a.k/b: is missing"),
+        ("d/a.k: refers to bd/a.k and d/a.k2", "d/a.k: refers to bd/a.k and d/a.k2"),
+    ],
+)
+def test_a_file_is_named_once(message: str, expected: str) -> None:
+    assert named_once(Path("d/a.k"), message) == expected
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        ("No module named 'h5py'", "needs a package that is not installed: No module named 'h5py'"),
+        ("h5.so: failed to map segment from shared object", "a.x: does not fit into memory"),
+    ],
+)
+def test_too_little_memory_is_no_missing_package(
+    error: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A library that cannot be loaded for want of memory raises ImportError."""
+
+    def missing(path: Path) -> None:
+        raise ImportError(error)
+
+    monkeypatch.setitem(registry.FORMATS, "x", registry.Format("x", "X", (".x",), lambda *_: True, read=missing))
+    (tmp_path / "a.x").write_text("x")
+    with pytest.raises(ReadError, match=message):
+        io.read(tmp_path / "a.x", file_format="x")
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (MemoryError(), True),
+        (OSError(errno.ENOMEM, "Cannot allocate memory"), True),
+        (ImportError("x.so: cannot map: Cannot allocate memory"), True),
+        (RuntimeError("std::bad_alloc"), True),
+        (ImportError("No module named 'x'"), False),
+        (OSError(errno.ENOENT, "no such file"), False),
+    ],
+)
+def test_what_is_for_want_of_memory(error: BaseException, expected: bool) -> None:
+    assert is_out_of_memory(error) is expected
+    outer = ReadError("why")
+    outer.__cause__ = error
+    assert is_out_of_memory(outer) is expected
+
+
+# Points of a cube, its faces, and files that are wrong in one line: the files, the one that is wrong, the line.
+NODES = "4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n"
+ONE = "1 4 0\n1 1 2 3 4\n"
+EDGES = "OVM ASCII\nVertices\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nEdges\n3\n0 1\n0 2 3\n1 2\nFaces\n0\nPolyhedra\n0\n"
+WRONG = {
+    "hedra face": ({"a.hedra": f"8 6 1\n{CUBE}{FACES.replace('3 7 6', '3 99 6')}6 1 2 3 4 5 6\n"}, "a.hedra", 13),
+    "hedra cell": ({"a.hedra": f"8 6 1\n{CUBE}{FACES}6 1 2 3 4 5 7\n"}, "a.hedra", 16),
+    "hedra with blanks": ({"a.hedra": f"8 6 1\n\n{CUBE}\n{FACES}6 1 2 3 4 -9 6\n"}, "a.hedra", 18),
+    "tetgen twice": ({"a.node": NODES.replace("\n3", "\n2"), "a.ele": ONE}, "a.node", 4),
+    "tetgen number": ({"a.node": NODES.replace("\n3", "\n2.5"), "a.ele": ONE}, "a.node", 4),
+    "tetgen point": ({"a.node": NODES, "a.ele": "3 4 0\n1 1 2 3 4\n2 1 2 3 9\n3 1 2 3 4\n"}, "a.ele", 3),
+    "tetgen node": ({"a.node": NODES, "a.ele": "3 4 0\n1 1 2 3 4\n2 1 2.5 3 4\n3 1 2 3 4\n"}, "a.ele", 3),
+    "rf point": (
+        {"a.node": NODES, "a.ele": "# RF\n1 0\n0 4\n 0 3 1 3 2\n 1 3 1 2 4\n 2 3 2 3 9\n 3 3 1 4 3\n"}, "a.ele", 6),
+    "rf face": (
+        {"a.node": NODES, "a.ele": "# RF\n1 0\n0 4\n 0 3 1 3 2\n 1 2 1 2\n 2 3 2 3 4\n 3 3 1 4 3\n"}, "a.ele", 5),
+    "ovm edge": ({"a.ovm": EDGES}, "a.ovm", 11),
+    "unv label": ({"a.unv": "    -1\n  2411\n1 1 1 11\n0 0 0\n1e20 1 1 11\n1 0 0\n    -1\n"}, "a.unv", 5),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_the_line_is_the_one_that_is_wrong(name: str, tmp_path: Path) -> None:
+    files, wrong, line = WRONG[name]
+    for file, text in files.items():
+        (tmp_path / file).write_text(text)
+    opened = next(file for file in files if not file.endswith(".node"))
+    with pytest.raises(ReadError, match=rf"{wrong}, line {line}: "):
+        io.read(tmp_path / opened)
