@@ -12,7 +12,7 @@ import pytest
 
 import meshgauge
 from meshgauge.cells import CELL_TYPES
-from meshgauge.mesh.connectivity import picked
+from meshgauge.mesh.connectivity import pick
 
 SHARED = Path(os.environ.get("MESHGAUGE_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 MANIFEST = SHARED / "meshes" / "MANIFEST.tsv"
@@ -35,7 +35,7 @@ def test_values_are_those_of_the_oracle(shared: Path, row: dict[str, str]) -> No
         if kind is None or kind.shape is None:
             continue
         curved |= kind.is_curved
-        nodes = np.asarray(mesh.points, float)[picked(mesh, kind, cells, kind.corners)]
+        nodes = np.asarray(mesh.points, float)[pick(mesh, kind, cells, kind.corners)]
         expected = oracle.node_scaled_jacobian(kind.shape.name, nodes)
         base = expected[:, :4] if kind.shape.name == "pyramid" else expected
         base = base[:, :1] if kind.shape.name == "tetra" else base

@@ -17,7 +17,7 @@ from meshgauge.look import colours
 from meshgauge.quality.summary import summarise
 from meshgauge.repair.acceptance import n_unusable, status_counts, violations
 from meshgauge.report import FileReport
-from meshgauge.report.html.page_cells import cells_to_show, drawable, drawn_as
+from meshgauge.report.html.page_cells import cells_to_show, drawable, drawing_code
 from meshgauge.report.verdict import verdict
 from meshgauge.status import (
     PURPOSES,
@@ -182,7 +182,7 @@ def test_compare(status: Status, purpose: Purpose) -> None:
 @every_purpose
 def test_page_and_colours(status: Status, purpose: Purpose) -> None:
     quality = quality_of(status, purpose)
-    drawn = drawn_as(status, purpose)
+    drawn = drawing_code(status, purpose)
     assert drawn == (
         1 if invalid(status, purpose) else 2 if status in DEGENERATE else 3 if np.isnan(value_of(status)) else 0
     )

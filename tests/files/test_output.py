@@ -202,7 +202,7 @@ def test_what_was_read_is_not_written_to(tmp_path: Path) -> None:
     path, link = tmp_path / "a.txt", tmp_path / "link"
     path.write_text("old")
     link.symlink_to(path)
-    with sources.guarded():
+    with sources.guard():
         sources.note(path)
         for target in (path, link):
             with pytest.raises(WriteError, match="belongs to an input"):
@@ -217,7 +217,7 @@ def test_an_output_that_is_read_later_is_known_at_once(tmp_path: Path) -> None:
     path.write_text("old")
 
     def read_while_writing(*, asks: bool) -> None:
-        with sources.guarded(), replacing(path) as beside:
+        with sources.guard(), replacing(path) as beside:
             beside.write_text("new")
             sources.note(path)
             if asks:
@@ -231,9 +231,9 @@ def test_an_output_that_is_read_later_is_known_at_once(tmp_path: Path) -> None:
 
 
 def test_reads_within_reads_are_of_both(tmp_path: Path) -> None:
-    with sources.recorded() as outer:
+    with sources.record() as outer:
         sources.note(tmp_path / "a")
-        with sources.recorded() as inner:
+        with sources.record() as inner:
             sources.note(tmp_path / "b")
     assert [Path(p).name for p in inner] == ["b"]
     assert [Path(p).name for p in outer] == ["a", "b"]

@@ -9,7 +9,7 @@ import pytest
 from repair_meshes import shaken
 
 from meshgauge import Mesh, ReadError
-from meshgauge.repair.undo import restored, store
+from meshgauge.repair.undo import restore_points, store
 
 
 def test_the_sign_of_zero_is_restored(tmp_path: Path) -> None:
@@ -20,7 +20,7 @@ def test_the_sign_of_zero_is_restored(tmp_path: Path) -> None:
     written = before.replace(points=points + 0.0)  # as a format of text may do
     assert not np.signbit(written.points[0]).any()
     assert store(tmp_path / "undo.npz", before, written) == 1
-    assert restored(tmp_path / "undo.npz", written).points.tobytes() == before.points.tobytes()
+    assert restore_points(tmp_path / "undo.npz", written).points.tobytes() == before.points.tobytes()
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
@@ -32,7 +32,7 @@ def test_points_that_are_not_finite_are_restored(tmp_path: Path, dtype: type) ->
     moved = points.copy()
     moved[13] += 0.125
     assert store(tmp_path / "undo.npz", before, before.replace(points=moved)) == 1
-    back = restored(tmp_path / "undo.npz", before.replace(points=moved.astype(np.float64)))
+    back = restore_points(tmp_path / "undo.npz", before.replace(points=moved.astype(np.float64)))
     assert back.points.dtype == dtype
     np.testing.assert_array_equal(back.points, points)
 
@@ -51,14 +51,14 @@ def test_points_that_moved_since_are_refused(tmp_path: Path) -> None:
     fixed = int(np.flatnonzero((points == before.points).all(axis=1))[0])
     points[fixed, 0] += 1e-9  # a point that undo data say nothing of
     with pytest.raises(ReadError, match="other coordinates"):
-        restored(undo, better.replace(points=points))
+        restore_points(undo, better.replace(points=points))
 
 
 def test_what_is_restored_already_stays(tmp_path: Path) -> None:
     undo, before, better = stored(tmp_path)
-    back = restored(undo, better)
+    back = restore_points(undo, better)
     assert back.points.tobytes() == before.points.tobytes()
-    assert restored(undo, back) is back
+    assert restore_points(undo, back) is back
 
 
 def test_the_precision_of_the_file_is_no_other_coordinate(tmp_path: Path) -> None:
@@ -66,4 +66,4 @@ def test_the_precision_of_the_file_is_no_other_coordinate(tmp_path: Path) -> Non
     better = before.replace(points=shaken("tetra", 2, 0.1).points.astype(np.float32))
     store(tmp_path / "undo.npz", before, better)
     wide = better.replace(points=better.points.astype(np.float64))
-    assert restored(tmp_path / "undo.npz", wide).points.tobytes() == before.points.tobytes()
+    assert restore_points(tmp_path / "undo.npz", wide).points.tobytes() == before.points.tobytes()

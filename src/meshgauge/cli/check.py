@@ -42,7 +42,7 @@ def check(
     from ..check.sources import RefusedRule, baselines_of, meshes_of, rules_of, settings_of
 
     settings = settings_of(rule_options.config)
-    paths = inputs.expanded(meshes or meshes_of(settings))
+    paths = inputs.expand(meshes or meshes_of(settings))
     if not paths:
         raise SettingsError("no mesh is given, and no settings name any (check.meshes)")
     try:  # None: those of the purpose of each mesh

@@ -17,7 +17,7 @@ def add(app: typer.Typer, function: Callable[..., int | None]) -> None:
     """Add a subcommand of the name of the function. What its help says is the row of that name in `TEXTS`."""
     name = function.__name__.replace("_", "-")
     text = TEXTS[name]
-    call = unfolded(function)
+    call = unfold(function)
     examples = ["[bold]Examples[/bold]", *(f"  {line}" for line in text.examples)] if text.examples else []
     app.command(
         name=name,
@@ -28,7 +28,7 @@ def add(app: typer.Typer, function: Callable[..., int | None]) -> None:
     )(call)
 
 
-def unfolded(function: Callable[..., int | None]) -> Callable[..., int | None]:
+def unfold(function: Callable[..., int | None]) -> Callable[..., int | None]:
     """The function with the fields of each group (a dataclass of options) as parameters in the place of the group."""
     hints = get_type_hints(function, include_extras=True)
     groups = {name: kind for name, kind in hints.items() if is_dataclass(kind) and isinstance(kind, type)}

@@ -29,7 +29,7 @@ def compare(
     reading: options.Reading,
 ) -> int:
     """Read, measure and compare; returns the exit code."""
-    paths = inputs.expanded(meshes)
+    paths = inputs.expand(meshes)
     if len(paths) < 2 and reading.step != "all":
         raise MeshgaugeError(f"{paths[0]}: is one mesh; give two or more to compare, or see 'meshgauge report'")
     inputs.check_targets(paths, files=(plot,))

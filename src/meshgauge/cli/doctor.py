@@ -30,7 +30,7 @@ def doctor(
     reading: options.Reading,
 ) -> int:
     """Read and diagnose each mesh in turn; returns the exit code."""
-    paths = inputs.expanded(meshes)
+    paths = inputs.expand(meshes)
 
     from ..doctor import diagnosis
     from ..doctor.text import DiagnosisLine, DiagnosisText, diagnosis_json

@@ -46,7 +46,7 @@ def improve(
     from ..repair import text
     from ..repair.acceptance import n_unusable
     from ..repair.page import improve_page
-    from ..repair.undo import restored, store
+    from ..repair.undo import restore_points, store
     from . import live
     from .batch import Batch
     from .terminal import Output, emit
@@ -55,7 +55,7 @@ def improve(
     batch.require_one_state(mesh)
     before = batch.read(mesh)
     if restore is not None:
-        batch.write(written, restored(restore, before), overwrite=in_place)
+        batch.write(written, restore_points(restore, before), overwrite=in_place)
         if not quiet:
             emit(f"{written}: points are where they were")
         return batch.exit_code

@@ -10,7 +10,7 @@ from pathlib import Path
 from ..errors import ReadError, WriteError
 
 
-def expanded(arguments: Iterable[str]) -> list[str]:
+def expand(arguments: Iterable[str]) -> list[str]:
     """The files meant by the arguments: patterns that the shell left alone are expanded, each file is named once.
 
     Raises

@@ -1,7 +1,7 @@
 """The options that several commands share, each once: its names, its help, its place in the help.
 
 An alias is an option with its type (``threads: Threads = None``). A group is a frozen dataclass of options: a command
-with the parameter ``reading: Reading`` has all of them (`command.unfolded`), so a new one is a new field here.
+with the parameter ``reading: Reading`` has all of them (`command.unfold`), so a new one is a new field here.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ def plot(
     reading: options.Reading,
 ) -> int:
     """Measure the meshes and draw them; returns the exit code."""
-    paths = inputs.expanded(meshes)
+    paths = inputs.expand(meshes)
     targets = picture.targets(output)
     inputs.check_targets(paths, files=targets.values())
     picture.check(paths)

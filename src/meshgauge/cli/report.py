@@ -32,7 +32,7 @@ def report(
     reading: options.Reading,
 ) -> int:
     """Read, measure, summarise and drop each mesh in turn, then show the report; returns the exit code."""
-    paths = inputs.expanded(meshes)
+    paths = inputs.expand(meshes)
     target = inputs.mesh_target(paths, output, in_place=in_place)
     inputs.check_targets(paths, texts=(csv, html), files=(output,))
     if target is not None and (reading.step == "all" or reading.displacement is not None):

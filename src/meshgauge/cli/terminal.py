@@ -40,7 +40,7 @@ class Output(Console):
             try:
                 self.print(item, soft_wrap=not wrap)
             except BrokenPipeError:
-                return _closed()
+                return _close_output()
             return True
         with self.capture() as captured:
             self.print(item, soft_wrap=not wrap)
@@ -53,11 +53,11 @@ def emit(text: str) -> bool:
     try:
         print(text, flush=True)
     except BrokenPipeError:
-        return _closed()
+        return _close_output()
     return True
 
 
-def _closed() -> bool:
+def _close_output() -> bool:
     # What is still printed, also when the interpreter flushes at its end, is to go nowhere.
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

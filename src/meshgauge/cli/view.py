@@ -28,7 +28,7 @@ def view(
     reading: options.Reading,
 ) -> int:
     """Read, measure, and serve or draw; returns the exit code."""
-    paths = inputs.expanded(meshes)
+    paths = inputs.expand(meshes)
     _require_one_or_two(paths, "meshes")
     size = window.pixels()
     inputs.check_targets(paths, files=[window.screenshot])

@@ -125,7 +125,7 @@ def correspond(a: Mesh, b: Mesh) -> str:
     if np.array_equal(a.connectivity, b.connectivity):
         return ""
     cells = np.repeat(np.arange(a.n_cells), np.diff(a.offsets))
-    wrong = np.flatnonzero(_sorted_within(a.connectivity, cells) != _sorted_within(b.connectivity, cells))
+    wrong = np.flatnonzero(_sort_within(a.connectivity, cells) != _sort_within(b.connectivity, cells))
     return f"cell {int(cells[wrong[0]])} has other points" if len(wrong) else ""
 
 
@@ -145,7 +145,7 @@ def pair_cells(before: Quality, after: Quality, *, losses: int = 5) -> PairedCel
         type_name(int(vtk_id)): solid & (after.mesh.types == vtk_id) for vtk_id in np.unique(after.mesh.types[solid])
     }
     change = new - old
-    n_moved, largest = _moved(before.mesh, after.mesh)
+    n_moved, largest = _displacement(before.mesh, after.mesh)
     return PairedCells(
         all=_counts(old[solid], new[solid]),
         types={name: _counts(old[cells], new[cells]) for name, cells in kinds.items()},
@@ -200,7 +200,7 @@ def _loss(before: Quality, after: Quality, cell: int) -> Loss:
     )
 
 
-def _moved(a: Mesh, b: Mesh) -> tuple[int, float]:
+def _displacement(a: Mesh, b: Mesh) -> tuple[int, float]:
     """How many points are elsewhere, and how far the furthest went."""
     # Column by column: sums along rows of three are slow.
     columns = [(a.points[:, axis], b.points[:, axis]) for axis in range(3)]
@@ -218,6 +218,6 @@ def _moved(a: Mesh, b: Mesh) -> tuple[int, float]:
     return len(elsewhere), unit * float(np.sqrt(squares.max()))
 
 
-def _sorted_within(connectivity: NDArray[np.integer], cells: NDArray[np.int64]) -> NDArray[np.integer]:
+def _sort_within(connectivity: NDArray[np.integer], cells: NDArray[np.int64]) -> NDArray[np.integer]:
     """The points of each cell, ascending."""
     return connectivity[np.lexsort((connectivity, cells))]

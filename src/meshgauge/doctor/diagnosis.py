@@ -166,7 +166,7 @@ def diagnosis(
     if mesh.polyhedra is not None:
         is_used[mesh.polyhedra.face_points] = True
     representative = points.representatives(mesh.points, tolerance=tolerance, stored=mesh.stored)
-    doubles = points.duplicates(representative, is_used if is_ghost is None else _used(mesh, ~is_ghost))
+    doubles = points.duplicates(representative, is_used if is_ghost is None else _points_in_use(mesh, ~is_ghost))
     matched = topology(mesh)
     twice = cells.duplicates(mesh, hashes)
     covering = np.setdiff1d(cells.covering(mesh, representative), twice) if len(doubles) else twice[:0]
@@ -196,7 +196,7 @@ def diagnosis(
         n_boundary_faces=matched.n_boundary,
         tolerance=tolerance,
         skipped=() if IS_SOLID[mesh.types].any() else (_NO_SOLIDS,),
-        checked=_checked(mesh),
+        checked=_checks(mesh),
     )
 
 
@@ -206,7 +206,7 @@ _OF_CELLS = ("repeated points", "duplicate cells", "faces of three cells", "spli
 _OF_POINTS = ("duplicate points", "unused points")
 
 
-def _checked(mesh: Mesh) -> tuple[str, ...]:
+def _checks(mesh: Mesh) -> tuple[str, ...]:
     """What can be looked for in the mesh."""
     solid = mesh.types[IS_SOLID[mesh.types]]
     if len(solid) == 0:
@@ -218,7 +218,7 @@ def _checked(mesh: Mesh) -> tuple[str, ...]:
     return (*first, *faces, *_OF_CELLS, *beside, *_OF_POINTS)
 
 
-def _used(mesh: Mesh, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _points_in_use(mesh: Mesh, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Points of some of the cells."""
     used = np.zeros(mesh.n_points, bool)
     used[mesh.connectivity[np.repeat(cells, np.diff(mesh.offsets))]] = True

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..cells import POLYHEDRON
 from ..look.records import brief
 from ..mesh import Mesh
-from ..mesh.polyhedra import ragged
+from ..mesh.polyhedra import ragged_positions
 from ..quality.polyhedra import inward_faces
 
 Ids = NDArray[np.int64]
@@ -59,7 +59,7 @@ def inward(mesh: Mesh) -> InwardFaces:
     # Two entries are one face if they have its number and, as parts of a file number theirs alike, its least point.
     starts = poly.face_offsets[own].astype(np.int64)
     sizes = poly.face_offsets[own + 1].astype(np.int64) - starts
-    points = poly.face_points[ragged(starts, sizes)]
+    points = poly.face_points[ragged_positions(starts, sizes)]
     least = np.minimum.reduceat(points, np.cumsum(sizes) - sizes) if len(points) else points
     order = np.lexsort((cells, least, numbers))
     numbers, least, cells = numbers[order], least[order], cells[order]

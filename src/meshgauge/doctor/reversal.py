@@ -33,14 +33,14 @@ def reversal(vtk_id: int, n_nodes: int) -> Permutation | None:
     if row.reversal:
         return row.reversal
     if row.places:
-        return _exchanged(row.places[:n_nodes])
+        return _transpose_nodes(row.places[:n_nodes])
     if n_nodes == row.shape.n_nodes:
         return row.shape.reversal
     places = _places(row, row.shape, n_nodes)
-    return _exchanged(places) if places is not None else None
+    return _transpose_nodes(places) if places is not None else None
 
 
-def _exchanged(places: Sequence[Sequence[float]]) -> Permutation:
+def _transpose_nodes(places: Sequence[Sequence[float]]) -> Permutation:
     """The node at (s, r, t) for each node at (r, s, t)."""
     at = {tuple(round(x, 6) for x in place): node for node, place in enumerate(places)}
     return tuple(at[s, r, t] for r, s, t in at)

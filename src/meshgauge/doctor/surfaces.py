@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, IS_SOLID
 from ..mesh import Mesh
-from ..mesh.polyhedra import ragged
+from ..mesh.polyhedra import ragged_positions
 
 Ids = NDArray[np.int64]
 
@@ -27,7 +27,7 @@ def of_no_solid(mesh: Mesh) -> tuple[Ids, int]:
     n_corners = _N_CORNERS[mesh.types[surface]]
     sizes = np.where(n_corners > 0, np.minimum(n_corners, sizes), sizes)
     is_near = np.zeros(mesh.n_points, np.bool_)
-    is_near[mesh.connectivity[ragged(starts, sizes)]] = True
+    is_near[mesh.connectivity[ragged_positions(starts, sizes)]] = True
     faces = _faces(mesh, is_near)
     is_alone = np.ones(len(surface), np.bool_)
     for size in np.unique(sizes).tolist():

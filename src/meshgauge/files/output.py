@@ -42,7 +42,7 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False, text: bo
     path
         The target.
     overwrite
-        Allow a file that this run reads, see `sources.guarded`.
+        Allow a file that this run reads, see `sources.guard`.
     text
         Let ``-`` mean standard output.
 
@@ -93,7 +93,7 @@ def check(path: str | os.PathLike[str], *, text: bool = False) -> None:
 def _replacing(path: Path, overwrite: bool) -> Iterator[Path]:
     target = _target(path)
     if _is_stream(target):
-        with _copied_into(target) as temporary:
+        with _copy_into(target) as temporary:
             yield temporary
         return
     with sources.pending(target, overwrite=overwrite), _private_folder(target.parent) as folder:
@@ -157,7 +157,7 @@ def _standard_output(path: Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def _copied_into(target: Path) -> Iterator[Path]:
+def _copy_into(target: Path) -> Iterator[Path]:
     own = _OWN_STREAM.fullmatch(os.path.abspath(target))
     with _scratch(target.name) as temporary:
         yield temporary
@@ -221,7 +221,7 @@ def _private_folder(parent: Path) -> Iterator[Path]:
     _remove_leftovers(parent)
     while True:
         folder = Path(tempfile.mkdtemp(prefix=_prefix(), dir=parent))
-        lock = _locked(folder, wait=True)
+        lock = _lock(folder, wait=True)
         if lock is None or folder.exists():  # else another process took it for a leftover just before
             break
         os.close(lock)
@@ -238,13 +238,13 @@ def _remove_leftovers(parent: Path) -> None:
     prefix = _prefix()
     with contextlib.suppress(OSError), os.scandir(parent) as entries:
         for entry in [e for e in entries if e.name.startswith(prefix)]:
-            lock = _locked(Path(entry.path), wait=False)
+            lock = _lock(Path(entry.path), wait=False)
             if lock is not None:
                 shutil.rmtree(entry.path, ignore_errors=True)
                 os.close(lock)
 
 
-def _locked(folder: Path, *, wait: bool) -> int | None:
+def _lock(folder: Path, *, wait: bool) -> int | None:
     """A descriptor that locks a folder; None if another process has it, it is not ours, or locks are not known."""
     if os.name != "posix":
         return None

@@ -14,7 +14,7 @@ _recorder: ContextVar[dict[str, None] | None] = ContextVar("recorder", default=N
 """Of the read that is under way: the files that were opened."""
 
 _read: dict[str, None] | None = None
-"""Every file that was read since `guarded` began; None outside of it."""
+"""Every file that was read since `guard` began; None outside of it."""
 
 _pending: list[str] = []
 """Targets that are being written."""
@@ -31,7 +31,7 @@ def note(path: str | os.PathLike[str]) -> None:
 
 
 @contextlib.contextmanager
-def recorded() -> Iterator[dict[str, None]]:
+def record() -> Iterator[dict[str, None]]:
     """The files that are opened meanwhile, as keys, in order; those of a read within another are of both."""
     own: dict[str, None] = {}
     outer = _recorder.set(own)
@@ -45,7 +45,7 @@ def recorded() -> Iterator[dict[str, None]]:
 
 
 @contextlib.contextmanager
-def guarded() -> Iterator[None]:
+def guard() -> Iterator[None]:
     """Refuse, in this block, to write to any file that is read in it: inputs, what belongs to them, settings."""
     global _read
     before, _read = _read, {} if _read is None else _read

@@ -38,10 +38,10 @@ def from_pyvista(grid: Any, *, wedge_order: str = "auto") -> Mesh:
     check_order(wedge_order)
     if not hasattr(grid, "IsA"):
         raise ReadError(f"a {type(grid).__name__} is not a PyVista or VTK data set")
-    return normalise(_detached(vtk.mesh(grid)), wedge_order)
+    return normalise(_detach(vtk.mesh(grid)), wedge_order)
 
 
-def _detached(mesh: Mesh) -> Mesh:
+def _detach(mesh: Mesh) -> Mesh:
     """The same with memory of its own, in place of arrays that VTK may still write to; others are kept."""
     names = ("points", "types", "offsets", "connectivity", "polyhedra", "point_data", "cell_data", "field_data")
     return mesh.replace(**{name: getattr(mesh, name) for name in names})

@@ -10,9 +10,9 @@ from ..files import sources
 from ..mesh import Mesh
 from . import registry
 from .plumbing import files
-from .plumbing.ghosts import noted
+from .plumbing.ghosts import note_ghosts
 from .plumbing.isolate import Limits
-from .plumbing.steps import Step, StepChoice, displaced
+from .plumbing.steps import Step, StepChoice, displace
 from .plumbing.wedge_order import check_order, normalise
 from .registry import format_named
 
@@ -62,20 +62,20 @@ def read(
     """
     check_order(wedge_order)
     given = Path(path)
-    with sources.recorded() as used:
+    with sources.record() as used:
         mesh = _read(given, file_format, wedge_order, limits, step)
     for source in mesh.sources:  # those of a reader in a process of its own
         sources.note(source)
         used[source] = None
     sources.check_pending(used)
-    mesh = noted(mesh.replace(path=str(given), sources=tuple(used)))
-    return displaced(mesh, displacement) if displacement is not None else mesh
+    mesh = note_ghosts(mesh.replace(path=str(given), sources=tuple(used)))
+    return displace(mesh, displacement) if displacement is not None else mesh
 
 
 def _read(given: Path, file_format: str | None, wedge_order: str, limits: Limits | None, step: StepChoice) -> Mesh:
     if os.path.isdir(given):  # False, not an error, for a name that no file can have
         return normalise(registry.read_folder(given, file_format, step), wedge_order, has_both=False)
-    with files.opened(given) as (plain, head):
+    with files.open_input(given) as (plain, head):
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         mesh = registry.read(chosen, plain, limits, step)
         return normalise(mesh, wedge_order, has_both=chosen.has_both_wedge_orders)
@@ -97,7 +97,7 @@ def steps(path: StrPath, *, file_format: str | None = None, limits: Limits | Non
     given = Path(path)
     if os.path.isdir(given):
         return registry.steps_of_folder(given, file_format)
-    with files.opened(given) as (plain, head):
+    with files.open_input(given) as (plain, head):
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         return registry.steps(chosen, plain, limits)
 

@@ -123,7 +123,7 @@ def read(chosen: Format, path: Path, limits: isolate.Limits | None = None, choic
 
 def read_here(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh:
     """Read a file by the third-party reader in this process."""
-    with sources.recorded() as used:
+    with sources.record() as used:
         mesh = _state(chosen, path, choice, chosen.foreign, chosen.foreign_step)
     if mesh is None:
         raise ReadError(f"{path}: {chosen.title} has no reader for it")
@@ -143,7 +143,7 @@ def read_inside(path: Path) -> Mesh:
         raise ReadError(f"{path}: files that name files that name files: {depth} deep")
     before = _depth.set(depth + 1)
     try:
-        with files.opened(path) as (plain, head):
+        with files.open_input(path) as (plain, head):
             chosen = detect(plain, head)
             mesh = None
             if chosen.read is not None or chosen.read_step is not None:
@@ -166,9 +166,9 @@ def _state(
 ) -> Mesh | None:
     """One time step of a file, with a note if it has several; the file as it is if its format knows no steps."""
     lister = chosen.steps or chosen.foreign_steps
-    states = (_guarded(chosen, path, lister) or ()) if lister is not None and step_reader is not None else ()
+    states = (_call_reader(chosen, path, lister) or ()) if lister is not None and step_reader is not None else ()
     at = position(states, choice, path)
-    mesh = _guarded(chosen, path, (lambda path: step_reader(path, at)) if step_reader is not None else reader)
+    mesh = _call_reader(chosen, path, (lambda path: step_reader(path, at)) if step_reader is not None else reader)
     if mesh is None or len(states) < 2:
         return mesh
     return mesh.replace(notes=(*mesh.notes, *note(states, at, choice)))
@@ -177,7 +177,7 @@ def _state(
 def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Step, ...]:
     """The time steps of a file; none or one if it holds a single state."""
     if chosen.steps is not None:
-        return _guarded(chosen, path, chosen.steps) or ()
+        return _call_reader(chosen, path, chosen.steps) or ()
     if chosen.foreign_steps is not None:
         return isolate.steps(path, chosen.name, limits)
     return ()
@@ -185,7 +185,7 @@ def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> t
 
 def steps_here(chosen: Format, path: Path) -> tuple[Step, ...]:
     """The time steps of a file by the third-party reader in this process."""
-    return _guarded(chosen, path, chosen.foreign_steps) or ()
+    return _call_reader(chosen, path, chosen.foreign_steps) or ()
 
 
 def read_folder(folder: Path, name: str | None, choice: StepChoice = None) -> Mesh:
@@ -218,7 +218,7 @@ def _case(folder: Path, name: str | None) -> Path:
 T = TypeVar("T")
 
 
-def _guarded(chosen: Format, path: Path, reader: Callable[[Path], T] | None) -> T | None:
+def _call_reader(chosen: Format, path: Path, reader: Callable[[Path], T] | None) -> T | None:
     """What a reader returns; whatever it raises as a `ReadError` that names the file."""
     if reader is None:
         return None

@@ -12,7 +12,7 @@ from ..mesh import Mesh
 from . import registry
 from .plumbing import verify
 from .plumbing.format import Format
-from .plumbing.names import held
+from .plumbing.names import replace_names
 from .plumbing.writing import with_regions
 from .reading import steps
 
@@ -62,7 +62,7 @@ def write(
     chosen = registry.for_writing(target, file_format)
     assert chosen.write is not None
     _check_sources(target, mesh, overwrite=overwrite)
-    given, renamed = held(with_regions(mesh), chosen.forbidden)
+    given, renamed = replace_names(with_regions(mesh), chosen.forbidden)
     with replacing(target, overwrite=overwrite) as beside:
         try:
             lost = (*renamed, *chosen.write(beside, given))

@@ -45,7 +45,7 @@ def is_frozen(array: NDArray[Any]) -> bool:
         return False
 
 
-def owned(array: NDArray[Any], given: object, *, copy: bool) -> NDArray[Any]:
+def own(array: NDArray[Any], given: object, *, copy: bool) -> NDArray[Any]:
     """``array``, which was made of what a caller gave, as one that nobody can write to.
 
     With ``copy`` it is copied where the caller, or anybody else, could still write to its memory.
@@ -95,7 +95,7 @@ def points(values: ArrayLike) -> NDArray[np.floating]:
 
 def types(values: ArrayLike) -> NDArray[np.uint8]:
     """``(n_cells,)`` VTK ids of cell types as uint8."""
-    array = unmasked(values, "types")
+    array = require_unmasked(values, "types")
     if array.ndim != 1:
         raise MeshError(f"types have shape {array.shape}, expected one dimension")
     if array.dtype == np.uint8 or not array.size:
@@ -107,7 +107,7 @@ def types(values: ArrayLike) -> NDArray[np.uint8]:
 
 def indices(values: ArrayLike, what: str) -> IndexArray:
     """One-dimensional C-contiguous int32 or int64; other integer types become int64."""
-    array = unmasked(values, what)
+    array = require_unmasked(values, what)
     if array.ndim != 1:
         raise MeshError(f"{what} has shape {array.shape}, expected one dimension")
     return read_only(_integers(array, what))
@@ -115,7 +115,7 @@ def indices(values: ArrayLike, what: str) -> IndexArray:
 
 def connectivity(values: ArrayLike, row: CellType) -> IndexArray:
     """``(n_cells, n_nodes)`` C-contiguous int32 or int64 with the right number of nodes for the type."""
-    array = unmasked(values, f"connectivity of {row.name}")
+    array = require_unmasked(values, f"connectivity of {row.name}")
     if array.size == 0 and array.ndim < 2:
         array = np.empty((0, row.n_nodes or 0), np.int64)
     least = row.shape.n_nodes if row.shape is not None else 1
@@ -184,16 +184,16 @@ def _check_sizes(all_types: NDArray[np.uint8], offsets: IndexArray, start: int) 
         raise MeshError(f"cell {start + at} ({name}) has {size} nodes, expected {wanted}")
 
 
-def owned_polyhedra(poly: Polyhedra, *, copy: bool) -> Polyhedra:
+def own_polyhedra(poly: Polyhedra, *, copy: bool) -> Polyhedra:
     """Polyhedra whose arrays are of the right types and nobody can write to."""
 
     def ids(name: str) -> IndexArray:
         given = getattr(poly, name)
-        return owned(indices(given, f"polyhedra: {name}"), given, copy=copy)
+        return own(indices(given, f"polyhedra: {name}"), given, copy=copy)
 
     flipped = poly.flipped
     if flipped is not None:
-        flipped = owned(np.ascontiguousarray(flipped, np.bool_), flipped, copy=copy)
+        flipped = own(np.ascontiguousarray(flipped, np.bool_), flipped, copy=copy)
     labels = ids("labels") if poly.labels is not None else None
     return Polyhedra(ids("cell_offsets"), ids("cell_faces"), ids("face_offsets"), ids("face_points"), flipped, labels)
 
@@ -217,7 +217,7 @@ def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
     check_ids(np.ascontiguousarray(poly.face_points), n_points, "polyhedra: faces")
 
 
-def unmasked(values: ArrayLike, what: str) -> NDArray[Any]:
+def require_unmasked(values: ArrayLike, what: str) -> NDArray[Any]:
     """An array of ids, of which none is masked."""
     if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         at = tuple(int(axis[0]) for axis in np.nonzero(np.ma.getmaskarray(values)))

@@ -81,7 +81,7 @@ def resolve(mesh: Mesh, is_doubtful: NDArray[np.bool_] | None = None) -> Mesh:
         cells = _repeated(mesh, row, is_doubtful) if bool((mesh.types == row.vtk_id).any()) else _NONE
         if not len(cells):
             continue
-        patterns = _patterns(connectivity.picked(mesh, row, cells, row.corners))
+        patterns = _patterns(connectivity.pick(mesh, row, cells, row.corners))
         for pattern in np.unique(patterns, axis=0):
             standing = stands_for(row.vtk_id, tuple(int(corner) for corner in pattern))
             if standing is None:
@@ -121,7 +121,7 @@ def _repeated(mesh: Mesh, row: CellType, is_doubtful: NDArray[np.bool_] | None) 
         cells = at + first if isinstance(cells, slice) else cells[at]
     repeated = [_NONE]
     for part in connectivity.chunks(cells):
-        ids = connectivity.picked(mesh, row, part, row.corners)
+        ids = connectivity.pick(mesh, row, part, row.corners)
         mask = np.zeros(len(ids), np.bool_)
         for a, b in row.shape.edges:
             mask |= ids[:, a] == ids[:, b]

@@ -34,7 +34,7 @@ def count(cells: CellIds) -> int:
     return cells.stop - cells.start if isinstance(cells, slice) else len(cells)
 
 
-def picked(mesh: Mesh, row: CellType, cells: CellIds, columns: tuple[int, ...]) -> NDArray[np.int64]:
+def pick(mesh: Mesh, row: CellType, cells: CellIds, columns: tuple[int, ...]) -> NDArray[np.int64]:
     """Point ids of some nodes of each cell: ``(n, n_columns)`` int64, C-contiguous; a view where it can be."""
     n_nodes = row.n_nodes
     if isinstance(cells, slice) and n_nodes is not None:

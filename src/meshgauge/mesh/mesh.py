@@ -110,7 +110,7 @@ class Mesh:
             ("offsets", cast.indices(self.offsets, "offsets")),
             ("connectivity", cast.indices(self.connectivity, "connectivity")),
         ):
-            put(self, name, cast.owned(array, getattr(self, name), copy=copy))
+            put(self, name, cast.own(array, getattr(self, name), copy=copy))
         if self.stored is None:
             put(self, "stored", "single" if self.points.dtype == np.float32 else "double")
         for what, value, known in (("purpose", self.purpose, Purpose), ("stored", self.stored, Precision)):
@@ -118,11 +118,11 @@ class Mesh:
                 raise MeshError(f"{what} is {value!r}, expected one of {', '.join(get_args(known))}")
         cast.check_cells(self.types, self.offsets, self.connectivity, len(self.points))
         if self.polyhedra is not None:
-            put(self, "polyhedra", cast.owned_polyhedra(self.polyhedra, copy=copy))
+            put(self, "polyhedra", cast.own_polyhedra(self.polyhedra, copy=copy))
             cast.check_polyhedra(self.polyhedra, self.n_cells, len(self.points))
-        put(self, "blocks", _checked_blocks(self.blocks, self.n_cells))
+        put(self, "blocks", _check_blocks(self.blocks, self.n_cells))
         for name, n in zip(_DATA, (self.n_points, self.n_cells, None), strict=True):
-            put(self, name, _owned_data(getattr(self, name), name, n, copy=copy))
+            put(self, name, _own_data(getattr(self, name), name, n, copy=copy))
 
     @classmethod
     def from_arrays(
@@ -180,13 +180,13 @@ class Mesh:
         if sizes:
             np.cumsum(np.concatenate(sizes), out=offsets[1:])
         return cls(
-            points=cast.owned(cast.points(points), points, copy=True),
+            points=cast.own(cast.points(points), points, copy=True),
             types=np.concatenate(types) if types else np.empty(0, np.uint8),
             offsets=offsets,
             connectivity=np.concatenate(nodes) if nodes else np.empty(0, np.int64),
             blocks=tuple(blocks),
-            point_data=_owned_data(point_data or {}, "point_data", None, copy=True),
-            cell_data=_owned_data(cell_data or {}, "cell_data", None, copy=True),
+            point_data=_own_data(point_data or {}, "point_data", None, copy=True),
+            cell_data=_own_data(cell_data or {}, "cell_data", None, copy=True),
             copy=False,
         )
 
@@ -274,11 +274,11 @@ class Mesh:
         """
         for name, value in changes.items():
             if name in _ARRAYS:
-                changes[name] = cast.owned(cast.plain(value, name), value, copy=True)
+                changes[name] = cast.own(cast.plain(value, name), value, copy=True)
             elif name in _DATA:
-                changes[name] = _owned_data(value, name, None, copy=True)
+                changes[name] = _own_data(value, name, None, copy=True)
         if changes.get("polyhedra") is not None:
-            changes["polyhedra"] = cast.owned_polyhedra(changes["polyhedra"], copy=True)
+            changes["polyhedra"] = cast.own_polyhedra(changes["polyhedra"], copy=True)
         return replace(self, **changes, copy=False)
 
     def to_pyvista(self) -> Any:
@@ -298,7 +298,7 @@ class Mesh:
     def __reduce__(self) -> tuple[Any, ...]:
         # Mapping proxies cannot be pickled, and arrays come back writeable: made anew, both are as they were.
         state = {own.name: getattr(self, own.name) for own in fields(self)}
-        return _restored, ({k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in state.items()},)
+        return _restore, ({k: dict(v) if isinstance(v, MappingProxyType) else v for k, v in state.items()},)
 
     def __repr__(self) -> str:
         cells = ", ".join(f"{n} {name}" for name, n in self.type_counts().items()) or "no cells"
@@ -325,11 +325,11 @@ class Mesh:
 delattr(Mesh, "copy")
 
 
-def _restored(state: dict[str, Any]) -> Mesh:
+def _restore(state: dict[str, Any]) -> Mesh:
     return Mesh(**state, copy=False)
 
 
-def _checked_blocks(blocks: Sequence[CellBlock], n_cells: int) -> tuple[CellBlock, ...]:
+def _check_blocks(blocks: Sequence[CellBlock], n_cells: int) -> tuple[CellBlock, ...]:
     """The blocks, or one of all cells if there are none."""
     end = 0
     for block in blocks:
@@ -343,11 +343,11 @@ def _checked_blocks(blocks: Sequence[CellBlock], n_cells: int) -> tuple[CellBloc
     return tuple(blocks) or (CellBlock("", 0, n_cells),)
 
 
-def _owned_data(data: Mapping[str, Any], name: str, n: int | None, *, copy: bool) -> Mapping[str, NDArray[Any]]:
+def _own_data(data: Mapping[str, Any], name: str, n: int | None, *, copy: bool) -> Mapping[str, NDArray[Any]]:
     owned = {}
     for key, values in data.items():
         array = cast.plain(values, f"{name}[{key!r}]")
         if n is not None and (array.ndim == 0 or len(array) != n):
             raise MeshError(f"{name}[{key!r}] has shape {array.shape}, expected {n} rows")
-        owned[str(key)] = cast.owned(array, values, copy=copy)
+        owned[str(key)] = cast.own(array, values, copy=copy)
     return MappingProxyType(owned)

@@ -69,7 +69,7 @@ class Polyhedra:
             cell_offsets=np.cumsum(counts),
             cell_faces=np.arange(len(firsts), dtype=np.int64),
             face_offsets=_offsets(sizes),
-            face_points=items[ragged(firsts + 1, sizes)],
+            face_points=items[ragged_positions(firsts + 1, sizes)],
         )
 
     @classmethod
@@ -104,7 +104,7 @@ class Polyhedra:
             return self
         sizes = np.diff(self.face_offsets)[self.cell_faces].astype(np.int64)
         starts = np.asarray(self.face_offsets, np.int64)[:-1][self.cell_faces]
-        at = ragged(starts, sizes)
+        at = ragged_positions(starts, sizes)
         mirror = np.repeat(2 * starts + sizes - 1, sizes) - at
         return Polyhedra(
             cell_offsets=self.cell_offsets,
@@ -115,7 +115,7 @@ class Polyhedra:
         )
 
 
-def ragged(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.int64]:
+def ragged_positions(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     """Positions ``start, start + 1, ...`` of rows of different sizes, one row after another."""
     ends = np.cumsum(sizes)
     total = int(ends[-1]) if len(ends) else 0

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MeshError
 from . import cast
 from .mesh import CellBlock, Mesh
-from .polyhedra import IndexArray, Polyhedra, ragged
+from .polyhedra import IndexArray, Polyhedra, ragged_positions
 
 Ids = NDArray[np.int64]
 
@@ -63,7 +63,7 @@ def cell_ids(n_cells: int, cells: ArrayLike | slice) -> Ids:
     """Ids, ascending and each once, from a mask ``(n_cells,)``, ids, one id, or a slice. Raises `MeshError`."""
     if isinstance(cells, slice):
         return np.sort(np.arange(n_cells, dtype=np.int64)[cells])
-    given = cast.unmasked(cells, "cells")
+    given = cast.require_unmasked(cells, "cells")
     if given.dtype == np.bool_:
         if given.shape != (n_cells,):
             raise MeshError(f"the mask of cells has shape {given.shape}, expected ({n_cells},)")
@@ -81,7 +81,7 @@ def _rows(offsets: IndexArray, items: IndexArray, ids: Ids) -> tuple[Ids, IndexA
     """Offsets and items of some rows."""
     starts = offsets[ids].astype(np.int64)
     sizes = offsets[ids + 1].astype(np.int64) - starts
-    return np.concatenate([[0], np.cumsum(sizes)]), items[ragged(starts, sizes)]
+    return np.concatenate([[0], np.cumsum(sizes)]), items[ragged_positions(starts, sizes)]
 
 
 def _half_faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra:

@@ -13,7 +13,7 @@ from ..kernels.topology import driver
 from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .cast import read_only
 from .mesh import Mesh
-from .polyhedra import IndexArray, ragged
+from .polyhedra import IndexArray, ragged_positions
 from .subset import with_all_points
 
 __all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
@@ -133,7 +133,7 @@ def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:
         # Whoever has one of them has three of its points: match the faces of these cells only.
         is_near = np.zeros(mesh.n_points, np.bool_)
         starts = poly.face_offsets[left].astype(np.int64)
-        is_near[poly.face_points[ragged(starts, poly.face_offsets[left + 1] - starts)]] = True
+        is_near[poly.face_points[ragged_positions(starts, poly.face_offsets[left + 1] - starts)]] = True
         ends = np.concatenate([[0], np.cumsum(is_near[mesh.connectivity])])[mesh.offsets]
         near = np.flatnonzero(np.diff(ends) >= 3)
         matched = topology(with_all_points(mesh, near))
@@ -141,7 +141,7 @@ def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:
         has_mate = np.zeros(len(poly.cell_faces), np.bool_)
         some = near[mesh.types[near] == POLYHEDRON.vtk_id]
         firsts = poly.cell_offsets[some].astype(np.int64)
-        has_mate[ragged(firsts, poly.cell_offsets[some + 1] - firsts)] = matched.mates[is_poly] >= 0
+        has_mate[ragged_positions(firsts, poly.cell_offsets[some + 1] - firsts)] = matched.mates[is_poly] >= 0
         inner |= has_mate[entries]
     return inner
 

@@ -48,7 +48,7 @@ def mark_concave(mesh: Mesh, status: NDArray[np.uint8], polyhedra: PolyhedralQua
         cells = ids[bad[ids]]
         for start in range(0, len(cells), CHUNK):
             part = cells[start : start + CHUNK]
-            seen = _star_shaped(mesh.points, connectivity.picked(mesh, row, part, row.corners), row.shape)
+            seen = _star_shaped(mesh.points, connectivity.pick(mesh, row, part, row.corners), row.shape)
             status[part[seen]] = Status.CONCAVE
 
 

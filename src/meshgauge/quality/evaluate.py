@@ -18,7 +18,7 @@ Values = NDArray[np.float64]
 
 def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n_of_type: int) -> Cells:
     """Some cells of one type that is measured, of which the mesh has so many, as metrics take them."""
-    nodes = connectivity.picked(mesh, row, cells, driver.columns(row))
+    nodes = connectivity.pick(mesh, row, cells, driver.columns(row))
     return Cells(row, mesh.points, nodes, path.is_compiled(n_of_type))
 
 

@@ -21,7 +21,7 @@ def describe(mesh: Mesh, cells: NDArray[np.int64]) -> str:
     part = mesh[cells]
     for row, _, of_type in part.groups():
         if row is not None and row.shape is not None:
-            ids = connectivity.picked(part, row, of_type, row.corners)
+            ids = connectivity.pick(part, row, of_type, row.corners)
             x = np.asarray(part.points[ids], np.float64)
             has_volume = volumes(x, row.shape) > NO_VOLUME
             a, b = np.array(row.shape.edges).T

@@ -300,7 +300,7 @@ class Quality:
     def _corner_values(self, cell: int, row: CellType) -> Values:
         """J_ENS of the corners of one cell."""
         shape = _shape(row)
-        ids = connectivity.picked(self.mesh, row, slice(cell, cell + 1), driver.columns(row))
+        ids = connectivity.pick(self.mesh, row, slice(cell, cell + 1), driver.columns(row))
         values = np.empty((1, shape.n_nodes))
         driver.node_scaled_jacobian(self.mesh.points, ids, row, values, compiled=False)
         return aggregate.jens(values[0], shape.k)
@@ -434,7 +434,7 @@ def _measure_jens(
     validity.prepare(row, mesh, compiled=compiled)
 
     def work(part: CellIds) -> None:
-        ids = connectivity.picked(mesh, row, part, columns)
+        ids = connectivity.pick(mesh, row, part, columns)
         into = values[part] if isinstance(part, slice) else np.empty(len(ids))
         driver.cell_jens(mesh.points, ids, row, into, compiled=compiled)
         codes = _status(into)

@@ -23,7 +23,7 @@ from ..kernels.threads import run
 from ..mesh import CellIds
 from ..mesh.cast import read_only
 from ..mesh.mesh import Precision
-from ..mesh.polyhedra import Polyhedra, ragged
+from ..mesh.polyhedra import Polyhedra, ragged_positions
 from ..status import Status
 from .reference import corner_model, solids
 
@@ -157,7 +157,7 @@ class PolyhedralQuality:
         out = np.full(len(connectivity), np.nan)
         cells = np.asarray(self.cells, np.int64)
         starts, sizes = np.asarray(offsets[:-1], np.int64)[cells], np.diff(offsets).astype(np.int64)[cells]
-        at = ragged(starts, sizes)
+        at = ragged_positions(starts, sizes)
         wanted = _keys(np.repeat(np.arange(len(cells)), sizes), np.asarray(connectivity, np.int64)[at])
         have = _keys(np.repeat(np.arange(len(cells)), np.diff(self.node_offsets)), self.node_points)
         order = np.argsort(have)
@@ -301,7 +301,7 @@ def _table() -> Solids:
 def _face_entries(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> NDArray[np.int64]:
     """Where the faces of some cells are in ``polyhedra.cell_faces``."""
     starts = polyhedra.cell_offsets[cells].astype(np.int64)
-    return ragged(starts, polyhedra.cell_offsets[cells + 1].astype(np.int64) - starts)
+    return ragged_positions(starts, polyhedra.cell_offsets[cells + 1].astype(np.int64) - starts)
 
 
 def faces_of(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
@@ -312,7 +312,7 @@ def faces_of(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
     sizes = polyhedra.face_offsets[faces + 1].astype(np.int64) - first
     flips = np.zeros(len(at), np.uint8) if polyhedra.flipped is None else polyhedra.flipped[at].astype(np.uint8)
     return Faces(
-        points=polyhedra.face_points[ragged(first, sizes)].astype(np.int64),
+        points=polyhedra.face_points[ragged_positions(first, sizes)].astype(np.int64),
         sizes=sizes,
         flips=flips,
         counts=(polyhedra.cell_offsets[cells + 1] - polyhedra.cell_offsets[cells]).astype(np.int64),

@@ -82,7 +82,7 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
             continue
 
         def work(part: CellIds, row: CellType = row, kind: str = known.kind) -> None:
-            ids = connectivity.picked(mesh, row, part, driver.columns(row))
+            ids = connectivity.pick(mesh, row, part, driver.columns(row))
             codes[part], lower[part], upper[part] = bounds(kind, mesh.points, ids)
 
         run(work, connectivity.chunks(cells), threads)
@@ -117,7 +117,7 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
         return
     if len(ok) == 0:
         return
-    ids = connectivity.picked(mesh, row, part, driver.columns(row))
+    ids = connectivity.pick(mesh, row, part, driver.columns(row))
     if len(ok) < len(ids):
         ids = ids[ok]
     if known is None:

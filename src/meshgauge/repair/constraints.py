@@ -129,7 +129,7 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
         notes.append(f"{found} to surface, line or vertex cells and {'stays' if n_embedded == 1 else 'stay'}.")
     pinned |= embedded
 
-    together, n_together = _held_together(mesh, used)
+    together, n_together = _coincident(mesh, used)
     if n_together:
         pinned |= together
         found = number_of(n_together, "point coincides", "points coincide")
@@ -142,7 +142,7 @@ def can_move(measured: PolyhedralQuality) -> NDArray[np.int64]:
     return measured.cells[~measured.has_hanging & ~np.isnan(measured.values)]
 
 
-def _held_together(mesh: Mesh, used: Mask) -> tuple[Mask, int]:
+def _coincident(mesh: Mesh, used: Mask) -> tuple[Mask, int]:
     """Points that coincide with another and stay where they are, and how many they are beside the first of each.
 
     Two points of one cell that coincide are an edge of no length: they are to be parted, not held together.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, CellType
 from ..mesh import CellIds, Mesh
-from ..mesh.connectivity import picked
+from ..mesh.connectivity import pick
 
 Mask = NDArray[np.bool_]
 Points = NDArray[np.float64]
@@ -37,7 +37,7 @@ def edge_bends(mesh: Mesh, row: CellType, cells: CellIds, triple: tuple[int, ...
     """
     middles = _middles(row.vtk_id)
     columns = tuple(range(row.n_nodes or 0))
-    nodes = picked(mesh, row, cells, columns)
+    nodes = pick(mesh, row, cells, columns)
     points = np.asarray(mesh.points, np.float64)
     out = np.zeros((len(nodes), 3, 4))
     for m, far in enumerate(triple[1:]):
@@ -72,7 +72,7 @@ def move_nodes_between(mesh: Mesh, points: Points, cells: Mask, fixed: Mask) -> 
     moved = points - old
     out = points.copy()
     for row, ids, weights in _curved_groups(mesh, cells):
-        nodes = picked(mesh, row, ids, tuple(range(len(weights))))
+        nodes = pick(mesh, row, ids, tuple(range(len(weights))))
         corners = moved[nodes[:, list(row.corners)]]
         for node in between(row):
             mine = nodes[:, node]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, CellType
-from ..mesh.polyhedra import ragged
+from ..mesh.polyhedra import ragged_positions
 from ..mesh.topology import Topology, face_table
 from .curved import can_follow, nodes_on_faces, ring_of_face
 
@@ -43,7 +43,7 @@ def face_points(topology: Topology, slots: Ids, *, rings: bool = False) -> tuple
     node = table[types[at], local[at], place[standard] + 1].astype(np.int64)
     points[standard] = mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells[at]] + node]
     if poly is not None and own.any():
-        points[~standard] = np.asarray(poly.face_points)[ragged(first[own], sizes[own])]
+        points[~standard] = np.asarray(poly.face_points)[ragged_positions(first[own], sizes[own])]
     return points, offsets
 
 

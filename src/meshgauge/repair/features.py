@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..cells import CELL_TYPES
 from ..doctor import points as coincidence
 from ..mesh import Mesh
-from ..mesh.polyhedra import ragged
+from ..mesh.polyhedra import ragged_positions
 from .faces import mask_of, next_in_face
 from .problem import Ids, Points
 
@@ -33,7 +33,7 @@ def patch_labels(mesh: Mesh, region_ids: Ids, ids: Ids, offsets: Ids) -> Ids:
     starts = np.asarray(mesh.offsets, np.int64)[cells]
     n_nodes = np.asarray(mesh.offsets, np.int64)[cells + 1] - starts
     sizes = np.array([CORNERS.get(n, n) for n in range(int(n_nodes.max()) + 1)])[n_nodes]
-    nodes = np.asarray(mesh.connectivity, np.int64)[ragged(starts, sizes)]
+    nodes = np.asarray(mesh.connectivity, np.int64)[ragged_positions(starts, sizes)]
     width = int(max(sizes.max(), np.diff(offsets).max(initial=0)))
     keys = np.concatenate([_sorted_rows(ids, np.diff(offsets), width), _sorted_rows(nodes, sizes, width)])
     group = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
@@ -87,7 +87,7 @@ def hanging(points: Points, ids: Ids, offsets: Ids) -> NDArray[np.bool_]:
     on_edge = meets < len(edges)
     marks[edges[meets[on_edge]].reshape(-1)] = True
     faces = large[meets[~on_edge] - len(edges)]
-    marks[ids[ragged(offsets[faces], sizes[faces])]] = True
+    marks[ids[ragged_positions(offsets[faces], sizes[faces])]] = True
     return marks
 
 

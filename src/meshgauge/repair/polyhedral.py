@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.polyhedra import Polyhedra, ragged
+from ..mesh.polyhedra import Polyhedra, ragged_positions
 from ..quality.measure import Quality
 from ..quality.polyhedra import corner_triples
 from .faces import next_in_face
@@ -37,7 +37,7 @@ def corners(quality: Quality) -> Corners:
     poly = mesh.polyhedra
     starts = np.asarray(poly.cell_offsets, np.int64)
     counts: Ids = starts[taken + 1] - starts[taken]
-    faces = np.asarray(poly.cell_faces, np.int64)[ragged(starts[taken], counts)]
+    faces = np.asarray(poly.cell_faces, np.int64)[ragged_positions(starts[taken], counts)]
     offsets = np.asarray(poly.face_offsets, np.int64)
     sizes: Ids = offsets[faces + 1] - offsets[faces]
     n = np.where(sizes > 3, np.where(sizes == 4, 1, sizes), 0)

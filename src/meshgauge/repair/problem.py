@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..cells import SHAPES, TETRA
 from ..kernels.repair import cells as improve_cells
 from ..mesh import Mesh
-from ..mesh.connectivity import chunks, picked
+from ..mesh.connectivity import chunks, pick
 from .curved import edge_bends
 
 Points = NDArray[np.float64]
@@ -215,7 +215,7 @@ def problem(
     for row, ids, triples in groups:
         assert row.shape is not None
         for part in chunks(ids, CHUNK // len(triples)):
-            nodes = picked(mesh, row, part, row.corners)
+            nodes = pick(mesh, row, part, row.corners)
             for m, triple in enumerate(triples):
                 corners[starts[part] + m] = nodes[:, triple]
                 kinds[starts[part] + m] = kinds_of[row.shape.name][m]

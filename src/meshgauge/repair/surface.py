@@ -121,7 +121,7 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     alone = np.repeat(outer, np.diff(corner_offsets))
     loose = hanging(points, corner_ids[alone], np.concatenate([[0], np.cumsum(np.diff(corner_offsets)[outer])]))
     kind[(loose | kept_points(mesh)) & (kind != INSIDE)] = CORNER
-    return _assembled(points, faces, patch, sides, patches, kind, features, curve)
+    return _assemble(points, faces, patch, sides, patches, kind, features, curve)
 
 
 def _slots(constraints: Constraints) -> tuple[Ids, Ids]:
@@ -155,7 +155,7 @@ def _faces(constraints: Constraints, slots: Ids, points: Points) -> Faces:
     return Faces(ids, offsets, owner, following, inside, centres, unit(normals))
 
 
-def _assembled(
+def _assemble(
     points: Points,
     faces: Faces,
     patch: Ids,

@@ -68,7 +68,7 @@ def store(path: Path, before: Mesh, written: Mesh) -> int:
     return len(ids)
 
 
-def restored(path: Path, mesh: Mesh) -> Mesh:
+def restore_points(path: Path, mesh: Mesh) -> Mesh:
     """The mesh with its points where they were; the mesh itself if they are there already.
 
     Raises

@@ -46,7 +46,7 @@ def region_volumes(faces: Topology, region_ids: Ids, points: NDArray[np.floating
     return out
 
 
-def restored(surface: Surface, constraints: Constraints, kind: NDArray[np.uint8], points: Points) -> Points:
+def restore_volumes(surface: Surface, constraints: Constraints, kind: NDArray[np.uint8], points: Points) -> Points:
     """Points with those inside curved patches moved along the normals so that regions have the volumes that they had.
 
     All points of a patch move by the same distance, which is small: points that slide on a surface of facets keep the

@@ -36,7 +36,7 @@ def write_html(quality: Quality, path: str | os.PathLike[str], *, worst: int) ->
     """What `Quality.to_html` is."""
     from .html import HtmlWriter
 
-    with sources.guarded():
+    with sources.guard():
         for source in (quality.mesh.path, *quality.mesh.sources):
             if source:
                 sources.note(source)

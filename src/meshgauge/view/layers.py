@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..mesh.polyhedra import ragged
+from ..mesh.polyhedra import ragged_positions
 from ..mesh.topology import BOUNDARY, Topology
 
 NONE = -1
@@ -25,7 +25,7 @@ def layers(topology: Topology) -> NDArray[np.int32]:
     depth = 0
     while len(front):
         layer[front] = depth
-        beyond = mates[ragged(starts[front], n_faces[front])]
+        beyond = mates[ragged_positions(starts[front], n_faces[front])]
         next_cells = cells[beyond[beyond >= 0]]
         front = np.unique(next_cells[layer[next_cells] == NONE]).astype(np.int64)
         depth += 1

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import POLYHEDRON
-from ..mesh.polyhedra import ragged
+from ..mesh.polyhedra import ragged_positions
 from ..mesh.topology import COLLAPSED, Topology, face_table
 
 Ids = NDArray[np.int64]
@@ -40,7 +40,7 @@ class Surface:
     def some(self, faces: Ids) -> Surface:
         """The same with a choice of the polygons; points are kept as they are."""
         sizes = np.diff(self.offsets)[faces]
-        at = ragged(self.offsets[:-1][faces], sizes)
+        at = ragged_positions(self.offsets[:-1][faces], sizes)
         return Surface(self.points, _offsets(sizes), self.connectivity[at], self.cells[faces])
 
 
@@ -71,10 +71,12 @@ def polygons(topology: Topology, slots: Ids) -> tuple[Ids, Ids]:
     offsets = _offsets(sizes)
     points = np.empty(int(offsets[-1]), np.int64)
     plain = ~is_poly
-    into = ragged(offsets[:-1][plain], sizes[plain])
+    into = ragged_positions(offsets[:-1][plain], sizes[plain])
     points[into] = mesh.connectivity[_positions(rows[plain], sizes[plain], mesh.offsets[cells[plain]])]
-    into = ragged(offsets[:-1][is_poly], sizes[is_poly])
-    points[into] = poly.face_points[ragged(np.asarray(poly.face_offsets[:-1][faces], np.int64), sizes[is_poly])]
+    into = ragged_positions(offsets[:-1][is_poly], sizes[is_poly])
+    points[into] = poly.face_points[
+        ragged_positions(np.asarray(poly.face_offsets[:-1][faces], np.int64), sizes[is_poly])
+    ]
     return offsets, points
 
 

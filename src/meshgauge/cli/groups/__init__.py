@@ -1,4 +1,4 @@
-"""The options of one subcommand, by subject: dataclasses (`command.unfolded`) with what follows from the options alone.
+"""The options of one subcommand, by subject: dataclasses (`command.unfold`) with what follows from the options alone.
 
 What several subcommands share stands in `cli/options.py`.
 """

@@ -16,8 +16,8 @@ from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing import within
 from ..plumbing.format import Format
-from ..plumbing.merge import joined
-from ..plumbing.steps import Step, numbered
+from ..plumbing.merge import join_pieces
+from ..plumbing.steps import Step, number_steps
 
 _LARGEST = 64 << 20
 """Bytes of a list of files; more is no list."""
@@ -96,7 +96,7 @@ def _states(path: Path) -> list[list[_Entry]]:
 def steps(path: Path) -> tuple[Step, ...]:
     states = _states(path)
     files = [tuple(entry.file for entry in state) for state in states]
-    return numbered([state[0].time for state in states], geometries=files)
+    return number_steps([state[0].time for state in states], geometries=files)
 
 
 def read(path: Path, at: int) -> Mesh:
@@ -108,7 +108,7 @@ def read(path: Path, at: int) -> Mesh:
     meshes = [registry.read_inside(path.parent / entry.file) for entry in state]
     if len(meshes) == 1:
         return meshes[0].replace(path=str(path))
-    return joined(meshes, [entry.name or Path(entry.file).stem for entry in state], path=path, names_blocks=True)
+    return join_pieces(meshes, [entry.name or Path(entry.file).stem for entry in state], path=path, names_blocks=True)
 
 
 PVD = Format(

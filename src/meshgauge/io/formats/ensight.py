@@ -9,7 +9,7 @@ from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing import vtk, within
 from ..plumbing.format import Format
-from ..plumbing.steps import Step, numbered
+from ..plumbing.steps import Step, number_steps
 
 _TYPE = re.compile(rb"^\s*type:\s*ensight", re.IGNORECASE | re.MULTILINE)
 _MODEL = re.compile(r"^\s*model:\s*(.*)$", re.IGNORECASE | re.MULTILINE)
@@ -25,7 +25,7 @@ def steps(path: Path) -> tuple[Step, ...]:
     listed = vtk.times(_reader(path))
     model = _MODEL.search(path.read_bytes().decode("utf-8", "replace"))
     moves = model is not None and "*" in model.group(1)
-    return numbered(listed, geometries=None if moves else [0] * len(listed))
+    return number_steps(listed, geometries=None if moves else [0] * len(listed))
 
 
 def read(path: Path, at: int) -> Mesh:

@@ -17,11 +17,11 @@ from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing import face_based
-from ..plumbing.build import Ints, Kind, gathered
+from ..plumbing.build import Ints, Kind, gather
 from ..plumbing.format import Format
-from ..plumbing.merge import Part, merged
+from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
-from ..plumbing.steps import Step, numbered
+from ..plumbing.steps import Step, number_steps
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 
@@ -64,7 +64,7 @@ def steps(path: Path) -> tuple[Step, ...]:
     """Points and cells are the same at all: only data change."""
     with variables(path) as arrays:
         times = arrays["time_whole"].values().ravel().tolist() if "time_whole" in arrays else []
-    return numbered(times, geometries=[0] * len(times))
+    return number_steps(times, geometries=[0] * len(times))
 
 
 def read(path: Path, at: int) -> Mesh:
@@ -85,7 +85,7 @@ def read(path: Path, at: int) -> Mesh:
         point_data = _fields(arrays, "nod", "", len(points), path, at)
     if not any(len(part.types) for part in parts):
         raise ReadError(f"{path}: its element blocks are empty")
-    mesh = merged(parts, path=path, points=points)
+    mesh = merge_parts(parts, path=path, points=points)
     return mesh.replace(point_data=point_data, stored="single" if is_single else "double")
 
 
@@ -140,7 +140,7 @@ def _part(block: _Block, arrays: dict[str, Variable], points: NDArray[np.float64
             raise ReadError(f"{path}: block {block.number}: its connectivity has {ids.ndim} dimensions, expected 2")
         n, width = ids.shape
         kind = _kind(block, width, path)
-        cells = gathered(ids.ravel() - 1, np.arange(n) * width, np.zeros(n, np.int64), {0: kind})
+        cells = gather(ids.ravel() - 1, np.arange(n) * width, np.zeros(n, np.int64), {0: kind})
         part = Part("", _NONE, cells.types, cells.offsets, cells.connectivity)
         if kind.name.startswith("lagrange_") and n:
             part.notes.append(f"Of {kind.name} cells of {width} nodes the corners are in place, the others as filed.")

@@ -34,8 +34,8 @@ def read(path: Path) -> Mesh:
         )
     points = text.reals(n_points, 3, "points")
     first = text.row
-    faces = _checked(text, text.ragged(n_faces, "faces"), "points", first)
-    cells = _checked(text, first=text.row, rows=text.ragged(n_cells, "cells"), what="faces")
+    faces = _check_sizes(text, text.ragged(n_faces, "faces"), "points", first)
+    cells = _check_sizes(text, first=text.row, rows=text.ragged(n_cells, "cells"), what="faces")
     face_offsets, face_points = _items(faces)
     cell_offsets, signed = _items(cells)
     _in_range(text, face_points, n_points, "a face refers to point", first, face_offsets)
@@ -46,7 +46,7 @@ def read(path: Path) -> Mesh:
     return Mesh(points, solids.types, solids.offsets, solids.connectivity, solids.polyhedra, path=str(path), copy=False)
 
 
-def _checked(text: Text, rows: Ragged, what: str, first: int) -> Ragged:
+def _check_sizes(text: Text, rows: Ragged, what: str, first: int) -> Ragged:
     """Every row begins with the number of its items."""
     sizes = rows.sizes
     wrong = sizes < 1

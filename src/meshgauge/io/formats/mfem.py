@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
-from ..plumbing.build import Cells, Kind, checked_codes, gathered, runs
+from ..plumbing.build import Cells, Kind, check_codes, gather, runs
 from ..plumbing.format import Format
 from ..plumbing.text import Text, numbers
 
@@ -110,8 +110,8 @@ def _elements(text: Text) -> tuple[Cells, NDArray[np.int64]]:
     if n and int(rows.sizes.min()) < 2:
         raise text.fail("an element without an attribute and a type", first + int(np.argmin(rows.sizes)))
     codes = rows.values[rows.starts[:-1] + 1]
-    checked_codes(codes, rows.sizes - 2, _KINDS, lambda what, row: text.fail(what, first + row))
-    return gathered(rows.values, rows.starts[:-1] + 2, codes, _KINDS), rows.values[rows.starts[:-1]]
+    check_codes(codes, rows.sizes - 2, _KINDS, lambda what, row: text.fail(what, first + row))
+    return gather(rows.values, rows.starts[:-1] + 2, codes, _KINDS), rows.values[rows.starts[:-1]]
 
 
 def _nodes(text: Text, n_vertices: int) -> NDArray[np.float64]:

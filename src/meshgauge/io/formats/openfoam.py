@@ -19,7 +19,7 @@ from ...files import sources
 from ...mesh import Mesh
 from ..plumbing import face_based
 from ..plumbing.format import Format
-from ..plumbing.steps import Step, numbered
+from ..plumbing.steps import Step, number_steps
 from ..plumbing.text import numbers
 
 _COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.DOTALL)
@@ -59,7 +59,7 @@ def read(path: Path, at: int) -> Mesh:
     states = steps(path)
     pieces = [_piece(name, folder) for name, folder in _folders(path, states[at].name if states else "constant")]
     notes: list[str] = []
-    ids, points = _united(pieces)
+    ids, points = _join_points(pieces)
     if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
         notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not united.")
     face_starts = np.cumsum([0] + [len(p.owner) for p in pieces])
@@ -83,7 +83,7 @@ def read(path: Path, at: int) -> Mesh:
     return face_based.mesh(path, points, whole, zones, sides, notes)
 
 
-def _united(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
+def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
     """The id of each point of each piece, None if the pieces stay apart, and all points."""
     ids = [piece.point_ids for piece in pieces if piece.point_ids is not None]
     if len(ids) < len(pieces):
@@ -155,7 +155,7 @@ def steps(path: Path) -> tuple[Step, ...]:
     times = sorted(names, key=float)
     if not times:
         return ()
-    return numbered([None, *map(float, times)], names=["constant", *times])
+    return number_steps([None, *map(float, times)], names=["constant", *times])
 
 
 def _roots(path: Path) -> list[tuple[Path, Path]]:

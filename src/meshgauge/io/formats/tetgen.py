@@ -13,7 +13,7 @@ from ...errors import ReadError
 from ...files import sources
 from ...mesh import Mesh
 from ..plumbing import face_based
-from ..plumbing.build import Kind, gathered
+from ..plumbing.build import Kind, gather
 from ..plumbing.format import HEAD, Format
 from ..plumbing.ids import Index
 from ..plumbing.text import Text
@@ -106,7 +106,7 @@ def read_tetgen(path: Path) -> Mesh:
     table = _integers(ele, rows[:, 1 : 1 + n_nodes], "a node of a tetrahedron", first)
     nodes = _places(ele, index, table.ravel(), lambda at: first + at // n_nodes)
     kind = Kind("tetra" if n_nodes == 4 else "tetra10", n_nodes)
-    cells = gathered(nodes, np.arange(n) * n_nodes, np.zeros(n, np.int64), {0: kind})
+    cells = gather(nodes, np.arange(n) * n_nodes, np.zeros(n, np.int64), {0: kind})
     values = rows[:, 1 + n_nodes :]
     if ((np.abs(values) < 2**53) & (values == np.trunc(values))).all():
         values = values.astype(np.int64)

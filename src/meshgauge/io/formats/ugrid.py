@@ -18,7 +18,7 @@ from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing import writing
-from ..plumbing.build import Ints, Kind, gathered
+from ..plumbing.build import Ints, Kind, gather
 from ..plumbing.format import Format, anything
 from ..plumbing.text import numbers
 
@@ -67,7 +67,7 @@ def read(path: Path) -> Mesh:
     if wrong.any():
         raise ReadError(f"{path}: a cell refers to point {int(ids[np.argmax(wrong)]) + 1}, outside 1..{len(points)}")
     sizes = np.array([k.n_nodes for k in _KINDS], np.int64)[codes]
-    cells = gathered(ids, np.cumsum(sizes) - sizes, codes, dict(enumerate(_KINDS)))
+    cells = gather(ids, np.cumsum(sizes) - sizes, codes, dict(enumerate(_KINDS)))
     ref = np.zeros(len(codes), np.int32)
     ref[: len(tags)] = tags
     return Mesh(
@@ -78,7 +78,7 @@ def read(path: Path) -> Mesh:
 _Content = tuple[NDArray[np.floating], list[Ints], Ints]
 
 
-def _stated(path: Path, head: Ints, size: int, least: int) -> list[int]:
+def _counts(path: Path, head: Ints, size: int, least: int) -> list[int]:
     """The numbers of points and of the cells of each type, of which the file can hold so many."""
     counts = [int(n) for n in head]
     names = ["points", *(k.name for k in _KINDS)]
@@ -100,7 +100,7 @@ def _binary(path: Path, data: bytes, encoding: _Encoding) -> _Content:
     real, integer = np.dtype(encoding.real), np.dtype(encoding.integer)
     if len(data) < 7 * integer.itemsize:
         raise ReadError(f"{path}: has only {len(data)} bytes")
-    counts = _stated(path, np.frombuffer(data, integer, 7), len(data), integer.itemsize)
+    counts = _counts(path, np.frombuffer(data, integer, 7), len(data), integer.itemsize)
     n_real, nodes, n_tags = _sizes(counts)
     need = 7 * integer.itemsize + n_real * real.itemsize + (sum(nodes) + n_tags) * integer.itemsize
     if len(data) < need:
@@ -109,10 +109,10 @@ def _binary(path: Path, data: bytes, encoding: _Encoding) -> _Content:
     at = 7 * integer.itemsize
     points = np.frombuffer(data, real, n_real, at).astype(real.newbyteorder("=")).reshape(-1, 3)
     flat = np.frombuffer(data, integer, sum(nodes) + n_tags, at + n_real * real.itemsize).astype(np.int64)
-    return points, *_parted(flat, nodes, n_tags)
+    return points, *_split_tables(flat, nodes, n_tags)
 
 
-def _parted(flat: Ints, nodes: list[int], n_tags: int) -> tuple[list[Ints], Ints]:
+def _split_tables(flat: Ints, nodes: list[int], n_tags: int) -> tuple[list[Ints], Ints]:
     """Nodes of each type and the tags, which stand behind the surfaces."""
     surfaces = sum(nodes[:_N_SURFACES])
     tags = flat[surfaces : surfaces + n_tags]
@@ -140,7 +140,7 @@ def _ascii(path: Path, data: bytes) -> _Content:
         raise ReadError(f"{path}: holds something else than numbers") from None
     if len(flat) < 7 or not (np.abs(flat[:7]) < 2**53).all():
         raise ReadError(f"{path}: does not begin with the numbers of points and of cells of six types")
-    counts = _stated(path, flat[:7].astype(np.int64), len(data), 2)
+    counts = _counts(path, flat[:7].astype(np.int64), len(data), 2)
     n_real, nodes, n_tags = _sizes(counts)
     need = 7 + n_real + sum(nodes) + n_tags
     if len(flat) < need:
@@ -149,7 +149,7 @@ def _ascii(path: Path, data: bytes) -> _Content:
     rest = flat[7 + n_real : need]
     if not ((rest == np.trunc(rest)) & (np.abs(rest) < 2**53)).all():
         raise ReadError(f"{path}: a node or a tag is no integer")
-    return flat[7 : 7 + n_real].reshape(-1, 3), *_parted(rest.astype(np.int64), nodes, n_tags)
+    return flat[7 : 7 + n_real].reshape(-1, 3), *_split_tables(rest.astype(np.int64), nodes, n_tags)
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
@@ -176,7 +176,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         _write_binary(path, encoding, head, mesh, np.concatenate(flat))
     moved = np.any(np.diff(np.concatenate(by_type)) < 0)
     order = ("The format keeps cells by type: their order changed.",) if moved else ()
-    return (*order, *writing.lost(mesh, cell=(REF,) if has_tags else ()))
+    return (*order, *writing.loss_notes(mesh, cell=(REF,) if has_tags else ()))
 
 
 def _write_binary(path: Path, encoding: _Encoding, head: Ints, mesh: Mesh, flat: Ints) -> None:

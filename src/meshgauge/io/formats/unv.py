@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ..plumbing.build import Kind, gathered
+from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
 from ..plumbing.text import Text
@@ -171,7 +171,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         raise ReadError(f"{path}: an element refers to node {int(labels[np.argmin(places)])}, which does not exist")
     heads = np.array(content.heads, np.int64).reshape(-1, 4)
     sizes = np.array([_KINDS[int(code)].n_nodes for code in heads[:, 1]], np.int64)
-    cells = gathered(places, np.cumsum(sizes) - sizes, heads[:, 1], _KINDS)
+    cells = gather(places, np.cumsum(sizes) - sizes, heads[:, 1], _KINDS)
     if not len(cells.types):
         raise ReadError(f"{path}: no elements were found in it")
     data: dict[str, NDArray[Any]] = {"unv:property": heads[:, 2], "unv:material": heads[:, 3]}

@@ -11,8 +11,8 @@ from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing import meshio, vtk, within
 from ..plumbing.format import Format
-from ..plumbing.merge import Part, merged
-from ..plumbing.steps import Step, numbered
+from ..plumbing.merge import Part, merge_parts
+from ..plumbing.steps import Step, number_steps
 
 _ROOT = re.compile(rb"<Xdmf\b", re.IGNORECASE)
 
@@ -24,7 +24,7 @@ def sniff(head: bytes, path: Path) -> bool:
 def steps(path: Path) -> tuple[Step, ...]:
     """As VTK lists them."""
     within.check_xml(path)
-    return numbered(vtk.times(_reader(path)))
+    return number_steps(vtk.times(_reader(path)))
 
 
 def read(path: Path, at: int) -> Mesh:
@@ -57,7 +57,7 @@ def _reader(path: Path) -> object:
 
 def _by_vtk(path: Path, at: int) -> Mesh:
     data = vtk.output(_reader(path), path, at=at)
-    return merged(_once(vtk.parts(data)), path=path, field_data=vtk.field_data(data))
+    return merge_parts(_once(vtk.parts(data)), path=path, field_data=vtk.field_data(data))
 
 
 def _once(parts: list[Part]) -> list[Part]:

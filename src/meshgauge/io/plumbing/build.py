@@ -38,7 +38,7 @@ class Cells:
     connectivity: Ints
 
 
-def gathered(values: Ints, first: Ints, codes: Ints, kinds: Mapping[int, Kind]) -> Cells:
+def gather(values: Ints, first: Ints, codes: Ints, kinds: Mapping[int, Kind]) -> Cells:
     """Cells whose nodes stand in ``values`` from ``first`` on, one after another, in the order of the file.
 
     Parameters
@@ -64,7 +64,7 @@ def gathered(values: Ints, first: Ints, codes: Ints, kinds: Mapping[int, Kind]) 
     return Cells(ids[which] if present else np.empty(0, np.uint8), offsets, connectivity)
 
 
-def checked_codes(
+def check_codes(
     codes: Ints, sizes: Ints, kinds: Mapping[int, Kind], fail: Callable[[str, int], ReadError], more: int = 0
 ) -> None:
     """Raise unless every row is of a known type and has its nodes, and at most ``more`` numbers after them.

@@ -81,11 +81,11 @@ def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     starts = offsets_of(sizes)
     flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
     if faces.inward is not None:
-        flat = _reversed(flat, starts, faces.inward)
+        flat = _reverse(flat, starts, faces.inward)
     elif n_cells:
-        flat = _reversed(flat, starts, _alike(flat, starts, entry_cell, faces.cell_offsets))
+        flat = _reverse(flat, starts, _alike(flat, starts, entry_cell, faces.cell_offsets))
         volume = _volumes(points, flat, starts, entry_cell, n_cells)
-        flat = _reversed(flat, starts, (volume < 0)[entry_cell])
+        flat = _reverse(flat, starts, (volume < 0)[entry_cell])
 
     point_cell = np.repeat(entry_cell, sizes)
     keys, place = np.unique(point_cell * max(len(points), 1) + flat, return_inverse=True)
@@ -151,7 +151,7 @@ def _alike(flat: Ints, starts: Ints, entry_cell: Ints, cell_offsets: Ints) -> ND
         state[first[back]] = state[second[back]] ^ differ[back]
 
 
-def _reversed(flat: Ints, starts: Ints, turned: NDArray[np.bool_]) -> Ints:
+def _reverse(flat: Ints, starts: Ints, turned: NDArray[np.bool_]) -> Ints:
     """The points of some faces in the opposite order."""
     sizes = np.diff(starts)
     at = np.arange(len(flat))
@@ -165,7 +165,7 @@ def volumes(faces: Faces, points: NDArray[np.floating]) -> NDArray[np.float64]:
     starts = offsets_of(sizes)
     flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
     if faces.inward is not None:
-        flat = _reversed(flat, starts, faces.inward)
+        flat = _reverse(flat, starts, faces.inward)
     n_cells = len(faces.cell_offsets) - 1
     entry_cell = np.repeat(np.arange(n_cells), np.diff(faces.cell_offsets))
     return _volumes(points, flat, starts, entry_cell, n_cells)

@@ -18,7 +18,7 @@ _GZIP = b"\x1f\x8b"
 
 
 @contextlib.contextmanager
-def opened(path: Path) -> Iterator[tuple[Path, bytes]]:
+def open_input(path: Path) -> Iterator[tuple[Path, bytes]]:
     """The path to read and its first bytes; a gzipped file is unpacked beside nothing, in a folder of its own.
 
     Raises

@@ -14,13 +14,13 @@ _BY_LEAST = {"vtkGhostLevels": 1, "ghostRank": 0}
 """Cell data of older VTK and of GEOS: from this number on a cell is a copy."""
 
 
-def noted(mesh: Mesh) -> Mesh:
+def note_ghosts(mesh: Mesh) -> Mesh:
     """The mesh with its ghosts marked as VTK does, and a note on how many there are."""
     if GHOST_TYPE not in mesh.cell_data:
         for name, least in _BY_LEAST.items():
             values = mesh.cell_data.get(name)
             if values is not None and values.ndim == 1 and values.dtype.kind in "iuf":
-                mesh = marked(mesh, values >= least)
+                mesh = mark_copies(mesh, values >= least)
                 break
     is_ghost = mesh.is_ghost
     if is_ghost is None:
@@ -30,7 +30,7 @@ def noted(mesh: Mesh) -> Mesh:
     return mesh.replace(notes=(*mesh.notes, f"{n:,} {which} not looked at."))
 
 
-def marked(mesh: Mesh, is_ghost: NDArray[np.bool_]) -> Mesh:
+def mark_copies(mesh: Mesh, is_ghost: NDArray[np.bool_]) -> Mesh:
     """The mesh with cells marked as copies, if there are any."""
     if not is_ghost.any():
         return mesh

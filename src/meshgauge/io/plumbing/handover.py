@@ -79,15 +79,15 @@ def load(file: BinaryIO, path: str) -> Mesh:
     ReadError
         If the file holds an error instead, or is not whole.
     """
-    return _loaded(file, path, lambda data, head: _mesh(data, head, path))
+    return _load(file, path, lambda data, head: _mesh(data, head, path))
 
 
 def load_steps(file: BinaryIO, path: str) -> tuple[Step, ...]:
     """The time steps in a file that `dump_steps` wrote. Raises as `load` does."""
-    return _loaded(file, path, lambda _, head: tuple(Step(*step) for step in head["steps"]))
+    return _load(file, path, lambda _, head: tuple(Step(*step) for step in head["steps"]))
 
 
-def _loaded(file: BinaryIO, path: str, make: Callable[[NDArray[np.uint8], dict[str, Any]], T]) -> T:
+def _load(file: BinaryIO, path: str, make: Callable[[NDArray[np.uint8], dict[str, Any]], T]) -> T:
     try:
         data = np.frombuffer(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ), np.uint8)
         size = int.from_bytes(data[-8:].tobytes(), "little")

@@ -82,18 +82,18 @@ def read(path: Path, format_name: str, limits: Limits | None = None, choice: Ste
     ReadError
         If the reader raised, crashed, ended its process, or reached a limit.
     """
-    with _handed_over(path, {"format": format_name, "step": choice}, limits) as file:
+    with _receive(path, {"format": format_name, "step": choice}, limits) as file:
         return handover.load(file, str(path))
 
 
 def steps(path: Path, format_name: str, limits: Limits | None = None) -> tuple[Step, ...]:
     """The time steps of a file by the reader of a format in a child process. Raises as `read` does."""
-    with _handed_over(path, {"format": format_name, "lists": True}, limits) as file:
+    with _receive(path, {"format": format_name, "lists": True}, limits) as file:
         return handover.load_steps(file, str(path))
 
 
 @contextmanager
-def _handed_over(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterator[BinaryIO]:
+def _receive(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterator[BinaryIO]:
     """What a child process made of a request."""
     if not sys.executable:
         raise ReadError(f"{path}: needs a reader in a process of its own, but this interpreter does not know its path")

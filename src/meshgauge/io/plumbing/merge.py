@@ -16,14 +16,14 @@ from ...mesh.mesh import GHOST_TYPE
 from ...mesh.polyhedra import IndexArray, Polyhedra
 
 
-def joined(meshes: Sequence[Mesh], names: Sequence[str], *, path: Path, names_blocks: bool) -> Mesh:
+def join_pieces(meshes: Sequence[Mesh], names: Sequence[str], *, path: Path, names_blocks: bool) -> Mesh:
     """Pieces of one mesh put one after another; notes name arrays that some of them lack.
 
     Points are not merged. ``names`` call the pieces in notes, and with ``names_blocks`` those of the blocks begin with
     them.
     """
     parts = [part(mesh, name) for mesh, name in zip(meshes, names, strict=True)]
-    whole = merged(parts, path=path)
+    whole = merge_parts(parts, path=path)
     blocks, start = [], 0
     for mesh, name in zip(meshes, names, strict=True):
         for block in mesh.blocks:
@@ -89,7 +89,7 @@ class Part:
     notes: list[str] = field(default_factory=list)
 
 
-def merged(
+def merge_parts(
     parts: Sequence[Part],
     *,
     path: Path | None = None,
@@ -112,11 +112,11 @@ def merged(
         own_points, types, offsets = parts[0].points, parts[0].types, parts[0].offsets
         connectivity, polyhedra = parts[0].connectivity, parts[0].polyhedra
     else:
-        own_points = _stacked([p.points for p in parts], np.empty((0, 3)))
-        types = _stacked([p.types for p in parts], np.empty(0, np.uint8))
+        own_points = _stack([p.points for p in parts], np.empty((0, 3)))
+        types = _stack([p.types for p in parts], np.empty(0, np.uint8))
         offsets = _joined_offsets([p.offsets for p in parts])
         starts = _starts([len(p.points) for p in parts])
-        connectivity = _shifted([p.connectivity for p in parts], starts)
+        connectivity = _shift([p.connectivity for p in parts], starts)
         polyhedra = _joined_polyhedra(parts, starts)
     n_points, n_cells = [len(p.points) for p in parts], [len(p.types) for p in parts]
     cell_starts = _starts(n_cells)
@@ -142,11 +142,11 @@ def _starts(sizes: Sequence[int]) -> list[int]:
     return [0, *np.cumsum(sizes, dtype=np.int64).tolist()][: len(sizes)]
 
 
-def _stacked(arrays: list[NDArray[Any]], empty: NDArray[Any]) -> NDArray[Any]:
+def _stack(arrays: list[NDArray[Any]], empty: NDArray[Any]) -> NDArray[Any]:
     return np.concatenate(arrays) if arrays else empty
 
 
-def _shifted(arrays: Sequence[IndexArray], starts: Sequence[int]) -> IndexArray:
+def _shift(arrays: Sequence[IndexArray], starts: Sequence[int]) -> IndexArray:
     """Ids of all parts, each increased by the start of its part; int64, as the sum may not fit int32."""
     joined = np.empty(sum(len(a) for a in arrays), np.int64)
     at = 0
@@ -180,9 +180,9 @@ def _joined_polyhedra(parts: Sequence[Part], point_starts: Sequence[int]) -> Pol
     ]
     return Polyhedra(
         cell_offsets=_joined_offsets([p.cell_offsets for p in polys]),
-        cell_faces=_shifted([p.cell_faces for p in polys], _starts([p.n_faces for p in polys])),
+        cell_faces=_shift([p.cell_faces for p in polys], _starts([p.n_faces for p in polys])),
         face_offsets=_joined_offsets([p.face_offsets for p in polys]),
-        face_points=_shifted([p.face_points for p in polys], point_starts),
+        face_points=_shift([p.face_points for p in polys], point_starts),
         labels=_joined_labels(polys),
     )
 

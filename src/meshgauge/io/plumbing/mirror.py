@@ -7,7 +7,7 @@ from functools import cache
 from ...cells import BY_NAME, Place
 
 
-def mirrored(places: tuple[Place, ...]) -> tuple[Place, ...]:
+def mirror_places(places: tuple[Place, ...]) -> tuple[Place, ...]:
     """Places of nodes in the reference cell, its first two coordinates exchanged."""
     return tuple((s, r, t) for r, s, t in places)
 
@@ -25,4 +25,4 @@ def mirror(name: str) -> tuple[int, ...] | None:
     if not row.places or row.n_nodes is None:
         return None
     places = row.places[: row.n_nodes]
-    return order(places, mirrored(places))
+    return order(places, mirror_places(places))

@@ -16,7 +16,7 @@ CONTROL = "\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff"
 _LONGEST = 40
 
 
-def held(mesh: Mesh, also: str = "") -> tuple[Mesh, tuple[str, ...]]:
+def replace_names(mesh: Mesh, also: str = "") -> tuple[Mesh, tuple[str, ...]]:
     """The mesh with names that a format can hold, and a sentence on those that changed.
 
     Control characters, line separators and lone surrogates become text (``\\x1b``), braces in ``also`` parentheses,
@@ -26,10 +26,10 @@ def held(mesh: Mesh, also: str = "") -> tuple[Mesh, tuple[str, ...]]:
     notes: list[str] = []
 
     def plain(text: str) -> str:
-        return bad.sub(lambda match: _written(match.group(), also), text)
+        return bad.sub(lambda match: _write_out(match.group(), also), text)
 
     changes = {
-        f"{what}_data": _renamed(getattr(mesh, f"{what}_data"), plain, what, notes)
+        f"{what}_data": _rename(getattr(mesh, f"{what}_data"), plain, what, notes)
         for what in ("point", "cell", "field")
     }
     names = [plain(block.name) for block in mesh.blocks]
@@ -41,14 +41,14 @@ def held(mesh: Mesh, also: str = "") -> tuple[Mesh, tuple[str, ...]]:
     return mesh.replace(blocks=blocks, **changes), tuple(notes)
 
 
-def _written(character: str, also: str) -> str:
+def _write_out(character: str, also: str) -> str:
     if character in also:
         return {"{": "(", "}": ")"}.get(character, "_")
     code = ord(character)
     return f"\\x{code:02x}" if code < 256 else f"\\u{code:04x}"
 
 
-def _renamed(
+def _rename(
     data: Mapping[str, NDArray[np.generic]], plain: Callable[[str], str], what: str, notes: list[str]
 ) -> dict[str, NDArray[np.generic]]:
     renamed: dict[str, NDArray[np.generic]] = {}

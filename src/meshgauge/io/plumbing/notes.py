@@ -14,7 +14,7 @@ from ...mesh.interface import INTERFACE
 _SHOWN = 8
 
 
-def counted(sentence: str, counts: Mapping[str, int]) -> tuple[str, ...]:
+def count_note(sentence: str, counts: Mapping[str, int]) -> tuple[str, ...]:
     """``Sentence: 3 SPRINGA, 1 MASS.``; nothing if nothing was counted."""
     given = sorted((name, n) for name, n in counts.items() if n)
     if not given:

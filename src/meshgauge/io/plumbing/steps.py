@@ -43,7 +43,7 @@ class Step:
         return f"step {self.number}{f' ({what})' if what else ''}"
 
 
-def numbered(
+def number_steps(
     times: Sequence[float | None], *, names: Sequence[str] | None = None, geometries: Sequence[object] | None = None
 ) -> tuple[Step, ...]:
     """Steps in their order; ``geometries`` are equal where points and cells are the same, all differ if None."""
@@ -92,7 +92,7 @@ _SUFFIXES = tuple(
 )  # fmt: skip
 
 
-def displaced(mesh: Mesh, name: str) -> Mesh:
+def displace(mesh: Mesh, name: str) -> Mesh:
     """The mesh with its points moved by point data: vectors, or scalars of that name with ``_x``, ``_y``, ``_z``.
 
     Raises

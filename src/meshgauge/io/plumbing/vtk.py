@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from ...errors import ReadError, WriteError
 from ...mesh import Mesh
 from ...mesh.polyhedra import Polyhedra
-from .merge import Part, merged
+from .merge import Part, merge_parts
 
 RENUMBERED = (72, 79)
 """Lagrange and Bézier hexahedra: two upright edges of theirs stand the other way round in older files (.vtk before 5.1,
@@ -116,7 +116,7 @@ def times(reader: Any) -> list[float]:
 
 def mesh(data: Any, path: Path | None = None) -> Mesh:
     """The cells of a data set, or of every leaf of a composite one: one block a leaf, in the order of the leaves."""
-    return merged(parts(data), path=path, field_data=field_data(data))
+    return merge_parts(parts(data), path=path, field_data=field_data(data))
 
 
 def parts(data: Any) -> list[Part]:

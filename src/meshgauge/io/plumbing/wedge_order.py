@@ -72,7 +72,7 @@ def normalise(mesh: Mesh, order: str, *, has_both: bool = True) -> Mesh:
     if len(wedges) == 0:
         return mesh
     if order == "vtk-legacy":
-        return _turned(mesh, wedges, "as asked (vtk-legacy)")
+        return _turn(mesh, wedges, "as asked (vtk-legacy)")
     negative, positive = _signs(mesh, wedges)
     below, above = _signs_of_others(mesh)
     if below + above == 0:
@@ -82,14 +82,14 @@ def normalise(mesh: Mesh, order: str, *, has_both: bool = True) -> Mesh:
         if against + along:
             if against == along:
                 return _undecided(mesh, "their neighbours over faces disagree")
-            return _turned(mesh, wedges, "because they run against their neighbours") if against > along else mesh
+            return _turn(mesh, wedges, "because they run against their neighbours") if against > along else mesh
     if below == above:
         return _undecided(mesh, "as many of the other solid cells are negative as positive")
     is_mirrored = below > above
     opposite, same = (positive, negative) if is_mirrored else (negative, positive)
     if opposite > same:
         signs = ("positive", "negative") if is_mirrored else ("negative", "positive")
-        return _turned(mesh, wedges, f"because most are {signs[0]} as read and the other solid cells {signs[1]}")
+        return _turn(mesh, wedges, f"because most are {signs[0]} as read and the other solid cells {signs[1]}")
     if opposite == same > 0:
         return _undecided(mesh, "half of them have the sign of the other solid cells")
     return mesh
@@ -99,7 +99,7 @@ def _alone(mesh: Mesh, wedges: Ids, negative: int, positive: int) -> Mesh:
     """Of a mesh without other solids: nothing but zero to compare with."""
     if negative and not positive:
         why = "because all are negative as read; with no other solid cells to compare, they may be inverted instead"
-        return _turned(mesh, wedges, f"{why} (--wedge-order gmsh)")
+        return _turn(mesh, wedges, f"{why} (--wedge-order gmsh)")
     if negative:
         return _undecided(mesh, f"{negative:,} are negative, {positive:,} positive, and there are no other solid cells")
     return mesh
@@ -146,7 +146,7 @@ def _signs_of_others(mesh: Mesh) -> tuple[int, int]:
         for start in range(0, len(cells), CHUNK):
             at = mesh.offsets[cells[start : start + CHUNK], None] + np.array(row.corners)
             with np.errstate(all="ignore"):
-                x = _scaled(mesh.points[mesh.connectivity[at]].astype(np.float64, copy=False))
+                x = _scale(mesh.points[mesh.connectivity[at]].astype(np.float64, copy=False))
                 edges = (x[:, other] - x[:, a] for other in (i, j, k))
                 u, v, w = edges
                 total = np.einsum("nij,nij->n", u, np.cross(v, w))
@@ -190,7 +190,7 @@ def _against_neighbours(mesh: Mesh, wedges: Ids) -> tuple[int, int]:
     return against, along
 
 
-def _scaled(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+def _scale(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     """Corners ``(n, k, 3)`` of cells from their first, in units of their own size: no coordinate from 1e-200 to 1e300
     loses the sign of a volume. NaN where a coordinate is not finite."""
     largest = np.abs(corners).max(axis=(1, 2), keepdims=True)
@@ -207,7 +207,7 @@ def volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
     mean of the upright edges constant. NaN where a coordinate is not finite.
     """
     with np.errstate(all="ignore"):
-        d = _scaled(corners)
+        d = _scale(corners)
         e1, e2 = d[:, 1] - d[:, 0], d[:, 2] - d[:, 0]
         f1, f2 = d[:, 4] - d[:, 3], d[:, 5] - d[:, 3]
         area = np.cross(e1, e2) + np.cross(f1, f2) + 0.5 * (np.cross(e1, f2) + np.cross(f1, e2))
@@ -215,7 +215,7 @@ def volumes(corners: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(np.einsum("ij,ij->i", area, upright) / 6.0)
 
 
-def _turned(mesh: Mesh, cells: Ids, why: str) -> Mesh:
+def _turn(mesh: Mesh, cells: Ids, why: str) -> Mesh:
     """The mesh with these wedges, all there are, turned; a note says so and why."""
     connectivity = mesh.connectivity.copy()
     sizes = mesh.offsets[cells + 1] - mesh.offsets[cells]
@@ -244,11 +244,11 @@ def permutation(vtk_id: int, n_nodes: int) -> tuple[int, ...]:
     if vtk_id in _TURNED:
         return _TURNED[vtk_id]
     if n_nodes == 21 or any((p + 1) ** 2 * (p + 2) // 2 == n_nodes for p in range(1, 50)):
-        return _turned_by_coordinates(n_nodes)
+        return _turn_by_coordinates(n_nodes)
     return (*_CORNERS, *range(6, n_nodes))  # of different orders along and across, which the number does not tell
 
 
-def _turned_by_coordinates(n_nodes: int) -> tuple[int, ...]:
+def _turn_by_coordinates(n_nodes: int) -> tuple[int, ...]:
     """For a Lagrange or Bézier wedge of any order: exchange the two coordinates of the triangle, match the nodes."""
     from vtkmodules.vtkCommonDataModel import vtkLagrangeWedge
 

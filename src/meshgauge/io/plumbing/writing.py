@@ -65,7 +65,7 @@ def nodes_of(mesh: Mesh, cells: Ints) -> Ints:
     return np.asarray(mesh.connectivity[mesh.offsets[cells][:, None] + np.arange(k)], np.int64)
 
 
-def lost(
+def loss_notes(
     mesh: Mesh, *, point: Iterable[str] = (), cell: Iterable[str] = (), field: Iterable[str] = ()
 ) -> tuple[str, ...]:
     """A sentence for each kind of data that is not all among the names that were kept."""

@@ -57,7 +57,7 @@ def corner_tangents_js(
     for cell, triple in np.argwhere(is_open).tolist():
         nodes = points[connectivity[cell, table[triple]]]
         js[cell, triple] = _exact(nodes.tolist()) if np.isfinite(nodes).all() else nan
-    return _folded(js, [a for a, *_ in shape.triples])
+    return _fold(js, [a for a, *_ in shape.triples])
 
 
 def has_zero_corner(name: str, nodes: NDArray[np.floating]) -> NDArray[np.bool_]:
@@ -72,7 +72,7 @@ def has_zero_corner(name: str, nodes: NDArray[np.floating]) -> NDArray[np.bool_]
     return np.asarray(~np.any(products, axis=0).all(axis=1))
 
 
-def _folded(js: NDArray[np.float64], nodes: Sequence[int]) -> NDArray[np.float64]:
+def _fold(js: NDArray[np.float64], nodes: Sequence[int]) -> NDArray[np.float64]:
     """Fold the columns that belong to one node."""
     if len(set(nodes)) == len(nodes):
         return js

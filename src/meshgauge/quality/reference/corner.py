@@ -43,7 +43,7 @@ def corner_model(sizes: NDArray[np.integer], n_nodes: NDArray[np.integer]) -> Va
     if angles.shape[1] == 3:
         a, b, c = np.cos(np.sort(angles, axis=1)).T
         return np.asarray(np.sqrt(1.0 - a * a - b * b - c * c + 2.0 * a * b * c))
-    radius, arcs = _inscribed(angles)
+    radius, arcs = _inscribe(angles)
     turn = np.cumsum(arcs, axis=1) - arcs
     edges = np.stack(
         [
@@ -72,7 +72,7 @@ def _with_room(angles: Values, margin: Values) -> Values:
     return np.asarray(angles * np.minimum((2.0 * np.pi - margin) / total, 1.0)[:, None])
 
 
-def _inscribed(angles: Values) -> tuple[Values, Values]:
+def _inscribe(angles: Values) -> tuple[Values, Values]:
     """sin t and the arcs ``(n, d)`` of the spherical polygons with the given sides inscribed in a circle."""
     chords = np.sin(angles / 2.0)
     longest = chords.max(axis=1)

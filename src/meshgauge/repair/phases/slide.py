@@ -20,7 +20,7 @@ from ..faces import mask_of
 from ..problem import Points, Problem, gather
 from ..run import Run
 from ..surface import CORNER, EDGE, FACE, INSIDE, Surface, surface_of, target_surface
-from ..volumes import moved_rims, restored
+from ..volumes import moved_rims, restore_volumes
 from .mean import raise_mean
 from .worst import raise_worst
 
@@ -132,11 +132,11 @@ def slide(
     for _ in range(ATTEMPTS):
         points = _with_nodes_between(before, _slide(here, run, surface, kind), constraints, surface)
         if given is None:
-            points = restored(surface, constraints, kind, points)
+            points = restore_volumes(surface, constraints, kind, points)
         slid, n_back = accept(before, points, strict=promise.strict, threads=threads, back=fixed)
         reached = np.asarray(slid.mesh.points, np.float64)
         apart = deviation(surface, reached, is_given=given is not None)
-        hold = _to_be_held(promise, slid, surface, apart.of_faces, size) & (kind != CORNER) & (kind != INSIDE)
+        hold = _points_to_hold(promise, slid, surface, apart.of_faces, size) & (kind != CORNER) & (kind != INSIDE)
         if not hold.any() or run.is_over():
             break
         kind[hold] = CORNER
@@ -151,7 +151,7 @@ def slide(
     return SlideResult(slid, apart.largest, tuple(notes))
 
 
-def _to_be_held(promise: Promise, slid: Quality, surface: Surface, far: Points, size: Points) -> NDArray[np.bool_]:
+def _points_to_hold(promise: Promise, slid: Quality, surface: Surface, far: Points, size: Points) -> NDArray[np.bool_]:
     """Points of the surface that have to stay: their faces left it, their patch grew, or a region lost volume."""
     points = np.asarray(slid.mesh.points, np.float64)
     if promise.is_given:

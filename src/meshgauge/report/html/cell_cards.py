@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...cells import CELL_TYPES, type_name
 from ...status import STATUSES, Status
-from .page_cells import Ids, drawn_as, faces_of, nodes_of
+from .page_cells import Ids, drawing_code, faces_of, nodes_of
 from .sketch import side
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
                 {
                     "faces": [[place[p] for p in face] for face in of_cell],
                     "value": float(quality.values[at]),
-                    "class": drawn_as(int(quality.status[at]), mesh.purpose),
+                    "class": drawing_code(int(quality.status[at]), mesh.purpose),
                     "name": f"{type_name(int(mesh.types[at]))} {at}",
                 }
                 for at, of_cell in faces.items()

@@ -17,7 +17,7 @@ from ...status import STATUSES, is_usable
 from . import surface
 from .frame import Frame
 from .pack import pack_arrays
-from .page_cells import WHOLE, WORST, Ids, arrays_of, cells_to_show, drawable, drawn_as, kinds, nodes_of
+from .page_cells import WHOLE, WORST, Ids, arrays_of, cells_to_show, drawable, drawing_code, kinds, nodes_of
 
 if TYPE_CHECKING:
     from ...quality.measure import Quality
@@ -94,7 +94,7 @@ def geometry(
         "edges": summary.all.histogram(bins)[0].tolist(),
         "regions": list(names),
         "statuses": [
-            {"name": row.name, "class": drawn_as(status, mesh.purpose), "text": row.text}
+            {"name": row.name, "class": drawing_code(status, mesh.purpose), "text": row.text}
             for status, row in sorted(STATUSES.items())
         ],
         "whole": whole,

@@ -11,7 +11,7 @@ from ...cells import CELL_TYPES, POLYHEDRON
 from ...kernels import path
 from ...kernels.cells import aggregate, driver
 from ...mesh import connectivity
-from ...mesh.polyhedra import ragged
+from ...mesh.polyhedra import ragged_positions
 from ...quality.summary.scale import HALF, Scale
 from ...status import Category, Purpose, category, is_usable
 from .frame import Frame
@@ -73,7 +73,7 @@ def cells_to_show(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) 
     return np.sort(cells[np.argpartition(rank, most)[:most]])
 
 
-def drawn_as(status: int, purpose: Purpose) -> int:
+def drawing_code(status: int, purpose: Purpose) -> int:
     """How the script draws a cell of a status: 0 by its value, 1 invalid, 2 degenerate, 3 as one without a value."""
     return DRAWN_AS[Category(int(category(np.array(status, np.uint8), purpose)))]
 
@@ -91,22 +91,22 @@ def nodes_of(quality: Quality, cells: Ids) -> Nodes:
             assert poly is not None
             of = np.searchsorted(poly.cells, cells[at])
             starts, own = poly.node_offsets[of], poly.node_offsets[of + 1] - poly.node_offsets[of]
-            where = ragged(starts, own)
+            where = ragged_positions(starts, own)
             sizes[at] = own
             parts.append((at, poly.node_points[where], poly.node_jens[where]))
             continue
         row = CELL_TYPES[vtk_id]
         assert row.shape is not None
-        ids = connectivity.picked(mesh, row, cells[at], driver.columns(row))
+        ids = connectivity.pick(mesh, row, cells[at], driver.columns(row))
         scaled = np.empty((len(ids), row.shape.n_nodes))
         driver.node_scaled_jacobian(mesh.points, ids, row, scaled, compiled=path.is_compiled(len(ids)))
-        corners = connectivity.picked(mesh, row, cells[at], row.corners)
+        corners = connectivity.pick(mesh, row, cells[at], row.corners)
         sizes[at] = row.shape.n_nodes
         parts.append((at, corners.reshape(-1), aggregate.jens(scaled, row.shape.k).reshape(-1)))
     starts = np.cumsum(sizes) - sizes
     points, values = np.empty(int(sizes.sum()), np.int64), np.empty(int(sizes.sum()))
     for at, of_part, values_of_part in parts:
-        where = ragged(starts[at], sizes[at])
+        where = ragged_positions(starts[at], sizes[at])
         points[where], values[where] = of_part, values_of_part
     return Nodes(sizes, points, values)
 
@@ -173,9 +173,11 @@ def _own_faces(quality: Quality, cells: Ids, points: Ids) -> dict[str, NDArray[A
         return {}
     assert quality.polyhedra is not None
     counts = np.diff(poly.cell_offsets)[own].astype(np.int64)
-    faces = np.asarray(poly.cell_faces, np.int64)[ragged(np.asarray(poly.cell_offsets, np.int64)[:-1][own], counts)]
+    faces = np.asarray(poly.cell_faces, np.int64)[
+        ragged_positions(np.asarray(poly.cell_offsets, np.int64)[:-1][own], counts)
+    ]
     sizes = np.diff(poly.face_offsets)[faces].astype(np.int64)
-    of_faces = poly.face_points[ragged(np.asarray(poly.face_offsets, np.int64)[:-1][faces], sizes)]
+    of_faces = poly.face_points[ragged_positions(np.asarray(poly.face_offsets, np.int64)[:-1][faces], sizes)]
     at = np.searchsorted(quality.polyhedra.cells, own)
     n_nodes = np.diff(quality.polyhedra.node_offsets)[at]
     return {

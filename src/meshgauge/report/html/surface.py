@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...mesh.polyhedra import ragged
+from ...mesh.polyhedra import ragged_positions
 from ...mesh.topology import BOUNDARY, Topology, face_table
 
 Ids = NDArray[np.int64]
@@ -44,7 +44,7 @@ def boundary(topology: Topology) -> Polygons:
         starts[is_own] = poly.face_offsets[faces]
         sizes[is_own] = poly.face_offsets[faces + 1] - poly.face_offsets[faces]
     offsets = np.concatenate([[0], np.cumsum(sizes)])
-    node = ragged(np.zeros(len(slots), np.int64), sizes)
+    node = ragged_positions(np.zeros(len(slots), np.int64), sizes)
     row = np.repeat(np.arange(len(slots)), sizes)
     points = np.empty(len(node), np.int64)
     plain = ~is_own[row]
@@ -65,7 +65,7 @@ def _select(polygons: Polygons, faces: Ids) -> Polygons:
     sizes = np.diff(polygons.offsets)[faces]
     return Polygons(
         np.concatenate([[0], np.cumsum(sizes)]),
-        polygons.points[ragged(polygons.offsets[:-1][faces], sizes)],
+        polygons.points[ragged_positions(polygons.offsets[:-1][faces], sizes)],
         polygons.cells[faces],
     )
 
@@ -74,7 +74,7 @@ def triangles(polygons: Polygons) -> Ids:
     """``(n_triangles, 3)``: each polygon as a fan around its first point."""
     sizes = np.diff(polygons.offsets)
     of_face = np.repeat(np.arange(len(sizes)), np.maximum(sizes - 2, 0))
-    step = ragged(np.ones(len(sizes), np.int64), np.maximum(sizes - 2, 0))
+    step = ragged_positions(np.ones(len(sizes), np.int64), np.maximum(sizes - 2, 0))
     first = polygons.offsets[:-1][of_face]
     return np.stack([polygons.points[first], polygons.points[first + step], polygons.points[first + step + 1]], axis=1)
 

@@ -103,7 +103,7 @@ def _nfill(keyword: Keyword, deck: Deck) -> None:
         if n < 1:
             raise place.fail(f"*NFILL with {n} intervals")
         deck.generate((n - 1) * len(starts), keyword)
-        share = _biased(place, n, bias, is_twofold="TWO STEP" in keyword.options)
+        share = _bias(place, n, bias, is_twofold="TWO STEP" in keyword.options)
         every: list[Ints] = [starts, ends]
         for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
             a, b = deck.nodes.at(start, keyword.refers), deck.nodes.at(end, keyword.refers)
@@ -114,7 +114,7 @@ def _nfill(keyword: Keyword, deck: Deck) -> None:
             deck.nsets.setdefault(keyword.option("NSET").upper(), []).append(np.concatenate(every))
 
 
-def _biased(place: Place, n: int, bias: float, *, is_twofold: bool) -> Reals:
+def _bias(place: Place, n: int, bias: float, *, is_twofold: bool) -> Reals:
     """Shares of a line at its inner nodes ``(n - 1, 1)``; each interval is 1/bias times the one before.
 
     Twofold: the bias is from every second node to the next, and the nodes between are in the middle.
@@ -144,13 +144,13 @@ def _ncopy(keyword: Keyword, deck: Deck) -> None:
         pole = deck.nodes.at(node, keyword.refers) if node else _vector(keyword, rows, 0, 3)
         points = 2 * points - pole
     elif "REFLECT" in keyword.options:
-        points = _reflected(keyword, rows, points)
+        points = _reflect(keyword, rows, points)
     elif "SHIFT" in keyword.options:
         points = points + _vector(keyword, rows, 0, 3)
         if len(rows) > 1:
             turn = _vector(keyword, rows, 1, 7)
             times = integer(keyword.place, keyword.option("MULTIPLE"), 1)
-            points = turned(points, turn[:3], turn[3:6], float(turn[6]) * times, keyword.place)
+            points = rotate(points, turn[:3], turn[3:6], float(turn[6]) * times, keyword.place)
     else:
         raise keyword.fail("*NCOPY without SHIFT, REFLECT or POLE is not followed; write the nodes out")
     deck.nodes.add(labels + shift, points)
@@ -165,14 +165,14 @@ def _vector(keyword: Keyword, rows: list[tuple[Place, list[float]]], row: int, n
     return np.array((*rows[row][1], *[0.0] * n)[:n])
 
 
-def _reflected(keyword: Keyword, rows: list[tuple[Place, list[float]]], points: Reals) -> Reals:
+def _reflect(keyword: Keyword, rows: list[tuple[Place, list[float]]], points: Reals) -> Reals:
     how = keyword.option("REFLECT").upper()
     first = _vector(keyword, rows, 0, 6)
     a, b = first[:3], first[3:]
     if how == "POINT":
         return 2 * a - points
     if how == "LINE":
-        return turned(points, a, b, 180.0, keyword.place)
+        return rotate(points, a, b, 180.0, keyword.place)
     if how != "MIRROR":
         raise keyword.fail(f"*NCOPY, REFLECT={how}, expected POINT, LINE or MIRROR")
     normal = np.cross(b - a, _vector(keyword, rows, 1, 3) - a)
@@ -183,7 +183,7 @@ def _reflected(keyword: Keyword, rows: list[tuple[Place, list[float]]], points: 
     return np.asarray(points - 2 * ((points - a) @ normal)[:, None] * normal)
 
 
-def turned(points: Reals, a: Reals, b: Reals, degrees: float, place: Place) -> Reals:
+def rotate(points: Reals, a: Reals, b: Reals, degrees: float, place: Place) -> Reals:
     """Points turned about the axis from a to b, counter-clockwise as seen from b."""
     length = float(np.linalg.norm(b - a))
     if not length > 0:
@@ -229,14 +229,14 @@ def _elcopy(keyword: Keyword, deck: Deck) -> None:
         if len(rows):
             nodes = section.nodes[rows] + by_node
             if "REFLECT" in keyword.options:
-                nodes = _mirrored(section.kind, nodes)
+                nodes = _mirror_numbering(section.kind, nodes)
             labels = section.labels[rows] + by_label
             copies.append(Section(section.kind, keyword.option("NEW SET"), labels, nodes, section.is_interface))
     for copy in copies:
         deck.add_elements(copy)
 
 
-def _mirrored(kind: Kind, nodes: Ints) -> Ints:
+def _mirror_numbering(kind: Kind, nodes: Ints) -> Ints:
     """Nodes of solids, in Abaqus's order, put in order behind a mirror; surfaces and lines stay."""
     order = mirror(kind.name)
     if order is None:

@@ -18,11 +18,11 @@ from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
 from ....mesh.labels import LABEL
 from ...plumbing import meshio
-from ...plumbing.build import Ints, gathered
+from ...plumbing.build import Ints, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
-from ...plumbing.merge import Part, merged
-from ...plumbing.notes import counted, mark_interfaces
+from ...plumbing.merge import Part, merge_parts
+from ...plumbing.notes import count_note, mark_interfaces
 from . import generate
 from . import write as abaqus_write
 from .deck import Deck, Reals, Section, take_elements, take_nodes, take_set
@@ -162,13 +162,13 @@ def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance
             raise ReadError(
                 f"{path}: element {element} ({section.kind.name}) refers to node {bad}, which does not exist"
             )
-        cells = gathered(places, np.arange(n) * width, np.zeros(n, np.int64), {0: section.kind})
+        cells = gather(places, np.arange(n) * width, np.zeros(n, np.int64), {0: section.kind})
         types.append(cells.types)
         sizes.append(np.diff(cells.offsets))
         nodes.append(cells.connectivity)
     made = Part(
         name,
-        points if moved is None else _moved(points, moved),
+        points if moved is None else _move(points, moved),
         np.concatenate(types),
         np.concatenate([[0], np.cumsum(np.concatenate(sizes))]).astype(np.int64),
         np.concatenate(nodes),
@@ -200,7 +200,7 @@ def _sets(deck: Deck, extra: Deck, labels: Ints) -> dict[str, NDArray[Any]]:
     return data
 
 
-def _moved(points: Reals, instance: _Instance) -> Reals:
+def _move(points: Reals, instance: _Instance) -> Reals:
     """Points translated, then rotated about an axis through two points by an angle in degrees."""
     moves = instance.moves
     if moves and len(moves[0]) <= 3:
@@ -208,7 +208,7 @@ def _moved(points: Reals, instance: _Instance) -> Reals:
     if len(moves) > 1:
         if len(moves[1]) != 7:
             raise instance.place.fail(f"the rotation of an instance has {len(moves[1])} numbers, expected 7")
-        points = generate.turned(points, np.array(moves[1][:3]), np.array(moves[1][3:6]), moves[1][6], instance.place)
+        points = generate.rotate(points, np.array(moves[1][:3]), np.array(moves[1][3:6]), moves[1][6], instance.place)
     return points
 
 
@@ -223,7 +223,7 @@ def _mesh(whole: list[_Cells], decks: list[Deck], path: Path) -> Mesh:
                 blocks.append(CellBlock(label, at, at + size))
                 at += size
     apart = sum((deck.apart for deck in decks), Counter[str]())
-    notes = counted("Couplings, gaps, springs and user elements are no cells and were left out", apart)
+    notes = count_note("Couplings, gaps, springs and user elements are no cells and were left out", apart)
     if at == 0:
         raise ReadError(f"{path}: no elements were found in it{'' if not apart else ': ' + notes[0]}")
     names = sorted({m for p in parts for m in p.cell_data.get(MATERIAL, np.empty(0, "U1")).tolist()} - {""})
@@ -235,11 +235,11 @@ def _mesh(whole: list[_Cells], decks: list[Deck], path: Path) -> Mesh:
         if names:
             material = own.get(MATERIAL, np.zeros(n, "U1"))
             part.cell_data[MATERIAL] = (np.searchsorted(names, material) + 1) * (material != "")
-    mesh = merged(parts, path=path, field_data={f"{MATERIAL}:names": np.array(names)} if names else None)
+    mesh = merge_parts(parts, path=path, field_data={f"{MATERIAL}:names": np.array(names)} if names else None)
     more = max(len(sets) - meshio.MAX_SETS, 0)
     notes += (f"{more} of {len(sets)} element sets were left out.",) if more else ()
     lesser = sum((deck.lesser for deck in decks), Counter[str]())
-    notes += counted("Nodes in faces are given of some elements only; those were read without", lesser)
+    notes += count_note("Nodes in faces are given of some elements only; those were read without", lesser)
     is_interface = np.concatenate([np.full(len(s.labels), s.is_interface) for one in whole for s in one.sections])
     return mark_interfaces(mesh.replace(blocks=tuple(blocks), notes=(*mesh.notes, *notes)), is_interface)
 

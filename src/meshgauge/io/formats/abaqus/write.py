@@ -88,7 +88,10 @@ def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
     kept_points = [LABEL] if np.array_equal(points, mesh.point_data.get(LABEL, ())) else []
     renamed = [name for name, label in zip(names, sets, strict=False) if label and label != name]
     notes = (f"Abaqus's names hold no commas or quotes: {', '.join(renamed[:8])} changed.",) if renamed else ()
-    return (*notes, *writing.lost(mesh, point=kept_points, cell=kept, field=(*names, *(f"{k}:names" for k in kept))))
+    return (
+        *notes,
+        *writing.loss_notes(mesh, point=kept_points, cell=kept, field=(*names, *(f"{k}:names" for k in kept))),
+    )
 
 
 def _in_regions(mesh: Mesh, ids: NDArray[np.int64]) -> list[str]:

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL, NO_LABEL
-from ...plumbing.build import Ints, gathered
+from ...plumbing.build import Ints, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
 from ...plumbing.meshio import MAX_SETS
 from ...plumbing.nodes import fill_middles
-from ...plumbing.notes import counted, mark_interfaces
+from ...plumbing.notes import count_note, mark_interfaces
 from . import cells
 from .columns import Block, read_block
 from .commands import Command, commands
@@ -96,7 +96,7 @@ def _block(command: Command) -> Block:
     return read_block(command.text)
 
 
-def _stated(command: Command, n: int, what: str) -> None:
+def _check_count(command: Command, n: int, what: str) -> None:
     """Raise if the command of a block states in its fourth field another number than it holds."""
     stated = command.word(4)
     if stated.isdigit() and 0 < int(stated) != n:
@@ -109,7 +109,7 @@ def _nodes(command: Command, model: Model) -> None:
         raise command.fail("nodes have a label and three coordinates a line, which the format does not hold")
     labels = block.table(block.integers[:1], np.int64)[:, 0]
     model.add_nodes(labels, block.table(block.reals[:3], np.float64))
-    _stated(command, len(labels), "nodes")
+    _check_count(command, len(labels), "nodes")
 
 
 def _elements(command: Command, model: Model) -> None:
@@ -131,7 +131,7 @@ def _elements(command: Command, model: Model) -> None:
         heads = np.stack([rows[:, 3], kind, rows[:, 1], rows[:, 0], np.clip(sizes - 5, 0, MOST_NODES)], axis=1)
         nodes = np.zeros((len(rows), MOST_NODES), np.int64)
         nodes[:, : min(n - 5, MOST_NODES)] = rows[:, 5:25]
-    _stated(command, len(heads), "elements")
+    _check_count(command, len(heads), "elements")
     model.add_elements(heads, nodes)
 
 
@@ -179,7 +179,7 @@ def _mesh(archive: _Archive, path: Path) -> Mesh:
     heads, nodes, families = heads[kept], nodes[kept], families[kept]
     if not len(heads):
         raise ReadError(f"{path}: no elements were found in it (EBLOCK, E or EN){''.join(f': {n}' for n in notes)}")
-    codes, nodes, straight = _recognised(heads, nodes, families, path)
+    codes, nodes, straight = _recognise(heads, nodes, families, path)
     places = Index(labels).of(nodes.ravel()).reshape(nodes.shape)
     width = np.array([kind.n_nodes for kind in cells.KINDS], np.int64)[codes]
     is_used = np.arange(MOST_NODES) < width[:, None]
@@ -189,7 +189,7 @@ def _mesh(archive: _Archive, path: Path) -> Mesh:
         raise ReadError(
             f"{path}: element {int(heads[cell, 3])} refers to node {int(nodes[cell, node])}, which does not exist"
         )
-    made = gathered(places.ravel(), np.arange(len(codes)) * MOST_NODES, codes, dict(enumerate(cells.KINDS)))
+    made = gather(places.ravel(), np.arange(len(codes)) * MOST_NODES, codes, dict(enumerate(cells.KINDS)))
     points, more = fill_middles(points, made)
     notes.extend(more)
     data: dict[str, NDArray[Any]] = {
@@ -201,7 +201,7 @@ def _mesh(archive: _Archive, path: Path) -> Mesh:
     }
     if len(archive.sets) > MAX_SETS:
         notes.append(f"{len(archive.sets) - MAX_SETS} of {len(archive.sets)} components were left out.")
-    notes += counted("Surfaces with nodes on some of their edges only were read by their corners", straight)
+    notes += count_note("Surfaces with nodes on some of their edges only were read by their corners", straight)
     mesh = Mesh(
         points,
         made.types,
@@ -236,10 +236,10 @@ def _families(heads: Ints, archive: _Archive, path: Path) -> tuple[NDArray[np.st
             unknown.append(f"{n} of type {routine}" if routine else f"{n} of type number {kind}, which no ET defines")
     if unknown:
         raise ReadError(f"{path}: has elements of types that are not known: {', '.join(unknown[:_SHOWN])}")
-    return out, list(counted("Contacts, springs, masses and surface loads are no cells and were left out", beside))
+    return out, list(count_note("Contacts, springs, masses and surface loads are no cells and were left out", beside))
 
 
-def _recognised(heads: Ints, nodes: Ints, families: NDArray[np.str_], path: Path) -> tuple[Ints, Ints, Counter[str]]:
+def _recognise(heads: Ints, nodes: Ints, families: NDArray[np.str_], path: Path) -> tuple[Ints, Ints, Counter[str]]:
     """What each element becomes.
 
     Returns

@@ -12,7 +12,7 @@ from ....errors import MeshgaugeError, ReadError
 from ....mesh import CellBlock, Mesh
 from ...plumbing import within
 from ...plumbing.format import Format
-from ...plumbing.merge import merged
+from ...plumbing.merge import merge_parts
 from ..others import by_pyvista
 from ..vtk.hdf import MAGIC
 from . import zone as cgns_zone
@@ -61,7 +61,7 @@ def _zones(base: Node) -> list[cgns_zone.Zone]:
 
 def _mesh(zones: list[cgns_zone.Zone], path: Path) -> Mesh:
     notes = list(dict.fromkeys(note for zone in zones for note in zone.notes))
-    mesh = merged([zone.part for zone in zones], path=path)
+    mesh = merge_parts([zone.part for zone in zones], path=path)
     blocks, at = [], 0
     for zone in zones:
         for name, start, stop in zone.blocks:

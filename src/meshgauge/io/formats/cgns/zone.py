@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ....cells import BY_NAME, CELL_TYPES, IS_SOLID
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import face_based
-from ...plumbing.build import Cells, Ints, Kind, gathered
+from ...plumbing.build import Cells, Ints, Kind, gather
 from ...plumbing.merge import Part
 from .cells import KINDS, MIXED, NFACE, NGON
 from .tree import Node
@@ -175,7 +175,7 @@ def _section(node: Node) -> _Section:
         if len(ids) != made.n * width:
             raise node.fail(f"has {len(ids)} nodes of {made.n} elements of {width}")
         codes, first = np.full(made.n, made.code, np.int64), np.arange(made.n) * width
-    made.cells = gathered(ids - 1, first, codes, KINDS)
+    made.cells = gather(ids - 1, first, codes, KINDS)
     return made
 
 
@@ -255,7 +255,7 @@ def _unstructured(
     if wrong.any():
         bad = int(connectivity[np.argmax(wrong)]) + 1
         raise node.fail(f"an element refers to point {bad}, which is outside 1..{len(points)}")
-    part = Part("", points, types, face_based.offsets_of(sizes), connectivity, _joined([(c, p) for c, p, _ in made]))
+    part = Part("", points, types, face_based.offsets_of(sizes), connectivity, _join([(c, p) for c, p, _ in made]))
     lagrange = sorted({CELL_TYPES[int(t)].name for t in np.unique(types) if CELL_TYPES[int(t)].name.startswith("lagr")})
     if lagrange:
         part.notes.append(f"Of {', '.join(lagrange)} cells the corners are in place, the other nodes as filed.")
@@ -263,7 +263,7 @@ def _unstructured(
     return part, np.where(numbers <= last, listed[np.minimum(numbers, last)], 0), names
 
 
-def _joined(made: list[tuple[Cells, Polyhedra | None]]) -> Polyhedra | None:
+def _join(made: list[tuple[Cells, Polyhedra | None]]) -> Polyhedra | None:
     if all(poly is None for _, poly in made):
         return None
     n_faces, sizes, items, numbers = [], [_NONE], [_NONE], [_NONE]
@@ -295,7 +295,7 @@ def _all_faces(node: Node, faces: list[_Section]) -> tuple[Ints, Ints, Ints]:
     return face_based.offsets_of(sizes), np.concatenate([_NONE, *(section.items for section in faces)]) - 1, numbers
 
 
-def _checked(node: Node, ids: Ints, n: int, what: str) -> Ints:
+def _check(node: Node, ids: Ints, n: int, what: str) -> Ints:
     wrong = (ids < 0) | (ids >= n)
     if wrong.any():
         raise node.fail(f"{what} {int(ids[np.argmax(wrong)]) + 1}, which does not exist")
@@ -307,12 +307,12 @@ def _polyhedra(
 ) -> tuple[Cells, Polyhedra | None]:
     """A face of positive number has its normal out of the cell, one of negative number into it."""
     offsets, items, numbers = _all_faces(node, faces)
-    _checked(node, items, len(points), "a face refers to point")
+    _check(node, items, len(points), "a face refers to point")
     order = np.full(int(numbers.max()) + 2 if len(numbers) else 1, -1, np.int64)
     order[numbers] = np.arange(len(numbers))
     asked = np.abs(cells.items)
-    _checked(node, asked, len(order), "a polyhedron refers to face")
-    of_cells = _checked(node, order[asked], len(numbers), "a polyhedron refers to face")
+    _check(node, asked, len(order), "a polyhedron refers to face")
+    of_cells = _check(node, order[asked], len(numbers), "a polyhedron refers to face")
     given = face_based.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0, numbers)
     solids = face_based.solids(given, points)
     return Cells(solids.types, solids.offsets, solids.connectivity), solids.polyhedra
@@ -323,7 +323,7 @@ def _by_parents(node: Node, faces: list[_Section], points: NDArray[Any]) -> tupl
     if any(section.parents is None or section.parents.shape[1] != section.n for section in faces):
         raise node.fail("has faces (NGON_n), but neither cells (NFACE_n) nor the parents of all faces")
     offsets, items, of_faces = _all_faces(node, faces)
-    _checked(node, items, len(points), "a face refers to point")
+    _check(node, items, len(points), "a face refers to point")
     left, right = (np.concatenate([s.parents[k] for s in faces if s.parents is not None]) for k in (0, 1))
     numbers = np.unique(np.concatenate([left, right]))
     numbers = numbers[numbers > 0]

@@ -325,10 +325,10 @@ def _elements_2_binary(cursor: _Cursor) -> list[_Run]:
             raise cursor.fail(f"a block of {count} elements with {n_tags} tags")
         runs.append(_run_2(kind, cursor.raw("i4", count * width).reshape(count, width), n_tags))
         done += count
-    return _joined(runs)
+    return _join_runs(runs)
 
 
-def _joined(runs: list[_Run]) -> list[_Run]:
+def _join_runs(runs: list[_Run]) -> list[_Run]:
     """Neighbouring runs of one type as one: Gmsh writes a header for every single element."""
     groups: list[list[_Run]] = []
     for run in runs:
@@ -365,7 +365,7 @@ def _elements_2_text(cursor: _Cursor) -> list[_Run]:
         at, done = at + count * width, done + count
     if done != n or at != len(values):
         raise cursor.fail(f"{n} elements are stated, {done} found")
-    return _joined(runs)
+    return _join_runs(runs)
 
 
 def _alike(values: NDArray[np.float64], width: int) -> int:

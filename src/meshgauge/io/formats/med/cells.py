@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ....cells import BY_NAME as ROWS
 from ...plumbing.build import Kind
-from ...plumbing.mirror import mirrored, order
+from ...plumbing.mirror import mirror_places, order
 
 _FACES = ((0, 1, 2, 3), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), (4, 5, 6, 7))
 """Faces of the hexahedron of 27 nodes by MED's nodes, in MED's order of the nodes in their middles."""
@@ -16,7 +16,7 @@ _FACES = ((0, 1, 2, 3), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7), 
 
 def _solid(name: str, n: int) -> Kind:
     ours = ROWS[name].places[:n]
-    theirs = mirrored(ours)
+    theirs = mirror_places(ours)
     if n == 27:
         corners = [[theirs[node] for node in face] for face in _FACES]
         middles = [tuple(sum(x) // 4 for x in zip(*face, strict=True)) for face in corners]

@@ -17,9 +17,9 @@ from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
 from ....mesh.regions import named_regions
 from ...plumbing import face_based, meshio, within
-from ...plumbing.build import Ints, Kind, gathered
+from ...plumbing.build import Ints, Kind, gather
 from ...plumbing.format import Format
-from ...plumbing.merge import Part, merged
+from ...plumbing.merge import Part, merge_parts
 from ..vtk.hdf import MAGIC
 from .cells import BY_NAME, KINDS
 
@@ -52,14 +52,14 @@ def read(path: Path) -> Mesh:
             parts = [_mesh(path, file, name, meshes[name]) for name in meshes]
             if len(parts) == 1:
                 return parts[0]
-            return _joined(parts, list(meshes), path)
+            return _join_meshes(parts, list(meshes), path)
     except MeshgaugeError:
         raise
     except (OSError, KeyError, ValueError, TypeError, IndexError, AttributeError, RuntimeError) as error:
         raise ReadError(f"{path}: not a whole MED file: {' '.join(str(error).split())}") from error
 
 
-def _joined(meshes: list[Mesh], names: list[str], path: Path) -> Mesh:
+def _join_meshes(meshes: list[Mesh], names: list[str], path: Path) -> Mesh:
     """Meshes of one file: a block each, named groups counted through."""
     parts: list[Part] = []
     listed: list[str] = []
@@ -72,7 +72,7 @@ def _joined(meshes: list[Mesh], names: list[str], path: Path) -> Mesh:
             Part(name, mesh.points, mesh.types, np.asarray(mesh.offsets), np.asarray(mesh.connectivity), mesh.polyhedra,
                  dict(mesh.point_data), data, notes=list(mesh.notes))
         )  # fmt: skip
-    joined = merged(parts, path=path)
+    joined = merge_parts(parts, path=path)
     return joined.replace(field_data={f"{GROUP}:names": np.array(listed)} if listed else {})
 
 
@@ -96,9 +96,9 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
         if "FAM" in own:
             families = np.asarray(own["FAM"][...], np.int64).ravel()
             _same(path, len(families), len(part.types), f"families of {code}")
-            part.cell_data[GROUP] = _translated(families, numbers)
+            part.cell_data[GROUP] = _translate(families, numbers)
     point_data = _fields(path, file, name, parts, len(points), notes)
-    mesh = merged([part for _, part in parts], path=path, points=points)
+    mesh = merge_parts([part for _, part in parts], path=path, points=points)
     kept = dict(mesh.cell_data)
     if GROUP in kept and kept[GROUP].dtype.kind == "f":  # a type without families
         kept[GROUP] = np.nan_to_num(kept[GROUP]).astype(np.int32)
@@ -140,7 +140,7 @@ def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: boo
         _same(path, int(group["NOD"].attrs.get("NBR", n)), n, f"cells of type {code}")
         chosen = kind if as_stated else Kind(kind.name, kind.n_nodes)
         rows = np.ascontiguousarray(ids.reshape(kind.n_nodes, n).T).ravel()
-        made = gathered(rows, np.arange(n) * kind.n_nodes, np.zeros(n, np.int64), {0: chosen})
+        made = gather(rows, np.arange(n) * kind.n_nodes, np.zeros(n, np.int64), {0: chosen})
         parts.append((code, Part(chosen.name, _NONE, made.types, made.offsets, made.connectivity)))
     if not any(len(part.types) for _, part in parts):
         raise ReadError(f"{path}: has no cells")
@@ -216,7 +216,7 @@ def _group_names(family: Any) -> list[str]:
     return [row.tobytes().split(b"\0")[0].decode("utf-8", "replace").strip() for row in rows]
 
 
-def _translated(families: Ints, numbers: dict[int, int]) -> NDArray[np.int32]:
+def _translate(families: Ints, numbers: dict[int, int]) -> NDArray[np.int32]:
     keys, inverse = np.unique(families, return_inverse=True)
     return np.array([numbers.get(int(key), 0) for key in keys], np.int32)[inverse.reshape(-1)]
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
-from ...plumbing.build import Ints, Kind, gathered
+from ...plumbing.build import Ints, Kind, gather
 from ...plumbing.text import numbers
 
 REF = "medit:ref"
@@ -129,7 +129,7 @@ def _mesh(
         )
     codes = np.repeat(np.arange(len(kinds)), sizes)
     widths = np.array([kind.n_nodes for kind in kinds], np.int64)[codes] if kinds else np.empty(0, np.int64)
-    cells = gathered(flat, np.cumsum(widths) - widths, codes, dict(enumerate(kinds)))
+    cells = gather(flat, np.cumsum(widths) - widths, codes, dict(enumerate(kinds)))
     refs = np.concatenate([np.empty(0, np.int64), *(table[:, -1] for _, table in tables)])
     ends = np.cumsum([0, *sizes]).tolist()
     curved = [f"Of {kind.name} cells the corners are in place." for kind in kinds if kind.name.startswith("lagrange")]

@@ -60,7 +60,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     order = mesh.types[~is_point]
     if not np.array_equal(order, np.concatenate([order[:0], *(order[order == t] for t in _ids())])):
         notes.append("The format keeps cells by type: their order changed.")
-    return (*notes, *writing.lost(mesh, point={point_name or ""}, cell={cell_name or ""}))
+    return (*notes, *writing.loss_notes(mesh, point={point_name or ""}, cell={cell_name or ""}))
 
 
 def _ids() -> list[int]:

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL, NO_LABEL
-from ...plumbing.build import Cells, Ints, Kind, gathered
+from ...plumbing.build import Cells, Ints, Kind, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
-from ...plumbing.merge import Part, merged
+from ...plumbing.merge import Part, merge_parts
 from ...plumbing.nodes import Reals, fill_middles
-from ...plumbing.notes import counted, mark_interfaces
+from ...plumbing.notes import count_note, mark_interfaces
 from .cards import Card, cards
 from .elements import ELEMENTS, INTERFACES, NO_CELLS, POINTS_FIRST, SOLIDS
 from .systems import KINDS as SYSTEMS
@@ -75,12 +75,12 @@ def read(path: Path) -> Mesh:
     if not any(bulk.elements for bulk in bulks):
         raise ReadError(f"{path}: no elements were found in it")
     made = [_part(bulk, path) for bulk in bulks if bulk.elements or bulk.labels]
-    mesh = merged([part for part, _ in made], path=path)
+    mesh = merge_parts([part for part, _ in made], path=path)
     beside = sum((bulk.beside for bulk in bulks), Counter[str]())
     straight = sum((bulk.straight for bulk in bulks), Counter[str]())
     notes = (
-        *counted("Surfaces with nodes on some of their edges only were read by their corners", straight),
-        *counted("Springs, gaps, masses, rigid elements and the like are no cells and were left out", beside),
+        *count_note("Surfaces with nodes on some of their edges only were read by their corners", straight),
+        *count_note("Springs, gaps, masses, rigid elements and the like are no cells and were left out", beside),
     )
     data = dict(mesh.cell_data)
     if _MATERIALS in data:
@@ -181,7 +181,7 @@ def _cells(bulk: _Bulk, index: Index, path: Path) -> Cells:
         card = elements[int(np.searchsorted(np.cumsum(sizes), at, side="right"))][0]
         raise card.fail(f"{card.text(0)} refers to point {int(ids[at])}, which does not exist")
     of_cells = np.array([codes[kind] for _, kind, _, _ in elements], np.int64)
-    return gathered(places, np.cumsum(sizes) - sizes, of_cells, dict(enumerate(kinds)))
+    return gather(places, np.cumsum(sizes) - sizes, of_cells, dict(enumerate(kinds)))
 
 
 def _whole(numbers: list[int], path: Path) -> Ints:

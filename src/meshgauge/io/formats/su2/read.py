@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
-from ...plumbing.build import Cells, Kind, checked_codes, gathered
+from ...plumbing.build import Cells, Kind, check_codes, gather
 from ...plumbing.face_based import offsets_of
 from ...plumbing.format import Format
-from ...plumbing.merge import Part, merged
+from ...plumbing.merge import Part, merge_parts
 from ...plumbing.text import Text
 from . import write
 
@@ -100,8 +100,8 @@ def _elements(text: Text, value: bytes) -> Cells:
     if n and int(rows.sizes.min()) < 1:
         raise text.fail("an element without a type", first)
     codes = rows.values[rows.starts[:-1]]
-    checked_codes(codes, rows.sizes - 1, _KINDS, lambda what, row: text.fail(what, first + row), more=1)
-    return gathered(rows.values, rows.starts[:-1] + 1, codes, _KINDS)
+    check_codes(codes, rows.sizes - 1, _KINDS, lambda what, row: text.fail(what, first + row), more=1)
+    return gather(rows.values, rows.starts[:-1] + 1, codes, _KINDS)
 
 
 def _points(text: Text, value: bytes, dimension: int) -> NDArray[np.float64]:
@@ -136,7 +136,7 @@ def _mesh(zones: list[_Zone], path: Path) -> Mesh:
             names.append(name or f"zone {zone.number}")
             sizes.append(len(cells.types))
             markers.append(marker)
-    mesh = merged(parts, path=path)
+    mesh = merge_parts(parts, path=path)
     starts = np.concatenate([[0], np.cumsum(sizes)]).astype(int).tolist()
     blocks = [CellBlock(name, a, b) for name, a, b in zip(names, starts[:-1], starts[1:], strict=True) if b > a]
     data = {"su2:marker": np.repeat(np.array(markers, np.int32), sizes)}

@@ -41,7 +41,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     if np.any(np.diff(order) < 0):
         notes.append("The format keeps solid cells before the markers: the order of the cells changed.")
     kept = {name for name in mesh.cell_data if name in _NAMES} | ({writing.REGION} if len(zones) > 1 else set())
-    return (*notes, *writing.lost(mesh, cell=kept))
+    return (*notes, *writing.loss_notes(mesh, cell=kept))
 
 
 def _zones(

@@ -20,8 +20,8 @@ from ....mesh import Mesh
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import vtk, within
 from ...plumbing.format import Format
-from ...plumbing.merge import Part, merged
-from ...plumbing.steps import Step, numbered
+from ...plumbing.merge import Part, merge_parts
+from ...plumbing.steps import Step, number_steps
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 _COMPOSITE = ("PartitionedDataSetCollection", "MultiBlockDataSet")
@@ -41,7 +41,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def steps(path: Path) -> tuple[Step, ...]:
     """Those of the file; a composite file states them for each of its grids as well."""
-    with _opened(path) as root:
+    with _open(path) as root:
         own = root.get("Steps")
         if own is None:
             return ()
@@ -52,7 +52,7 @@ def steps(path: Path) -> tuple[Step, ...]:
         kind = _kind(root)
         groups = [root] if kind not in _COMPOSITE else [group for _, group in _grids(root)]
         tables = [_step_table(group, n) for group in groups]
-        return numbered(times[:n], geometries=[tuple(table[at] for table in tables) for at in range(n)])
+        return number_steps(times[:n], geometries=[tuple(table[at] for table in tables) for at in range(n)])
 
 
 def _step_table(group: Any, n: int) -> list[tuple[int, ...]]:
@@ -67,7 +67,7 @@ _PLACES = ("PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "Conne
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[Any]:
+def _open(path: Path) -> Iterator[Any]:
     """The root group of a file; whatever is wrong with it as a `ReadError`."""
     import h5py
 
@@ -83,13 +83,13 @@ def _opened(path: Path) -> Iterator[Any]:
 
 def read(path: Path, at: int) -> Mesh | None:
     """Every unstructured grid of the file; a block for each grid of a composite, and for each of several partitions."""
-    with _opened(path) as root:
+    with _open(path) as root:
         kind = _kind(root)
         if kind == "UnstructuredGrid":
-            return merged(_parts("", root, at), path=path, field_data=_field_data(root))
+            return merge_parts(_parts("", root, at), path=path, field_data=_field_data(root))
         if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
             parts = [part for name, group in _grids(root) for part in _parts(name, group, at)]
-            return merged(parts, path=path, field_data=_field_data(root))
+            return merge_parts(parts, path=path, field_data=_field_data(root))
     return None
 
 
@@ -97,7 +97,7 @@ def read_by_vtk(path: Path, at: int) -> Mesh:
     """Polygonal data, images and structured grids."""
     from vtkmodules.vtkIOHDF import vtkHDFReader
 
-    with _opened(path):
+    with _open(path):
         reader = vtkHDFReader()
         reader.SetStep(at)
         return vtk.mesh(vtk.output(reader, path), path)

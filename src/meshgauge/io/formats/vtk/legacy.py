@@ -24,7 +24,7 @@ def read(path: Path) -> Mesh:
     """Any legacy data set: images and rectilinear grids become voxels, structured grids hexahedra."""
     from vtkmodules.vtkIOLegacy import vtkGenericDataObjectReader
 
-    stated = _stated(path)
+    stated = _stated_counts(path)
     reader = vtkGenericDataObjectReader()
     reader.ReadAllScalarsOn()
     reader.ReadAllVectorsOn()
@@ -42,7 +42,7 @@ def read(path: Path) -> Mesh:
     return mesh
 
 
-def _stated(path: Path) -> dict[str, int]:
+def _stated_counts(path: Path) -> dict[str, int]:
     """How many items each section says that it has.
 
     Raises

@@ -62,7 +62,7 @@ class _Source:
 
     def array(self, n: int, kind: bytes) -> NDArray[Any]:
         """The next ``n`` numbers, in native byte order."""
-        dtype = np.dtype(_known(kind))
+        dtype = np.dtype(_dtype(kind))
         if not 0 <= n <= len(self.data):
             raise _Unknown
         if self.is_binary:
@@ -86,7 +86,7 @@ class _Source:
         return values.astype(dtype)
 
 
-def _known(kind: bytes) -> str:
+def _dtype(kind: bytes) -> str:
     dtype = _DTYPES.get(kind.lower())
     if dtype is None:
         raise _Unknown

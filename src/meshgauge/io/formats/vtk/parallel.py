@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import within
-from ...plumbing.merge import joined
+from ...plumbing.merge import join_pieces
 
 KINDS = ("PUnstructuredGrid", "PPolyData")
 
@@ -35,4 +35,4 @@ def read(path: Path, read_piece: Callable[[Path], Mesh]) -> Mesh:
         raise ReadError(f"{path}: names no files of its pieces")
     within.check_present(path, names)
     meshes = [read_piece(path.parent / name) for name in names]
-    return joined(meshes, names, path=path, names_blocks=False)
+    return join_pieces(meshes, names, path=path, names_blocks=False)

@@ -12,7 +12,7 @@ from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import vtk, within
 from ...plumbing.format import HEAD, Format
-from ...plumbing.steps import Step, numbered
+from ...plumbing.steps import Step, number_steps
 from . import parallel, vtu_raw
 
 _READERS = {
@@ -46,7 +46,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def steps(path: Path) -> tuple[Step, ...]:
     """VTK's writer can put several into one file, by arrays that name their step."""
-    return numbered(_times(path))
+    return number_steps(_times(path))
 
 
 def _times(path: Path) -> list[float]:
@@ -102,7 +102,7 @@ def _check(path: Path, *, refers: bool) -> None:
             within.check_present(path, [name.decode("utf-8", "replace") for name in _FILE.findall(data[:stop])])
 
 
-def _escaped(name: str) -> str:
+def _escape(name: str) -> str:
     return escape(name, {'"': "&quot;"})
 
 
@@ -110,7 +110,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """A VTU with raw appended data compressed by zlib, as PyVista writes it."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-    grid, lost = vtk.grid(mesh, called=_escaped)  # VTK's writer puts names into its XML as they are
+    grid, lost = vtk.grid(mesh, called=_escape)  # VTK's writer puts names into its XML as they are
     writer = vtkXMLUnstructuredGridWriter()
     writer.SetDataModeToAppended()
     writer.EncodeAppendedDataOff()
