@@ -6,8 +6,9 @@
     python benchmarks/mutants.py --seed 7 --jobs 2 --out survivors.tsv
 
 Cosmic Ray makes the mutants. Each is written into a copy of the checkout and meets the tests of its folder until one
-fails; a mutant that hangs is caught. Compiled kernels are cached by file, so the caches of the mutated file and of all
-that import it are dropped. A survivor is a line that no test holds: write the test, or show that the change is none.
+fails, first the files that name what was changed; a mutant that hangs is caught. Compiled kernels are cached by file,
+so the caches of the mutated file and of all that import it are dropped. A survivor is a line that no test holds: write
+the test, or show that the change is none.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import argparse
 import ast
 import os
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -196,15 +198,32 @@ def survives(mutant: Mutant, copy: Path, seconds: float) -> bool:
     path.write_text(mutant.code, encoding="utf-8")
     _drop_caches(copy, mutant.file)
     try:
-        return all(_passes(copy, tests, seconds) for tests in TESTS[mutant.folder])
+        return _passes(copy, test_files(copy, mutant), seconds)
     finally:
         path.write_text(original, encoding="utf-8")
         _drop_caches(copy, mutant.file)
 
 
-def _passes(copy: Path, tests: str, seconds: float) -> bool:
+def test_files(copy: Path, mutant: Mutant) -> list[str]:
+    """The files of tests of a mutant's folder, those first that are named as its module or one that imports it."""
+    folders = [copy / tests for tests in TESTS[mutant.folder]]
+    files = dict.fromkeys(
+        path for folder in folders for path in (sorted(folder.rglob("test_*.py")) if folder.is_dir() else [folder])
+    )
+    package, own = copy / PACKAGE, {mutant.file.stem}
+    above = {path.stem for path in package.rglob("*.py") if mutant.file in _imported(package, path)} - {"__init__"}
+
+    def fit(path: Path) -> tuple[int, int, int]:
+        words = set(re.split(r"[_.]", path.stem))
+        named = len(re.findall(rf"\b{mutant.file.stem}\b", path.read_text(encoding="utf-8")))
+        return len(words & own), named, len(words & above)
+
+    return [str(path.relative_to(copy)) for path in sorted(files, key=fit, reverse=True)]
+
+
+def _passes(copy: Path, tests: list[str], seconds: float) -> bool:
     environment = {**os.environ, "PYTHONPATH": str(copy / "src"), "NUMBA_CACHE_DIR": str(copy / "numba")}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", tests]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
     try:
         done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=seconds)
     except subprocess.TimeoutExpired:

@@ -27,11 +27,25 @@ def manifest(folder: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file, delimiter="\t"))
 
 
+HEADER = ["format", "name", "extensions", "reader", "why", "written"]
+
+
+def documented() -> list[dict[str, str]]:
+    """Rows of the table of formats in the documentation; other tables of the page are not looked at."""
+    lines = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8").splitlines()
+    cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+    start = cells.index(HEADER) + 2
+    end = next(n for n in range(start, len(cells)) if not cells[n])
+    return [dict(zip(HEADER, row, strict=True)) for row in cells[start:end]]
+
+
+def names(row: dict[str, str]) -> list[str]:
+    return re.findall(r"`([^`]+)`", row["name"])
+
+
 def readers() -> dict[str, str]:
     """Reader by format, the first where the documentation has two rows of it."""
-    lines = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8").splitlines()
-    table = [row for line in lines if line.startswith("|") and "`" in line if len(row := line.split("|")) > 6]
-    return {name: row[4].strip() for row in reversed(table) for name in re.findall(r"`([^`]+)`", row[2])}
+    return {name: row["reader"] for row in reversed(documented()) for name in names(row)}
 
 
 def test_every_format_is_in_the_table_of_the_documentation() -> None:
@@ -39,9 +53,8 @@ def test_every_format_is_in_the_table_of_the_documentation() -> None:
 
 
 def test_what_is_written_is_in_the_table_as_well() -> None:
-    lines = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8").splitlines()
-    table = [row for line in lines if line.startswith("|") and "`" in line if len(row := line.split("|")) > 6]
-    written = {name for row in table if row[6].strip() == "yes" for name in re.findall(r"`([^`]+)`", row[2])}
+    assert {row["written"] for row in documented()} == {"yes", "no"}
+    written = {name for row in documented() if row["written"] == "yes" for name in names(row)}
     assert written == {name for name, f in io.FORMATS.items() if f.write is not None}
 
 

@@ -46,7 +46,10 @@ def test_with_the_boundary_fixed(shared: Path, name: str, floor: float, worst: f
 
 def test_sliding_reaches_more(shared: Path) -> None:
     result = improved(shared, "msq_mixed-hex-pyr-tet", floor=1.0, boundary="slide")
+    fixed = improved(shared, "msq_mixed-hex-pyr-tet", floor=1.0)
+    # 0.2428 and 0.2039; it reached 0.2446 as long as volumes and the rims of patches could change.
     assert figures(result)[0] >= 0.2425
+    assert figures(result)[0] > figures(fixed)[0] + 0.03
     assert result.report.volume[1] == pytest.approx(result.report.volume[0], rel=1e-6)
     assert result.report.displacement.n_boundary > 0
 

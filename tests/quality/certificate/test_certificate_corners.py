@@ -104,3 +104,14 @@ def test_fold() -> None:
     values = np.array([(0.5, 0.2), (0.5, 0.0), (0.5, -0.2), (-0.1, -0.2), (np.nan, -1.0)])
     assert fold(values).tolist()[:4] == [0.2, 0.0, -0.2, -0.1]
     assert np.isnan(fold(values)[4])
+
+
+@pytest.mark.parametrize("height", [2.0**-60, -(2.0**-60)])
+def test_a_corner_that_is_flat_to_rounding_has_its_exact_value(height: float) -> None:
+    """Too flat for the rounded determinant: whole numbers decide, for either sign."""
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0.25, 0.25, height)])
+    cell = np.concatenate([corners, [corners[list(edge[:2])].mean(0) for edge in row_of("tetra10").edges]])
+    js = corner_tangents_js("tetra10", *separate(cell[None]))[0]
+    at_origin = height / np.linalg.norm(corners[3])
+    assert js[0] == pytest.approx(at_origin, rel=1e-12)
+    assert (np.sign(js) == np.sign(height)).all()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from polyhedral_meshes import CUBE, CUBE_FACES, converted, measured, octree, polyhedra
 
 import meshgauge
-from meshgauge.cells import SHAPES
+from meshgauge.cells import BY_NAME, SHAPES
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.quality import polyhedra as polyhedral_quality
@@ -34,8 +34,12 @@ def assert_same_as_own_types(mesh: Mesh) -> None:
     solids = np.isfinite(own.values)
     np.testing.assert_allclose(quality.values[solids], own.values[solids], rtol=2e-15, atol=2e-15)
     # With corners that are all positive, warped faces may still leave no point that sees the whole cell.
-    positive = np.isin(quality.status[solids], [Status.OK, Status.INVERTED_INSIDE])
-    np.testing.assert_array_equal(positive, own.values[solids] > 0.0)
+    positive = own.values[solids] > 0.0
+    inside = quality.status[solids] == Status.INVERTED_INSIDE
+    np.testing.assert_array_equal((quality.status[solids] == Status.OK) | inside, positive)
+    assert not (inside & quality.is_star_shaped[solids]).any()
+    # Flat faces leave none such: a tetrahedron with positive corners is valid.
+    assert not inside[np.asarray(mesh.types)[solids] == BY_NAME["tetra"].vtk_id].any()
     negative = np.isin(quality.status[solids], [Status.INVERTED, Status.CONCAVE])
     np.testing.assert_array_equal(negative, own.values[solids] < 0.0)
     assert (quality.reference_kind[solids] == ReferenceKind.REGULAR_FACED).all()
