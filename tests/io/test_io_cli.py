@@ -86,6 +86,7 @@ def test_limits_of_third_party_readers_are_options(tmp_path: Path, capsys: Captu
     assert str(path) in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("extension", KEPT)
 def test_a_file_written_in_its_own_format_keeps_its_regions(extension: str, tmp_path: Path, capsys: Captured) -> None:
     given, out, name = tmp_path / f"a{extension}", tmp_path / f"b{extension}", KEPT[extension]

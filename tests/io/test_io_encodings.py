@@ -17,6 +17,8 @@ from meshgauge.io.plumbing import isolate, vtk
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 
 def save_vtu(path: Path, mesh: Mesh, mode: str, compressor: str, header: int, order: str = "Little") -> None:
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter

@@ -13,6 +13,8 @@ from meshgauge.doctor import diagnosis, oriented
 from meshgauge.mesh import Mesh
 from meshgauge.status import Status
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 
 def strip(first: int, n: int) -> Mesh:
     """Bricks in a row; the middle ones of a ghost are upside down to see whether they are looked at."""

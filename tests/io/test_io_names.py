@@ -13,6 +13,8 @@ from meshgauge.errors import WriteError
 from meshgauge.io import registry
 from meshgauge.mesh import CellBlock, Mesh
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 NAMES = ("p<0", "a & b", '5" pipe', "it's", "a>b", "u_{1}", "{}", "100 %", "a, b", "é ü 漢", "METADATA", "a\tb", "a\nb")
 HOSTILE = ("a\x00b", "\x1b[31m", "a\u2028b", "a\u0085b", "\udcff", "\x9b")
 

@@ -17,6 +17,8 @@ from meshgauge.errors import ReadError, WriteError
 from meshgauge.io import Step
 from meshgauge.mesh import Mesh
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 h5py = pytest.importorskip("h5py")
 
 HEIGHTS = (1.0, 0.5, -1.0)

@@ -18,6 +18,8 @@ from meshgauge.errors import ReadError
 from meshgauge.io.plumbing.wedge_order import normalise, permutation, volumes
 from meshgauge.mesh import CellBlock, Mesh
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 LEGACY = [0, 2, 1, 3, 5, 4]
 WEDGE_ROWS = [(row.vtk_id, row.n_nodes) for row in CELL_TYPES.values() if row.shape is WEDGE and row.n_nodes]
 LAGRANGE = [(73, 6), (73, 18), (73, 21), (73, 40), (80, 75)]
