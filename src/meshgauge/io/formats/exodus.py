@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
+from ...mesh.labels import own_labels
 from ..plumbing import face_based
 from ..plumbing.build import Ints, Kind, gather
 from ..plumbing.format import Format
@@ -47,8 +48,30 @@ _LAGRANGE = {"TET": "tetra", "PYR": "pyramid", "WED": "wedge", "HEX": "hexahedro
 _SAME = {"BEA": "BAR", "TRU": "BAR", "EDG": "BAR", "CIR": "SPH", "POI": "SPH", "NOD": "SPH"}
 
 
+_NAMES = (b"num_dim", b"num_nodes", b"num_el_blk", b"maximum_name_length", b"api_version")
+"""Of dimensions and attributes that Exodus files begin with."""
+
+_OWN = (".exo", ".e", ".ex2", ".exii")
+
+
 def sniff(head: bytes, path: Path) -> bool:
-    return head.startswith(_MARKS)
+    """By the mark of NetCDF for its own extensions, else also by its names: other programs write NetCDF too."""
+    if not head.startswith(_MARKS):
+        return False
+    return path.suffix.lower() in _OWN or _is_exodus(head, path)
+
+
+def _is_exodus(head: bytes, path: Path) -> bool:
+    if not head.startswith(_MARKS[-1]):
+        return sum(name in head for name in _NAMES) >= 3
+    try:
+        import h5py
+
+        with h5py.File(path) as file:
+            has_points = "coordx" in file or "coord" in file
+            return has_points and any(key in file for key in ("eb_status", "eb_prop1", "connect1"))
+    except (ImportError, OSError):
+        return False
 
 
 @dataclass(slots=True)
@@ -83,10 +106,26 @@ def read(path: Path, at: int) -> Mesh:
         if not parts:
             raise ReadError(f"{path}: has no element blocks")
         point_data = _fields(arrays, "nod", "", len(points), path, at)
+        point_data |= _numbers(arrays, "node_num_map", len(points), path)
+        cell_numbers = _numbers(arrays, "elem_num_map", sum(len(part.types) for part in parts), path)
     if not any(len(part.types) for part in parts):
         raise ReadError(f"{path}: its element blocks are empty")
     mesh = merge_parts(parts, path=path, points=points)
-    return mesh.replace(point_data=point_data, stored="single" if is_single else "double")
+    return mesh.replace(
+        point_data=point_data,
+        cell_data={**mesh.cell_data, **cell_numbers},
+        stored="single" if is_single else "double",
+    )
+
+
+def _numbers(arrays: dict[str, Variable], name: str, n: int, path: Path) -> dict[str, NDArray[np.int64]]:
+    """What the file calls its points or elements, as data."""
+    if name not in arrays:
+        return {}
+    numbers = np.asarray(arrays[name].values(), np.int64).ravel()
+    if len(numbers) != n:
+        raise ReadError(f"{path}: {name} has {len(numbers)} numbers, expected {n}")
+    return own_labels(numbers)
 
 
 def _points(arrays: dict[str, Variable], path: Path) -> tuple[NDArray[np.float64], bool]:
@@ -205,6 +244,4 @@ def _fields(
     return data
 
 
-EXODUS = Format(
-    "exodus", "Exodus II", (".exo", ".e", ".ex2", ".exii"), sniff, by_content=False, steps=steps, read_step=read
-)
+EXODUS = Format("exodus", "Exodus II", _OWN, sniff, steps=steps, read_step=read)

@@ -35,13 +35,41 @@ def _by(module: str) -> Reader:
             raise ReadError(f"{path}: includes other files, which are not followed; join them first")
         if module == "febio":
             within.check_xml(path)
+        more = _left_out(path) if module == "lsdyna" else ()
         source_, notes = source(str(path), module, path)
+        notes = (*notes, *more)
         mesh = meshio.mesh(source_, path, notes)
         if not mesh.n_cells:
             raise ReadError(f"{path}: no cells were found in it")
         return mesh
 
     return read
+
+
+_ELEMENT = re.compile(rb"^\*ELEMENT_(\w+)", re.IGNORECASE | re.MULTILINE)
+_READ = {"SOLID", "SOLID_ORTHO", "TSHELL", "BEAM", "DISCRETE", "MASS"}
+_SOLIDS = ("SOLID", "TSHELL", "GENERALIZED_SOLID", "BEZIER3D")
+
+
+def _left_out(path: Path) -> tuple[str, ...]:
+    """A note that names the cards of LS-DYNA whose elements are no cells; meshio++ drops most without a word.
+
+    Raises
+    ------
+    ReadError
+        If solid elements would be dropped: the card and its line.
+    """
+    data = path.read_bytes()
+    names: dict[str, None] = {}
+    for match in _ELEMENT.finditer(data):
+        name = match.group(1).decode().upper()
+        if name in _READ or name.startswith("SHELL"):
+            continue
+        if name.startswith(_SOLIDS):
+            line = data.count(b"\n", 0, match.start()) + 1
+            raise ReadError(f"{path}: line {line}: *ELEMENT_{name} is not read; its solid elements would be missing")
+        names[f"*ELEMENT_{name}"] = None
+    return (f"No cells, and left out: {', '.join(names)}.",) if names else ()
 
 
 def package(path: Path) -> Any:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...errors import ReadError
 from ...files import sources
 from ...mesh import Mesh
+from ...mesh.labels import own_labels
 from ..plumbing import face_based
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import HEAD, Format
@@ -59,19 +60,20 @@ def _pair(path: Path) -> tuple[Text, Text]:
     return node, ele
 
 
-def _points(text: Text) -> tuple[Index, NDArray[np.float64]]:
+def _points(text: Text) -> tuple[NDArray[np.int64], Index, NDArray[np.float64]]:
+    """Numbers of the points, their positions by number, coordinates."""
     head = text.integers("the number of points")
     n = text.count("points", str(head[0]).encode())
     if len(head) > 1 and head[1] != 3:
         raise text.fail(f"points have {head[1]} coordinates, expected 3")
     first = text.row
     rows = text.reals(n, 4, "a number and 3 coordinates")
-    labels = _integers(text, rows[:, :1], "the number of a point", first)[:, 0]
-    index = Index(labels)
+    numbers = _integers(text, rows[:, :1], "the number of a point", first)[:, 0]
+    index = Index(numbers)
     if index.has_duplicates:
-        once = np.unique(labels, return_index=True)[1]
+        once = np.unique(numbers, return_index=True)[1]
         raise text.fail("two points have the same number", first + int(np.setdiff1d(np.arange(n), once)[0]))
-    return index, np.ascontiguousarray(rows[:, 1:])
+    return numbers, index, np.ascontiguousarray(rows[:, 1:])
 
 
 def _integers(text: Text, table: NDArray[np.float64], what: str, first: int) -> NDArray[np.int64]:
@@ -95,7 +97,7 @@ def _places(text: Text, index: Index, ids: NDArray[np.int64], row_of: Callable[[
 def read_tetgen(path: Path) -> Mesh:
     """Tetrahedra of 4 or 10 nodes; their attributes are cell data ``tetgen:attribute``."""
     node, ele = _pair(path)
-    index, points = _points(node)
+    numbers, index, points = _points(node)
     head = ele.integers("the number of tetrahedra, of their nodes and of their attributes")
     n = ele.count("tetrahedra", str(head[0]).encode())
     n_nodes, n_more = (*head[1:3], 0, 0)[:2] if len(head) > 1 else (4, 0)
@@ -103,6 +105,7 @@ def read_tetgen(path: Path) -> Mesh:
         raise ele.fail(f"tetrahedra of {n_nodes} nodes and {n_more} attributes, expected 4 or 10 nodes")
     first = ele.row
     rows = ele.reals(n, 1 + n_nodes + n_more, "tetrahedra")
+    own = _integers(ele, rows[:, :1], "the number of a tetrahedron", first)[:, 0]
     table = _integers(ele, rows[:, 1 : 1 + n_nodes], "a node of a tetrahedron", first)
     nodes = _places(ele, index, table.ravel(), lambda at: first + at // n_nodes)
     kind = Kind("tetra" if n_nodes == 4 else "tetra10", n_nodes)
@@ -110,12 +113,14 @@ def read_tetgen(path: Path) -> Mesh:
     values = rows[:, 1 + n_nodes :]
     if ((np.abs(values) < 2**53) & (values == np.trunc(values))).all():
         values = values.astype(np.int64)
+    attributes = {"tetgen:attribute": values[:, 0] if n_more == 1 else values} if n_more else {}
     return Mesh(
         points,
         cells.types,
         cells.offsets,
         cells.connectivity,
-        cell_data={"tetgen:attribute": values[:, 0] if n_more == 1 else values} if n_more else {},
+        point_data=own_labels(numbers),
+        cell_data={**attributes, **own_labels(own)},
         path=str(path),
         notes=("Nodes at the middle of edges are in TetGen's order.",) if n_nodes == 10 and n else (),
         copy=False,
@@ -128,7 +133,7 @@ def read_rf(path: Path) -> Mesh:
     The file does not say which side of a face is outside, so no cell can be inverted as a whole.
     """
     node, ele = _pair(path)
-    index, points = _points(node)
+    numbers, index, points = _points(node)
     head = ele.integers("the number of cells")
     n_cells = ele.count("cells", str(head[0]).encode())
     n_more = head[1] if len(head) > 1 else 0
@@ -144,7 +149,10 @@ def read_rf(path: Path) -> Mesh:
     ids = _places(ele, index, values[at], lambda n: row_of(int(at[n])))
     faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(first)), face_based.offsets_of(sizes), ids)
     cells = face_based.solids(faces, points)
-    return Mesh(points, cells.types, cells.offsets, cells.connectivity, cells.polyhedra, path=str(path), copy=False)
+    return Mesh(
+        points, cells.types, cells.offsets, cells.connectivity, cells.polyhedra, point_data=own_labels(numbers),
+        path=str(path), copy=False,
+    )  # fmt: skip
 
 
 def _parse_cells(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
+from ...mesh.labels import own_labels
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
@@ -163,7 +164,8 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     if content.left_out:
         what = ", ".join(f"{n} of type {code}" for code, n in sorted(content.left_out.items()))
         raise ReadError(f"{path}: has elements of types that are not known: {what}")
-    index = Index(np.concatenate([np.empty(0, np.int64), *content.labels]))
+    numbers = np.concatenate([np.empty(0, np.int64), *content.labels])
+    index = Index(numbers)
     points = np.concatenate([np.empty((0, 3)), *content.points])
     labels = np.array(content.nodes, np.int64)
     places = index.of(labels)
@@ -182,7 +184,16 @@ def _mesh(content: _Content, path: Path) -> Mesh:
             member = np.zeros(len(heads), np.uint8)
             member[at[at >= 0]] = 1
             data[name] = member
-    return Mesh(points, cells.types, cells.offsets, cells.connectivity, cell_data=data, path=str(path), copy=False)
+    return Mesh(
+        points,
+        cells.types,
+        cells.offsets,
+        cells.connectivity,
+        point_data=own_labels(numbers),
+        cell_data={**data, **own_labels(heads[:, 0])},
+        path=str(path),
+        copy=False,
+    )
 
 
 UNV = Format("unv", "I-DEAS universal", (".unv",), sniff, read, by_content=False)

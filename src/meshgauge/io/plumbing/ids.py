@@ -2,8 +2,50 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
+
+from ...mesh import Mesh
+from ...mesh.labels import LABEL, own_labels
+
+GLOBAL_IDS = ("GlobalElementId", "GlobalNodeId", "GlobalCellIds", "GlobalPointIds", "GlobalIds")
+"""Data in which VTK and ParaView keep the numbers of cells and points of the file that they read, or of all pieces."""
+
+
+def with_labels(data: Mapping[str, NDArray[Any]], flagged: str | None = None) -> dict[str, NDArray[Any]]:
+    """Data of VTK's formats with the numbers of the file also as labels, if some array holds them.
+
+    Parameters
+    ----------
+    data
+        Cell or point data.
+    flagged
+        The array that the file marks as global ids; one of `GLOBAL_IDS` else.
+    """
+    for name in (flagged, *GLOBAL_IDS):
+        values = data.get(name) if name is not None and LABEL not in data else None
+        if values is not None and values.ndim == 1 and values.dtype.kind in "iu":
+            return {**data, LABEL: values.astype(np.int64, copy=False)}
+    return dict(data)
+
+
+def drop_counts(mesh: Mesh) -> Mesh:
+    """The mesh without labels that only count its items, where they were taken from another array.
+
+    Of pieces one after another only the whole tells: the first counts from 0, the second goes on.
+    """
+    changes = {}
+    for what in ("point_data", "cell_data"):
+        data = getattr(mesh, what)
+        labels = data.get(LABEL)
+        if labels is None or labels.ndim != 1 or labels.dtype != np.int64 or own_labels(labels):
+            continue
+        if any(name != LABEL and np.array_equal(values, labels) for name, values in data.items()):
+            changes[what] = {name: values for name, values in data.items() if name != LABEL}
+    return mesh.replace(**changes) if changes else mesh
 
 
 class Index:

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError, WriteError
 from ...mesh import Mesh
+from ...mesh.labels import LABEL
 from ...mesh.polyhedra import Polyhedra
+from .ids import drop_counts, with_labels
 from .merge import Part, merge_parts
 
 RENUMBERED = (72, 79)
@@ -116,7 +118,7 @@ def times(reader: Any) -> list[float]:
 
 def mesh(data: Any, path: Path | None = None) -> Mesh:
     """The cells of a data set, or of every leaf of a composite one: one block a leaf, in the order of the leaves."""
-    return merge_parts(parts(data), path=path, field_data=field_data(data))
+    return drop_counts(merge_parts(parts(data), path=path, field_data=field_data(data)))
 
 
 def parts(data: Any) -> list[Part]:
@@ -168,8 +170,8 @@ def _part(name: str, data: Any) -> Part:
         types=np.empty(0, np.uint8),
         offsets=np.zeros(1, np.int64),
         connectivity=np.empty(0, np.int64),
-        point_data=_arrays(data.GetPointData(), notes),
-        cell_data=_arrays(data.GetCellData(), notes),
+        point_data=_with_labels(data.GetPointData(), notes),
+        cell_data=_with_labels(data.GetCellData(), notes),
         field_data=_arrays(data.GetFieldData(), notes),
         notes=notes,
     )
@@ -242,6 +244,12 @@ def field_data(data: Any) -> dict[str, NDArray[Any]]:
     return _arrays(data.GetFieldData(), []) if _children(data) is not None else {}
 
 
+def _with_labels(attributes: Any, notes: list[str]) -> dict[str, NDArray[Any]]:
+    """The arrays of points or cells, global ids also as labels."""
+    ids = attributes.GetGlobalIds()
+    return with_labels(_arrays(attributes, notes), ids.GetName() if ids is not None else None)
+
+
 def _arrays(attributes: Any, notes: list[str]) -> dict[str, NDArray[Any]]:
     arrays = {}
     for index in range(attributes.GetNumberOfArrays()):
@@ -311,6 +319,13 @@ def _attach(attributes: Any, data: Mapping[str, NDArray[Any]], what: str, lost: 
             continue
         array.SetName(name)
         attributes.AddArray(array)
+        if name == LABEL and flat.ndim == 1 and _are_global(flat):
+            attributes.SetGlobalIds(array)
+
+
+def _are_global(labels: NDArray[Any]) -> bool:
+    """Whether labels are what VTK calls global ids: whole numbers, none below 0, each once."""
+    return labels.dtype == np.int64 and bool((labels >= 0).all()) and len(np.unique(labels)) == len(labels)
 
 
 def _vtk_strings(values: NDArray[Any]) -> Any:

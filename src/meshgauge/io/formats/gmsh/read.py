@@ -19,6 +19,7 @@ from ....cells import BY_NAME
 from ....errors import ReadError
 from ....look.style import number_of
 from ....mesh import CellBlock, Mesh
+from ....mesh.labels import own_labels
 from ....mesh.mesh import GHOST_TYPE
 from ...plumbing.ids import Index
 from .cells import BY_ID, GmshType
@@ -86,7 +87,10 @@ def read(path: Path, data: bytes) -> Mesh:
         offsets=offsets,
         connectivity=np.concatenate(ids) if ids else np.empty(0, np.int64),
         blocks=tuple(blocks),
-        point_data={name: _spread(index, *pair) for name, pair in content.node_data.items()},
+        point_data={
+            **{name: _spread(index, *pair) for name, pair in content.node_data.items()},
+            **own_labels(content.node_tags),
+        },
         cell_data=_cell_data(content),
         field_data=content.names,
         path=str(path),
@@ -127,7 +131,7 @@ def _cell_data(content: _Content) -> dict[str, NDArray[Any]]:
     index = Index(tags)
     for name, pair in content.element_data.items():
         data[name] = _spread(index, *pair)
-    return data
+    return {**data, **own_labels(tags)}
 
 
 class _Cursor:

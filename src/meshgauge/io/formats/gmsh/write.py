@@ -1,4 +1,7 @@
-"""Writing Gmsh's .msh, version 2.2, binary: the version that most programs read."""
+"""Writing Gmsh's .msh, version 2.2: the version that most programs read.
+
+Binary where nodes count from 1, else text: meshio reads binary nodes of no other numbers.
+"""
 
 from __future__ import annotations
 
@@ -11,33 +14,44 @@ from numpy.typing import NDArray
 from ....cells import type_name
 from ....errors import WriteError
 from ....mesh import Mesh
+from ....mesh.labels import LABEL
+from ...plumbing import writing
 from .cells import BY_CELL
 
+Ints = NDArray[np.int64]
 _TAGS = ("gmsh:physical", "gmsh:geometrical")
 _SAME = {"voxel": ("hexahedron", (0, 1, 3, 2, 4, 5, 7, 6)), "pixel": ("quad", (0, 1, 3, 2))}
 _LARGEST = 2**31 - 1
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    """Write the mesh; sentences that say what the format could not hold."""
+    """Write the mesh; sentences that say what the format could not hold.
+
+    Nodes and elements have the labels of the mesh, where it has any.
+    """
     if max(mesh.n_points, mesh.n_cells) >= _LARGEST:
         raise WriteError(f"{path}: version 2.2 of Gmsh's format numbers at most {_LARGEST} nodes and elements")
     lost: list[str] = []
+    points = writing.numbers(mesh.point_data, mesh.n_points, _LARGEST)
+    cells = writing.numbers(mesh.cell_data, mesh.n_cells, _LARGEST)
+    as_text = not np.array_equal(points, np.arange(1, mesh.n_points + 1))
     with path.open("wb") as file:
-        file.write(b"$MeshFormat\n2.2 1 8\n" + np.int32(1).tobytes() + b"\n$EndMeshFormat\n")
+        file.write(b"$MeshFormat\n2.2 0 8\n" if as_text else b"$MeshFormat\n2.2 1 8\n" + np.int32(1).tobytes() + b"\n")
+        file.write(b"$EndMeshFormat\n")
         _names(file, mesh, lost)
         nodes = np.empty(mesh.n_points, [("tag", np.int32), ("x", np.float64, 3)])
-        nodes["tag"] = np.arange(1, mesh.n_points + 1)
+        nodes["tag"] = points
         nodes["x"] = mesh.points
-        file.write(f"$Nodes\n{mesh.n_points}\n".encode() + nodes.tobytes() + b"\n$EndNodes\n")
+        file.write(f"$Nodes\n{mesh.n_points}\n".encode() + _table(nodes, as_text) + b"\n$EndNodes\n")
         file.write(f"$Elements\n{mesh.n_cells}\n".encode())
-        _elements(file, path, mesh)
+        _elements(file, path, mesh, points, cells, as_text)
         file.write(b"\n$EndElements\n")
         for name, values in mesh.point_data.items():
-            _view(file, "NodeData", name, values, lost)
+            if name != LABEL or not np.array_equal(values, points):
+                _view(file, "NodeData", name, values, points, lost, as_text)
         for name, values in mesh.cell_data.items():
-            if not _is_tag(name, values):
-                _view(file, "ElementData", name, values, lost)
+            if not (_is_tag(name, values) or (name == LABEL and np.array_equal(values, cells))):
+                _view(file, "ElementData", name, values, cells, lost, as_text)
     return tuple(lost)
 
 
@@ -58,8 +72,8 @@ def _names(file: BinaryIO, mesh: Mesh, lost: list[str]) -> None:
         file.write(f"$PhysicalNames\n{len(groups)}\n{lines}$EndPhysicalNames\n".encode())
 
 
-def _elements(file: BinaryIO, path: Path, mesh: Mesh) -> None:
-    """A block for each run of cells of one type and size."""
+def _elements(file: BinaryIO, path: Path, mesh: Mesh, points: Ints, cells: Ints, as_text: bool) -> None:
+    """A block for each run of cells of one type and size, by the numbers of points and cells."""
     sizes = np.diff(mesh.offsets)
     breaks = np.flatnonzero((np.diff(mesh.types) != 0) | (np.diff(sizes) != 0)) + 1
     starts = [0, *breaks.tolist()] if mesh.n_cells else []
@@ -74,13 +88,19 @@ def _elements(file: BinaryIO, path: Path, mesh: Mesh) -> None:
         nodes = mesh.connectivity[mesh.offsets[start] : mesh.offsets[stop]].reshape(stop - start, n_nodes)
         turned = np.argsort(kind.order) if kind.order else (list(order) or slice(None))
         rows = np.empty((stop - start, 3 + n_nodes), np.int32)
-        rows[:, 0] = np.arange(start + 1, stop + 1)
+        rows[:, 0] = cells[start:stop]
         rows[:, 1], rows[:, 2] = tags[0][start:stop], tags[1][start:stop]
-        rows[:, 3:] = nodes[:, turned] + 1
-        file.write(np.array([kind.gmsh_id, stop - start, 2], np.int32).tobytes() + rows.tobytes())
+        rows[:, 3:] = points[nodes[:, turned]]
+        if as_text:
+            first = np.column_stack([rows[:, 0], np.full((stop - start, 2), (kind.gmsh_id, 2))])
+            file.write(writing.rows(np.column_stack([first, rows[:, 1:]])).encode())
+        else:
+            file.write(np.array([kind.gmsh_id, stop - start, 2], np.int32).tobytes() + rows.tobytes())
 
 
-def _view(file: BinaryIO, section: str, name: str, values: NDArray[np.generic], lost: list[str]) -> None:
+def _view(
+    file: BinaryIO, section: str, name: str, values: NDArray[np.generic], tags: Ints, lost: list[str], as_text: bool
+) -> None:
     what = "point" if section == "NodeData" else "cell"
     flat = values.reshape(len(values), -1) if len(values) else values.reshape(0, 1)
     width = flat.shape[1]
@@ -91,7 +111,15 @@ def _view(file: BinaryIO, section: str, name: str, values: NDArray[np.generic], 
     if full != width:
         lost.append(f"The {what} data {name!r} were padded with zeros from {width} to {full} components.")
     rows = np.zeros(len(flat), [("tag", np.int32), ("value", np.float64, (full,))])
-    rows["tag"] = np.arange(1, len(flat) + 1)
+    rows["tag"] = tags
     rows["value"][:, :width] = flat
     head = f'${section}\n1\n"{name}"\n1\n0.0\n3\n0\n{full}\n{len(flat)}\n'
-    file.write(head.encode() + rows.tobytes() + f"\n$End{section}\n".encode())
+    file.write(head.encode() + _table(rows, as_text) + f"\n$End{section}\n".encode())
+
+
+def _table(rows: NDArray[np.void], as_text: bool) -> bytes:
+    """Rows of a number and coordinates or values."""
+    if not as_text:
+        return rows.tobytes()
+    number, values = (rows[name].tolist() for name in rows.dtype.names or ())
+    return "".join(f"{n} {' '.join(map(repr, row))}\n" for n, row in zip(number, values, strict=True)).encode()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ....cells import CELL_TYPES
 from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
+from ....mesh.labels import LABEL, own_labels
 from ....mesh.regions import named_regions
 from ...plumbing import face_based, meshio, within
 from ...plumbing.build import Ints, Kind, gather
@@ -26,6 +27,7 @@ from .cells import BY_NAME, KINDS
 GROUP = "med:group"
 _NO_PROFILE = "MED_NO_PROFILE_INTERNAL"
 _NONE = np.empty((0, 3))
+_NO_IDS = np.empty(0, np.int64)
 _WIDTH = 80  # characters of the name of a group
 _MESHIO = "meshio"
 """In the description of the meshes that meshio writes: it keeps VTK's order of nodes where it has that."""
@@ -97,7 +99,12 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
             families = np.asarray(own["FAM"][...], np.int64).ravel()
             _same(path, len(families), len(part.types), f"families of {code}")
             part.cell_data[GROUP] = _translate(families, numbers)
+        part.cell_data.update(_numbers(path, own, len(part.types), f"cells of type {code}"))
+    if not any(own_labels(part.cell_data.get(LABEL, _NO_IDS)) for _, part in parts):
+        for _, part in parts:
+            part.cell_data.pop(LABEL, None)
     point_data = _fields(path, file, name, parts, len(points), notes)
+    point_data.update(own_labels(_numbers(path, step["NOE"], len(points), "points").get(LABEL, _NO_IDS)))
     mesh = merge_parts([part for _, part in parts], path=path, points=points)
     kept = dict(mesh.cell_data)
     if GROUP in kept and kept[GROUP].dtype.kind == "f":  # a type without families
@@ -145,6 +152,15 @@ def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: boo
     if not any(len(part.types) for _, part in parts):
         raise ReadError(f"{path}: has no cells")
     return parts
+
+
+def _numbers(path: Path, group: Any, n: int, what: str) -> dict[str, Ints]:
+    """What the file calls its points or cells, as data, if it numbers them."""
+    if "NUM" not in group:
+        return {}
+    numbers = np.asarray(group["NUM"][...], np.int64).ravel()
+    _same(path, len(numbers), n, f"numbers of {what}")
+    return {LABEL: numbers}
 
 
 def _same(path: Path, stated: int, n: int, what: str) -> None:

@@ -20,6 +20,7 @@ from ....mesh import Mesh
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import vtk, within
 from ...plumbing.format import Format
+from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.steps import Step, number_steps
 
@@ -86,10 +87,10 @@ def read(path: Path, at: int) -> Mesh | None:
     with _open(path) as root:
         kind = _kind(root)
         if kind == "UnstructuredGrid":
-            return merge_parts(_parts("", root, at), path=path, field_data=_field_data(root))
+            return drop_counts(merge_parts(_parts("", root, at), path=path, field_data=_field_data(root)))
         if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
             parts = [part for name, group in _grids(root) for part in _parts(name, group, at)]
-            return merge_parts(parts, path=path, field_data=_field_data(root))
+            return drop_counts(merge_parts(parts, path=path, field_data=_field_data(root)))
     return None
 
 
@@ -241,7 +242,11 @@ def _data(group: Any, kind: str, step: _Start, start: int, base: int, n: int) ->
     if kind not in group:
         return {}
     own = step.data.get(kind, {})
-    return {name: _text(_rows(values, own.get(name, base) + start, n), values) for name, values in group[kind].items()}
+    arrays = {
+        name: _text(_rows(values, own.get(name, base) + start, n), values) for name, values in group[kind].items()
+    }
+    flagged = group[kind].attrs.get("GlobalIds")
+    return with_labels(arrays, flagged.decode() if isinstance(flagged, bytes) else flagged)
 
 
 def _field_data(group: Any) -> dict[str, NDArray[Any]]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ....cells import CELL_TYPES
 from ....mesh import Mesh
 from ...plumbing.face_based import offsets_of, spans
+from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.text import numbers
 from ...plumbing.vtk import RENUMBERED
 
@@ -30,7 +31,7 @@ _DTYPES = {
     b"vtktypeint64": "i8", b"vtktypeuint64": "u8", b"vtktypeint32": "i4", b"vtktypeuint32": "u4",
     b"vtktypeint8": "i1", b"vtktypeuint8": "u1", b"vtktypeint16": "i2", b"vtktypeuint16": "u2",
 }  # fmt: skip
-_WIDTHS = {b"VECTORS": 3, b"NORMALS": 3, b"TENSORS": 9}
+_WIDTHS = {b"GLOBAL_IDS": 1, b"VECTORS": 3, b"NORMALS": 3, b"TENSORS": 9}
 _POLYHEDRON = 42
 _SIZES = np.array([(CELL_TYPES[t].n_nodes or 0) if t in CELL_TYPES else 0 for t in range(256)], np.int64)
 
@@ -144,8 +145,10 @@ def _mesh(source: _Source, version: tuple[int, int], path: Path) -> Mesh:
         raise _Unknown
     if len(connectivity) and not 0 <= int(connectivity.min()) <= int(connectivity.max()) < len(points):
         raise _Unknown
-    return Mesh(points, types, offsets, connectivity, point_data=data[b"POINT_DATA"], cell_data=data[b"CELL_DATA"],
+    point_data, cell_data = with_labels(data[b"POINT_DATA"]), with_labels(data[b"CELL_DATA"])
+    mesh = Mesh(points, types, offsets, connectivity, point_data=point_data, cell_data=cell_data,
                 field_data=data[b""], path=str(path), copy=False)  # fmt: skip
+    return drop_counts(mesh)
 
 
 def _lists(source: _Source, words: list[bytes]) -> tuple[NDArray[Any], NDArray[Any]]:
@@ -200,6 +203,8 @@ def _attribute(source: _Source, words: list[bytes], target: dict[str, NDArray[An
     else:
         raise _Unknown
     _put(target, words[1], source.array(rows * width, words[2]), width, rows)
+    if keyword == b"GLOBAL_IDS":
+        target.update(with_labels(target, unquote(words[1].decode("utf-8", "replace"))))
 
 
 def _put(target: dict[str, NDArray[Any]], name: bytes, values: NDArray[Any], width: int, rows: int) -> None:

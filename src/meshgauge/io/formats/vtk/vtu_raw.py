@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
+from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.vtk import RENUMBERED
 
 _START = re.compile(rb"<AppendedData\b[^>]*\bencoding\s*=\s*[\"']raw[\"'][^>]*>\s*_")
@@ -173,7 +174,7 @@ def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
     n_ids = int(offsets[-1])
     if n_ids < 0:
         raise ReadError(f"{data.path}: the offsets of the cells end at {n_ids}")
-    return Mesh(
+    mesh = Mesh(
         points=data.array(points[0], n_points),  # type: ignore[arg-type]
         types=types,  # type: ignore[arg-type]
         offsets=offsets,  # type: ignore[arg-type]
@@ -184,6 +185,7 @@ def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
         path=str(data.path),
         copy=False,
     )
+    return drop_counts(mesh)
 
 
 def _of_step(parent: ElementTree.Element, place: str, at: int) -> list[ElementTree.Element]:
@@ -202,4 +204,5 @@ def _named(
             raise _Unknown
         n = int(item.attrib["NumberOfTuples"]) if rows is None else rows
         arrays[name] = data.texts(item, n) if item.get("type") == "String" else data.array(item, n)
-    return arrays
+    group = parent.find(kind) if rows is not None else None
+    return with_labels(arrays, group.get("GlobalIds")) if group is not None else arrays
