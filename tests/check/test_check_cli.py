@@ -136,6 +136,7 @@ def test_a_baseline_is_stored_and_kept_to(capsys: Captured) -> None:
 
 def test_the_nearest_settings_count(capsys: Captured) -> None:
     write("meshes/good.msh", "good", "low")
+    Path(".git").mkdir()
     Path("meshgauge.toml").write_text('[check]\nmeshes = ["meshes/*.msh"]\nfail = ["jens > 0.5"]\n')
     below = Path("deep/below")
     below.mkdir(parents=True)

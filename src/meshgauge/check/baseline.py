@@ -23,6 +23,9 @@ SCHEMA, VERSION = "meshgauge-report", 3
 KEYS = ("n_invalid", "n_degenerate", "n_unmeasured", "share_not_good", "min", "quantile_0.01", "mean")
 """The criteria in which a mesh must be no worse."""
 
+LARGEST = 256 << 20
+"""Bytes of a stored report: some thousand meshes take a few MiB."""
+
 FiguresByType = Mapping[str, KeyFigures]
 
 
@@ -42,11 +45,10 @@ class Baseline:
         Raises
         ------
         BaselineError
-            If the file cannot be read or is something else.
+            If the file cannot be read, is no regular file, is too large or is something else.
         """
-        sources.note(path)
         try:
-            document = json.loads(Path(path).read_bytes())
+            document = json.loads(sources.contents(path, most=LARGEST))
         except OSError as error:
             raise BaselineError(f"{path}: {error.strerror or error}") from error
         except (ValueError, RecursionError) as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,10 @@ from ..files import sources
 OWN, PROJECT = "meshgauge.toml", "pyproject.toml"
 KEYS = ("meshes", "fail", "warn")
 """What ``check`` may hold."""
+
+
+LARGEST = 1 << 20
+"""Bytes of a file of settings."""
 
 
 class SettingsError(MeshgaugeError):
@@ -33,19 +38,46 @@ class CheckSettings:
 def nearest(start: Path) -> Path | None:
     """The settings of a folder: in it, or in the nearest one above. A pyproject.toml without ours is passed over.
 
+    Above the folder itself, only folders of the same repository are looked into, or of the home folder if there is no
+    repository; and only files of this user, or of the owner of the folder, count: rules that somebody else has laid
+    above a shared folder must not decide what passes.
+
     Raises
     ------
     SettingsError
-        If a file on the way cannot be read.
+        If a file on the way cannot be read, or belongs to somebody else.
     """
     start = start.absolute()
-    for folder in (start, *start.parents):
+    for folder in (start, *_above(start)):
         own, project = folder / OWN, folder / PROJECT
-        if own.is_file():
-            return own
-        if project.is_file() and _table(project) is not None:
-            return project
+        for path in (own, project):
+            if path.is_file() and _table(path) is not None:
+                if folder != start and not _is_trusted(path, start):
+                    raise SettingsError(
+                        f"{path}: belongs to another user and does not count here; name it with --config to use it"
+                    )
+                return path
     return None
+
+
+def _above(start: Path) -> tuple[Path, ...]:
+    """Folders above one in which its settings may be: up to the root of the repository, or else to the home folder."""
+    folders = (start, *start.parents)
+    for n, folder in enumerate(folders):
+        if (folder / ".git").exists():
+            return folders[1 : n + 1]
+    try:
+        home = Path.home()
+    except RuntimeError:
+        return ()
+    return folders[1 : folders.index(home) + 1] if home in folders else ()
+
+
+def _is_trusted(path: Path, start: Path) -> bool:
+    """True if a file belongs to this user or to the owner of the folder; always where the system knows no owners."""
+    if not hasattr(os, "geteuid"):
+        return True
+    return path.stat().st_uid in (os.geteuid(), start.stat().st_uid)
 
 
 def load(path: Path) -> CheckSettings:
@@ -56,7 +88,6 @@ def load(path: Path) -> CheckSettings:
     SettingsError
         If it cannot be read, or holds something unknown.
     """
-    sources.note(path)
     table = _table(path)
     if table is None:
         raise SettingsError(f"{path}: has no [tool.meshgauge]")
@@ -74,7 +105,7 @@ def load(path: Path) -> CheckSettings:
 
 def _table(path: Path) -> dict[str, Any] | None:
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(sources.contents(path, most=LARGEST).decode("utf-8"))
     except OSError as error:
         raise SettingsError(f"{path}: {error.strerror or error}") from error
     except ValueError as error:  # no TOML, or no UTF-8

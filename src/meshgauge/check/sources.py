@@ -11,7 +11,7 @@ from ..errors import MeshgaugeError, RuleError
 from .baseline import Baseline
 from .grammar import rule
 from .rules import Level, NoWorse, Rule
-from .settings import CheckSettings, load, nearest
+from .settings import CheckSettings, SettingsError, load, nearest
 
 
 class RefusedRule(MeshgaugeError):
@@ -44,10 +44,23 @@ def settings_of(config: Path | None) -> CheckSettings | None:
 
 
 def meshes_of(settings: CheckSettings | None) -> list[str]:
-    """The meshes, or patterns of their names, that the settings name: as paths from the working folder."""
+    """The meshes, or patterns of their names, that the settings name: as paths from the working folder.
+
+    Raises
+    ------
+    SettingsError
+        If one lies outside of the folder of the settings.
+    """
     if settings is None:
         return []
     folder = str(settings.path.parent)
+    for mesh in settings.meshes:
+        inner = os.path.normpath(mesh)
+        if os.path.isabs(inner) or inner.split(os.sep)[0] == os.pardir:
+            raise SettingsError(
+                f"{settings.path}: check.meshes holds {mesh!r}, which is outside of the folder of the settings; "
+                "give such a mesh on the command line"
+            )
     with contextlib.suppress(ValueError):  # on another drive
         folder = os.path.relpath(folder)
     return [os.path.normpath(os.path.join(folder, mesh)) for mesh in settings.meshes]

@@ -9,7 +9,7 @@ from rich.console import Group
 from rich.text import Text
 
 from ..errors import FailedFile
-from ..look.style import LEVELS, quality
+from ..look.style import LEVELS, printable, quality
 from ..report import FileReport
 from ..report.json import dumps
 from ..report.several import SeveralText
@@ -62,7 +62,7 @@ class QuietPrinter:
 
     def file(self, report: FileReport) -> bool:
         level, text = verdict(report.summary)
-        return self.output.show(Text(f"{report.path}: ").append(text, LEVELS[level]), wrap=False)
+        return self.output.show(Text(f"{printable(report.path)}: ").append(text, LEVELS[level]), wrap=False)
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
         pass
@@ -76,7 +76,7 @@ class StepsPrinter(QuietPrinter):
         if len(measured) > 1:
             worst = min(measured, key=lambda one: (-one.summary.all.n_invalid, one.summary.all.min))
             every = worst.summary.all
-            text = f"worst over time: {worst.path}, {every.n_invalid:,} invalid, minimum {quality(every.min)}"
+            text = f"worst over time: {printable(worst.path)}, {every.n_invalid:,} invalid, minimum {quality(every.min)}"
             self.output.show(Text(text), wrap=False)
 
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
-from rich.console import Console, RenderableType
+from rich.console import Console, ConsoleOptions, RenderableType
+from rich.segment import Segment
+
+from ..look import style
 
 DONE, COULD_NOT = 0, 2
 """Exit codes of every command."""
@@ -34,6 +38,12 @@ class Output(Console):
         # Rich would end the process with code 1.
         raise BrokenPipeError
 
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        # Names of files and of what is in them must not steer the terminal.
+        for segment in super().render(renderable, options):
+            text = segment.text if segment.control else style.printable(segment.text, keep="\n")
+            yield segment if text == segment.text else Segment(text, segment.style)
+
     def show(self, item: RenderableType, *, wrap: bool = True) -> bool:
         """Print now; False if nobody reads any more."""
         if self.is_terminal:
@@ -51,10 +61,17 @@ class Output(Console):
 def emit(text: str) -> bool:
     """Print text on standard output now; False if nobody reads any more."""
     try:
-        print(text, flush=True)
+        print(_no_commands(text), flush=True)
     except BrokenPipeError:
         return _close_output()
     return True
+
+
+def _no_commands(text: str) -> str:
+    """Text of which GitHub Actions takes no line for a command of ours: it obeys ``::`` and ``##[``."""
+    if os.environ.get("GITHUB_ACTIONS") != "true":
+        return text
+    return re.sub(r"(?m)^(\s*)::", r"\1\\::", text).replace("##[", "##\\[")
 
 
 def _close_output() -> bool:
@@ -66,7 +83,7 @@ def _close_output() -> bool:
 
 def warn(kind: str, message: str) -> None:
     """One line on standard error."""
-    print(f"meshgauge: {kind}: {' '.join(message.split())}", file=sys.stderr, flush=True)
+    print(f"meshgauge: {kind}: {style.printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
 
 
 def in_background(work: Callable[[], None]) -> threading.Thread:

@@ -54,7 +54,7 @@ class DiagnosisLine:
     """One line: how many defects and notices, and which."""
 
     def __init__(self, path: str, diagnosis: Diagnosis) -> None:
-        self.path = path
+        self.path = style.printable(path)
         self.diagnosis = diagnosis
 
     def __rich__(self) -> Text:
@@ -71,7 +71,7 @@ class ChangesLine:
     """What `meshgauge orient` did, in one line."""
 
     def __init__(self, path: str, changes: Changes) -> None:
-        self.path = path
+        self.path = style.printable(path)
         self.changes = changes
 
     def __rich__(self) -> Text:
@@ -83,7 +83,7 @@ class ChangesText:
     """What `meshgauge orient` did, a line each, after what the reader noticed or did."""
 
     def __init__(self, path: str, changes: Changes, *, notes: Sequence[str] = ()) -> None:
-        self.path = path
+        self.path = style.printable(path)
         self.changes = changes
         self.notes = notes
 

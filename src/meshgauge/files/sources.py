@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
+import stat
 from collections.abc import Iterable, Iterator
 from contextvars import ContextVar
 from pathlib import Path
@@ -28,6 +30,25 @@ def note(path: str | os.PathLike[str]) -> None:
         recorder[real] = None
     if _read is not None:
         _read[real] = None
+
+
+def contents(path: str | os.PathLike[str], *, most: int) -> bytes:
+    """All of a small file that this run reads.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read, is a device, a pipe or a folder, which may never end, or holds more than ``most`` bytes.
+    """
+    note(path)
+    status = os.stat(path)
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError(errno.EINVAL, "is no regular file")
+    with open(path, "rb") as file:
+        data = file.read(most + 1)
+    if len(data) > most:
+        raise OSError(errno.EFBIG, f"is larger than {most >> 20} MiB")
+    return data
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 SPARKS = " ▁▂▃▄▅▆▇█"
@@ -24,6 +25,42 @@ LEVELS = {
 
 MARKS = {"bad": "✗", "unknown": "?", "poor": "!", "good": "✓", "nothing": "?"}
 MARKS_ASCII = {"bad": "x", "unknown": "?", "poor": "!", "good": "ok", "nothing": "?"}
+
+
+_UNPRINTABLE = re.compile(
+    "[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2060-\u2069\ufeff\ufffe\uffff\ud800-\udfff]"
+)
+"""Control characters, separators of lines, what turns the direction of writing, and halves of characters."""
+
+LONGEST = 240
+"""Characters of a name that are shown; a file may hold names of any length."""
+
+
+def printable(text: str, *, longest: int | None = None, keep: str = "") -> str:
+    """A text of a file, such as a name or a path, that cannot steer a terminal, break a line or turn what is around it.
+
+    Parameters
+    ----------
+    text
+        Whatever a file holds.
+    longest
+        Shorten what has more characters, in its middle; None: never.
+    keep
+        Characters that may stay.
+
+    Returns
+    -------
+    str
+        The text with ``\\x1b`` and the like in place of such characters.
+    """
+    if longest is not None and len(text) > longest:
+        text = f"{text[: longest // 2]}…{text[-(longest // 2) :]}"
+    return _UNPRINTABLE.sub(lambda match: match[0] if match[0] in keep else _escaped(match[0]), text)
+
+
+def _escaped(character: str) -> str:
+    code = ord(character)
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
 
 
 def number(n: int) -> str:

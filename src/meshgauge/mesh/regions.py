@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES, IS_SOLID
+from ..look.style import printable
 from .mesh import Mesh
 
 KEYS: tuple[str, ...] = (
@@ -83,7 +84,7 @@ def regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]]:
         Position in ``names`` of the region of each cell.
     names : tuple of str
         Each region once. A number is written with the name of its data ("material 3") unless the file names it.
-        A mesh without any regions has one, called "all".
+        A mesh without any regions has one, called "all". Characters that a terminal would obey stand as ``\\x1b``.
     """
     best = _best(mesh, [named_blocks(mesh), *_from_data(mesh), _blocks(mesh)])
     return best if best is not None else (np.zeros(mesh.n_cells, np.int64), ("all",))
@@ -98,11 +99,14 @@ def _best(mesh: Mesh, partitions: Sequence[_Partition | None]) -> _Partition | N
     """The first partition that parts the solid cells, else the first there is."""
     candidates = [partition for partition in partitions if partition is not None]
     is_solid = IS_SOLID[mesh.types]
-    for ids, names in candidates:
-        solid = ids[is_solid]
-        if len(solid) and (solid != solid[0]).any():
-            return ids, names
-    return candidates[0] if candidates else None
+    if not candidates:
+        return None
+    ids, names = next((one for one in candidates if _parts(one[0][is_solid])), candidates[0])
+    return ids, tuple(map(printable, names))
+
+
+def _parts(ids: NDArray[np.int64]) -> bool:
+    return bool(len(ids) and (ids != ids[0]).any())
 
 
 _Partition = tuple[NDArray[np.int64], tuple[str, ...]]

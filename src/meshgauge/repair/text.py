@@ -56,7 +56,7 @@ class ImproveText:
     """One improvement: verdict, before and after by type, what is left and why, what it cost, what was checked."""
 
     def __init__(self, path: str, report: RepairReport, *, output: str | None = None) -> None:
-        self.path = path
+        self.path = style.printable(path)
         self.report = report
         self.output = output
 

@@ -19,6 +19,9 @@ from ..errors import WriteError
 from ..files.output import replacing
 from ..status import STATUSES, Status
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""A text that begins with one of these is a formula to spreadsheets; with a ``'`` before it, it is a text."""
+
 CHUNK = 1 << 16
 """Rows formatted at a time."""
 
@@ -31,6 +34,7 @@ class CsvWriter:
     Columns: ``file`` (if asked for), ``cell`` (position in the file, from 0), ``cell_label`` (the file's own number,
     empty if it gives none), ``type``, ``status``, and each metric. Numbers are the shortest that read back to the same
     double; a cell without a value has an empty field.
+    A file whose name begins like a formula of a spreadsheet (``=``, ``+``, ``-``, ``@``) has a ``'`` before it.
 
     Raises
     ------
@@ -110,6 +114,8 @@ def _texts(values: NDArray[np.float64]) -> list[str]:
 
 
 def _quote(text: str) -> str:
+    if text.startswith(FORMULA):
+        text = f"'{text}"
     line = io.StringIO()
     csv.writer(line, lineterminator="").writerow([text])
     return line.getvalue()

@@ -86,7 +86,7 @@ class FileText:
 def headline(report: FileReport) -> Text:
     """Path, cells and points."""
     text = Text(overflow="fold")
-    text.append(report.path, "bold")
+    text.append(style.printable(report.path), "bold")
     text.append(f"  {style.plural(report.n_cells, 'cell')}, {style.plural(report.n_points, 'point')}", "dim")
     return text
 

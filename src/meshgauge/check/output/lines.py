@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Iterator
 from pathlib import Path, PurePath
 
+from ...look import style
 from .. import Outcome
-
-_NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-
 
 def messages(outcome: Outcome) -> Iterator[str]:
     """An outcome in lines: the sentence, the cells, and how many more there are."""
@@ -36,5 +33,5 @@ def relative(path: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Text without what XML and terminals cannot hold; such a character becomes ``?``."""
-    return _NOT_XML.sub("?", text)
+    """Text without what XML, Markdown and a pipeline's log cannot hold; only its ends of lines stay."""
+    return style.printable(text, keep="\n")

@@ -40,7 +40,7 @@ class CheckText:
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         check = self.check
-        title = Text(check.path, "bold", overflow="fold")
+        title = Text(style.printable(check.path), "bold", overflow="fold")
         title.append(
             f"  {style.plural(check.n_cells, 'cell')}, {style.plural(check.n_points, 'point')}", "not bold dim"
         )
@@ -76,7 +76,7 @@ class CheckLine:
 
     def __rich__(self) -> Text:
         broken = "; ".join(str(outcome.rule) for outcome in self.check.of(State.FAIL, State.WARN, State.UNCHECKED))
-        return Text(f"{self.check.path}: {verdict(self.check)}{f': {broken}' if broken else ''}")
+        return Text(f"{style.printable(self.check.path)}: {verdict(self.check)}{f': {broken}' if broken else ''}")
 
 
 class ChecksText:
@@ -94,9 +94,9 @@ class ChecksText:
         yield Text(f"{_mark(state, options)} {share}", _look(state))
         for check in self.checks:
             if not check.is_passed:
-                yield Text(f"  {_mark(check.state, options)} {check.path}: {verdict(check)}", overflow="fold")
+                yield Text(f"  {_mark(check.state, options)} {style.printable(check.path)}: {verdict(check)}", overflow="fold")
         for failure in self.failures:
-            yield Text(f"  ? {failure.path}: {failure.reason}", overflow="fold")
+            yield Text(f"  ? {style.printable(failure.path)}: {style.printable(failure.reason)}", overflow="fold")
 
 
 def verdict(check: Check) -> str:
