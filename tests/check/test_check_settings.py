@@ -56,7 +56,7 @@ def test_settings_of_somebody_else_are_named_not_used(
         Path, "stat", lambda path, **how: os.stat_result((*real(path, **how)[:4], owner, *real(path, **how)[5:10]))
         if path.name == name else real(path, **how)
     )  # fmt: skip
-    with pytest.raises(SettingsError, match="belongs to another user .*--config"):
+    with pytest.raises(SettingsError, match=r"belongs to another user .*--config"):
         nearest(deep)
     assert nearest(tmp_path) == tmp_path / name  # the working folder's own count whoever laid them there
     assert load(tmp_path / name).fail == ("nothing invalid",)  # and so do those that are named

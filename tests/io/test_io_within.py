@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +36,31 @@ AWAY = {
     "</PUnstructuredGrid></VTKFile>",
     "a.vtm": '<VTKFile type="vtkMultiBlockDataSet"><vtkMultiBlockDataSet><DataSet index="0" file="../away/a.vtu"/>'
     "</vtkMultiBlockDataSet></VTKFile>",
+    "reference.xdmf": XDMF.format(head="", kind="HDF", cells="&#46;./away/a.h5:/c", more=""),
+    "cdata.xdmf": XDMF.format(head="", kind="HDF", cells="<![CDATA[../away/]]>a.h5:/c", more=""),
+    "comment.xdmf": XDMF.format(head="", kind="hdf", cells="..<!-- -->/away/a.h5:/c", more=""),
+    "binary.xdmf": XDMF.format(head="", kind="Binary", cells="../away/passwd", more=""),
+    "internal.xdmf": XDMF.format(
+        head='<!DOCTYPE Xdmf [<!ENTITY x "../away/a.h5">]>', kind="HDF", cells="&x;:/c", more=""
+    ),
+    "parameter.xdmf": XDMF.format(
+        head='<!DOCTYPE Xdmf [<!ENTITY % x SYSTEM "../away/a">%x;]>', kind="XML", cells="0 1 2 3", more=""
+    ),
+    "wide.xdmf": XDMF.format(head="", kind="HDF", cells="../away/a.h5:/c", more="").replace(
+        '"1.0"?>',
+        '"1.0" encoding="UTF-16"?><!--\u583c\u6d64\u2066-->',  # whose bytes are "<Xdmf "
+    ),
+    "other.xdmf": XDMF.format(head="", kind="XML", cells="0 1 2 3", more="").replace(
+        '"1.0"', '"1.0" encoding="EBCDIC"'
+    ),
+    "reference.vtm": '<VTKFile type="vtkMultiBlockDataSet"><vtkMultiBlockDataSet>'
+    '<DataSet index="0" file="..&#47;away&#x2F;a.vtu"/></vtkMultiBlockDataSet></VTKFile>',
+    "entity.vtm": '<!DOCTYPE x [<!ENTITY e "../away/a.vtu">]><VTKFile type="vtkMultiBlockDataSet">'
+    '<vtkMultiBlockDataSet><DataSet index="0" file="&e;"/></vtkMultiBlockDataSet></VTKFile>',
+    "reference.pvd": '<VTKFile type="Collection"><Collection><DataSet file="..&#47;away/a.vtu"/>'
+    "</Collection></VTKFile>",
+    "quoted.case": 'FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: "../away/a.geo"\n',
+    "single.case": "FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: 1 '../away/a b.geo'\n",
     "a.case": "FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: ../away/a.geo\n",
     "b.case": "FORMAT\ntype: ensight gold\nGEOMETRY\nmodel: a.geo\nVARIABLE\nscalar per node: s ../away/a.scl\n",
     "a.inp": "*NODE\n1, 0,0,0\n*INCLUDE, INPUT=../away/a.inp\n",
@@ -50,8 +78,8 @@ def test_files_elsewhere_are_refused(tmp_path: Path, name: str) -> None:
     with h5py.File(tmp_path / "away" / "a.h5", "w") as file:
         file["c"] = np.array([[0, 1, 2, 3]])
     path = tmp_path / "here" / name
-    path.write_text(AWAY[name])
-    with pytest.raises(ReadError, match=r"outside its folder|not fetched|entities") as caught:
+    path.write_text(AWAY[name], encoding="utf-16" if name == "wide.xdmf" else "utf-8")
+    with pytest.raises(ReadError, match=r"outside its folder|not fetched|entity|expected UTF-8|neither in") as caught:
         io.read(path)
     assert str(path) in str(caught.value)
 
@@ -62,6 +90,78 @@ def test_files_of_the_folder_are_followed(tmp_path: Path) -> None:
     path = tmp_path / "a.xdmf"
     path.write_text(XDMF.format(head='<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" []>', kind="HDF", cells="a.h5:/c", more=""))
     assert io.read(path).type_counts() == {"tetra": 1}
+
+
+def test_an_entity_may_stand_for_a_file_beside(tmp_path: Path) -> None:
+    """As PETSc writes it."""
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["c"] = np.array([[0, 1, 2, 3]])
+    path = tmp_path / "a.xdmf"
+    head = '<!DOCTYPE Xdmf SYSTEM "Xdmf.dtd" [<!ENTITY HeavyData "a.h5">]>'
+    path.write_text(XDMF.format(head=head, kind="HDF", cells="&HeavyData;:/c", more=""))
+    assert io.read(path).type_counts() == {"tetra": 1}
+
+
+def test_what_is_included_is_checked_as_well(tmp_path: Path) -> None:
+    for folder in ("here", "away"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "away" / "a.h5").touch()
+    path = tmp_path / "here" / "a.xdmf"
+    path.write_text(XDMF.format(head="", kind="XML", cells="0 1 2 3", more='<xi:include href="b.xmf"/>'))
+    (tmp_path / "here" / "b.xmf").write_text('<Grid><DataItem Format="HDF">../away/a.h5:/c</DataItem></Grid>')
+    with pytest.raises(ReadError, match="outside its folder"):
+        io.read(path)
+    (tmp_path / "here" / "b.xmf").write_text('<Grid><xi:include href="b.xmf"/></Grid>')
+    with pytest.raises(ReadError, match="includes a file"):
+        io.read(path)
+
+
+SANDBOX = """
+import sys
+from pathlib import Path
+from meshgauge.io.plumbing import child, sandbox
+here, away, how = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
+if how == "child":
+    from meshgauge.io import registry
+    confine = sandbox.confine
+    registry.read_here = lambda *_: (print((here / "a.vtu").read_text()), away.read_text())
+    child.main({"seconds": 60, "memory": 8 << 30, "fd": None, "result": str(here / "out"), "path": str(here / "a.vtu"),
+                "name": "a.vtu", "format": "vtu", "step": None})
+sandbox.confine([here], uses_kernel=how == "kernel")
+print((here / "a.vtu").read_text())
+for path, mode in ((away, "r"), (here / ".." / "away", "r"), (here / "link", "r"), (here / "new", "w"),
+                   (here / "a.vtu", "r+"), ("/etc/passwd", "r")):
+    try:
+        open(path, mode).close()
+    except PermissionError:
+        continue
+    print("opened", path, mode)
+open("/dev/null", "w").close()
+import h5py, numpy.fft, vtkmodules.vtkIOXML
+print("imports work")
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="made of links and of /etc/passwd")
+@pytest.mark.parametrize("how", ["kernel", "python", "child"])
+def test_a_child_sees_the_folder_and_the_installation_only(how: str, tmp_path: Path) -> None:
+    """Also what no guard knows of: a reader that opens a file elsewhere gets none."""
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "a.vtu").write_text("inside")
+    (here / "out").touch()
+    (tmp_path / "away").write_text("secret")
+    (here / "link").symlink_to(tmp_path / "away")
+    done = subprocess.run(
+        [sys.executable, "-c", SANDBOX, here, tmp_path / "away", how], capture_output=True, text=True, cwd="/"
+    )
+    assert done.stdout.startswith("inside\n"), done.stderr
+    assert "opened" not in done.stdout
+    assert "secret" not in done.stdout
+    if how == "child":
+        assert "PermissionError" in done.stderr
+    else:
+        assert done.stdout.endswith("imports work\n"), done.stderr
 
 
 @pytest.mark.parametrize("extension", [".vtkhdf", ".e", ".med", ".cgns", ".h5m"])

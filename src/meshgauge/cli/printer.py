@@ -76,7 +76,9 @@ class StepsPrinter(QuietPrinter):
         if len(measured) > 1:
             worst = min(measured, key=lambda one: (-one.summary.all.n_invalid, one.summary.all.min))
             every = worst.summary.all
-            text = f"worst over time: {printable(worst.path)}, {every.n_invalid:,} invalid, minimum {quality(every.min)}"
+            text = (
+                f"worst over time: {printable(worst.path)}, {every.n_invalid:,} invalid, minimum {quality(every.min)}"
+            )
             self.output.show(Text(text), wrap=False)
 
 

@@ -61,7 +61,11 @@ class ComparisonText:
         if any(one.superiority for one in comparison.against):
             yield Text(sentences.CAUTION, "dim", overflow="fold")
         for failure in self.failures:
-            yield Text(f"not compared: {style.printable(failure.path)}: {style.printable(failure.reason)}", "bold red", overflow="fold")
+            yield Text(
+                f"not compared: {style.printable(failure.path)}: {style.printable(failure.reason)}",
+                "bold red",
+                overflow="fold",
+            )
 
 
 def _sides(comparison: Comparison) -> Iterator[RenderableType]:

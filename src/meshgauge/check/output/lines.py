@@ -9,6 +9,7 @@ from pathlib import Path, PurePath
 from ...look import style
 from .. import Outcome
 
+
 def messages(outcome: Outcome) -> Iterator[str]:
     """An outcome in lines: the sentence, the cells, and how many more there are."""
     yield outcome.text

@@ -94,7 +94,9 @@ class ChecksText:
         yield Text(f"{_mark(state, options)} {share}", _look(state))
         for check in self.checks:
             if not check.is_passed:
-                yield Text(f"  {_mark(check.state, options)} {style.printable(check.path)}: {verdict(check)}", overflow="fold")
+                yield Text(
+                    f"  {_mark(check.state, options)} {style.printable(check.path)}: {verdict(check)}", overflow="fold"
+                )
         for failure in self.failures:
             yield Text(f"  ? {style.printable(failure.path)}: {style.printable(failure.reason)}", overflow="fold")
 

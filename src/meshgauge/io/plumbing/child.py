@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from . import handover
+from . import handover, sandbox
 
 
 def main(request: dict[str, Any]) -> None:
@@ -18,6 +18,7 @@ def main(request: dict[str, Any]) -> None:
 
     target = os.fdopen(request["fd"], "w+b") if request["result"] is None else open(request["result"], "r+b")  # noqa: SIM115
     path = Path(request["path"])
+    sandbox.confine([path, *({path.resolve()} if path.is_dir() else {path.parent, path.resolve().parent})])
     try:
         chosen = registry.format_named(request["format"])
         if request.get("lists"):

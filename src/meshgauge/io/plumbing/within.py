@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mmap
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -10,12 +9,11 @@ from typing import Any
 
 from ...errors import ReadError
 from ...files import sources
+from .xml_names import names_in_xml
 
-_ENTITY = re.compile(rb"<!(?:ENTITY|DOCTYPE[^>]*(?:PUBLIC|SYSTEM\s+[\"'](?!Xdmf\.dtd[\"'])))", re.IGNORECASE)
-_HEAVY = re.compile(rb">\s*([^<>\s][^<>]{0,4000}?\.(?:h5|hdf5?|xmf|bin|raw|dat))(?=\s*[:<])", re.IGNORECASE)
-_ATTRIBUTE = re.compile(rb"\b(?:href|file|source|reference)\s*=\s*[\"']([^\"']+)[\"']", re.IGNORECASE)
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
 _MOST_LINKS = 100_000
+_DEEPEST = 8
 
 
 def check(path: Path, names: Iterable[str]) -> None:
@@ -42,32 +40,32 @@ def check_present(path: Path, names: Sequence[str]) -> None:
         raise ReadError(f"{path}: refers to {missing[0]}, which is missing{more}")
 
 
-def check_xml(path: Path) -> None:
-    """Raise for entities, and for names of files elsewhere in attributes or as the place of heavy data (XDMF, PVD).
+def check_xml(path: Path, *, depth: int = 0) -> None:
+    """Raise for names of files elsewhere, in attributes, as the place of heavy data (XDMF), or of XML to be included.
 
-    HDF5 files that are named are checked as well.
+    HDF5 files that are named are checked as well, and so is what is included.
     """
-    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        if _ENTITY.search(data):
-            raise ReadError(f"{path}: declares entities, which are not read")
-        heavy = {n.decode("utf-8", "replace").strip() for n in _HEAVY.findall(data)}
-        names = heavy | {n.decode("utf-8", "replace").strip() for n in _ATTRIBUTE.findall(data)}
-    names = {n for n in names if not n.startswith(("/Xdmf", "XML", "#"))}
-    check(path, names)
-    check_present(path, sorted(heavy & names))
-    for name in names:
+    names = names_in_xml(path)
+    check(path, names.others)
+    check_present(path, sorted(names.heavy | names.included))
+    for name in names.heavy | names.others:
         target = path.parent / name
         if target.is_file() and target.suffix.lower() in (".h5", ".hdf", ".hdf5"):
             check_hdf_file(target)
+    if names.included and depth == _DEEPEST:
+        raise ReadError(f"{path}: includes a file, the {depth}th one in another")
+    for name in sorted(names.included):
+        check_xml(path.parent / name, depth=depth + 1)
 
 
 def check_ensight(path: Path) -> None:
-    """Raise for names of files elsewhere in an EnSight case: the last word of the lines that name one."""
+    """Raise for names of files elsewhere in an EnSight case: words and quoted texts of the lines that name one."""
     text = path.read_bytes().decode("utf-8", "replace")
-    words = re.findall(
+    lines = re.findall(
         r"^\s*(?:model|measured|match|boundary|rigid_body|[^:\n]*\bper\b[^:\n]*):(.*)$", text, re.M | re.I
     )
-    check(path, (word for line in words for word in line.split() if not re.fullmatch(r"[-\d.]+", word)))
+    words = [word.strip("\"'") for line in lines for word in re.findall(r"\"[^\"]*\"|'[^']*'|\S+", line)]
+    check(path, (word for word in words if not re.fullmatch(r"[-\d.]*", word)))
 
 
 def check_hdf_file(path: Path) -> None:

@@ -13,6 +13,7 @@ from ....mesh import Mesh
 from ...plumbing import vtk, within
 from ...plumbing.format import HEAD, Format
 from ...plumbing.steps import Step, number_steps
+from ...plumbing.xml_names import names_in_xml
 from . import parallel, vtu_raw
 
 _READERS = {
@@ -34,7 +35,6 @@ _LONGEST_HEAD = 1 << 20
 _ALONE = ("UnstructuredGrid", "PolyData", "StructuredGrid", "RectilinearGrid", "ImageData")
 """Types of files that refer to no others."""
 _COUNT = re.compile(rb"\bNumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)")
-_FILE = re.compile(rb"\b(?:file|Source)\s*=\s*[\"']([^\"']+)[\"']", re.IGNORECASE)
 
 _DENSEST = 1100
 """Items a byte of a file can stand for: zlib packs 1032 zero bytes into one, a VTU needs 8 bytes a point or cell."""
@@ -98,8 +98,8 @@ def _check(path: Path, *, refers: bool) -> None:
                     what = match.group(1).decode().lower()
                     raise ReadError(f"{path}: states {count} {what}, but has only {size} bytes")
             at = data.find(b"<Piece", at + 1, stop)
-        if refers:
-            within.check_present(path, [name.decode("utf-8", "replace") for name in _FILE.findall(data[:stop])])
+    if refers:
+        within.check_present(path, sorted(names_in_xml(path).others))
 
 
 def _escape(name: str) -> str:
