@@ -73,7 +73,7 @@ STATUSES: dict[Status, StatusRow] = {
             "degenerate",
             True,
             Category.DEGENERATE,
-            "no corner is negative, some is exactly flat",
+            "no corner is negative, but some is flat: rounding of the stored coordinates could turn its sign",
         ),
         StatusRow(
             Status.INVERTED_INSIDE,
@@ -101,7 +101,7 @@ STATUSES: dict[Status, StatusRow] = {
             "concave",
             True,
             Category.INVALID,
-            "not convex, but a point sees all of its faces: of use to finite volumes, not to finite elements",
+            "a corner is negative or flat, but a point sees all faces: of use to finite volumes, not to elements",
         ),
         StatusRow(Status.BROKEN, "broken", False, Category.INVALID, "a polyhedron whose faces make no closed solid"),
         StatusRow(Status.NON_FINITE, "non_finite", False, Category.UNMEASURED, "a coordinate is NaN or infinite"),

@@ -27,6 +27,7 @@ from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import BOUNDARY, SAME, Topology, topology
 from ..quality import arrays
 from ..quality.measure import Quality
+from ..status import Status, is_degenerate
 from .points import extent
 from .reversal import reversal
 
@@ -164,7 +165,7 @@ def orientation(
     """
     mesh = quality.mesh
     has_shape = _HAS_SHAPE[mesh.types]
-    is_inverted = (quality.values < 0.0) & has_shape
+    is_inverted = (quality.status == Status.INVERTED) & has_shape
     faces = faces if faces is not None else topology(mesh)
     if not is_inverted.any() and not (faces.windings[faces.mates >= 0] == SAME).any():
         return _all_right(mesh)
@@ -216,9 +217,14 @@ def _neighbours(
 
 
 def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int8]:
-    """What the shape alone says: 1 for a valid cell, -1 for one that is valid when renumbered, else 0."""
+    """What the shape alone says: 1 for a valid cell, -1 for one that is valid when renumbered, else 0.
+
+    A cell that is flat as far as its coordinates can tell says nothing; one that is concave, but star-shaped, is seen
+    from inside.
+    """
     mesh = quality.mesh
-    signs: NDArray[np.int8] = ((quality.values > 0.0) & _HAS_SHAPE[mesh.types]).astype(np.int8)
+    is_right = (quality.values > 0.0) & ~is_degenerate(quality.status) | (quality.status == Status.CONCAVE)
+    signs: NDArray[np.int8] = (is_right & _HAS_SHAPE[mesh.types]).astype(np.int8)
     types = mesh.types[inverted]
     for vtk_id in np.unique(types):
         row = CELL_TYPES[int(vtk_id)]

@@ -17,6 +17,7 @@ from ..mesh.cast import frozen, read_only
 from ..mesh.ghosts import without_ghosts
 from ..mesh.labels import cell_labels
 from ..quality.measure import Quality, measure
+from ..status import Status
 from .orientation import EXAMPLES, Orientation, orientation
 from .points import duplicates, representatives
 from .reversal import reversal
@@ -112,7 +113,7 @@ def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]
 
 
 def _orientation(mesh: Mesh, quality: Quality) -> Orientation:
-    if not (quality.values < 0.0).any():
+    if not (quality.status == Status.INVERTED).any():
         return orientation(quality)
     representative = representatives(mesh.points, stored=mesh.stored)
     used = np.zeros(mesh.n_points, bool)

@@ -13,8 +13,7 @@ from ..kernels.topology import driver
 from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .cast import read_only
 from .mesh import Mesh
-from .polyhedra import IndexArray, ragged_positions
-from .subset import with_all_points
+from .polyhedra import IndexArray
 
 __all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
 
@@ -120,30 +119,6 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
         cells, starts, mesh.types, mesh.offsets, nodes, table, poly, longest, mesh.n_points
     )
     return Topology(mesh, read_only(starts), read_only(cells), read_only(mates), read_only(windings), n_multiple)
-
-
-def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """For some entries of the ``cell_faces`` of a mesh's polyhedra: True if another cell has that face, too."""
-    poly = mesh.polyhedra
-    assert poly is not None
-    half_faces = poly.cell_faces[entries]
-    inner = np.asarray(np.bincount(poly.cell_faces, minlength=poly.n_faces)[half_faces] > 1)
-    left = half_faces[~inner]
-    if len(left):
-        # Whoever has one of them has three of its points: match the faces of these cells only.
-        is_near = np.zeros(mesh.n_points, np.bool_)
-        starts = poly.face_offsets[left].astype(np.int64)
-        is_near[poly.face_points[ragged_positions(starts, poly.face_offsets[left + 1] - starts)]] = True
-        ends = np.concatenate([[0], np.cumsum(is_near[mesh.connectivity])])[mesh.offsets]
-        near = np.flatnonzero(np.diff(ends) >= 3)
-        matched = topology(with_all_points(mesh, near))
-        is_poly = mesh.types[near[matched.cells]] == POLYHEDRON.vtk_id
-        has_mate = np.zeros(len(poly.cell_faces), np.bool_)
-        some = near[mesh.types[near] == POLYHEDRON.vtk_id]
-        firsts = poly.cell_offsets[some].astype(np.int64)
-        has_mate[ragged_positions(firsts, poly.cell_offsets[some + 1] - firsts)] = matched.mates[is_poly] >= 0
-        inner |= has_mate[entries]
-    return inner
 
 
 @cache

@@ -23,6 +23,9 @@ CHUNK = 1 << 14
 def mark_concave(mesh: Mesh, status: NDArray[np.uint8], polyhedra: PolyhedralQuality | None) -> None:
     """Make cells CONCAVE that are inverted, at a corner or inside, or flat at a corner, but star-shaped.
 
+    A flat corner could be a negative one, for all that the coordinates tell; a cell that a point sees is of use
+    either way.
+
     Their faces are cut into triangles from the mean of their points, as for polyhedra. One that is numbered in reverse
     is not star-shaped: it is seen from outside.
 

@@ -1,4 +1,5 @@
-"""What is flat about degenerate cells: an edge without length, or the whole cell without volume."""
+"""Cells that are flat as far as their coordinates can tell; and what is flat about them: an edge without length, or the
+whole cell without volume."""
 
 from __future__ import annotations
 
@@ -7,11 +8,39 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import Shape
+from ..cells import CellType, Shape
+from ..kernels.cells import driver
+from ..kernels.cells.flat import LIMIT
 from ..mesh import Mesh, connectivity
+from ..status import Codes, Status
 
 NO_VOLUME = 1e-12
 """Share of the cube of its size below which a cell has no volume: rounding leaves as much."""
+
+
+CHUNK = 1 << 12
+"""Cells looked at together."""
+
+
+def mark_flat(mesh: Mesh, row: CellType, ids: NDArray[np.int64], values: NDArray[np.float64], codes: Codes) -> None:
+    """Make cells DEGENERATE of which a corner could change sign by rounding, and none is negative beyond that.
+
+    Parameters
+    ----------
+    mesh, row, ids
+        Cells of one type, their points as `kernels.cells.driver.columns` has them.
+    values
+        ``(n,)`` their J_ENS.
+    codes
+        ``(n,)`` their status, changed in place; OK and INVERTED only.
+    """
+    assert row.shape is not None
+    near = np.flatnonzero((np.abs(values) <= LIMIT / row.shape.k) & (values != 0.0))
+    for start in range(0, len(near), CHUNK):
+        some = near[start : start + CHUNK]
+        signs = driver.corner_signs(mesh.points, ids[some], row, single=mesh.stored == "single")
+        is_flat = (signs == 0).any(axis=1)
+        codes[some[is_flat & ~(signs < 0).any(axis=1)]] = Status.DEGENERATE
 
 
 def describe(mesh: Mesh, cells: NDArray[np.int64]) -> str:

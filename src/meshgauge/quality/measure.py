@@ -22,17 +22,18 @@ from ..look import notebook, style
 from ..look.bands import POOR
 from ..look.names import cell_entry, point_entry
 from ..mesh import CellIds, Mesh, connectivity
+from ..mesh.beyond import beyond
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
 from ..mesh.high_order import row_of
 from ..mesh.interface import is_interface
 from ..mesh.labels import cell_label, point_label
-from ..mesh.topology import inner_faces
 from ..status import STATUSES, Purpose, Status, is_unmeasured
 from . import evaluate, validity
 from .collapsed import with_collapsed
 from .concave import mark_concave
 from .findings import status_cells
+from .flat import mark_flat
 from .frame import frame
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .polyhedra import PolyhedralQuality, measure_polyhedra
@@ -392,7 +393,7 @@ def _measure_all(mesh: Mesh, rows: Mapping[str, Metric], threads: int | None) ->
                 cells,
                 threads=threads,
                 stored=mesh.stored,
-                inner_faces=partial(inner_faces, mesh),
+                beyond=partial(beyond, mesh),
             )
             status[cells] = polyhedra.status
             given = PolyhedralCells(mesh.points, mesh.polyhedra, polyhedra)
@@ -440,6 +441,7 @@ def _measure_jens(
         codes = _status(into)
         if not isinstance(part, slice):
             values[part] = into
+        mark_flat(mesh, row, ids, into, codes)
         flat = np.flatnonzero(codes == Status.DEGENERATE)
         if len(flat):
             nodes = np.sort(ids[flat], axis=1)

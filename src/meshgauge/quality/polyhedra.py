@@ -35,6 +35,9 @@ CHUNK = 1 << 12
 LONG = 64
 """Corners of more faces than this are not looked up by the least form of their faces."""
 
+SINGLE = 2.0**-24
+"""The relative rounding of coordinates in single precision."""
+
 BROKEN = int(Status.BROKEN)
 """Status of a cell whose faces make no solid: it has no value. `Fault` says why."""
 
@@ -192,6 +195,8 @@ class _Part:
     jens: Values
     hanging: NDArray[np.bool_]
     hanging_quality: Values
+    is_negative: NDArray[np.bool_]  #: a cell with a corner that is negative beyond rounding
+    is_flat: NDArray[np.bool_]  #: a cell with a corner whose sign rounding could have turned
     is_candidate: NDArray[np.bool_]  #: a cell, see `driver.Candidates`
     unknown_entries: NDArray[np.int64]  #: in ``cell_faces``
 
@@ -211,7 +216,7 @@ def measure_polyhedra(
     *,
     threads: int | None = None,
     stored: Precision | None = None,
-    inner_faces: Callable[[NDArray[np.int64]], NDArray[np.bool_]] | None = None,
+    beyond: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None = None,
 ) -> PolyhedralQuality:
     """Measure polyhedral cells.
 
@@ -227,10 +232,10 @@ def measure_polyhedra(
         At most this many; None: one for each processor. It has no influence on the values.
     stored
         How exactly the coordinates were stored, which says what a plane face is; None: by their dtype.
-    inner_faces
-        Tells, for entries of ``polyhedra.cell_faces``, whether a cell lies beyond that face, as
-        `meshgauge.mesh.topology.inner_faces` does; called at most once, if hanging nodes depend on it. None: nodes
-        hang by what their own cell tells.
+    beyond
+        Tells, for entries of ``polyhedra.cell_faces``, what lies beyond that face, a cell or which patch of the
+        boundary, as `meshgauge.mesh.beyond.beyond` does; called at most once, if hanging nodes depend on it. None:
+        nodes hang by what their own cell tells.
     """
     n_all = len(polyhedra.cell_offsets) - 1
     ids = np.arange(*cells.indices(n_all)) if isinstance(cells, slice) else np.asarray(cells, np.int64)
@@ -238,22 +243,22 @@ def measure_polyhedra(
     driver.prepare(points.dtype.str)
     table = _table()
     single = points.dtype == np.float32 if stored is None else stored == "single"
-    unit = 2.0**-24 if single else 2.0**-53
+    unit = SINGLE if single else 2.0**-53
 
     def chunks(some: NDArray[np.int64]) -> list[NDArray[np.int64]]:
         return [some[start : start + CHUNK] for start in range(0, max(len(some), 1), CHUNK)]
 
     def work(part: NDArray[np.int64]) -> _Part:
-        return _measure_chunk(points, polyhedra, part, table, unit=unit, finds_candidates=inner_faces is not None)
+        return _measure_chunk(points, polyhedra, part, table, unit=unit, finds_candidates=beyond is not None)
 
     columns = _join(run(work, chunks(ids), threads))
     again, entries = columns["is_candidate"], columns["unknown_entries"]
-    if again.any() and inner_faces is not None:
-        inner = np.zeros(len(polyhedra.cell_faces), np.uint8)
-        inner[entries] = inner_faces(entries)
+    if again.any() and beyond is not None:
+        known = np.zeros(len(polyhedra.cell_faces), np.int64)
+        known[entries] = beyond(entries)
 
         def work_again(part: NDArray[np.int64]) -> _Part:
-            return _measure_chunk(points, polyhedra, part, table, unit=unit, inner=inner)
+            return _measure_chunk(points, polyhedra, part, table, unit=unit, beyond=known)
 
         of_nodes = np.repeat(again, columns["node_counts"])
         for name, column in _join(run(work_again, chunks(ids[again]), threads)).items():
@@ -265,7 +270,7 @@ def measure_polyhedra(
     return PolyhedralQuality(
         cells=read_only(ids),
         values=read_only(values),
-        status=read_only(_status(values, faults, columns["star_shaped"], columns["plane_faces"])),
+        status=read_only(_status(columns)),
         faults=read_only(faults.astype(np.uint16)),
         reference_kind=read_only(columns["kind"]),
         is_star_shaped=read_only(columns["star_shaped"]),
@@ -346,13 +351,13 @@ def _measure_chunk(
     *,
     unit: float,
     finds_candidates: bool = False,
-    inner: NDArray[np.uint8] | None = None,
+    beyond: NDArray[np.int64] | None = None,
 ) -> _Part:
-    """Measure cells; ``inner`` is 1 for each face of a cell that is known to have another cell beyond it, ``unit`` the
-    relative rounding of the stored coordinates."""
+    """Measure cells; ``beyond`` says what lies beyond each entry of ``cell_faces``, if known, ``unit`` is the relative
+    rounding of the stored coordinates."""
     faces, entries = faces_of(polyhedra, cells), _face_entries(polyhedra, cells)
     whole = driver.links(points, faces)
-    links, candidates = driver.without_hanging(points, faces, whole, None if inner is None else inner[entries])
+    links, candidates = driver.without_hanging(points, faces, whole, None if beyond is None else beyond[entries])
     k = np.full(len(links.node_ids), np.nan)
     which = driver.match(links, table, k)
     is_broken = (links.faults & bits.BROKEN) != 0
@@ -363,6 +368,7 @@ def _measure_chunk(
     values, jens = driver.cell_jens(js, k, links)
     hanging = links.is_hanging == 1
     shape = driver.shapes(points, faces, links.faults, unit)
+    is_negative, is_flat = driver.corner_signs(points, links, js, single=unit == SINGLE)
     warped, zero = (shape & polyhedra_shape.WARPED) != 0, (shape & polyhedra_shape.ZERO_EDGE) != 0
     known = np.where(which == match.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
     return _Part(
@@ -378,6 +384,8 @@ def _measure_chunk(
         jens=jens,
         hanging=hanging,
         hanging_quality=np.where(hanging, 1.0 - np.abs(js), np.nan),
+        is_negative=is_negative,
+        is_flat=is_flat,
         is_candidate=candidates.cells,
         unknown_entries=entries[candidates.faces],
     )
@@ -430,23 +438,19 @@ def _least_form(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     return best
 
 
-def _status(
-    values: Values,
-    faults: NDArray[np.int64],
-    is_star_shaped: NDArray[np.bool_],
-    has_plane_faces: NDArray[np.bool_],
-) -> NDArray[np.uint8]:
+def _status(columns: dict[str, NDArray[Any]]) -> NDArray[np.uint8]:
     """Positive corners certify a cell whose faces are plane; one with warped faces must be star-shaped as well."""
+    is_star_shaped, is_negative = columns["star_shaped"], columns["is_negative"]
     cases = {
-        Status.BROKEN: (faults & bits.BROKEN) != 0,
-        Status.INVERTED_INSIDE: (values > 0.0) & ~has_plane_faces & ~is_star_shaped,
-        Status.OK: values > 0.0,
-        Status.CONCAVE: (values < 0.0) & is_star_shaped,
-        Status.INVERTED: values < 0.0,
-        Status.DEGENERATE: values == 0.0,
+        Status.BROKEN: (columns["faults"] & bits.BROKEN) != 0,
+        Status.NON_FINITE: np.isnan(columns["values"]),
+        Status.CONCAVE: is_negative & is_star_shaped,
+        Status.INVERTED: is_negative,
+        Status.DEGENERATE: columns["is_flat"],
+        Status.INVERTED_INSIDE: ~columns["plane_faces"] & ~is_star_shaped,
     }
     codes = [np.uint8(status) for status in cases]
-    return np.select(list(cases.values()), codes, np.uint8(Status.NON_FINITE))
+    return np.select(list(cases.values()), codes, np.uint8(Status.OK))
 
 
 def corner_triples(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...cells import BY_NAME, CellType, Shape
 from .. import path
-from . import aggregate, robust
+from . import aggregate, flat, robust
 
 Values = NDArray[np.float64]
 Points = NDArray[np.floating]
@@ -99,6 +99,30 @@ def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out
     left = np.flatnonzero(np.isnan(out).any(axis=1))
     if len(left):
         out[left] = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
+
+
+def corner_signs(points: Points, connectivity: Cells, row: CellType, *, single: bool) -> NDArray[np.int8]:
+    """-1, 0, 1 for each corner of each cell, or triple of a corner: negative, flat, positive; see `flat`.
+
+    Parameters
+    ----------
+    points, connectivity, row
+        As for `cell_jens`; coordinates are finite.
+    single
+        The coordinates are stored in single precision.
+
+    Returns
+    -------
+    NDArray[np.int8]
+        ``(n_cells, n_triples)``.
+    """
+    if uses_all_nodes(row):
+        from ..certificate.corners import corner_signs
+
+        return corner_signs(row.kind, _coordinates(points, connectivity), single=single)
+    triples = np.array(_shape(row).triples)
+    corners = _coordinates(points, connectivity[:, triples]).reshape(-1, 4, 3)
+    return flat.of_corners(corners, single=single).reshape(len(connectivity), len(triples))
 
 
 def _fast(name: str) -> Any:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import Shape
+from ..cells import flat
 from ..cells.aggregate import fold
 from ..jit import kernel
 from .exact import root_ratio, whole_points
@@ -58,6 +59,31 @@ def corner_tangents_js(
         nodes = points[connectivity[cell, table[triple]]]
         js[cell, triple] = _exact(nodes.tolist()) if np.isfinite(nodes).all() else nan
     return _fold(js, [a for a, *_ in shape.triples])
+
+
+def corner_signs(name: str, nodes: NDArray[np.floating], *, single: bool) -> NDArray[np.int8]:
+    """``(m, n_triples)`` -1, 0, 1 for each triple of cells ``(m, n_nodes, 3)``, finite: negative, flat, positive.
+
+    ``single``: the coordinates are stored in single precision; see `kernels.cells.flat`.
+    """
+    _, table = _corners(name)
+    out = np.empty((len(nodes), len(table)), np.int8)
+    for t, triple in enumerate(table):
+        points = np.asarray(nodes[:, triple], np.float64)
+        sign = flat.signs(points, _tangent_weights(triple), single=single)
+        for cell in np.flatnonzero(sign == flat.OPEN):
+            sign[cell] = np.sign(_exact(points[cell].tolist()))
+        out[:, t] = sign
+    return out
+
+
+def _tangent_weights(triple: NDArray[np.int64]) -> NDArray[np.float64]:
+    """``(3, 7)`` the tangents at a corner as weights of it, its three neighbours and the nodes on the edges to them."""
+    weights = np.zeros((3, 7))
+    for n in range(3):
+        is_straight = triple[4 + n] == triple[1 + n]
+        weights[n, [0, 1 + n, 4 + n]] = (-1, 1, 0) if is_straight else (-3, -1, 4)
+    return weights
 
 
 def has_zero_corner(name: str, nodes: NDArray[np.floating]) -> NDArray[np.bool_]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import TETRA
-from ..cells import robust
+from ..cells import flat, robust
 from . import hanging, shape
 from . import links as polyhedra_links
 from . import match as polyhedra_match
@@ -19,6 +19,7 @@ from . import nodes as polyhedra_nodes
 Values = NDArray[np.float64]
 Ids = NDArray[np.int64]
 Points = NDArray[np.floating]
+Bools = NDArray[np.bool_]
 
 
 FLATTEST = 0.35
@@ -158,20 +159,18 @@ def _links(faces: Faces) -> Links:
     )
 
 
-def without_hanging(
-    points: Points, faces: Faces, whole: Links, inner_faces: NDArray[np.uint8] | None = None
-) -> tuple[Links, Candidates]:
+def without_hanging(points: Points, faces: Faces, whole: Links, beyond: Ids | None = None) -> tuple[Links, Candidates]:
     """The links without hanging nodes, and the candidates for more.
 
-    ``inner_faces`` is 1 for each face beyond which there is a cell, None if that is not known. Without it only what a
+    ``beyond`` says what lies beyond each face, see `hanging.INNER`; None if that is not known. Without it only what a
     cell's own faces tell is taken out.
     """
-    if inner_faces is not None:
-        return _without(points, whole, np.ones(len(whole.node_counts), np.bool_), inner_faces, True)
+    if beyond is not None:
+        return _without(points, whole, np.ones(len(whole.node_counts), np.bool_), beyond, True)
     may = np.asarray(whole.valences == 2)
     four = np.flatnonzero(whole.valences == 4)
     may[four] = (whole.sizes[whole.starts[four][:, None] + np.arange(4)] <= 6).all(axis=1)
-    suspects, unknown = _any(may, whole), np.zeros(len(faces.sizes), np.uint8)
+    suspects, unknown = _any(may, whole), np.zeros(len(faces.sizes), np.int64)
     if not suspects.any():
         return whole, Candidates(suspects, unknown == 1)
     return _without(points, whole, suspects, unknown, False)
@@ -180,7 +179,7 @@ def without_hanging(
 def candidates(points: Points, faces: Faces, whole: Links, scaled_jacobian: Values) -> Candidates:
     """Cells in which more nodes might hang, by the J_S of their nodes."""
     suspects = _any(np.abs(scaled_jacobian) < FLATTEST, whole, 2)  # both ends of an edge
-    unknown = np.zeros(len(faces.sizes), np.uint8)
+    unknown = np.zeros(len(faces.sizes), np.int64)
     return (
         _without(points, whole, suspects, unknown, False, 0)[1]
         if suspects.any()
@@ -197,7 +196,7 @@ def _without(
     points: Points,
     of: Links,
     suspects: NDArray[np.bool_],
-    inner_faces: NDArray[np.uint8],
+    beyond: Ids,
     is_known: bool,
     room: int | None = None,
 ) -> tuple[Links, Candidates]:
@@ -205,11 +204,11 @@ def _without(
     n_nodes, n = len(of.node_ids), len(of.points) if room is None else room
     outcome, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
     link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    unknown_faces = np.zeros(len(inner_faces), np.uint8)
+    unknown_faces = np.zeros(len(beyond), np.uint8)
     darts = hanging.remove(
         points,
         suspects,
-        inner_faces,
+        beyond,
         is_known,
         unknown_faces,
         of.node_counts,
@@ -310,19 +309,49 @@ def _resolve(points: Points, of: Links, out: Values, nodes: Ids) -> None:
     """The nodes that the kernel left, by the path that is right whatever the coordinates."""
     if len(nodes) == 0:
         return
+    corners, ends = _triples(of, nodes)
+    values = robust.node_scaled_jacobian(np.asarray(points[corners], np.float64), TETRA)[:, 0]
+    least = np.minimum.reduceat(values, ends)  # NaN if any is
+    nearest = np.maximum.reduceat(np.where(values < 0.0, values, -np.inf), ends)
+    out[nodes] = np.where(least < 0.0, nearest, least) + 0.0
+
+
+def corner_signs(points: Points, of: Links, scaled_jacobian: Values, *, single: bool) -> tuple[Bools, Bools]:
+    """``(n_cells,)`` whether a corner is negative beyond rounding, and whether one is flat as far as can be told.
+
+    Parameters
+    ----------
+    points, of
+        As for `node_scaled_jacobian`.
+    scaled_jacobian
+        What that gave for the nodes.
+    single
+        The coordinates are stored in single precision.
+    """
+    is_corner = (of.is_hanging == 0) & ~np.isnan(scaled_jacobian)
+    is_negative, is_flat = is_corner & (scaled_jacobian < 0.0), is_corner & (scaled_jacobian == 0.0)
+    near = np.flatnonzero(is_corner & ~is_flat & (np.abs(scaled_jacobian) <= flat.LIMIT) & (of.valences >= 3))
+    if len(near):
+        corners, first = _triples(of, near)
+        signs = flat.of_corners(np.asarray(points[corners], np.float64), single=single)
+        has_flat = np.maximum.reduceat(signs == 0, first)
+        is_negative[near[has_flat]] = np.minimum.reduceat(signs, first)[has_flat] < 0
+        is_flat[near[has_flat]] = True
+    return _any(is_negative, of), _any(is_flat, of)
+
+
+def _triples(of: Links, nodes: Ids) -> tuple[Ids, Ids]:
+    """``(n, 4)`` some nodes, each with three neighbours that follow one another; and where those of each start."""
     n_triples = np.where(of.valences[nodes] == 3, 1, of.valences[nodes])
     owner = np.repeat(np.arange(len(nodes)), n_triples)
-    first = np.arange(len(owner)) - np.repeat(np.cumsum(n_triples) - n_triples, n_triples)
+    starts = np.cumsum(n_triples) - n_triples
+    first = np.arange(len(owner)) - np.repeat(starts, n_triples)
     valence, start = of.valences[nodes][owner], of.starts[nodes][owner]
     corners = np.empty((len(owner), 4), np.int64)
     corners[:, 0] = of.node_ids[nodes][owner]
     for turn in range(3):
         corners[:, 1 + turn] = of.points[start + (first + turn) % valence]
-    values = robust.node_scaled_jacobian(np.asarray(points[corners], np.float64), TETRA)[:, 0]
-    ends = np.cumsum(n_triples) - n_triples
-    least = np.minimum.reduceat(values, ends)  # NaN if any is
-    nearest = np.maximum.reduceat(np.where(values < 0.0, values, -np.inf), ends)
-    out[nodes] = np.where(least < 0.0, nearest, least) + 0.0
+    return corners, starts
 
 
 def _resolve_on_edges(points: Points, of: Links, out: Values, nodes: Ids) -> None:

@@ -8,7 +8,9 @@ A node between two faces only stands on an edge. In the middle of a split face t
 - the faces beside it are triangles or quadrilaterals, within 20° of one plane, cells lie beyond both, and at each end
   what is left is straight: no edge, two within 20° of a line, or the three and more of a corner. By its own faces the
   cell cannot be told from one with real corners, such as a flat roof; that there are cells beyond is for the mesh to
-  say.
+  say; or
+- the faces beside it, of any number of nodes, are on the boundary, of one patch, and within 0.1° of one plane: their
+  common nodes hang, also where the edge of the cell that is left bends, as on a warped face beside.
 
 ::
 
@@ -32,6 +34,11 @@ from ..arrays import BoolArray, Float64Array, FloatArray, Index, Int64Array, UIn
 from ..jit import inlined, kernel
 
 FLAT = 0.9396926207859084  # cos 20°
+COPLANAR = 0.1 * 0.017453292519943295
+"""Radians between the normals of faces that are one, if they are of one patch of the boundary."""
+
+INNER, PATCH = 1, 2
+"""What lies beyond a face: a cell; a patch of the boundary, which are numbered from here. 0: not known."""
 
 REDUCED, CANDIDATE = 1, 2
 """Bits of the outcome for a cell: something was taken out; more would be if cells lay beyond all faces."""
@@ -133,6 +140,15 @@ def _is_flat(normal: Float64Array, f: Index, g: Index) -> Any:
 
 
 @inlined
+def _is_coplanar(normal: Float64Array, f: Index, g: Index) -> Any:
+    square, dot = 0.0, 0.0
+    for axis in range(3):
+        square += (normal[f, axis] - normal[g, axis]) ** 2
+        dot += normal[f, axis] * normal[g, axis]
+    return dot > 0.0 and square < COPLANAR * COPLANAR
+
+
+@inlined
 def _mark_middles(
     n_nodes: Index,
     nxt: Int64Array,
@@ -181,17 +197,21 @@ def _mark_between(
     valence: Int64Array,
     normal: Float64Array,
     label: Int64Array,
-    inner: UInt8Array,
+    beyond: Int64Array,
     is_known: bool,
     dead: Int64Array,
 ) -> Any:
-    """Mark the edges between parts of one face beyond which cells lie. Returns how many are marked."""
+    """Mark the edges between parts of one face beyond which cells lie, or of one patch. Returns how many are marked."""
     for h in range(n):
         if nxt[h] != -1 and twin[h] > h:
             t = twin[h]
-            beyond = not is_known or (inner[label[h]] != 0 and inner[label[t]] != 0)
-            is_part = face[h] != face[t] and sides[face[h]] <= 4 and sides[face[t]] <= 4
-            splits = beyond and is_part and _is_flat(normal, face[h], face[t])
+            one, other = beyond[label[h]], beyond[label[t]]
+            is_part = sides[face[h]] <= 4 and sides[face[t]] <= 4 and _is_flat(normal, face[h], face[t])
+            is_one = _is_coplanar(normal, face[h], face[t])
+            if is_known:
+                is_part = is_part and one == INNER and other == INNER
+                is_one = is_one and one >= PATCH and one == other
+            splits = 0 if face[h] == face[t] else 2 if is_one else 1 if is_part else 0
             dead[h] = splits
             dead[t] = splits
     changed = True
@@ -201,8 +221,9 @@ def _mark_between(
         marked = 0
         for v in range(n_nodes):
             h = dart[v]
-            a, b, left = v, v, 0
+            a, b, left, is_common = v, v, 0, False
             for _ in range(valence[v]):
+                is_common = is_common or dead[h] == 2  # to coplanar faces of a patch: hangs, however its own edge bends
                 if dead[h] == 0:
                     b = a
                     a = tail[twin[h]]
@@ -211,7 +232,7 @@ def _mark_between(
             marked += valence[v] - left
             is_straight = left == 0 or left > 2
             if left == 2:
-                is_straight = _is_straight(xyz, a, v, b)
+                is_straight = is_common or _is_straight(xyz, a, v, b)
             if left < valence[v] and not is_straight:
                 for _ in range(valence[v]):
                     dead[h] = 0
@@ -299,7 +320,7 @@ def _euler(
 def remove(
     points: FloatArray,
     suspects: BoolArray,
-    inner_faces: UInt8Array,
+    beyond: Int64Array,
     is_known: bool,
     unknown_faces: UInt8Array,
     node_counts: Int64Array,
@@ -324,8 +345,8 @@ def remove(
         ``(n_points, 3)`` float.
     suspects
         True for the cells to look at; the others are copied.
-    inner_faces, is_known, unknown_faces
-        1 for a face beyond which there is a cell; True if that is known, else it is 0 for all; receives 1 for a face of
+    beyond, is_known, unknown_faces
+        What lies beyond each face, see `INNER`; True if that is known, else it is 0 for all; receives 1 for a face of
         which it would be of use to know.
     node_counts, node_ids, valences, link_points, link_faces, link_sizes, link_twins
         The links of all nodes, see `links.links`.
@@ -400,7 +421,7 @@ def remove(
                         valence,
                         normal,
                         label,
-                        inner_faces,
+                        beyond,
                         is_known,
                         dead,
                     )
