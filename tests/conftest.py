@@ -5,12 +5,18 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+import tempfile
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from meshgauge import Mesh
+from meshgauge.io import registry
+from meshgauge.io.plumbing import handover, isolate
+from meshgauge.io.plumbing.steps import Step, StepChoice
 from meshgauge.kernels import path as kernels_path
 
 FLAGS = [
@@ -54,6 +60,30 @@ def path(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str
     """
     monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", {"numpy": sys.maxsize, "compiled": -1}[request.param])
     return str(request.param)
+
+
+@pytest.fixture
+def readers_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Third-party readers in the process of the tests, as a process of its own takes one a second to start.
+
+    For what they read in whole files. What was read is handed over as always. That they cannot end the process, hang or
+    take all memory is the subject of `test_io_isolated.py` and `test_io_broken.py`, and the corpus is read as users do.
+    """
+
+    def read(path: Path, name: str, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Mesh:
+        with tempfile.TemporaryFile() as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            handover.dump(file, registry.read_here(registry.format_named(name), path, choice))
+            return handover.load(file, str(path))
+
+    def steps(path: Path, name: str, limits: isolate.Limits | None = None) -> tuple[Step, ...]:
+        with tempfile.TemporaryFile() as file, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            handover.dump_steps(file, registry.steps_here(registry.format_named(name), path))
+            return handover.load_steps(file, str(path))
+
+    monkeypatch.setattr(isolate, "read", read)
+    monkeypatch.setattr(isolate, "steps", steps)
 
 
 @pytest.fixture(scope="session")

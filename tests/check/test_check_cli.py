@@ -13,6 +13,7 @@ import tomllib
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+import command_line
 import pytest
 from check_meshes import mesh
 
@@ -248,15 +249,20 @@ def test_the_hook_is_described() -> None:
     assert found["entry"].split()[0] in scripts
 
 
-def test_the_gate_in_a_pipeline_of_a_repository(repository: Path) -> None:
+def test_the_gate_in_a_pipeline_of_a_repository(repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The steps of the page's workflow, as a runner would run them: passing, failing, passing again."""
     (workflow,) = [block for block in blocks("yaml") if "actions/checkout" in block]
     (command,) = re.findall(r"- run: (meshgauge check.*)", workflow)
 
+    program, *words = shlex.split(command)
+    assert program == "meshgauge"
+    monkeypatch.setenv("GITHUB_ACTIONS", "true")
+
     def pipeline() -> subprocess.CompletedProcess[str]:
         Path("summary.md").write_text("")
-        words = [sys.executable, "-m", *shlex.split(command)]
-        return run(*words, GITHUB_ACTIONS="true", GITHUB_STEP_SUMMARY="summary.md")
+        with monkeypatch.context() as patch:
+            patch.setenv("GITHUB_STEP_SUMMARY", "summary.md")
+            return command_line.run(*words)
 
     done = pipeline()
     assert (done.returncode, done.stderr) == (0, "")
@@ -275,7 +281,7 @@ def test_the_gate_in_a_pipeline_of_a_repository(repository: Path) -> None:
         "meshes/wing.msh"
     }
     os.chdir("meshes")
-    below = run(sys.executable, "-m", *shlex.split(command), GITHUB_ACTIONS="true")
+    below = command_line.run(*words)
     assert below.stderr == done.stderr  # paths are those of the repository, wherever it runs
     os.chdir("..")
     run("git", "checkout", "-q", "meshes/wing.msh")

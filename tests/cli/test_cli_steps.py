@@ -11,6 +11,8 @@ from meshgauge import io
 from meshgauge.cli.main import main
 from meshgauge.mesh import Mesh
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 Captured = pytest.CaptureFixture[str]
 
 

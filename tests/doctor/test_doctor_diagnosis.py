@@ -242,6 +242,7 @@ def test_the_record_as_plain_data_and_as_text() -> None:
             "level": "notice",
             "count": 1,
             "examples": [8],
+            "labels": [],
             "text": "1 point belongs to no cell (point 8).",
         }
     ]

@@ -221,7 +221,7 @@ def test_cells_whose_nodes_are_not_known_are_named_and_left() -> None:
     after, changes = oriented(mesh)
     assert after is mesh
     assert changes.left.tolist() == [0]
-    assert "are numbered in reverse and left so" in changes.texts[0]
+    assert "is numbered in reverse and left so" in changes.texts[0]
 
 
 def test_a_type_without_a_shape_has_no_reversal() -> None:

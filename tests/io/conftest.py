@@ -2,44 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
-import warnings
-from pathlib import Path
-
 import numpy as np
 import pytest
 from io_meshes import LINEAR, mesh_of
 
 from meshgauge.cells import SHAPES
-from meshgauge.io import registry
-from meshgauge.io.plumbing import handover, isolate
-from meshgauge.io.plumbing.steps import Step, StepChoice
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.polyhedra import Polyhedra
-
-
-@pytest.fixture
-def readers_here(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Third-party readers in the process of the tests, as a process of its own takes one a second to start.
-
-    For what they read in whole files. What was read is handed over as always. That they cannot end the process, hang or
-    take all memory is the subject of `test_io_isolated.py` and `test_io_broken.py`, and the corpus is read as users do.
-    """
-
-    def read(path: Path, name: str, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Mesh:
-        with tempfile.TemporaryFile() as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            handover.dump(file, registry.read_here(registry.format_named(name), path, choice))
-            return handover.load(file, str(path))
-
-    def steps(path: Path, name: str, limits: isolate.Limits | None = None) -> tuple[Step, ...]:
-        with tempfile.TemporaryFile() as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            handover.dump_steps(file, registry.steps_here(registry.format_named(name), path))
-            return handover.load_steps(file, str(path))
-
-    monkeypatch.setattr(isolate, "read", read)
-    monkeypatch.setattr(isolate, "steps", steps)
 
 
 @pytest.fixture

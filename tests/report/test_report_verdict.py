@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from made_up import summary_of
 
+from meshgauge.quality.summary import summarise
 from meshgauge.report.verdict import verdict
+from meshgauge.status import Purpose, Status
 
 NAN = np.nan
 
@@ -63,3 +65,30 @@ def test_good_means_measured_and_good(values: list[float]) -> None:
 
 def test_surfaces_do_not_spoil_a_good_mesh() -> None:
     assert verdict(summary_of(tetra=[0.5], quad=[NAN])).level == "good"
+
+
+@pytest.mark.parametrize(
+    ("purpose", "statuses", "level", "text"),
+    [
+        ("fem", [Status.CONCAVE, Status.CONCAVE, Status.OK], "bad", "2 of 3 cells are concave but star-shaped: usable"),
+        ("fv", [Status.CONCAVE, Status.CONCAVE, Status.OK], "poor", "2 of 3 cells are concave but star-shaped: usable"),
+        (
+            "fem",
+            [Status.CONCAVE, Status.INVERTED, Status.OK],
+            "bad",
+            "1 of 3 cells is inverted and 1 is concave but star-shaped: the mesh is not usable as it is",
+        ),
+        (
+            "fem",
+            [Status.INVERTED_INSIDE, Status.INVERTED, Status.OK],
+            "bad",
+            "2 of 3 cells are inverted (1 of them inside, between good corners): the mesh is not usable as it is",
+        ),
+    ],
+)
+def test_concave_cells_are_not_called_inverted(purpose: Purpose, statuses: list[Status], level: str, text: str) -> None:
+    values = np.where(np.isin(statuses, [Status.OK, Status.INVERTED_INSIDE]), 0.5, -0.5)
+    summary = summarise(values, np.array(statuses, np.uint8), np.full(3, 42, np.uint8), purpose=purpose)
+    found = verdict(summary)
+    assert found.level == level
+    assert found.text.startswith(text)
