@@ -340,6 +340,11 @@ _ROWS: tuple[CellType, ...] = (
     _quadratic(32, "wedge18", WEDGE, _WEDGE18),
     _quadratic(33, "hexahedron24", HEXAHEDRON, _HEX27, _HEX24_BESIDE),
     _high_order(37, "pyramid19", PYRAMID, 19, "vtkTriQuadraticPyramid"),
+    # VTK has no cells of these four: here, of formats whose nodes beside the corners are in no order that is known.
+    _high_order(64, "higher_order_tetra", TETRA, None),
+    _high_order(65, "higher_order_wedge", WEDGE, None),
+    _high_order(66, "higher_order_pyramid", PYRAMID, None),
+    _high_order(67, "higher_order_hexahedron", HEXAHEDRON, None),
     _high_order(71, "lagrange_tetra", TETRA, None, "vtkLagrangeTetra", (15,)),
     _high_order(72, "lagrange_hexahedron", HEXAHEDRON, None, "vtkLagrangeHexahedron"),
     _high_order(73, "lagrange_wedge", WEDGE, None, "vtkLagrangeWedge", (21,)),
@@ -353,10 +358,6 @@ _ROWS: tuple[CellType, ...] = (
     CellType(42, "polyhedron", 3, None),
     CellType(55, "parametric_tetra_region", 3, None),
     CellType(56, "parametric_hexa_region", 3, None),
-    CellType(64, "higher_order_tetra", 3, None),
-    CellType(65, "higher_order_wedge", 3, None),
-    CellType(66, "higher_order_pyramid", 3, None),
-    CellType(67, "higher_order_hexahedron", 3, None),
     # Surfaces, lines, vertices: counted, never measured.
     CellType(0, "empty", 0, None),
     CellType(1, "vertex", 0, 1),

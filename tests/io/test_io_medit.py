@@ -196,9 +196,9 @@ def test_sections_that_are_not_known_are_named_and_second_order_cells_kept(tmp_p
     text = f"Vertices 18 {rows}\nTetrahedraP2 1 {' '.join(map(str, range(1, 11)))} 5\nWhatsits 1 2 3\n"
     text += f"PrismsP2 1 {' '.join(map(str, range(1, 19)))} 6\n"
     mesh = io.read(ascii_(tmp_path / "a.mesh", text), wedge_order="gmsh")
-    assert mesh.type_counts() == {"tetra10": 1, "lagrange_wedge": 1}
+    assert mesh.type_counts() == {"tetra10": 1, "higher_order_wedge": 1}
     assert mesh.notes == (
-        "Of lagrange_wedge cells the corners are in place.",
+        "Of higher_order_wedge cells the corners are in place.",
         "Sections that are not known were left out: whatsits.",
     )
 

@@ -111,10 +111,10 @@ def test_meshio_two_dimensional_points() -> None:
 @pytest.mark.parametrize(
     ("name", "n", "ours"),
     [
-        ("pyramid14", 14, "lagrange_pyramid"),
-        ("tetra20", 20, "lagrange_tetra"),
-        ("wedge40", 40, "lagrange_wedge"),
-        ("hexahedron64", 64, "lagrange_hexahedron"),
+        ("pyramid14", 14, "higher_order_pyramid"),
+        ("tetra20", 20, "higher_order_tetra"),
+        ("wedge40", 40, "higher_order_wedge"),
+        ("hexahedron64", 64, "higher_order_hexahedron"),
         ("VTK_LAGRANGE_TETRAHEDRON", 20, "lagrange_tetra"),
         ("hexahedron20", 20, "hexahedron20"),
     ],

@@ -25,7 +25,7 @@ from .formats.hedra import HEDRA
 from .formats.mdpa import MDPA
 from .formats.med.read import MED
 from .formats.medit.format import MEDIT
-from .formats.mfem import MFEM
+from .formats.mfem.read import MFEM
 from .formats.nastran.read import NASTRAN
 from .formats.openfoam import OPENFOAM
 from .formats.others import OTHERS

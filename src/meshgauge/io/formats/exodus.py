@@ -30,7 +30,7 @@ _HEX20 = (*range(12), 16, 17, 18, 19, 12, 13, 14, 15)  # upright edges stand bef
 _WEDGE15 = (*range(9), 12, 13, 14, 9, 10, 11)
 _KINDS = {
     "TET": {4: Kind("tetra", 4), 10: Kind("tetra10", 10)},
-    "PYR": {5: Kind("pyramid", 5), 13: Kind("pyramid13", 13)},
+    "PYR": {5: Kind("pyramid", 5), 13: Kind("pyramid13", 13), 14: Kind("lagrange_pyramid", 14)},
     "WED": {6: Kind("wedge", 6), 15: Kind("wedge15", 15, _WEDGE15), 18: Kind("wedge18", 18, (*_WEDGE15, 15, 16, 17))},
     "HEX": {
         8: Kind("hexahedron", 8),
@@ -44,7 +44,15 @@ _KINDS = {
 }
 _NONE = np.empty((0, 3))
 """Points of a block of its own: all refer to those of the file."""
-_LAGRANGE = {"TET": "tetra", "PYR": "pyramid", "WED": "wedge", "HEX": "hexahedron", "TRI": "triangle", "QUA": "quad"}
+_FAMILIES = {
+    "TET": "higher_order_tetra",
+    "PYR": "higher_order_pyramid",
+    "WED": "higher_order_wedge",
+    "HEX": "higher_order_hexahedron",
+    "TRI": "lagrange_triangle",
+    "QUA": "lagrange_quad",
+}
+"""Of other numbers of nodes no more is known than that the corners come first."""
 _SAME = {"BEA": "BAR", "TRU": "BAR", "EDG": "BAR", "CIR": "SPH", "POI": "SPH", "NOD": "SPH"}
 
 
@@ -181,7 +189,7 @@ def _part(block: _Block, arrays: dict[str, Variable], points: NDArray[np.float64
         kind = _kind(block, width, path)
         cells = gather(ids.ravel() - 1, np.arange(n) * width, np.zeros(n, np.int64), {0: kind})
         part = Part("", _NONE, cells.types, cells.offsets, cells.connectivity)
-        if kind.name.startswith("lagrange_") and n:
+        if kind not in _KINDS.get(block.element, {}).values() and n:
             part.notes.append(f"Of {kind.name} cells of {width} nodes the corners are in place, the others as filed.")
     _in_range(part.connectivity, len(points), f"{path}: block {block.number}: point")
     return part
@@ -191,9 +199,8 @@ def _kind(block: _Block, width: int, path: Path) -> Kind:
     kind = _KINDS.get(block.element, {}).get(width)
     if kind is not None:
         return kind
-    family = _LAGRANGE.get(block.element)
-    row = BY_NAME.get(f"lagrange_{family}")
-    if row is None or row.shape is None or width < row.shape.n_nodes:
+    row = BY_NAME.get(_FAMILIES.get(block.element, ""))
+    if row is None or width < (row.shape.n_nodes if row.shape is not None else row.n_corners):
         name = block.connect.attributes.get("elem_type", "")
         raise ReadError(f"{path}: block {block.number}: elements {name!r} of {width} nodes are not known")
     return Kind(row.name, width)

@@ -32,10 +32,10 @@ _FAMILY = {
     "line": "lagrange_line",
     "triangle": "lagrange_triangle",
     "quad": "lagrange_quad",
-    "tetra": "lagrange_tetra",
-    "pyramid": "lagrange_pyramid",
-    "wedge": "lagrange_wedge",
-    "hexahedron": "lagrange_hexahedron",
+    "tetra": "higher_order_tetra",
+    "pyramid": "higher_order_pyramid",
+    "wedge": "higher_order_wedge",
+    "hexahedron": "higher_order_hexahedron",
 }
 _VTK_NAME = {
     "CURVE": "line",
@@ -101,7 +101,8 @@ def _reason(error: BaseException, output: io.StringIO) -> str:
 
 
 def row(name: str) -> CellType:
-    """The row of one of meshio's cell types; types without a VTK id of their own become Lagrange cells.
+    """The row of one of meshio's cell types; types without a VTK id of their own become cells of
+    which only the corners are known to be in place.
 
     Raises
     ------
@@ -114,7 +115,7 @@ def row(name: str) -> CellType:
         return BY_NAME["polyhedron"]
     if name.startswith("polygon"):
         return BY_NAME["polygon"]
-    vtk = re.fullmatch(r"VTK_(LAGRANGE|BEZIER)_([A-Z]+)", name)
+    vtk = re.fullmatch(r"VTK_(LAGRANGE|BEZIER|HIGHER_ORDER)_([A-Z]+)", name)
     if vtk and vtk.group(2) in _VTK_NAME:
         return BY_NAME[f"{vtk.group(1).lower()}_{_VTK_NAME[vtk.group(2)]}"]
     family = re.fullmatch(r"([a-z]+)\d+", name)
@@ -125,8 +126,8 @@ def row(name: str) -> CellType:
 
 def name_of(cell: CellType) -> str:
     """meshio's name of a cell type, where it has one; pixels and voxels as quads and hexahedra."""
-    if cell.name.startswith(("lagrange_", "bezier_")):
-        kind, base = cell.name.split("_")
+    if cell.name.startswith(("lagrange_", "bezier_", "higher_order_")):
+        kind, _, base = cell.name.rpartition("_")
         return f"VTK_{kind.upper()}_" + next(k for k, v in _VTK_NAME.items() if v == base)
     return {11: "hexahedron", 8: "quad"}.get(cell.vtk_id, cell.name)
 

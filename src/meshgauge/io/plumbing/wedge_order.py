@@ -41,6 +41,9 @@ _TURNED = {
     32: (*_CORNERS, 8, 7, 6, 11, 10, 9, 12, 14, 13, 17, 16, 15),
 }
 
+_OF_ANY_ORDER = (73, 80)
+"""VTK's Lagrange and Bézier wedges."""
+
 Ids = NDArray[np.int64]
 
 
@@ -243,6 +246,10 @@ def permutation(vtk_id: int, n_nodes: int) -> tuple[int, ...]:
     """Old position of each node when the triangles of a wedge of this type are turned round. Its own inverse."""
     if vtk_id in _TURNED:
         return _TURNED[vtk_id]
+    if vtk_id not in _OF_ANY_ORDER:
+        return (*_CORNERS, *range(6, n_nodes))  # in no order that is known
+    if n_nodes == 15:
+        return _TURNED[26]
     if n_nodes == 21 or any((p + 1) ** 2 * (p + 2) // 2 == n_nodes for p in range(1, 50)):
         return _turn_by_coordinates(n_nodes)
     return (*_CORNERS, *range(6, n_nodes))  # of different orders along and across, which the number does not tell

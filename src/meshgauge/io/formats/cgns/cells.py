@@ -33,13 +33,16 @@ KINDS: dict[int, Kind] = {
     24: Kind("lagrange_line", 4),
     **{code: Kind("lagrange_triangle", n) for code, n in ((25, 9), (26, 10), (41, 12), (42, 15))},
     **{code: Kind("lagrange_quad", n) for code, n in ((27, 12), (28, 16), (43, 16), (44, 25))},
-    **{code: Kind("lagrange_tetra", n) for code, n in ((29, 16), (30, 20), (45, 22), (46, 34), (47, 35))},
-    **{code: Kind("lagrange_pyramid", n) for code, n in ((31, 21), (32, 29), (33, 30), (48, 29), (49, 50), (50, 55))},
-    **{code: Kind("lagrange_wedge", n) for code, n in ((34, 24), (35, 38), (36, 40), (51, 33), (52, 66), (53, 75))},
+    **{code: Kind("higher_order_tetra", n) for code, n in ((29, 16), (30, 20), (45, 22), (46, 34), (47, 35))},
     **{
-        code: Kind("lagrange_hexahedron", n)
+        code: Kind("higher_order_pyramid", n)
+        for code, n in ((31, 21), (32, 29), (33, 30), (48, 29), (49, 50), (50, 55))
+    },
+    **{code: Kind("higher_order_wedge", n) for code, n in ((34, 24), (35, 38), (36, 40), (51, 33), (52, 66), (53, 75))},
+    **{
+        code: Kind("higher_order_hexahedron", n)
         for code, n in ((37, 32), (38, 56), (39, 64), (54, 44), (55, 98), (56, 125))
     },
     40: Kind("lagrange_line", 5),
 }
-"""Of cubic and quartic elements, and the pyramid of 14 nodes, the corners are in place."""
+"""Of cubic and quartic elements the corners are in place."""

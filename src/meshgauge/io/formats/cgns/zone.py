@@ -256,9 +256,12 @@ def _unstructured(
         bad = int(connectivity[np.argmax(wrong)]) + 1
         raise node.fail(f"an element refers to point {bad}, which is outside 1..{len(points)}")
     part = Part("", points, types, face_based.offsets_of(sizes), connectivity, _join([(c, p) for c, p, _ in made]))
-    lagrange = sorted({CELL_TYPES[int(t)].name for t in np.unique(types) if CELL_TYPES[int(t)].name.startswith("lagr")})
-    if lagrange:
-        part.notes.append(f"Of {', '.join(lagrange)} cells the corners are in place, the other nodes as filed.")
+    names_of = {CELL_TYPES[int(t)].name for t in np.unique(types)}
+    curved = sorted(name for name in names_of if name.startswith(("higher_order", "lagrange_")))
+    if "lagrange_pyramid" in curved:
+        curved.remove("lagrange_pyramid")  # that of 14 nodes, all of which are in place
+    if curved:
+        part.notes.append(f"Of {', '.join(curved)} cells the corners are in place, the other nodes as filed.")
     numbers = np.concatenate([_NONE, *(numbers for *_, numbers in made)])
     return part, np.where(numbers <= last, listed[np.minimum(numbers, last)], 0), names
 

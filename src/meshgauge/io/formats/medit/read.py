@@ -42,9 +42,9 @@ SECTIONS = tuple(
         ("TrianglesP2", 24, "triangle6", 6),
         ("QuadrilateralsQ2", 27, "quad9", 9),
         ("TetrahedraP2", 30, "tetra10", 10),
-        ("HexahedraQ2", 33, "lagrange_hexahedron", 27),
-        ("PrismsP2", 86, "lagrange_wedge", 18),
-        ("PyramidsP2", 87, "lagrange_pyramid", 14),
+        ("HexahedraQ2", 33, "higher_order_hexahedron", 27),
+        ("PrismsP2", 86, "higher_order_wedge", 18),
+        ("PyramidsP2", 87, "higher_order_pyramid", 14),
     )
 )
 _BY_KEYWORD: dict[str | int, Section] = {
@@ -132,7 +132,9 @@ def _mesh(
     cells = gather(flat, np.cumsum(widths) - widths, codes, dict(enumerate(kinds)))
     refs = np.concatenate([np.empty(0, np.int64), *(table[:, -1] for _, table in tables)])
     ends = np.cumsum([0, *sizes]).tolist()
-    curved = [f"Of {kind.name} cells the corners are in place." for kind in kinds if kind.name.startswith("lagrange")]
+    curved = [
+        f"Of {kind.name} cells the corners are in place." for kind in kinds if kind.name.startswith("higher_order")
+    ]
     return Mesh(
         points,
         cells.types,
