@@ -128,7 +128,7 @@ def discontinuous(
 
 def _corners(elements: Cells, name: str, at: Ints) -> Ints:
     n = BY_NAME[name].n_nodes or 0
-    return elements.connectivity[elements.offsets[at][:, None] + np.arange(n)].astype(np.int64)
+    return np.asarray(elements.connectivity[elements.offsets[at][:, None] + np.arange(n)], np.int64)
 
 
 def _numbered(elements: Cells, of_type: dict[str, Ints], n_vertices: int) -> tuple[dict[str, Ints], int]:
