@@ -22,6 +22,7 @@ from typing import Literal, NamedTuple, NoReturn
 
 from ..cells import BY_NAME, SHAPES
 from ..errors import RuleError
+from ..look.bands import POOR_TEXT
 from ..quality.metrics import METRICS
 from .rules import Allowance, Level, Nothing, NoWorse, Rule, Scope, Threshold
 from .words import WORDS
@@ -81,7 +82,7 @@ class _Parser:
     def rule(self) -> Rule:
         first = self.next()
         if first.kind == "end":
-            self.fail(first, "a rule is missing, such as 'jens >= 0.2 @ 1%' or 'nothing invalid'")
+            self.fail(first, f"a rule is missing, such as 'jens >= {POOR_TEXT} @ 1%' or 'nothing invalid'")
         if first.text == "nothing":
             return self.nothing()
         if first.text == "no":

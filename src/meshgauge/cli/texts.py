@@ -54,7 +54,7 @@ Of each broken rule the worst cells are listed. JSON and the other outputs are d
 
 Exit codes: 0 passed, also with warnings, 1 a rule is broken, 2 some mesh or rule could not be checked, 130 interrupted.""",
         (
-            "meshgauge check wing.vtu --fail 'jens >= 0.2 @ 1%' --fail 'nothing invalid'",
+            f"meshgauge check wing.vtu --fail 'jens >= {POOR_TEXT} @ 1%' --fail 'nothing invalid'",
             "meshgauge check 'meshes/*.vtu' --junit junit.xml --sarif mesh.sarif",
             "meshgauge check wing.vtu --write-baseline wing.json",
             "meshgauge check wing.vtu --fail 'no worse than wing.json within 0.01'",
@@ -135,7 +135,7 @@ Exit codes: 0 done, 2 some file could not be read or nothing can be drawn, 130 i
         (
             "meshgauge view wing.vtu",
             "meshgauge view before.vtu after.vtu",
-            "meshgauge view wing.vtu --link 'quality=-1,0.2' --screenshot bad.png",
+            f"meshgauge view wing.vtu --link 'quality=-1,{POOR_TEXT}' --screenshot bad.png",
         ),
     ),
     "metrics": Text(

@@ -21,7 +21,7 @@ from . import Against, Comparison, Loss, PairCounts, PairedCells, Row, sentences
 from .comparison import ALL
 
 WIDTHS = (40, 20)
-"""Characters of the small histograms, the first that fits: -1 to 1, so that 0 and 0.2 fall between two."""
+"""Characters of the small histograms, the first that fits: -1 to 1, so that 0 and `POOR` fall between two."""
 
 COUNTS = ("n_measured", "n_invalid", "n_degenerate", "share_not_good")
 VALUES = ("min", "quantile_0.01", "quantile_0.5", "mean")

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshgaugeError
 from ..io import from_pyvista
+from ..look.bands import POOR
 from ..quality.measure import JENS, Quality, measure
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ class Gauge:
         self,
         *,
         boundary: str = "fixed",
-        target: float = 0.2,
+        target: float = POOR,
         floor: float = 0.9,
         strict: bool = False,
         seconds: float | None = None,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ..look import style
 from ..look.bands import NAMES
 from ..look.colours import DASHES, FAINT, GRID, INK, INVALID, POOR, SERIES, SOFT, WORDS
 from ..quality.summary import Summary, Tally
@@ -88,15 +89,8 @@ def short(text: str, length: int) -> str:
 
 
 def number(value: float) -> str:
-    """A value in at most seven characters, with a real minus sign."""
-    size = abs(value)
-    text = f"{value:.0e}" if 0 < size < 5e-4 else f"{value:.3f}" if size < 100 else f"{value:.4g}"
-    return text.replace("-", MINUS)
-
-
-def plural(n: int, noun: str) -> str:
-    """``1 cell``, ``2,000 cells``."""
-    return f"{n:,} {noun}{'' if n == 1 else 's'}"
+    """A value, not NaN, as `look.style.quality` writes it, with a real minus sign."""
+    return style.quality(value).replace("-", MINUS)
 
 
 def band_counts(tally: Tally) -> dict[str, int]:
@@ -118,7 +112,7 @@ def words(tally: Tally, *, without: tuple[str, ...] = ()) -> list[tuple[str, str
 def sentence(summary: Summary) -> str:
     """Cells, extremes and median in one line; and what was not measured."""
     every = summary.all
-    parts = [plural(every.n_cells, "cell")]
+    parts = [style.plural(every.n_cells, "cell")]
     if every.n_measured:
         parts += [f"min {number(every.min)}", f"median {number(every.quantiles((0.5,))[0.5])}"]
     if inside := every.statuses.get("inverted_inside"):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..look.colours import GRID, INK, SOFT
+from ..look.style import plural
 from ..quality.measure import JENS
 from ..quality.summary import Tally
 from . import chart_style
@@ -92,7 +93,7 @@ def _legend(figure: Figure, curves: list[tuple[str, Tally]]) -> None:
         figure.text(
             0.795,
             y - 0.42 * step,
-            f"{chart_style.plural(tally.n_measured, 'cell')}, min {chart_style.number(tally.min)}",
+            f"{plural(tally.n_measured, 'cell')}, min {chart_style.number(tally.min)}",
             ha="left",
             va="center",
             fontsize=8.5,

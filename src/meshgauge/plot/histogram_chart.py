@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..look.colours import DEGENERATE, FAINT, INK, WORDS, colours
+from ..look.style import plural
 from ..quality.measure import JENS
 from ..quality.summary import Scale, Tally
 from . import chart_style
@@ -173,7 +174,7 @@ def legend(figure: Figure, meshes: list[Series], top: float) -> None:
         every = mesh.summary.all
         counts_text = ", ".join(text for text, _ in chart_style.words(every, without=("good",)))
         least = f", min {chart_style.number(every.min)}" if every.n_measured else ""
-        text = f"{chart_style.plural(every.n_cells, 'cell')}{least}{', ' if counts_text else ''}{counts_text}"
+        text = f"{plural(every.n_cells, 'cell')}{least}{', ' if counts_text else ''}{counts_text}"
         look: dict[str, Any] = {"va": "center", "fontsize": 9.5, "color": INK, "parse_math": False}
         figure.text(0.145, y, chart_style.short(mesh.name, 86 - len(text)), ha="left", weight="bold", **look)
         figure.text(0.97, y, text, ha="right", **look)

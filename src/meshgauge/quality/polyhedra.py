@@ -181,27 +181,24 @@ def _keys(cells: NDArray[np.int64], points: NDArray[np.int64]) -> NDArray[np.int
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """What was measured on a chunk of cells."""
+    """What was measured on a chunk of cells: fields of `PolyhedralQuality`, and what leads to them."""
 
     values: Values
     faults: NDArray[np.int64]
-    kind: NDArray[np.uint8]
-    star_shaped: NDArray[np.bool_]
-    plane_faces: NDArray[np.bool_]
+    reference_kind: NDArray[np.uint8]
+    is_star_shaped: NDArray[np.bool_]
+    has_plane_faces: NDArray[np.bool_]
     node_counts: NDArray[np.int64]
     node_points: NDArray[np.int64]
-    scaled_jacobian: Values
-    k: Values
-    jens: Values
-    hanging: NDArray[np.bool_]
-    hanging_quality: Values
+    node_scaled_jacobian: Values
+    node_k: Values
+    node_jens: Values
+    node_is_hanging: NDArray[np.bool_]
+    node_hanging_quality: Values
     is_negative: NDArray[np.bool_]  #: a cell with a corner that is negative beyond rounding
     is_flat: NDArray[np.bool_]  #: a cell with a corner whose sign rounding could have turned
     is_candidate: NDArray[np.bool_]  #: a cell, see `driver.Candidates`
     unknown_entries: NDArray[np.int64]  #: in ``cell_faces``
-
-
-_OF_NODES = ("node_points", "scaled_jacobian", "k", "jens", "hanging", "hanging_quality")
 
 
 def _join(parts: list[_Part]) -> dict[str, NDArray[Any]]:
@@ -263,26 +260,18 @@ def measure_polyhedra(
         of_nodes = np.repeat(again, columns["node_counts"])
         for name, column in _join(run(work_again, chunks(ids[again]), threads)).items():
             if name != "unknown_entries":
-                columns[name][of_nodes if name in _OF_NODES else again] = column
-    values, faults = columns["values"], columns["faults"]
+                is_of_nodes = name.startswith("node_") and name != "node_counts"
+                columns[name][of_nodes if is_of_nodes else again] = column
     offsets = np.zeros(len(ids) + 1, np.int64)
     np.cumsum(columns["node_counts"], out=offsets[1:])
-    return PolyhedralQuality(
-        cells=read_only(ids),
-        values=read_only(values),
-        status=read_only(_status(columns)),
-        faults=read_only(faults.astype(np.uint16)),
-        reference_kind=read_only(columns["kind"]),
-        is_star_shaped=read_only(columns["star_shaped"]),
-        has_plane_faces=read_only(columns["plane_faces"]),
-        node_offsets=read_only(offsets),
-        node_points=read_only(columns["node_points"]),
-        node_scaled_jacobian=read_only(columns["scaled_jacobian"]),
-        node_k=read_only(columns["k"]),
-        node_jens=read_only(columns["jens"]),
-        node_is_hanging=read_only(columns["hanging"]),
-        node_hanging_quality=read_only(columns["hanging_quality"]),
-    )
+    arrays = {
+        **columns,
+        "cells": ids,
+        "status": _status(columns),
+        "faults": columns["faults"].astype(np.uint16),
+        "node_offsets": offsets,
+    }
+    return PolyhedralQuality(**{f.name: read_only(arrays[f.name]) for f in fields(PolyhedralQuality)})
 
 
 @cache
@@ -374,16 +363,16 @@ def _measure_chunk(
     return _Part(
         values=values,
         faults=links.faults | np.where(warped, Fault.WARPED_FACE, 0) | np.where(zero, Fault.ZERO_EDGE, 0),
-        kind=np.where(is_broken, ReferenceKind.NONE, known).astype(np.uint8),
-        star_shaped=(shape & polyhedra_shape.STAR_SHAPED) != 0,
-        plane_faces=(shape & polyhedra_shape.NOT_PLANE) == 0,
+        reference_kind=np.where(is_broken, ReferenceKind.NONE, known).astype(np.uint8),
+        is_star_shaped=(shape & polyhedra_shape.STAR_SHAPED) != 0,
+        has_plane_faces=(shape & polyhedra_shape.NOT_PLANE) == 0,
         node_counts=links.node_counts,
         node_points=links.node_ids,
-        scaled_jacobian=np.where(hanging, np.nan, js),
-        k=np.where(hanging, np.nan, k),
-        jens=jens,
-        hanging=hanging,
-        hanging_quality=np.where(hanging, 1.0 - np.abs(js), np.nan),
+        node_scaled_jacobian=np.where(hanging, np.nan, js),
+        node_k=np.where(hanging, np.nan, k),
+        node_jens=jens,
+        node_is_hanging=hanging,
+        node_hanging_quality=np.where(hanging, 1.0 - np.abs(js), np.nan),
         is_negative=is_negative,
         is_flat=is_flat,
         is_candidate=candidates.cells,
@@ -440,14 +429,14 @@ def _least_form(sizes: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _status(columns: dict[str, NDArray[Any]]) -> NDArray[np.uint8]:
     """Positive corners certify a cell whose faces are plane; one with warped faces must be star-shaped as well."""
-    is_star_shaped, is_negative = columns["star_shaped"], columns["is_negative"]
+    is_star_shaped, is_negative = columns["is_star_shaped"], columns["is_negative"]
     cases = {
         Status.BROKEN: (columns["faults"] & bits.BROKEN) != 0,
         Status.NON_FINITE: np.isnan(columns["values"]),
         Status.CONCAVE: is_negative & is_star_shaped,
         Status.INVERTED: is_negative,
         Status.DEGENERATE: columns["is_flat"],
-        Status.INVERTED_INSIDE: ~columns["plane_faces"] & ~is_star_shaped,
+        Status.INVERTED_INSIDE: ~columns["has_plane_faces"] & ~is_star_shaped,
     }
     codes = [np.uint8(status) for status in cases]
     return np.select(list(cases.values()), codes, np.uint8(Status.OK))

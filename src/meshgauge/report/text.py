@@ -23,7 +23,7 @@ from .record import FileReport
 from .verdict import verdict
 
 SPARK_WIDTH = 20
-"""Characters of the small histograms: 0.1 each, so that 0 and 0.2 fall between two."""
+"""Characters of the small histograms: 0.1 each, so that 0 and `POOR` fall between two."""
 
 BAR_WIDTH = 60
 """Most characters of a bar."""

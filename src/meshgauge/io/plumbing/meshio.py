@@ -21,6 +21,7 @@ from ...look.style import number_of
 from ...mesh import CellBlock, Mesh
 from ...mesh.polyhedra import Polyhedra
 from .messages import is_out_of_memory
+from .writing import plain, type_counts
 
 _LOCK = threading.RLock()
 """Standard output, standard error and the warnings filter belong to the whole process."""
@@ -125,11 +126,11 @@ def row(name: str) -> CellType:
 
 
 def name_of(cell: CellType) -> str:
-    """meshio's name of a cell type, where it has one; pixels and voxels as quads and hexahedra."""
+    """meshio's name of a cell type, where it has one."""
     if cell.name.startswith(("lagrange_", "bezier_", "higher_order_")):
         kind, _, base = cell.name.rpartition("_")
         return f"VTK_{kind.upper()}_" + next(k for k, v in _VTK_NAME.items() if v == base)
-    return {11: "hexahedron", 8: "quad"}.get(cell.vtk_id, cell.name)
+    return cell.name
 
 
 def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = (), *, copy: bool = False) -> Mesh:
@@ -232,6 +233,7 @@ def from_mesh(mesh: Mesh, *, by_type: bool = False) -> Any:
     """
     import meshio
 
+    mesh = plain(mesh)
     known = _dimensions()
     sizes = np.diff(mesh.offsets)
     kinds = np.stack([mesh.types.astype(np.int64), sizes])
@@ -248,8 +250,6 @@ def from_mesh(mesh: Mesh, *, by_type: bool = False) -> Any:
         if name is None or name not in known:
             raise WriteError(f"cells of type {type_name(mesh.types[ids[0]])} cannot be written in this format")
         dense = mesh.connectivity[mesh.offsets[ids][:, None] + np.arange(n_nodes)]
-        if cell is not None and cell.vtk_id in (8, 11):  # pixels and voxels in the order of quads and hexahedra
-            dense = dense[:, [0, 1, 3, 2] if cell.vtk_id == 8 else [0, 1, 3, 2, 4, 5, 7, 6]]
         cells.append((name, dense))
     return meshio.Mesh(
         mesh.points,
@@ -271,7 +271,7 @@ def write(path: Path, mesh: Mesh, module: str, *, by_type: bool = False, **optio
         If meshio cannot write the mesh, or if cells are missing from what it wrote.
     """
     source = from_mesh(mesh, by_type=by_type)
-    moved = by_type and np.any(np.diff(mesh.types.astype(np.int64)) < 0)
+    moved = by_type and np.any(np.diff(plain(mesh).types.astype(np.int64)) < 0)
     order = ("The format keeps cells by type: their order changed.",) if moved else ()
     return (*order, *write_source(path, source, mesh, module, **options))
 
@@ -292,19 +292,8 @@ def write_source(path: Path, source: Any, original: Mesh, module: str, **options
     return _losses(original, back)
 
 
-_SAME = {8: 9, 11: 12}
-"""Types that are written as another: pixels as quads, voxels as hexahedra."""
-
-
 def _losses(before: Mesh, after: Mesh) -> tuple[str, ...]:
-    def counts(m: Mesh) -> dict[int, int]:
-        table: dict[int, int] = {}
-        for vtk_id, n in zip(*np.unique(m.types, return_counts=True), strict=True):
-            key = _SAME.get(int(vtk_id), int(vtk_id))
-            table[key] = table.get(key, 0) + int(n)
-        return table
-
-    want, have = counts(before), counts(after)
+    want, have = type_counts(before.types), type_counts(after.types)
     missing = [f"{n - have.get(t, 0)} {type_name(t)}" for t, n in want.items() if have.get(t, 0) < n]
     if missing:
         raise WriteError(f"the format cannot hold these cells: {', '.join(missing)}")

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from ...cells import CELL_TYPES, IS_SOLID, type_name
 from ...errors import WriteError
 from ...mesh import Mesh
-
-_SAME = {8: 9, 11: 12}
-"""Types that some formats hold as another: pixels as quads, voxels as hexahedra."""
+from .writing import type_counts
 
 _ROUNDED = 1e-5
 """Of the size of a mesh: the most that text and single precision move a point."""
@@ -33,7 +31,7 @@ def check(before: Mesh, after: Mesh, *, is_exact: bool) -> None:
         return
     want, have = _solids(before), _solids(after)
     if want != have:
-        raise WriteError(f"{_counted(want)} were to be written, {_counted(have)} read back")
+        raise WriteError(f"{_counts_text(want)} were to be written, {_counts_text(have)} read back")
     if after.n_points == before.n_points and before.n_points:
         with np.errstate(invalid="ignore", over="ignore"):
             size = float(np.ptp(before.points, axis=0).max())
@@ -74,12 +72,8 @@ def _same(before: NDArray[Any], after: NDArray[Any]) -> bool:
 
 
 def _solids(mesh: Mesh) -> dict[int, int]:
-    counts: dict[int, int] = {}
-    for vtk_id, n in zip(*np.unique(mesh.types[IS_SOLID[mesh.types]], return_counts=True), strict=True):
-        key = _SAME.get(int(vtk_id), int(vtk_id))
-        counts[key] = counts.get(key, 0) + int(n)
-    return counts
+    return type_counts(mesh.types[IS_SOLID[mesh.types]])
 
 
-def _counted(counts: dict[int, int]) -> str:
+def _counts_text(counts: dict[int, int]) -> str:
     return ", ".join(f"{n} {type_name(t) if t in CELL_TYPES else t}" for t, n in sorted(counts.items())) or "no solids"

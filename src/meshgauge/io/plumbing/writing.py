@@ -21,6 +21,7 @@ REGION = "region"
 
 _PIXEL, _VOXEL = BY_NAME["pixel"].vtk_id, BY_NAME["voxel"].vtk_id
 _PLAIN = {_PIXEL: ("quad", (0, 1, 3, 2)), _VOXEL: ("hexahedron", (0, 1, 3, 2, 4, 5, 7, 6))}
+"""Types that most formats do not have: what they are written as, and which node stands where."""
 
 
 def plain(mesh: Mesh) -> Mesh:
@@ -34,6 +35,15 @@ def plain(mesh: Mesh) -> Mesh:
         connectivity[at + np.arange(len(order))] = mesh.connectivity[at + np.array(order)]
         types[cells] = BY_NAME[name].vtk_id
     return mesh.replace(types=frozen(types), connectivity=frozen(connectivity))
+
+
+def type_counts(types: NDArray[np.uint8]) -> dict[int, int]:
+    """Number of cells by VTK id, pixels and voxels counted as what `plain` makes of them."""
+    counts: dict[int, int] = {}
+    for vtk_id, n in zip(*np.unique(types, return_counts=True), strict=True):
+        key = BY_NAME[_PLAIN[vtk_id][0]].vtk_id if vtk_id in _PLAIN else int(vtk_id)
+        counts[key] = counts.get(key, 0) + int(n)
+    return counts
 
 
 def with_regions(mesh: Mesh) -> Mesh:

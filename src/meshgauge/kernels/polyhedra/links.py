@@ -68,15 +68,16 @@ def _number_nodes(
     face_sizes: Int64Array,
     face_flips: UInt8Array,
     mask: Index,
-    keys: Int64Array,
-    values: Int64Array,
-    ids: Int64Array,
-    stamp: Int64Array,
-    tail: Int64Array,
-    nxt: Int64Array,
-    face: Int64Array,
+    table: Int64Array,
+    work: Int64Array,
 ) -> Any:
-    """Number the nodes of a cell as they first appear, and write its half-edges. Returns the nodes and the faults."""
+    """Number the nodes of a cell as they first appear, and write its half-edges. Returns the nodes and the faults.
+
+    ``table`` holds keys and values; the first rows of ``work`` receive node ids, stamps, then the tail, the next one,
+    the twin (by `_pair_half_edges`) and the face of each half-edge.
+    """
+    keys, values = table[0], table[1]
+    ids, stamp, tail, nxt, face = work[0], work[1], work[2], work[3], work[5]
     for i in range(mask + 1):
         keys[i] = -1
     h, n_nodes, faults = np.int64(0), np.int64(0), np.int64(0)
@@ -196,20 +197,7 @@ def links(
             n += face_sizes[f]
         mask = _table_size(n) - 1
         n_nodes, fault = _number_nodes(
-            at_point,
-            at_face,
-            n_faces,
-            face_points,
-            face_sizes,
-            face_flips,
-            mask,
-            keys,
-            values,
-            ids,
-            stamp,
-            tail,
-            nxt,
-            face,
+            at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, table, work
         )
         if fault == 0:
             fault = _pair_half_edges(n, n_nodes, tail, nxt, mask, keys, values, twin)
@@ -317,7 +305,7 @@ def orient(
     width = _table_size(room)
     table, work = np.empty((2, width), np.int64), np.empty((9, room), np.int64)
     keys, values = table[0], table[1]
-    ids, stamp, tail, nxt, twin, face = work[0], work[1], work[2], work[3], work[4], work[5]
+    ids, tail, nxt, twin, face = work[0], work[2], work[3], work[4], work[5]
     start, flip, stack = work[6], work[7], work[8]
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
@@ -330,20 +318,7 @@ def orient(
         if wanted[c]:
             mask = _table_size(n) - 1
             n_nodes, _ = _number_nodes(
-                at_point,
-                at_face,
-                n_faces,
-                face_points,
-                face_sizes,
-                face_flips,
-                mask,
-                keys,
-                values,
-                ids,
-                stamp,
-                tail,
-                nxt,
-                face,
+                at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, table, work
             )
             _pair_half_edges(n, n_nodes, tail, nxt, mask, keys, values, twin)
             for shell in range(n_faces):

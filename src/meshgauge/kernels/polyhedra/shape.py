@@ -125,16 +125,15 @@ def _half_spaces(
     n_faces: Index,
     unit: float,
     rows: Float64Array,
-    middle: Float64Array,
-    ends: Float64Array,
-    warped: Float64Array,
+    work: Float64Array,
 ) -> Any:
     """Cut the faces of a cell into triangles from the mean of their points, and write ``(normal, bound)`` of each.
 
     In a frame with the mean of the cell's points at its origin and its size as unit. Returns how many there are, -1 if
     the cell has no size, and the bits `WARPED`, `NOT_PLANE` and `ZERO_EDGE`. ``unit`` is the relative rounding of the
-    stored coordinates.
+    stored coordinates, ``work`` ``(5, 3)`` working space.
     """
+    middle, ends, warped = work[0], work[1:4], work[4]
     n, bits, n_rows = np.int64(0), np.int64(0), np.int64(0)
     for f in range(n_faces):
         n += face_sizes[at_face + f]
@@ -228,18 +227,7 @@ def shapes(
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n, bits = _half_spaces(
-            points,
-            face_points,
-            face_sizes,
-            face_flips,
-            at_point,
-            at_face,
-            face_counts[c],
-            unit,
-            rows,
-            work[0],
-            work[1:4],
-            work[4],
+            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], unit, rows, work
         )
         least = 1.0
         for row in range(n):
@@ -273,18 +261,7 @@ def star_shaped(
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n, _ = _half_spaces(
-            points,
-            face_points,
-            face_sizes,
-            face_flips,
-            at_point,
-            at_face,
-            face_counts[c],
-            0.0,
-            rows[6:],
-            work[0],
-            work[1:4],
-            work[4],
+            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], 0.0, rows[6:], work
         )
         out[c] = _depth(rows, n + 6, basis, matrix, matrix[4:], transposed) > MARGIN
         for f in range(at_face, at_face + face_counts[c]):

@@ -4,6 +4,9 @@ At a corner with edges D = (d_1, d_2, d_3), A = D diag(1/l) W⁻¹ maps the idea
 reference lengths l, to the real one. The energy ‖A‖² / (3 χ(det A)^⅔) is 1 for the ideal corner, with
 χ(d) = (d + √(ε² + d²)) / 2 in place of d: a barrier at 0 for ε = 0, and finite everywhere for ε > 0 (Garanzha, Kaporin,
 Kudryavtseva, Protais, Ray, Sokolov: Foldover-free maps in 50 lines of code, ACM TOG 40(4), 2021).
+
+The tangents of a corner are written out in `quality`, `shape` and `cells`: a helper has to stand in the file of its
+kernel, because Numba's cache does not see edits in other files.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ SCALED_JACOBIAN = Metric(
     source="meshgauge",
     reference=f"{REPORT}, section 2; P. Knupp, Int. J. Numer. Meth. Engng 48 (2000) 1165-1185",
     where=("cell", "node"),
-    # J_S = 0.2 k is J_ENS = 0.2.
+    # J_S = POOR k is J_ENS = POOR.
     per_shape=MappingProxyType({s.name: Standard(s.k, (POOR * s.k, 1.0)) for s in SHAPES.values()}),
 )
 

@@ -20,7 +20,6 @@ from .cells import BY_CELL
 
 Ints = NDArray[np.int64]
 _TAGS = ("gmsh:physical", "gmsh:geometrical")
-_SAME = {"voxel": ("hexahedron", (0, 1, 3, 2, 4, 5, 7, 6)), "pixel": ("quad", (0, 1, 3, 2))}
 _LARGEST = 2**31 - 1
 
 
@@ -74,6 +73,7 @@ def _names(file: BinaryIO, mesh: Mesh, lost: list[str]) -> None:
 
 def _elements(file: BinaryIO, path: Path, mesh: Mesh, points: Ints, cells: Ints, as_text: bool) -> None:
     """A block for each run of cells of one type and size, by the numbers of points and cells."""
+    mesh = writing.plain(mesh)
     sizes = np.diff(mesh.offsets)
     breaks = np.flatnonzero((np.diff(mesh.types) != 0) | (np.diff(sizes) != 0)) + 1
     starts = [0, *breaks.tolist()] if mesh.n_cells else []
@@ -81,12 +81,11 @@ def _elements(file: BinaryIO, path: Path, mesh: Mesh, points: Ints, cells: Ints,
     tags = [mesh.cell_data[k] if _is_tag(k, mesh.cell_data.get(k, np.empty(0))) else none for k in _TAGS]
     for start, stop in zip(starts, [*starts[1:], mesh.n_cells], strict=False):
         name, n_nodes = type_name(mesh.types[start]), int(sizes[start])
-        name, order = _SAME.get(name, (name, ()))
         kind = BY_CELL.get((name, n_nodes))
         if kind is None:
             raise WriteError(f"{path}: cells of type {name} with {n_nodes} nodes cannot be written in Gmsh's format")
         nodes = mesh.connectivity[mesh.offsets[start] : mesh.offsets[stop]].reshape(stop - start, n_nodes)
-        turned = np.argsort(kind.order) if kind.order else (list(order) or slice(None))
+        turned = np.argsort(kind.order) if kind.order else slice(None)
         rows = np.empty((stop - start, 3 + n_nodes), np.int32)
         rows[:, 0] = cells[start:stop]
         rows[:, 1], rows[:, 2] = tags[0][start:stop], tags[1][start:stop]
