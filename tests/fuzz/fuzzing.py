@@ -70,6 +70,11 @@ TEXTS: dict[str, dict[str, str]] = {
         "a.mesh": "MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 5 0 1 2 3 4 5 6 7\n\nboundary\n1\n2 3 0 1 2 3\n\n"
         f"vertices\n8\n3\n{_CUBE}"
     },
+    "gmsh": {"a.msh": "$NOD\n4\n" + _numbered(_TETRA) + "$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n"},
+    "gmsh 4.0": {
+        "a.msh": "$MeshFormat\n4 0 8\n$EndMeshFormat\n$Entities\n0 0 0 1\n1 0 0 0 1 1 1 0 0\n$EndEntities\n"
+        f"$Nodes\n1 4\n1 3 0 4\n{_numbered(_TETRA)}$EndNodes\n$Elements\n1 1\n1 3 4 1\n1 1 2 3 4\n$EndElements\n"
+    },
     "mfem curved": {
         "a.mesh": "MFEM mesh v1.0\ndimension\n3\nelements\n1\n1 4 0 1 2 3\nboundary\n0\nvertices\n4\nnodes\n"
         f"FiniteElementSpace\nFiniteElementCollection: H1_3D_P1\nVDim: 3\nOrdering: 1\n{_TETRA}"

@@ -245,3 +245,99 @@ def test_what_is_wrong_is_named(tmp_path: Path, old: str, new: str, message: str
     (tmp_path / "a.msh").write_text(ASCII_22.replace(old, new))
     with pytest.raises(ReadError, match=rf"a\.msh: .*({message})"):
         io.read(tmp_path / "a.msh")
+
+
+OLDER = {
+    "1": "$NOD\n4\n7 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n2\n1 4 5 6 4 7 2 3 4\n9 2 3 1 3 7 2 3\n$ENDELM\n",
+    "2.0": '$MeshFormat\n2.0 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n5 "a body"\n3 "a face"\n$EndPhysicalNames\n'
+    "$Nodes\n4\n7 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n"
+    "$Elements\n2\n1 4 3 5 6 0 7 2 3 4\n9 2 3 3 1 0 7 2 3\n$EndElements\n",
+    "4.0": '$MeshFormat\n4 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n3 5 "a body"\n2 3 "a face"\n$EndPhysicalNames\n'
+    "$Entities\n1 0 1 1\n8 0 0 0 0 0 0 0\n1 0 0 0 1 1 1 1 3 0\n6 0 0 0 1 1 1 1 5 1 1\n$EndEntities\n"
+    "$Nodes\n2 4\n8 0 0 1\n7 0 0 0\n1 2 1 3\n2 1 0 0 .5 .5\n3 0 1 0 .5 .5\n4 0 0 1 .5 .5\n$EndNodes\n"
+    "$Elements\n2 2\n6 3 4 1\n1 7 2 3 4\n1 2 2 1\n9 7 2 3\n$EndElements\n",
+}
+
+
+@pytest.mark.parametrize("version", OLDER)
+def test_older_versions_are_read(version: str, tmp_path: Path) -> None:
+    path = tmp_path / "a.msh"
+    path.write_text(OLDER[version])
+    mesh = io.read(path)
+    assert mesh.points.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    assert [mesh.nodes(cell).tolist() for cell in range(2)] == [[0, 1, 2, 3], [0, 1, 2]]
+    assert mesh.cell_data["gmsh:physical"].tolist() == [5, 3]
+    assert mesh.cell_data["gmsh:geometrical"].tolist() == [6, 1]
+    names = {name: values.tolist() for name, values in mesh.field_data.items()}
+    assert names == ({} if version == "1" else {"a body": [5, 3], "a face": [3, 2]})
+    assert mesh.notes == ()
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("parametric", [0, 1])
+@pytest.mark.parametrize(("version", "binary"), [(1, 0), (2.2, 0), (2.2, 1), (4.0, 0), (4.1, 1)])
+def test_what_gmsh_writes_in_each_version(
+    version: float, binary: int, parametric: int, order: int, tmp_path: Path
+) -> None:
+    """Two boxes with groups, of tetrahedra, against what Gmsh itself holds."""
+    gmsh = pytest.importorskip("gmsh")
+    path = tmp_path / "a.msh"
+    gmsh.initialize(interruptible=False)
+    try:
+        for option, value in {
+            "General.Terminal": 0,
+            "Mesh.MeshSizeMin": 0.5,
+            "Mesh.MshFileVersion": version,
+            "Mesh.Binary": binary,
+            "Mesh.SaveParametric": parametric,
+        }.items():
+            gmsh.option.setNumber(option, value)
+        for x in (0, 1):
+            gmsh.model.occ.addBox(x, 0, 0, 1, 1, 1)
+        gmsh.model.occ.fragment([(3, 1)], [(3, 2)])
+        gmsh.model.occ.synchronize()
+        for tag, name in ((7, "left"), (8, "right")):
+            gmsh.model.addPhysicalGroup(3, [tag - 6], tag, name)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(order)
+        gmsh.write(str(path))
+        tags, flat, _ = gmsh.model.mesh.getNodes(includeBoundary=True)
+        points = dict(zip(tags.tolist(), np.reshape(flat, (-1, 3)).tolist(), strict=False))
+        held = {7: [], 8: []}
+        for tag in held:
+            _, _, (nodes,) = gmsh.model.mesh.getElements(3, tag - 6)
+            rows = np.reshape(nodes, (-1, 4 if order == 1 else 10))[:, :4]
+            held[tag] = sorted([points[n] for n in row] for row in rows.tolist())
+    finally:
+        gmsh.finalize()
+    mesh = io.read(path)
+    assert mesh.type_counts() == {"tetra" if order == 1 else "tetra10": sum(map(len, held.values()))}
+    for tag, cells in held.items():
+        own = np.flatnonzero(mesh.cell_data["gmsh:physical"] == tag)
+        ours = sorted(mesh.points[mesh.nodes(cell)[:4]].tolist() for cell in own)
+        np.testing.assert_allclose(ours, cells, atol=1e-12)
+    if version > 1:
+        assert {name: values.tolist() for name, values in mesh.field_data.items()} == {"left": [7, 3], "right": [8, 3]}
+
+
+@pytest.mark.parametrize(
+    ("version", "old", "new", "message"),
+    [
+        ("1", "$NOD\n4", "$NOD\n5", "5 nodes are stated, 4 lines given"),
+        ("1", "$ELM\n2", "$ELM\n3", "3 elements are stated, 2 read"),
+        ("1", "1 4 5 6 4", "1 4 5 6 3", "an element of type tetra has 3 nodes, expected 4"),
+        ("4.0", "1 2 1 3\n", "1 2 1 30\n", "a block of 30 nodes of 6 numbers"),
+        ("4.0", "$Nodes\n2 4", "$Nodes\n1 4", "the blocks of nodes hold 10 numbers, 32 are given"),
+        ("4.0", "4 0 8", "4 1 8", "binary files of version 4.0 are not read"),
+        ("2.0", "2.0 0 8", "3.0 0 8", "version 3.0 with numbers of 8 bytes is not known"),
+        ("2.0", '5 "a body"', 'five "a body"', "a physical name is not of the form"),
+    ],
+)
+def test_what_is_wrong_in_older_versions_is_said(
+    version: str, old: str, new: str, message: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.msh"
+    assert old in OLDER[version]
+    path.write_text(OLDER[version].replace(old, new))
+    with pytest.raises(ReadError, match=message):
+        io.read(path)

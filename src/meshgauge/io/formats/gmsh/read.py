@@ -1,19 +1,18 @@
-"""Gmsh's .msh, versions 2.2 and 4.1, ascii and binary.
+"""Gmsh's .msh of all versions, ascii and binary; what is peculiar to 1 and 4.0 stands in `older`.
 
 Own, because meshio 5.3 reads neither second-order wedges and pyramids nor, in version 2.2, element data on more than
-one type of cells, and PyVista hands the format to it.
+one type of cells, takes entities of version 4.0 for parametric nodes, and PyVista hands the format to it.
 """
 
 from __future__ import annotations
 
 import re
-import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from ....cells import BY_NAME
 from ....errors import ReadError
@@ -22,21 +21,11 @@ from ....mesh import CellBlock, Mesh
 from ....mesh.labels import own_labels
 from ....mesh.mesh import GHOST_TYPE
 from ...plumbing.ids import Index
-from .cells import BY_ID, GmshType
+from . import older
+from .cells import GmshType
+from .cursor import Cursor, Run, end_mark, kind_of, n_alike
 
 _DIMENSIONS = ("point", "curve", "surface", "volume")
-
-
-@dataclass(slots=True)
-class _Run:
-    """Elements of one type that follow one another in the file."""
-
-    kind: GmshType
-    tags: NDArray[np.int64]
-    nodes: NDArray[np.int64]  # (n, n_nodes), node tags in Gmsh's order
-    physical: NDArray[np.int64]
-    geometrical: NDArray[np.int64]
-    entity: tuple[int, int] | None = None
 
 
 @dataclass(slots=True)
@@ -45,7 +34,7 @@ class _Content:
 
     node_tags: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     points: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
-    runs: list[_Run] = field(default_factory=list)
+    runs: list[Run] = field(default_factory=list)
     names: dict[str, NDArray[Any]] = field(default_factory=dict)
     groups: dict[tuple[int, int], list[int]] = field(default_factory=dict)
     node_data: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]] = field(default_factory=dict)
@@ -55,8 +44,9 @@ class _Content:
 
 
 def read(path: Path, data: bytes) -> Mesh:
-    """The mesh in the bytes of a file of version 2.2 or 4.1."""
-    content = _sections(_Cursor(path, data))
+    """The mesh in the bytes of a file."""
+    content = _sections(Cursor(path, data))
+    older.complete_names(content.names, content.runs)
     index = Index(content.node_tags)
     types, sizes, ids, blocks, start, curved = [], [], [], [], 0, 0
     for run in content.runs:
@@ -134,74 +124,7 @@ def _cell_data(content: _Content) -> dict[str, NDArray[Any]]:
     return {**data, **own_labels(tags)}
 
 
-class _Cursor:
-    """A place in the bytes of the file; reads lines, and numbers as text or as they are in memory."""
-
-    def __init__(self, path: Path, data: bytes) -> None:
-        self.path, self.data, self.at = path, data, 0
-        self.is_binary, self.order, self.size_t = False, "<", 8
-        self.version = ""
-
-    def fail(self, what: str) -> ReadError:
-        return ReadError(f"{self.path}: not a whole Gmsh file: {what}")
-
-    def line(self) -> str:
-        """The next line that is not blank; empty at the end of the file."""
-        while self.at < len(self.data):
-            end = self.data.find(b"\n", self.at)
-            end = len(self.data) if end < 0 else end
-            text = self.data[self.at : end].strip()
-            self.at = end + 1
-            if text:
-                return text.decode("utf-8", "replace")
-        return ""
-
-    def integers(self) -> list[int]:
-        return [int(word) for word in self.line().split()]
-
-    def few(self) -> int:
-        """A number of header lines, of which no view has more than a handful."""
-        (n,) = self.integers()
-        if not 0 <= n <= 100:
-            raise self.fail(f"{n} header lines are stated")
-        return n
-
-    def raw(self, dtype: DTypeLike, n: int) -> NDArray[Any]:
-        """``n`` items of binary data."""
-        kind = np.dtype(dtype).newbyteorder(self.order)  # type: ignore[arg-type]
-        end = self.at + n * kind.itemsize
-        if n < 0 or end > len(self.data):
-            raise self.fail(f"{n} items of {kind.itemsize} bytes are stated at byte {self.at} of {len(self.data)}")
-        values = np.frombuffer(self.data, kind, n, self.at)
-        self.at = end
-        return values
-
-    def sizes(self, n: int) -> list[int]:
-        """``n`` numbers of the type size_t."""
-        return [int(v) for v in self.raw(f"u{self.size_t}", n)]
-
-    def text(self, section: str) -> NDArray[np.float64]:
-        """All numbers up to the end of the section."""
-        end = self.data.find(b"$End" + section.encode(), self.at)
-        if end < 0:
-            raise self.fail(f"section {section} has no end")
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            try:
-                values = np.fromstring(self.data[self.at : end].decode("ascii"), np.float64, sep=" ")
-            except (DeprecationWarning, ValueError, UnicodeDecodeError):
-                raise self.fail(f"section {section} holds something else than numbers") from None
-        self.at = end
-        return values
-
-    def skip(self, section: str) -> None:
-        end = self.data.find(b"$End" + section.encode(), self.at)
-        if end < 0:
-            raise self.fail(f"section {section} has no end")
-        self.at = end
-
-
-def _sections(cursor: _Cursor) -> _Content:
+def _sections(cursor: Cursor) -> _Content:
     content = _Content()
     seen = set()
     while line := cursor.line():
@@ -213,27 +136,33 @@ def _sections(cursor: _Cursor) -> _Content:
             _section(cursor, section, content)
         except (ValueError, IndexError, OverflowError) as error:
             raise cursor.fail(f"section {section}: {error}") from error
-        if cursor.line() != f"$End{section}":
+        if cursor.line() != end_mark(section):
             raise cursor.fail(f"section {section} does not end where its numbers do")
-    if not {"Nodes", "Elements"} <= seen:
+    if not ({"Nodes", "Elements"} <= seen or {"NOD", "ELM"} <= seen or {"ParametricNodes", "Elements"} <= seen):
         raise cursor.fail("it has no nodes or no elements")
     return content
 
 
-def _section(cursor: _Cursor, section: str, content: _Content) -> None:
+def _section(cursor: Cursor, section: str, content: _Content) -> None:
     new = cursor.version.startswith("4")
     if section == "MeshFormat":
         _format(cursor)
     elif section == "PhysicalNames":
         for _ in range(cursor.integers()[0]):
-            match = re.match(r'(\d+)\s+(-?\d+)\s+"(.*)"', cursor.line())
+            match = re.match(r'(?:(\d+)\s+)?(-?\d+)\s+"(.*)"', cursor.line())
             if match is None:
                 raise cursor.fail('a physical name is not of the form: dimension tag "name"')
-            content.names[match.group(3)] = np.array([int(match.group(2)), int(match.group(1))])
+            dimension = -1 if match[1] is None else int(match[1])  # version 2.0 states none
+            content.names[match[3]] = np.array([int(match[2]), dimension])
     elif section == "Entities" and new:
         content.groups.update(_entities_binary(cursor) if cursor.is_binary else _entities_text(cursor))
+    elif section == "NOD" or (section == "ParametricNodes" and not new):
+        content.node_tags, content.points = older.parametric_nodes(cursor, section)
+    elif section == "ELM":
+        content.runs = _join_runs(older.elements_1(cursor))
     elif section == "Nodes":
-        content.node_tags, content.points = (_nodes_4 if new else _nodes_2)(cursor)
+        nodes = older.nodes_40 if cursor.version == "4.0" else _nodes_4 if new else _nodes_2
+        content.node_tags, content.points = nodes(cursor, section)
     elif section == "Elements":
         if new:
             content.runs = _elements_4(cursor, content.groups)
@@ -249,32 +178,34 @@ def _section(cursor: _Cursor, section: str, content: _Content) -> None:
         cursor.skip(section)
 
 
-def _format(cursor: _Cursor) -> None:
+def _format(cursor: Cursor) -> None:
     version, binary, size = cursor.line().split()[:3]
-    cursor.version, cursor.is_binary, cursor.size_t = version, binary == "1", int(size)
-    if version not in ("2", "2.1", "2.2", "4.1") or cursor.size_t not in (4, 8):
-        raise cursor.fail(f"version {version} with numbers of {size} bytes is not known (2.2 and 4.1 with 8 are)")
+    cursor.version, cursor.is_binary, cursor.size_t = f"{float(version):.1f}", binary == "1", int(size)
+    if cursor.version not in ("2.0", "2.1", "2.2", "4.0", "4.1") or cursor.size_t not in (4, 8):
+        raise cursor.fail(f"version {version} with numbers of {size} bytes is not known (2.0 to 4.1 with 8 are)")
+    if cursor.version == "4.0" and cursor.is_binary:
+        raise cursor.fail("binary files of version 4.0 are not read; Gmsh writes them as another version")
     if cursor.is_binary:
         cursor.order = "<" if cursor.data[cursor.at : cursor.at + 4] == b"\x01\0\0\0" else ">"
         if int(cursor.raw("i4", 1)[0]) != 1:
             raise cursor.fail("the mark of its byte order is missing")
 
 
-def _nodes_2(cursor: _Cursor) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _nodes_2(cursor: Cursor, section: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     (n,) = cursor.integers()
     if cursor.is_binary:
         rows = cursor.raw([("tag", "i4"), ("x", "f8", 3)], n)
         return rows["tag"].astype(np.int64), np.ascontiguousarray(rows["x"], np.float64)
-    values = cursor.text("Nodes")
+    values = cursor.text(section)
     if len(values) != 4 * n:
         raise cursor.fail(f"{n} nodes are stated, {len(values)} numbers given")
     table = values.reshape(n, 4)
     return table[:, 0].astype(np.int64), np.ascontiguousarray(table[:, 1:])
 
 
-def _nodes_4(cursor: _Cursor) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _nodes_4(cursor: Cursor, section: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     tags, points = [np.empty(0, np.int64)], [np.empty((0, 3))]
-    values = np.empty(0) if cursor.is_binary else cursor.text("Nodes")
+    values = np.empty(0) if cursor.is_binary else cursor.text(section)
     n_blocks = cursor.sizes(4)[0] if cursor.is_binary else int(values[0])
     at = 4
     for _ in range(n_blocks):
@@ -299,17 +230,11 @@ def _nodes_4(cursor: _Cursor) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return np.concatenate(tags), np.concatenate(points).astype(np.float64, copy=False)
 
 
-def _kind(cursor: _Cursor, gmsh_id: int) -> GmshType:
-    if gmsh_id not in BY_ID:
-        raise cursor.fail(f"element type {gmsh_id} is not known")
-    return BY_ID[gmsh_id]
-
-
-def _run_2(kind: GmshType, rows: NDArray[Any], n_tags: int) -> _Run:
+def _run_2(kind: GmshType, rows: NDArray[Any], n_tags: int) -> Run:
     """Rows of: tag of the element, ``n_tags`` tags (the first two are physical and geometrical), nodes."""
     none = np.zeros(len(rows), np.int64)
     tags = rows[:, : 1 + n_tags].astype(np.int64)
-    return _Run(
+    return Run(
         kind=kind,
         tags=tags[:, 0],
         nodes=rows[:, 1 + n_tags :].astype(np.int64),
@@ -318,12 +243,12 @@ def _run_2(kind: GmshType, rows: NDArray[Any], n_tags: int) -> _Run:
     )
 
 
-def _elements_2_binary(cursor: _Cursor) -> list[_Run]:
+def _elements_2_binary(cursor: Cursor) -> list[Run]:
     (n,) = cursor.integers()
     runs, done = [], 0
     while done < n:
         gmsh_id, count, n_tags = (int(v) for v in cursor.raw("i4", 3))
-        kind = _kind(cursor, gmsh_id)
+        kind = kind_of(cursor, gmsh_id)
         width = 1 + n_tags + kind.n_nodes
         if count < 1 or n_tags < 0:
             raise cursor.fail(f"a block of {count} elements with {n_tags} tags")
@@ -332,9 +257,9 @@ def _elements_2_binary(cursor: _Cursor) -> list[_Run]:
     return _join_runs(runs)
 
 
-def _join_runs(runs: list[_Run]) -> list[_Run]:
+def _join_runs(runs: list[Run]) -> list[Run]:
     """Neighbouring runs of one type as one: Gmsh writes a header for every single element."""
-    groups: list[list[_Run]] = []
+    groups: list[list[Run]] = []
     for run in runs:
         if groups and groups[-1][0].kind is run.kind:
             groups[-1].append(run)
@@ -343,7 +268,7 @@ def _join_runs(runs: list[_Run]) -> list[_Run]:
     return [
         g[0]
         if len(g) == 1
-        else _Run(
+        else Run(
             kind=g[0].kind,
             tags=np.concatenate([r.tags for r in g]),
             nodes=np.concatenate([r.nodes for r in g]),
@@ -354,16 +279,16 @@ def _join_runs(runs: list[_Run]) -> list[_Run]:
     ]
 
 
-def _elements_2_text(cursor: _Cursor) -> list[_Run]:
+def _elements_2_text(cursor: Cursor) -> list[Run]:
     (n,) = cursor.integers()
     values = cursor.text("Elements")
     runs, at, done = [], 0, 0
     while at + 3 <= len(values):
-        kind, n_tags = _kind(cursor, int(values[at + 1])), int(values[at + 2])
+        kind, n_tags = kind_of(cursor, int(values[at + 1])), int(values[at + 2])
         width = 3 + n_tags + kind.n_nodes
         if n_tags < 0 or at + width > len(values):
             raise cursor.fail("an element is cut off")
-        count = _alike(values[at:], width)
+        count = n_alike(values[at:], width)
         rows = values[at : at + count * width].reshape(count, width)
         runs.append(_run_2(kind, np.delete(rows, (1, 2), axis=1), n_tags))
         at, done = at + count * width, done + count
@@ -372,33 +297,22 @@ def _elements_2_text(cursor: _Cursor) -> list[_Run]:
     return _join_runs(runs)
 
 
-def _alike(values: NDArray[np.float64], width: int) -> int:
-    """How many rows of this width follow one another with the type and the number of tags of the first."""
-    most, count = len(values) // width, 1
-    while count < most:
-        step = min(count, most - count)  # doubling, so that short runs cost little
-        rows = values[count * width : (count + step) * width].reshape(step, width)
-        same = (rows[:, 1] == values[1]) & (rows[:, 2] == values[2])
-        if not same.all():
-            return count + int(np.argmin(same))
-        count += step
-    return count
-
-
-def _elements_4(cursor: _Cursor, groups: dict[tuple[int, int], list[int]]) -> list[_Run]:
+def _elements_4(cursor: Cursor, groups: dict[tuple[int, int], list[int]]) -> list[Run]:
     runs = []
     values = np.empty(0) if cursor.is_binary else cursor.text("Elements")
     n_blocks = cursor.sizes(4)[0] if cursor.is_binary else int(values[0])
-    at = 4
+    at = 2 if cursor.version == "4.0" else 4
     for _ in range(n_blocks):
         if cursor.is_binary:
             dimension, tag, gmsh_id = (int(v) for v in cursor.raw("i4", 3))
             n = cursor.sizes(1)[0]
-            kind = _kind(cursor, gmsh_id)
+            kind = kind_of(cursor, gmsh_id)
             rows = cursor.raw(f"u{cursor.size_t}", n * (1 + kind.n_nodes)).reshape(n, -1)
         else:
             dimension, tag, gmsh_id, n = (int(v) for v in values[at : at + 4])
-            kind = _kind(cursor, gmsh_id)
+            if cursor.version == "4.0":  # there the tag stands first
+                dimension, tag = tag, dimension
+            kind = kind_of(cursor, gmsh_id)
             if n < 0:
                 raise cursor.fail(f"a block of {n} elements")
             rows = values[at + 4 : at + 4 + n * (1 + kind.n_nodes)].reshape(n, 1 + kind.n_nodes)
@@ -407,7 +321,7 @@ def _elements_4(cursor: _Cursor, groups: dict[tuple[int, int], list[int]]) -> li
             raise cursor.fail(f"an entity of dimension {dimension}")
         physical = (groups.get((dimension, tag)) or [0])[0]
         runs.append(
-            _Run(
+            Run(
                 kind=kind,
                 tags=rows[:, 0].astype(np.int64),
                 nodes=rows[:, 1:].astype(np.int64),
@@ -421,12 +335,13 @@ def _elements_4(cursor: _Cursor, groups: dict[tuple[int, int], list[int]]) -> li
     return runs
 
 
-def _entities_text(cursor: _Cursor) -> dict[tuple[int, int], list[int]]:
+def _entities_text(cursor: Cursor) -> dict[tuple[int, int], list[int]]:
     values = cursor.text("Entities")
     groups, at = {}, 4
     for dimension, n in enumerate(values[:4].astype(int).tolist()):
         for _ in range(n):
-            tag, at = int(values[at]), at + (4 if dimension == 0 else 7)
+            has_point = dimension == 0 and cursor.version != "4.0"  # else a box
+            tag, at = int(values[at]), at + (4 if has_point else 7)
             n_groups = int(values[at])
             groups[dimension, tag] = values[at + 1 : at + 1 + n_groups].astype(int).tolist()
             at += 1 + n_groups
@@ -435,7 +350,7 @@ def _entities_text(cursor: _Cursor) -> dict[tuple[int, int], list[int]]:
     return groups
 
 
-def _entities_binary(cursor: _Cursor) -> dict[tuple[int, int], list[int]]:
+def _entities_binary(cursor: Cursor) -> dict[tuple[int, int], list[int]]:
     groups = {}
     for dimension, n in enumerate(cursor.sizes(4)):
         for _ in range(n):
@@ -447,7 +362,7 @@ def _entities_binary(cursor: _Cursor) -> dict[tuple[int, int], list[int]]:
     return groups
 
 
-def _ghosts(cursor: _Cursor) -> NDArray[np.int64]:
+def _ghosts(cursor: Cursor) -> NDArray[np.int64]:
     """Tags of the elements that are here as copies: of a partition that has none of its own in this file.
 
     The section names for each element its partition and those that have it as a ghost. A file of one partition holds
@@ -472,7 +387,7 @@ def _ghosts(cursor: _Cursor) -> NDArray[np.int64]:
     return np.array([tag for tag, owner in zip(tags, owners, strict=True) if owner not in holders], np.int64)
 
 
-def _view(cursor: _Cursor, section: str, content: _Content) -> None:
+def _view(cursor: Cursor, section: str, content: _Content) -> None:
     """A view: strings, reals and integers as text, then a tag and its values for each item."""
     strings = [cursor.line() for _ in range(cursor.few())]
     for _ in range(cursor.few()):
