@@ -139,6 +139,13 @@ TEXTS: dict[str, dict[str, str]] = {
             _TETRA.splitlines(), 1))
         + "MAT,2\nE,1,2,3,4\nEN,R5.5,ATTR,4,1,1,1,1,0,9,0,0,0\nEN,R5.5,NODE,1,2,3,4\nEN,R5.5,ATTR,-1\n"
     },
+    "gambit": {
+        "a.neu": "        CONTROL INFO 1.2.1\n** GAMBIT NEUTRAL FILE\nx\nPROGRAM: Gambit\n1 Jan\n"
+        " NUMNP NELEM NGRPS NBSETS NDFCD NDFVL\n"
+        f"4 1 1 0 3 3\nENDOFSECTION\n   NODAL COORDINATES 1.2.1\n{_numbered(_TETRA)}ENDOFSECTION\n"
+        "      ELEMENTS/CELLS 1.2.1\n1 6 4 1 2 3 4\nENDOFSECTION\n       ELEMENT GROUP 1.2.1\n"
+        "GROUP: 1 ELEMENTS: 1 MATERIAL: 2 NFLAGS: 1\nfluid\n0\n1\nENDOFSECTION\n"
+    },
     "nastran": {
         "a.bdf": "SOL 101\nBEGIN BULK\nCORD2C,1,0,0.,0.,0.,0.,0.,1.,\n,1.,0.,0.\n" + "".join(
             f"GRID,{i},,{line.replace(' ', ',')}\n" for i, line in enumerate(
@@ -150,7 +157,7 @@ TEXTS: dict[str, dict[str, str]] = {
 """Format → its files by name; the last of them is the one to read."""
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
-       "ansys", "ovm", "med", "nastran", "cgns", "ugrid", "medit",
+       "ansys", "ovm", "gambit", "med", "nastran", "cgns", "ugrid", "medit",
        "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 

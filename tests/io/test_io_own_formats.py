@@ -292,7 +292,7 @@ ERRORS = {
     "b.mesh": ("MFEM NURBS mesh v1.0\n", "only MFEM mesh v1.0 to v1.3"),
     "a.hedra": ("1 1 1\n0 0 0\n3 1 1\n", "line 3: states 3 points, but lists 2"),
     "a.unv": ("    -1\n  2411\n 1 1 1 11\n", "line 2: the file ends within a data set; it is truncated"),
-    "b.unv": ("    -1\n  2412\n 1 999 1 1 7 1\n 1\n    -1\n", "elements of types that are not known: 1 of type 999"),
+    "b.unv": ("    -1\n  2412\n 1 999 1 1 7 1\n 1\n    -1\n", "no elements were found in it, but 1 of type 999"),
     "a.cas": ("(0 3)\n(10 (1 1 8 1 3)(\n0 0 0\n", "the file ends within a section"),
     "a.inp": ("*NODE\n1, 0,0,0\n*ELEMENT, TYPE=C3D99\n1, 1\n", "types that are not known: 1 of type 'C3D99'"),
     "b.inp": (
@@ -349,3 +349,41 @@ def test_what_gmsh_writes_in_other_formats_is_read_right(
             assert int(mesh.cell_data[key].sum()) == n
         else:
             assert int((ids == names.index(name)).sum()) == n
+
+
+def test_fluent_faces_without_points_are_of_no_cell(tmp_path: Path) -> None:
+    """Interfaces that do not conform list such, a zone of them or among others."""
+    path = written(tmp_path, "fluent")
+    whole = io.read(path)
+    zone = "(13 (9 7 8 3f0 0)(\n0 1 0\n0 1 0\n))\n(45 (9 interface pcf)())\n"
+    path.write_text(path.read_text().replace("(13 (0 1 6 0))", "(13 (0 1 8 0))") + zone)
+    mesh = io.read(path)
+    assert mesh.type_counts() == whole.type_counts()
+    assert mesh.connectivity.tolist() == whole.connectivity.tolist()
+    assert mesh.notes == ("2 faces without points were left out.",)
+
+
+@pytest.mark.parametrize("head", ["OVM", "OVM \t", "OVM ASCII", "ovm ascii"])
+def test_the_head_of_openvolumemesh_may_say_no_more(head: str, tmp_path: Path) -> None:
+    path = written(tmp_path, "ovm")
+    path.write_text(path.read_text().replace("OVM ASCII", head))
+    assert io.read(path).type_counts() == {"hexahedron": 1}
+
+
+@pytest.mark.parametrize(("code", "n"), [(171, 2), (172, 3), (300, 1)])
+def test_universal_elements_that_can_be_no_solids_are_counted(code: int, n: int, tmp_path: Path) -> None:
+    path = written(tmp_path, "unv")
+    element = f"2 {code} 1 2 7 {n}\n{' '.join(str(i + 1) for i in range(n))}\n"
+    path.write_text(path.read_text().replace("1 2 3 4\n", f"1 2 3 4\n{element}"))
+    mesh = io.read(path)
+    assert mesh.type_counts() == {"tetra": 1}
+    assert mesh.notes == (
+        f"Elements of fewer than four nodes, of types that are not known, were left out: 1 of type {code}.",
+    )
+
+
+def test_universal_elements_that_may_be_solids_are_an_error(tmp_path: Path) -> None:
+    path = written(tmp_path, "unv")
+    path.write_text(path.read_text().replace("1 2 3 4\n", "1 2 3 4\n2 300 1 2 7 4\n1 2 3 4\n"))
+    with pytest.raises(ReadError, match="has elements of types that are not known: 1 of type 300"):
+        io.read(path)

@@ -21,6 +21,7 @@ TRIED = {
     "frd": ("frd", ".frd", ("tetra", "wedge", "hexahedron")),
     "comsol": ("mphtxt", ".mphtxt", LINEAR),
     "code_aster": ("code_aster", ".mail", LINEAR),
+    "femap": ("femap", ".neu", LINEAR),
     "patran": ("patran", ".pat", LINEAR),
     "libmesh": ("libmesh", ".xda", LINEAR),
     "radioss": ("radioss", ".rad", LINEAR),
@@ -45,6 +46,17 @@ def test_cells_come_back(name: str, tmp_path: Path) -> None:
     back = io.read(path)
     assert back.type_counts() == mesh.type_counts()
     assert float(meshgauge.measure(back).values.min()) == pytest.approx(1, abs=1e-4)  # frd has six digits
+
+
+@pytest.mark.parametrize("equals", [" = ", "\t=  ", " "])
+def test_code_aster_may_put_an_equals_sign_behind_a_name(equals: str, tmp_path: Path) -> None:
+    pytest.importorskip("meshioplusplus")
+    path = tmp_path / "a.mail"
+    points = "N0 0. 0. 0.\nN1 1. 0. 0.\nN2 0. 1. 0.\nN3 0. 0. 1.\n"
+    path.write_text(
+        f"COOR_3D\n{points}FINSF\n\nTETRA4\nVOLUME{equals}N0 N1 N2 N3\n  V2{equals}N0 N1 N2 N3\nFINSF\nFIN\n"
+    )
+    assert io.read(path).connectivity.tolist() == [0, 1, 2, 3, 0, 1, 2, 3]
 
 
 def test_includes_are_not_followed(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from .formats.collection import PVD, SERIES
 from .formats.ensight import ENSIGHT
 from .formats.exodus import EXODUS
 from .formats.fluent.read import FLUENT
+from .formats.gambit import GAMBIT
 from .formats.gmsh.format import GMSH
 from .formats.hedra import HEDRA
 from .formats.mdpa import MDPA
@@ -71,6 +72,7 @@ ALL: tuple[Format, ...] = (
     ENSIGHT,
     SERIES,
     XDMF,
+    GAMBIT,
     MDPA,
     *OTHERS,
     *PLUSPLUS,

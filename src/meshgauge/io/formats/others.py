@@ -110,13 +110,6 @@ def _mark(pattern: bytes) -> Sniffer:
     return lambda head, path: compiled.search(head) is not None
 
 
-def _refused(reason: str) -> Reader:
-    def read(path: Path) -> Mesh:
-        raise ReadError(f"{path}: {reason}")
-
-    return read
-
-
 MATERIAL = "avsucd:material"
 
 _FIVE_COUNTS = rb"\A(\s*#[^\n]*\n)*\s*\d+([ \t]+\d+){4}"
@@ -144,9 +137,5 @@ OTHERS: tuple[Format, ...] = (
     Format("permas", "PERMAS", (".post", ".dato"), _mark(rb"^\s*\$"),
            foreign=_by_meshio("permas"), by_content=False),
     Format("off", "OFF", (".off",), _mark(rb"\A\s*(#[^\n]*\n\s*)*OFF\b"), foreign=_by_meshio("off")),
-    # By none of the two.
-    Format("gambit", "GAMBIT neutral", (".neu",), anything,
-           _refused("is a GAMBIT neutral file, on which VTK's reader crashes; convert it to another format"),
-           by_content=False),
 )  # fmt: skip
 """A row a format."""

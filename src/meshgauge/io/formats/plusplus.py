@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import os
 import re
 import tempfile
@@ -36,7 +37,7 @@ def _by(module: str) -> Reader:
         if module == "febio":
             within.check_xml(path)
         more = _left_out(path) if module == "lsdyna" else ()
-        source_, notes = source(str(path), module, path)
+        source_, notes = source(_bytes(path, module) or str(path), module, path)
         notes = (*notes, *more)
         mesh = meshio.mesh(source_, path, notes)
         if not mesh.n_cells:
@@ -70,6 +71,20 @@ def _left_out(path: Path) -> tuple[str, ...]:
             raise ReadError(f"{path}: line {line}: *ELEMENT_{name} is not read; its solid elements would be missing")
         names[f"*ELEMENT_{name}"] = None
     return (f"No cells, and left out: {', '.join(names)}.",) if names else ()
+
+
+_EQUALS = re.compile(rb"^([ \t]*\w+)[ \t]+=[ \t]+(?=\w)", re.MULTILINE)
+
+
+def _bytes(path: Path, module: str) -> BinaryIO | None:
+    """What to read in place of a file; None if it is read as it is.
+
+    Between the name of a cell and its points Code_Aster allows a "=", which meshio++ takes for a point.
+    """
+    if module != "code_aster":
+        return None
+    data = path.read_bytes()
+    return io.BytesIO(_EQUALS.sub(rb"\1 ", data)) if _EQUALS.search(data) else None
 
 
 def package(path: Path) -> Any:
@@ -131,6 +146,7 @@ PLUSPLUS: tuple[Format, ...] = tuple(
         ("frd", "frd", "CalculiX results", (".frd",), _mark(rb"^\s*1C|^\s*2C|^ {4}1U")),
         ("comsol", "mphtxt", "COMSOL text", (".mphtxt",), anything),
         ("code_aster", "code_aster", "Code_Aster", (".mail",), anything),
+        ("femap", "femap", "FEMAP neutral", (".neu",), _mark(rb"\A\s*-1\s+100\s")),
         ("patran", "patran", "Patran neutral", (".pat",), _mark(rb"\A\s*2[56]\s")),
         ("libmesh", "libmesh", "libMesh", (".xda",), _mark(rb"libMesh")),
         ("radioss", "radioss", "RADIOSS", (".rad",), _mark(rb"^#RADIOSS|^/(NODE|BRICK|TETRA4|PART)\b")),

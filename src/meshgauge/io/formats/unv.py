@@ -19,6 +19,7 @@ from ...mesh.labels import own_labels
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
+from ..plumbing.notes import counted
 from ..plumbing.text import Text
 
 _TRIANGLE6 = (0, 2, 4, 1, 3, 5)
@@ -46,6 +47,8 @@ _KINDS = {
 }
 _BEAMS = (11, 21, 22, 23, 24)
 """Elements with one more line, of orientations."""
+_LEAST_OF_SOLIDS = 4
+"""Nodes: elements of fewer are springs, gaps, shells of revolution and the like, whatever their type."""
 _GROUPS = {2417, 2429, 2430, 2432, 2435, 2452, 2467, 2477}
 _ELEMENT = 8  # the entity of a group that is an element
 _MARK = re.compile(rb"\A\s*-1[ \t]*\r?\n\s*\d+")
@@ -63,11 +66,12 @@ class _Content:
     nodes: list[int] = field(default_factory=list)
     groups: dict[str, NDArray[np.int64]] = field(default_factory=dict)
     left_out: dict[int, int] = field(default_factory=dict)
+    no_solids: dict[str, int] = field(default_factory=dict)
     skipped: set[int] = field(default_factory=set)
 
 
 def read(path: Path) -> Mesh:
-    """Cell data ``unv:property`` and ``unv:material``; a group of elements is data of 0 and 1 by its name."""
+    """Labels; cell data ``unv:property`` and ``unv:material``; a group of elements is data of 0 and 1 by its name."""
     text = Text(path, path.read_bytes())
     content = _Content()
     while line := text.line():
@@ -133,7 +137,9 @@ def _elements(text: Text, first: int, last: int, content: _Content, last_head: i
         if n_nodes < 1 or row + 1 + skipped + n_rows > n or starts[row + 1 + skipped + n_rows] - at != n_nodes:
             raise text.fail(f"element {head[0]} states {n_nodes} nodes, but does not list as many", first + row)
         kind = _KINDS.get(code)
-        if kind is None:
+        if kind is None and n_nodes < _LEAST_OF_SOLIDS:
+            content.no_solids[f"of type {code}"] = content.no_solids.get(f"of type {code}", 0) + 1
+        elif kind is None:
             content.left_out[code] = content.left_out.get(code, 0) + 1
         elif kind.n_nodes != n_nodes:
             raise text.fail(f"{n_nodes} nodes of a {kind.name}, expected {kind.n_nodes}", first + row)
@@ -175,7 +181,8 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     sizes = np.array([_KINDS[int(code)].n_nodes for code in heads[:, 1]], np.int64)
     cells = gather(places, np.cumsum(sizes) - sizes, heads[:, 1], _KINDS)
     if not len(cells.types):
-        raise ReadError(f"{path}: no elements were found in it")
+        others = ", ".join(f"{n} {what}" for what, n in content.no_solids.items())
+        raise ReadError(f"{path}: no elements were found in it" + (f", but {others}" if others else ""))
     data: dict[str, NDArray[Any]] = {"unv:property": heads[:, 2], "unv:material": heads[:, 3]}
     elements = Index(heads[:, 0])
     for name, members in content.groups.items():
@@ -192,6 +199,9 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         point_data=own_labels(numbers),
         cell_data={**data, **own_labels(heads[:, 0])},
         path=str(path),
+        notes=counted(
+            "Elements of fewer than four nodes, of types that are not known, were left out", content.no_solids
+        ),
         copy=False,
     )
 

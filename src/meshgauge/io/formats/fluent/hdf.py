@@ -64,9 +64,11 @@ class Arrays:
         keys = self._sections(lists)
         sizes = np.concatenate([self._array(lists[key]["nnodes"]) for key in keys]).astype(np.int64).ravel()
         nodes = np.concatenate([self._array(lists[key]["nodes"]) for key in keys]).astype(np.int64).ravel()
-        if len(sizes) and (int(sizes.min()) < 3 or int(sizes.sum()) != len(nodes)):
+        if len(sizes) and (((sizes < 3) & (sizes != 0)).any() or int(sizes.sum()) != len(nodes)):
             raise ReadError(f"{self.path}: its faces do not have as many points as they state")
         pair = [self._cells_of(mesh["faces"][key], len(sizes)) for key in ("c0", "c1")]
+        for cells in pair:
+            cells[sizes == 0] = 0  # of interfaces that do not conform: of no cell
         starts = offsets_of(sizes)
         self.faces: list[_FACE] = []
         for zone, first, last, kind in sorted(self._zones(mesh["faces"]["zoneTopology"]), key=lambda z: z[1]):

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import ReadError
+from ....look.style import number_of
 from ....mesh import Mesh
 from ...plumbing import face_based
 from ...plumbing.format import Format
@@ -203,12 +204,19 @@ def _face_zone(cursor: _Cursor, content: _Content, is_binary: bool) -> None:
         except ValueError:
             raise cursor.fail("faces hold something else than hexadecimal numbers") from None
         cursor.close()
-    n, at, sizes, ids, is_mixed = last - first + 1, 0, [], [], width in (0, 5)
+    sizes: list[int] = []
+    ids: list[int] = []
+    n, at, is_mixed = last - first + 1, 0, width in (0, 5)
     if n < 0 or n > len(tokens):
         raise cursor.fail(f"{n} faces are stated, but {len(tokens)} numbers follow")
     for _ in range(n):
         size = (tokens[at] if at < len(tokens) else 0) if is_mixed else width
         at += is_mixed
+        if size == 0 and is_mixed and at + 2 <= len(tokens):  # of interfaces that do not conform: of no cell
+            sizes.append(0)
+            ids.extend((0, 0))
+            at += 2
+            continue
         if not 3 <= size <= len(tokens) - at - 2:
             raise cursor.fail(f"a face of {size} points, or one that is cut off")
         sizes.append(size)
@@ -265,7 +273,12 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     lacking = int(np.count_nonzero(np.diff(offsets) < 4))
     if lacking:
         raise ReadError(f"{path}: {lacking} of {at} cells have fewer than four faces; the file is not whole")
-    return face_based.mesh(path, points, whole, zones, patches)
+    mesh = face_based.mesh(path, points, whole, zones, patches)
+    n_empty = int(np.count_nonzero(sizes == 0))
+    if not n_empty:
+        return mesh
+    note = f"{number_of(n_empty, 'face without points was', 'faces without points were')} left out."
+    return mesh.replace(notes=(*mesh.notes, note))
 
 
 def _joined_points(content: _Content, path: Path) -> NDArray[np.float64]:

@@ -20,7 +20,7 @@ from ...plumbing.text import Ragged, Text
 from . import binary
 from .binary import Content
 
-_MARK = re.compile(rb"\A\s*OVM\s+(ASCII|BINARY)\b|\AOVMB\n", re.IGNORECASE)
+_MARK = re.compile(rb"\A\s*OVM[ \t]*(ASCII|BINARY)?[ \t]*\r?$|\AOVMB\n", re.IGNORECASE | re.MULTILINE)
 _PROPERTY = re.compile(rb'^\s*(\w*?)_?Prop(?:erty)?\s+(\S+)\s+"([^"\n]*)"\s*$', re.IGNORECASE | re.MULTILINE)
 _ENTITY = {b"V": "point", b"VERTEX": "point", b"C": "cell", b"CELL": "cell", b"POLYHEDRON": "cell"}
 _TYPE = re.compile(rb"(?:vec([234]))?(bool|u?int|unsigned_int|[us]?char|[us]?short|u?long|float|double|[dfi]|ui)")
@@ -41,7 +41,7 @@ def read(path: Path) -> Mesh:
     data = path.read_bytes()
     if data.startswith(binary.MAGIC[:5]):
         content = binary.content(path, data)
-    elif data.lstrip()[:20].upper().startswith(b"OVM ASCII"):
+    elif b"BINARY" not in data.lstrip()[:20].upper():  # what is neither is text
         content = _ascii(path, data)
     else:
         raise ReadError(f"{path}: says OVM BINARY, which OpenVolumeMesh never defined; its binary format is .ovmb")
