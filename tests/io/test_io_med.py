@@ -8,7 +8,7 @@ from typing import Any
 import gmsh_files
 import numpy as np
 import pytest
-from io_meshes import LINEAR, mesh_of
+from io_meshes import LINEAR, assert_same_cells, mesh_of
 
 import meshgauge
 from meshgauge import io
@@ -124,6 +124,53 @@ def test_polyhedra_polygons_and_groups(tmp_path: Path) -> None:
     assert mesh.cell_data["med:group"].tolist() == [1, 2, 0]
     ids, names = regions(mesh)
     assert [names[i] for i in ids] == ["rotor + all", "all", "no group"]
+
+
+def of_version_2(path: Path, fields: bool = False) -> Path:
+    """The same file as version 2 has it: no steps, families within the mesh, names a byte longer, polyhedra's indices
+    under each other's name."""
+    old = path.with_name(f"old_{path.name}")
+    with h5py.File(path) as new, h5py.File(old, "w") as file:
+        for name, mesh in new["ENS_MAA"].items():
+            target = file.create_group(f"ENS_MAA/{name}")
+            target.attrs.update({"DIM": int(mesh.attrs["DIM"]), "TYP": 0})
+            (step,) = mesh.values()
+            for key in step:
+                step.copy(key, target)
+            if "MAI/POE" in target:
+                target.move("MAI/POE/INN", "MAI/POE/x")
+                target.move("MAI/POE/IFN", "MAI/POE/INN")
+                target.move("MAI/POE/x", "MAI/POE/IFN")
+            new.copy(f"FAS/{name}", target, "FAS")
+            for family in target["FAS"].get("ELEME", {}).values():
+                names = family["GRO/NOM"][...].ravel()
+                del family["GRO/NOM"]
+                family["GRO/NOM"] = np.append(names, np.int8(0))
+        file.create_group("INFOS_GENERALES").attrs.update({"MAJ": 2, "MIN": 2, "REL": 2})
+        if fields:
+            file.create_group("CHA/temperature/x")
+    return old
+
+
+def test_files_of_version_2(tmp_path: Path) -> None:
+    polygon = {"NOD": np.arange(1, 6), "INN": np.array([1, 6]), "FAM": np.array([0])}
+    path = med(tmp_path / "a.med", PRISM, {"POE": polyhedra(), "POG": polygon})
+    new, old = io.read(path), io.read(of_version_2(path))
+    assert old.type_counts() == {"polyhedron": 2, "polygon": 1}
+    assert_same_cells(new, old)
+    assert old.cell_data["med:group"].tolist() == [1, 2, 0]
+    assert old.field_data["med:group:names"].tolist() == ["rotor + all", "all"]
+    assert old.notes == ()
+    (note,) = io.read(of_version_2(path, fields=True)).notes
+    assert "Fields of a file of MED's version 2 are not read" in note
+
+
+def test_nodes_of_version_2_are_in_meds_order(tmp_path: Path) -> None:
+    mesh = mesh_of(*LINEAR)
+    io.write(tmp_path / "a.med", mesh)
+    new, old = io.read(tmp_path / "a.med"), io.read(of_version_2(tmp_path / "a.med"))
+    assert_same_cells(new, old)
+    assert meshgauge.measure(old).values == pytest.approx(np.ones(old.n_cells))
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from ...mesh.labels import own_labels
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
-from ..plumbing.notes import counted
+from ..plumbing.notes import count_note
 from ..plumbing.text import Text
 
 GROUP = "group"
@@ -162,7 +162,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         cell_data=cell_data,
         field_data=field_data,
         path=str(path),
-        notes=counted("Sections that hold no cells were left out", content.skipped),
+        notes=count_note("Sections that hold no cells were left out", content.skipped),
         copy=False,
     )
 

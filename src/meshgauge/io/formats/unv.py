@@ -19,7 +19,7 @@ from ...mesh.labels import own_labels
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
-from ..plumbing.notes import counted
+from ..plumbing.notes import count_note
 from ..plumbing.text import Text
 
 _TRIANGLE6 = (0, 2, 4, 1, 3, 5)
@@ -199,7 +199,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         point_data=own_labels(numbers),
         cell_data={**data, **own_labels(heads[:, 0])},
         path=str(path),
-        notes=counted(
+        notes=count_note(
             "Elements of fewer than four nodes, of types that are not known, were left out", content.no_solids
         ),
         copy=False,

@@ -81,18 +81,20 @@ def _join_meshes(meshes: list[Mesh], names: list[str], path: Path) -> Mesh:
 def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
     if int(group.attrs.get("TYP", 0)) != 0:
         raise ReadError(f"{path}: mesh {name!r} is structured, which is not read")
-    steps = list(group)
+    is_old = "NOE" in group  # of version 2, which knows no steps
+    steps = [name] if is_old else list(group)
     if not steps:
         raise ReadError(f"{path}: mesh {name!r} has no step")
-    step = group[steps[0]]
+    step = group if is_old else group[steps[0]]
     notes = [f"The mesh {name!r} has {len(steps)} steps; the first was read."] if len(steps) > 1 else []
     dimension = int(group.attrs.get("ESP", group.attrs.get("DIM", 3)))
     points = _points(path, step, dimension)
-    parts = _cells(path, step, points, as_stated=True)
+    parts = _cells(path, step, points, as_stated=True, is_old=is_old)
     if _MESHIO in _text(group.attrs.get("DES", "")) and _is_mirrored(parts, points):
-        parts = _cells(path, step, points, as_stated=False)
+        parts = _cells(path, step, points, as_stated=False, is_old=is_old)
         notes.append("Most cells have a negative volume in MED's order of nodes: VTK's was taken, as meshio writes.")
-    numbers, names = _groups(file, name)
+    families_of_all = {name: group["FAS"]} if is_old and "FAS" in group else file.get("FAS", {})
+    numbers, names = _groups(families_of_all.get(name, {}))
     for code, part in parts:
         own = step["MAI"][code]
         if "FAM" in own:
@@ -103,7 +105,11 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
     if not any(own_labels(part.cell_data.get(LABEL, _NO_IDS)) for _, part in parts):
         for _, part in parts:
             part.cell_data.pop(LABEL, None)
-    point_data = _fields(path, file, name, parts, len(points), notes)
+    point_data: dict[str, NDArray[Any]] = {}
+    if not is_old:
+        point_data = _fields(path, file, name, parts, len(points), notes)
+    elif "CHA" in file and len(file["CHA"]):
+        notes.append("Fields of a file of MED's version 2 are not read; MED's medimport converts it.")
     point_data.update(own_labels(_numbers(path, step["NOE"], len(points), "points").get(LABEL, _NO_IDS)))
     mesh = merge_parts([part for _, part in parts], path=path, points=points)
     kept = dict(mesh.cell_data)
@@ -125,7 +131,9 @@ def _points(path: Path, step: Any, dimension: int) -> NDArray[np.float64]:
     return points
 
 
-def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: bool) -> list[tuple[str, Part]]:
+def _cells(
+    path: Path, step: Any, points: NDArray[np.float64], *, as_stated: bool, is_old: bool
+) -> list[tuple[str, Part]]:
     """MED's name of each type and its cells; ``as_stated`` in MED's order of nodes, else in VTK's."""
     parts = []
     for code in step["MAI"]:
@@ -136,7 +144,9 @@ def _cells(path: Path, step: Any, points: NDArray[np.float64], *, as_stated: boo
             at = int(ids[np.argmax(wrong)]) + 1
             raise ReadError(f"{path}: cells of type {code} refer to point {at}, which is outside 1..{len(points)}")
         if code in ("POE", "POG", "PO2"):
-            parts.append((code, _polyhedra(path, group, ids, points) if code == "POE" else _polygons(path, group, ids)))
+            parts.append(
+                (code, _polyhedra(path, group, ids, points, is_old) if code == "POE" else _polygons(path, group, ids))
+            )
             continue
         kind = KINDS.get(code)
         if kind is None:
@@ -181,10 +191,11 @@ def _polygons(path: Path, group: Any, ids: Ints) -> Part:
     return Part("polygon", _NONE, np.full(len(sizes), 7, np.uint8), face_based.offsets_of(sizes), ids)
 
 
-def _polyhedra(path: Path, group: Any, ids: Ints, points: NDArray[np.float64]) -> Part:
-    """INN has where the nodes of each face start, IFN where the faces of each cell do."""
-    sizes = _counts(path, group["INN"][...], len(ids))
-    n_faces = _counts(path, group["IFN"][...], len(sizes))
+def _polyhedra(path: Path, group: Any, ids: Ints, points: NDArray[np.float64], is_old: bool) -> Part:
+    """INN has where the nodes of each face start, IFN where the faces of each cell do; in version 2 the other way."""
+    nodes_of_face, faces_of_cell = ("IFN", "INN") if is_old else ("INN", "IFN")
+    sizes = _counts(path, group[nodes_of_face][...], len(ids))
+    n_faces = _counts(path, group[faces_of_cell][...], len(sizes))
     faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(sizes)), face_based.offsets_of(sizes), ids)
     made = face_based.solids(faces, points)
     return Part("polyhedron", _NONE, made.types, made.offsets, made.connectivity, made.polyhedra)
@@ -203,11 +214,10 @@ def _is_mirrored(parts: list[tuple[str, Part]], points: NDArray[np.float64]) -> 
     return negative > positive
 
 
-def _groups(file: Any, name: str) -> tuple[dict[int, int], list[str]]:
+def _groups(families: Any) -> tuple[dict[int, int], list[str]]:
     """For each family of cells the number of its groups, from 1, and the names of the groups."""
     numbers: dict[int, int] = {}
     names: list[str] = []
-    families = file["FAS"][name] if "FAS" in file and name in file["FAS"] else {}
     for family in _families(families.get("ELEME", families)):
         own = _group_names(family)
         if own:
@@ -228,7 +238,8 @@ def _group_names(family: Any) -> list[str]:
     if "GRO" not in family or "NOM" not in family["GRO"]:
         return []
     raw = family["GRO"]["NOM"][...]
-    rows = np.ascontiguousarray(raw).view(np.uint8).reshape(-1, _WIDTH) if raw.size else np.empty((0, _WIDTH), np.uint8)
+    bytes_ = np.ascontiguousarray(raw).view(np.uint8).ravel()
+    rows = bytes_[: len(bytes_) // _WIDTH * _WIDTH].reshape(-1, _WIDTH)  # version 2 writes one byte more
     return [row.tobytes().split(b"\0")[0].decode("utf-8", "replace").strip() for row in rows]
 
 
