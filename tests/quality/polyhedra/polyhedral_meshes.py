@@ -16,6 +16,7 @@ from meshgauge.quality.polyhedra import PolyhedralQuality, measure_polyhedra
 Face = Sequence[int]
 Point = tuple[int, ...]
 
+TETRA_FACES = [(0, 1, 3), (1, 2, 3), (2, 0, 3), (0, 2, 1)]
 CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 CUBE_FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 
