@@ -20,13 +20,16 @@ from meshgauge.check.output.junit import junit
 from meshgauge.check.output.markdown import markdown
 from meshgauge.check.output.sarif import sarif
 from meshgauge.check.output.text import CheckText
+from meshgauge.cli.main import main
 from meshgauge.compare import comparison
 from meshgauge.compare.json import comparison_json
 from meshgauge.compare.text import ComparisonText
 from meshgauge.doctor import diagnosis, oriented
 from meshgauge.doctor.text import DiagnosisText
+from meshgauge.errors import OptionError
 from meshgauge.look import style
-from meshgauge.mesh.labels import NO_LABEL, own_labels
+from meshgauge.mesh.labels import NO_LABEL, find_cell, own_labels
+from meshgauge.repair.fixed import fixed_points
 from meshgauge.report import FileReport
 from meshgauge.report.csv import CsvWriter
 from meshgauge.report.json import report_dict
@@ -160,3 +163,117 @@ def test_coordinates_tell_points_apart(size: float, far: float) -> None:
         one, other = style.coordinates((far, far + size), size, digits=digits)
         assert one != other or far + size == far
         assert abs(float(one) - far) <= 0.1 * size + 1e-9 * abs(far) * (size < 1e-8)
+
+
+DECK = """*NODE
+100, 0, 0, 0
+7, 1, 0, 0
+300, 0, 1, 0
+44, 0, 0, 1
+5, 0.2, 0.2, -1
+*ELEMENT, TYPE=C3D4
+7000, 100, 7, 300, 44
+31, 100, 7, 300, 5
+"""
+
+
+def deck(folder: Path) -> Path:
+    path = folder / "a.inp"
+    path.write_text(DECK)
+    return path
+
+
+def test_one_cell_by_its_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(deck(tmp_path))
+    for wanted in ("31", "element 31", "cell 1"):
+        assert main(["report", path, "--cell", wanted, "--metric", "aspect_ratio_gamma"]) == 0
+        text = capsys.readouterr().out
+        assert "tetra element 31 (cell 1)" in text
+        assert "inverted" in text
+        assert "aspect_ratio_gamma" in text
+        assert "node 100 (point 0)" in text
+    assert main(["report", path, "--cell", "31", "--json"]) == 0
+    document = json.loads(capsys.readouterr().out)
+    assert (document["schema"], document["cell"], document["cell_label"]) == ("meshgauge-cell", 1, 31)
+    quality = meshgauge.measure(meshgauge.read(path))
+    assert document["metrics"] == {"jens": quality.values[1]}
+    assert [row["point_label"] for row in document["nodes"]] == [100, 7, 300, 5]
+    assert [row["quality"] for row in document["nodes"]] == quality.node_jens[4:].tolist()
+
+
+def test_a_cell_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(deck(tmp_path))
+    for wanted, message in {"8": "no element 8", "cell 2": "no cell 2", "worst": "expected a number"}.items():
+        assert main(["report", path, "--cell", wanted]) == 2
+        assert message in capsys.readouterr().err
+
+
+def test_positions_count_where_the_file_has_no_numbers() -> None:
+    mesh = made(labelled=False)
+    assert find_cell(mesh, "1") == find_cell(mesh, "cell 1") == 1
+    with pytest.raises(OptionError, match="the file does not number its cells"):
+        find_cell(mesh, "2")
+    with pytest.raises(OptionError, match="the file does not number its cells"):
+        find_cell(mesh, "element 1")
+
+
+def test_a_number_of_several_cells_means_the_solid_one() -> None:
+    mesh = meshgauge.Mesh.from_arrays(
+        POINTS, {"triangle": [(0, 1, 2)], "tetra": CELLS}, cell_data={"label": np.array([1, 1, 2])}
+    )
+    assert find_cell(mesh, "1") == 1
+    with pytest.raises(OptionError, match="element 1 is there 2 times: cells 1, 2"):
+        find_cell(mesh.replace(cell_data={"label": np.array([2, 1, 1])}), "1")
+
+
+@pytest.mark.parametrize("wanted", ["5-10,300", "file"])
+def test_fixed_points_by_their_numbers(tmp_path: Path, wanted: str) -> None:
+    if wanted == "file":
+        path = tmp_path / "ids.txt"
+        path.write_text("5-10\n 300\n")
+        wanted = str(path)
+    mesh = meshgauge.read(deck(tmp_path))
+    mask = fixed_points(mesh, (), (), (), (wanted,))
+    assert mask is not None
+    assert mesh.point_data["label"][mask].tolist() == [7, 300, 5]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "message"), [("8-9", "no point 8 to 9"), ("a-b", "'a-b' is no number"), ("", "no number or range")]
+)
+def test_fixed_points_that_are_not_there(tmp_path: Path, wanted: str, message: str) -> None:
+    with pytest.raises(meshgauge.MeshgaugeError, match=message):
+        fixed_points(meshgauge.read(deck(tmp_path)), (), (), (), (wanted,))
+
+
+def test_the_page_names_them(tmp_path: Path) -> None:
+    pytest.importorskip("jinja2")
+    meshgauge.measure(meshgauge.read(deck(tmp_path))).to_html(tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text()
+    assert "tetra element 31 (cell 1)" in page
+    assert "node 5 (point 4)" in page
+    assert '"name": "label"' in page or '"name":"label"' in page
+
+
+def test_bricks_are_kept_if_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    wedge = meshgauge.Mesh.from_arrays(
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)],
+        {"hexahedron": [(0, 1, 2, 2, 3, 4, 5, 5)]},
+    )
+    for name in ("a.vtu", "b.vtu"):
+        meshgauge.write(tmp_path / name, wedge)
+    path, other = str(tmp_path / "a.vtu"), str(tmp_path / "b.vtu")
+    assert main(["check", path, "--fail", "nothing degenerate"]) == 0
+    assert main(["check", path, "--fail", "nothing degenerate", "--keep-bricks"]) == 1
+    capsys.readouterr()
+    for keep, kind in ((False, "wedge"), (True, "hexahedron")):
+        assert main(["report", path, "--json", *["--keep-bricks"] * keep]) == 0
+        assert list(json.loads(capsys.readouterr().out)["files"][0]["cell_types"]) == [kind]
+        assert main(["compare", path, other, "--json", *["--keep-bricks"] * keep]) == 0
+        assert kind in capsys.readouterr().out
+        main(["doctor", path, "--json", *["--keep-bricks"] * keep])
+        assert ("repeated_points" in capsys.readouterr().out) is keep
+    assert diagnosis(wedge, keep_bricks=True).finding("repeated_points") is not None
+    for keep, kind in ((False, "wedge"), (True, "hexahedron")):
+        result = meshgauge.improve(wedge, keep_bricks=keep)
+        assert list(result.report.before.types) == list(result.report.after.types) == [kind]

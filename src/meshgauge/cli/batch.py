@@ -21,6 +21,7 @@ from .terminal import COULD_NOT, DONE, TRACEBACK
 
 if TYPE_CHECKING:
     from ..quality.measure import Quality
+    from ..quality.one_cell import OneCell
 
 T = TypeVar("T")
 
@@ -52,6 +53,7 @@ class Batch:
     wedge_order: WedgeOrders = AS_STORED
     purpose: Purposes | None = None  #: what meshes are for; None: as their format says
     threads: int | None = None
+    keep_bricks: bool = False  #: measure cells with repeated nodes as they are
     quiet: bool = False  #: no progress
     on_failure: Callable[[FailedFile], object] | None = None  #: is called for each file that fails, beside the message
     failures: list[FailedFile] = field(default_factory=list)
@@ -124,7 +126,15 @@ class Batch:
                 loading.join()
             from ..quality.measure import measure
 
-            return measure(mesh, metrics=metrics, threads=self.threads)
+            return measure(mesh, metrics=metrics, threads=self.threads, keep_bricks=self.keep_bricks)
+
+    def cell(self, path: str, text: str, metrics: Iterable[str] = ("jens",)) -> OneCell:
+        """One cell of the mesh in a file, see `find_cell`. Raises `ReadError`, `MetricError` and `OptionError`."""
+        from ..mesh.labels import find_cell
+        from ..quality.one_cell import one_cell
+
+        quality = self.measure(path, metrics)
+        return one_cell(quality, find_cell(quality.mesh, text))
 
     def write(
         self,

@@ -33,6 +33,7 @@ def check(
     pipelines: PipelineOptions,
     worst: options.Worst = 5,
     purpose: options.Purpose = None,
+    keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -61,7 +62,9 @@ def check(
     from ..check.output.text import CheckLine, ChecksText, CheckText
     from .batch import Batch
 
-    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
+    batch = Batch(
+        reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, keep_bricks=keep_bricks, quiet=quiet
+    )
     paths = batch.states(paths, every=True)  # a gate that lets an invalid step pass is none
     if baseline is not None:
         return _write_baseline(batch, paths, metrics_of(rules or ()), baseline)

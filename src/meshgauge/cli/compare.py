@@ -24,6 +24,7 @@ def compare(
     worst: options.Worst = 5,
     by: options.By = None,
     purpose: options.Purpose = None,
+    keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -46,7 +47,9 @@ def compare(
 
         format_of(plot)  # a name without a format is an error before anything is measured
 
-    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
+    batch = Batch(
+        reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, keep_bricks=keep_bricks, quiet=quiet
+    )
     paths = batch.states(paths)
     builder: Builder | None = None
     for path, quality in batch.each(paths, batch.measure):

@@ -27,6 +27,7 @@ def doctor(
             most=1.0,
         ),
     ] = 1e-9,
+    keep_bricks: options.KeepBricks = False,
     reading: options.Reading,
 ) -> int:
     """Read and diagnose each mesh in turn; returns the exit code."""
@@ -43,7 +44,7 @@ def doctor(
     def examine(path: str) -> Diagnosis:
         mesh = batch.read(path)
         with batch.progress(f"diagnosing {path}"):
-            return diagnosis(mesh, tolerance=tolerance)
+            return diagnosis(mesh, tolerance=tolerance, keep_bricks=keep_bricks)
 
     output = Output()
     done: list[tuple[str, Diagnosis]] = []

@@ -30,6 +30,7 @@ def improve(
     goal: Goal,
     constraints: ConstraintOptions,
     purpose: options.Purpose = None,
+    keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -51,7 +52,9 @@ def improve(
     from .batch import Batch
     from .terminal import Output, emit
 
-    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
+    batch = Batch(
+        reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, keep_bricks=keep_bricks, quiet=quiet
+    )
     batch.require_one_state(mesh)
     before = batch.read(mesh)
     if restore is not None:
@@ -71,6 +74,7 @@ def improve(
                 progress=progress,
                 should_stop=stop,
                 threads=threads,
+                keep_bricks=keep_bricks,
             )
         is_refused = result.report.outcome == "refused"
         if not is_refused:

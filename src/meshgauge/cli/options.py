@@ -134,6 +134,14 @@ By = Annotated[
     Parts | None,
     option("--by", None, "Show this as well: materials, zones, physical groups, blocks.", MEASURING),
 ]
+KeepBricks = Annotated[
+    bool,
+    option("--keep-bricks", None, "Measure bricks with repeated nodes as they are.", MEASURING),
+]
+Cell = Annotated[
+    str | None,
+    option("--cell", "LABEL", "One cell: its number in the file, or its position if it has none.", default=False),
+]
 _WORST = option("--worst", "N", "List so many cells, the worst first.", MEASURING, least=0)
 Worst = Annotated[int, _WORST]
 WorstIfGiven = Annotated[int | None, _WORST]

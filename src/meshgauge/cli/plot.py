@@ -55,7 +55,7 @@ def plot(
         return COULD_NOT
     for name, target in targets.items():
         with batch.progress(f"drawing {target}"):
-            figure = _chart(summaries[name], picture) if picture.scene is None else _scene(last, title, picture)
+            figure = _chart(summaries[name], picture) if not picture.is_scene else _scene(last, title, picture)
             drawing.save(figure, target)
     return batch.exit_code
 
@@ -74,7 +74,10 @@ def _chart(summaries: Mapping[str, Summary], picture: Picture) -> Any:
 def _scene(quality: Quality, title: str, picture: Picture) -> Any:
     """The scene of one mesh."""
     from .. import plot as drawing
+    from ..mesh.labels import find_cell
 
+    if picture.cell is not None:
+        return drawing.one_cell(quality, find_cell(quality.mesh, picture.cell), title=title)
     if picture.scene is Scenes.worst:
         return drawing.worst(quality, picture.worst, title=title)
     return drawing.cut(quality, normal=picture.normal, at=picture.at, title=title)

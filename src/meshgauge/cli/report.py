@@ -6,7 +6,7 @@ import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from ..errors import WriteError
+from ..errors import OptionError, WriteError
 from . import inputs, options
 from .groups.report import Contents
 from .options import WRITING, option
@@ -27,6 +27,7 @@ def report(
     quiet: options.Quiet = False,
     contents: Contents,
     purpose: options.Purpose = None,
+    keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
@@ -38,15 +39,27 @@ def report(
     if target is not None and (reading.step == "all" or reading.displacement is not None):
         raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")
 
+    if contents.cell is not None and (len(paths) > 1 or any(one is not None for one in (csv, html, target))):
+        raise OptionError("--cell reports one cell of one mesh, as text or JSON")
+
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..mesh.labels import labels_of
     from ..report import FileReport
     from ..report.csv import CsvWriter
+    from ..report.one_cell import OneCellText, dumps
     from .batch import Batch
     from .printer import printer
+    from .terminal import Output, emit
 
     metrics, bins = contents.metrics(), contents.bins
-    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
+    batch = Batch(
+        reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, keep_bricks=keep_bricks, quiet=quiet
+    )
+    if contents.cell is not None:
+        wanted = contents.cell
+        for path, cell in batch.each(paths, lambda path: batch.cell(path, wanted, metrics)):
+            emit(dumps(path, cell)) if as_json else Output().show(OneCellText(path, cell))
+        return batch.exit_code
     paths = batch.states(paths)
     several = len(paths) > 1
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,6 +34,9 @@ def view(
     size = window.pixels()
     inputs.check_targets(paths, files=[window.screenshot])
 
+    from ..mesh.labels import find_cell
+    from ..view.camera import Camera
+    from ..view.link import fragment
     from ..view.link import view as parse
     from ..view.model import Model
     from ..view.picture import save
@@ -54,8 +58,12 @@ def view(
                 models.append(Model.of(quality, Path(path).name, frame=models[0].frame if models else None))
             except MeshgaugeError as error:
                 raise MeshgaugeError(f"{path}: {error}") from error
+    if window.cell is not None:
+        position = find_cell(models[0].mesh, window.cell)
+        camera = start.camera or Camera().looking_at(*models[0].place_of(position))
+        start = replace(start, cell=position, mesh=0, camera=camera)
     if window.screenshot is None:
-        _serve(models, window)
+        _serve(models, window, fragment(start))
     else:
         counts = save(window.screenshot, models, start, size=size)
         for model, n in zip(models, counts, strict=True):
@@ -68,7 +76,7 @@ def _require_one_or_two(paths: Sequence[str], what: str) -> None:
         raise MeshgaugeError(f"{len(paths)} {what} to view; expected one, or two to put side by side")
 
 
-def _serve(models: Sequence[Model], window: Window) -> None:
+def _serve(models: Sequence[Model], window: Window, link: str) -> None:
     """Run the web application until Ctrl-C."""
     from ..view.app import App
 
@@ -79,7 +87,7 @@ def _serve(models: Sequence[Model], window: Window) -> None:
 
             webbrowser.open(address)
 
-    App(models, link=window.link).run(port=window.port, ready=ready)
+    App(models, link=link).run(port=window.port, ready=ready)
 
 
 def _has_windows() -> bool:

@@ -131,7 +131,12 @@ class Diagnosis:
 
 
 def diagnosis(
-    mesh: Mesh, quality: Quality | None = None, *, limit: int | None = None, tolerance: float = points.TOLERANCE
+    mesh: Mesh,
+    quality: Quality | None = None,
+    *,
+    limit: int | None = None,
+    tolerance: float = points.TOLERANCE,
+    keep_bricks: bool = False,
 ) -> Diagnosis:
     """Look for what is wrong with a mesh beside the shapes of its cells.
 
@@ -145,6 +150,8 @@ def diagnosis(
         Do nothing, and say so, if the mesh has more cells; None: no limit. See `LIMIT`.
     tolerance
         Distance within which points coincide, relative to the size of the mesh, see `points.size`.
+    keep_bricks
+        Take cells with repeated nodes as they are, see `meshgauge.measure`; without ``quality`` only.
 
     Notes
     -----
@@ -156,7 +163,7 @@ def diagnosis(
     if limit is not None and mesh.n_cells > limit:
         why = f"The mesh was not diagnosed: it has {mesh.n_cells:,} cells, more than {limit:,}."
         return Diagnosis((), None, None, (), None, None, tolerance, (why,))
-    quality = quality if quality is not None else measure(mesh)
+    quality = quality if quality is not None else measure(mesh, keep_bricks=keep_bricks)
     mesh = quality.mesh  # collapsed cells as what they stand for
     is_ghost = mesh.is_ghost
     if is_ghost is not None:

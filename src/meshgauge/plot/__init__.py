@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .histogram_chart import histogram as histogram
     from .interactive_scene import plotter as plotter
     from .type_chart import types as types
+    from .worst_cells_scene import one_cell as one_cell
     from .worst_cells_scene import worst as worst
 
 _HOME = {
@@ -26,6 +27,7 @@ _HOME = {
     "types": "type_chart",
     "cumulative": "cumulative_chart",
     "worst": "worst_cells_scene",
+    "one_cell": "worst_cells_scene",
     "cut": "cut_scene",
     "plotter": "interactive_scene",
     "save": "figure_file",

@@ -51,8 +51,10 @@ def badge(axes: Axes, at: Array, text: str) -> None:
 def caption(cell: WorstCell) -> tuple[str, str, str]:
     """What a cell is, its value, and where it is worst; why it is not valid if its value does not tell."""
     value_says_it = cell.status in ("ok", "inverted")
-    where = f"worst at point {cell.point}" if value_says_it else cell.status.replace("_", " ")
-    return f"{cell.type} {cell.cell}", number(cell.quality), where
+    point = f"point {cell.point}" if cell.point_label is None else f"node {cell.point_label}"
+    where = f"worst at {point}" if value_says_it else cell.status.replace("_", " ")
+    name = f"{cell.cell}" if cell.cell_label is None else f"element {cell.cell_label}"
+    return f"{cell.type} {name}", number(cell.quality), where
 
 
 def colour_of(cell: WorstCell) -> str:

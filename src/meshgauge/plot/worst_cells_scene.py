@@ -53,19 +53,53 @@ def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
     """
     if not 1 <= n <= MOST:
         raise MeshgaugeError(f"{n} worst cells are asked for, expected 1 to {MOST}")
-    solids = drawable(quality)
-    cells = worst_drawable(quality, n)
+    return _scene(quality, worst_drawable(quality, n), title)
+
+
+def one_cell(quality: Quality, position: int, *, title: str = "") -> Figure:
+    """One cell: where it is, and from near among its neighbours, as in `worst`.
+
+    Parameters
+    ----------
+    quality
+        Of a mesh.
+    position
+        Of the cell in the file, from 0.
+    title
+        Above the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        1600 by 900 pixels.
+
+    Raises
+    ------
+    MeshgaugeError
+        If there is no such cell, or it has no value or no finite coordinates, so that it cannot be drawn.
+    """
+    if not 0 <= position < quality.mesh.n_cells:
+        raise MeshgaugeError(f"no cell {position}: the mesh has cells 0 to {quality.mesh.n_cells - 1}")
+    drawn = drawable(quality).grid.cell_data[CELL]
+    if np.isnan(quality.values[position]) or position not in drawn:
+        raise MeshgaugeError(f"cell {position} has no value, so that it cannot be drawn")
+    return _scene(quality, [quality.worst_node(position)], title)
+
+
+def _scene(quality: Quality, cells: list[WorstCell], title: str) -> Figure:
+    """Some cells in the whole mesh, and each from near."""
     if not cells:
         raise MeshgaugeError("there is nothing to draw: no cell has a value")
+    solids = drawable(quality)
     figure = chart_style.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
     chart_style.title(figure, title, chart_style.sentence(quality.summary()))
     _whole(figure, solids, cells)
     columns = min(len(cells), 3 if len(cells) <= 6 else 4)
     rows = -(-len(cells) // columns)
     width, height = (WIDTH - WHERE - 20) // columns, (HEIGHT - HEAD) // rows
-    for number, cell in enumerate(cells):
+    for number, one in enumerate(cells):
         left, top = WHERE + (number % columns) * width, HEAD + (number // columns) * height
-        _near(figure, solids, quality, cell, number + 1, (left, top, width - 12, height - 12))
+        _near(figure, solids, quality, one, number + 1, (left, top, width - 12, height - 12))
     return figure
 
 

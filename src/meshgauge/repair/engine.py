@@ -81,6 +81,7 @@ def improve(
     progress: Callable[[Progress], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
     threads: int | None = None,
+    keep_bricks: bool = False,
 ) -> Improvement:
     """Move the points of a mesh so that no cell is inverted, the worst is as good as it can be, and the mean is high.
 
@@ -105,7 +106,8 @@ def improve(
     seconds
         Time after which the best so far is the result; None: no limit.
     fixed
-        Further points that must not move: a mask ``(n_points,)`` or ids.
+        Further points that must not move: a mask ``(n_points,)`` or ids; by the numbers of the file:
+        ``np.isin(mesh.point_data["label"], [100, 200])``.
     surface
         With "slide": a PyVista or VTK surface of triangles to move on instead of the boundary itself.
     feature_angle
@@ -116,6 +118,8 @@ def improve(
         Asked often; True ends the improvement with the best so far.
     threads
         At most this many; None: one for each processor. It has no influence on the result.
+    keep_bricks
+        Take cells with repeated nodes as they are, see `meshgauge.measure`: they are degenerate, and stay so.
 
     Returns
     -------
@@ -130,7 +134,7 @@ def improve(
     """
     _check(boundary, target, floor, seconds, surface)
     start = time.monotonic()
-    before = measure(mesh, threads=threads)
+    before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
     mesh = before.mesh
     faults = _diagnose(before)
     constraints = constraints_of(mesh, before, fixed)

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import fnmatch
+import os
+import re
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError
+from ..files import sources
 from ..mesh import Mesh
+from ..mesh.labels import labels_of
 
 Mask = NDArray[np.bool_]
 
+_RANGE = re.compile(r"(\d{1,18})(?:-(\d{1,18}))?")
 
-def fixed_points(mesh: Mesh, arrays: Sequence[str], patterns: Sequence[str], boxes: Sequence[str]) -> Mask | None:
-    """``(n_points,)`` True where any of the three says so; None if nothing is asked for.
+
+def fixed_points(
+    mesh: Mesh, arrays: Sequence[str], patterns: Sequence[str], boxes: Sequence[str], ids: Sequence[str] = ()
+) -> Mask | None:
+    """``(n_points,)`` True where any of the four says so; None if nothing is asked for.
 
     Parameters
     ----------
@@ -25,13 +34,16 @@ def fixed_points(mesh: Mesh, arrays: Sequence[str], patterns: Sequence[str], box
         Names of regions or patterns: the points of their cells are fixed.
     boxes
         Texts ``xmin,xmax,ymin,ymax,zmin,zmax``; an end left empty is infinite.
+    ids
+        Texts such as ``1-10,15``, or files that hold such text: the file's own numbers of points; if it numbers none,
+        positions from 0.
 
     Raises
     ------
     MeshgaugeError
-        If there is no such data or region, or a box holds no numbers.
+        If there is no such data, region or point, or a box or a list holds no numbers.
     """
-    if not (arrays or patterns or boxes):
+    if not (arrays or patterns or boxes or ids):
         return None
     mask = np.zeros(mesh.n_points, np.bool_)
     for name in arrays:
@@ -42,7 +54,38 @@ def fixed_points(mesh: Mesh, arrays: Sequence[str], patterns: Sequence[str], box
         low, high = box(text)
         points = np.asarray(mesh.points)
         mask |= ((points >= low) & (points <= high)).all(axis=1)
+    for text in ids:
+        mask |= _of_ids(mesh, text)
     return mask
+
+
+def _of_ids(mesh: Mesh, text: str) -> Mask:
+    labels = labels_of(mesh.point_data)
+    numbers = np.arange(mesh.n_points) if labels is None else labels
+    mask = np.zeros(mesh.n_points, np.bool_)
+    for first, last in _ranges(text):
+        chosen = (numbers >= first) & (numbers <= last)
+        if not chosen.any():
+            named = f"{first}" if first == last else f"{first} to {last}"
+            what = f"points 0 to {mesh.n_points - 1:,}" if labels is None else "other numbers"
+            raise MeshgaugeError(f"{mesh.path}: the mesh has no point {named} for --fixed-ids; it has {what}")
+        mask |= chosen
+    return mask
+
+
+def _ranges(text: str) -> list[tuple[int, int]]:
+    """First and last of each range: from a file of that name if there is one, else from the text itself."""
+    if os.path.isfile(text):
+        sources.note(text)
+        listed = Path(text).read_text(encoding="utf-8", errors="replace")
+    else:
+        listed = text
+    items = listed.replace(",", " ").split()
+    matches = [_RANGE.fullmatch(item) for item in items]
+    if not items or not all(matches):
+        wrong = next((item for item, match in zip(items, matches, strict=True) if match is None), text)
+        raise MeshgaugeError(f"--fixed-ids {text!r}: {wrong[:40]!r} is no number or range; expected 1-10,15 or a file")
+    return [(int(match[1]), int(match[2] or match[1])) for match in matches if match is not None]
 
 
 def _of_array(mesh: Mesh, name: str) -> Mask:

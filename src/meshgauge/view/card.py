@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..cells import POLYHEDRON
-from ..mesh import Mesh
-from ..quality.measure import measure
+from ..look import style
+from ..mesh.labels import cell_label, point_label
+from ..quality.one_cell import node_values
+from ..quality.worst import spacing
 from ..status import STATUSES, Status
 from .filters import ViewError
 from .model import Model
@@ -22,6 +22,7 @@ class NodeRow:
 
     node: int  #: position in the cell, from 0
     point: int  #: its point id
+    label: int | None  #: the file's own number of the point; None if it gives none
     coordinates: tuple[float, float, float]
     quality: float  #: its J_ENS; NaN at a node that is no corner
     is_worst: bool
@@ -32,6 +33,7 @@ class Card:
     """A cell."""
 
     cell: int  #: position in the file, from 0
+    label: int | None  #: the file's own number; None if it gives none
     type: str
     quality: float  #: J_ENS; NaN if it has none
     status: str
@@ -39,6 +41,7 @@ class Card:
     region: str
     layer: int  #: number of cells between it and the boundary
     nodes: tuple[NodeRow, ...]
+    spacing: float  #: least distance of two nodes that are apart; 0 if none are
 
     @property
     def worst(self) -> NodeRow | None:
@@ -51,15 +54,18 @@ def card(model: Model, cell: int) -> Card:
     mesh = model.mesh
     if not 0 <= cell < mesh.n_cells:
         raise ViewError(f"no cell {cell}: the mesh has cells 0 to {mesh.n_cells - 1}")
-    values = _node_values(model, cell)
+    values = node_values(model.quality, cell)
     lowest = -1 if np.isnan(values).all() else int(np.nanargmin(values))
     rows = []
     for node, (point, value) in enumerate(zip(mesh.nodes(cell), values, strict=True)):
         x, y, z = (float(v) for v in mesh.points[point])
-        rows.append(NodeRow(node, int(point), (x, y, z), float(value), node == lowest))
+        label = point_label(mesh, int(point))
+        rows.append(NodeRow(node, int(point), label, (x, y, z), float(value), node == lowest))
     row = STATUSES[Status(int(model.quality.status[cell]))]
     return Card(
         cell=cell,
+        label=cell_label(mesh, cell),
+        spacing=spacing(mesh.points[mesh.nodes(cell)]),
         type=model.type_names[int(mesh.types[cell])],
         quality=float(model.values[cell]),
         status=row.name,
@@ -70,25 +76,6 @@ def card(model: Model, cell: int) -> Card:
     )
 
 
-def _node_values(model: Model, cell: int) -> NDArray[np.float64]:
-    """J_ENS of the nodes of one cell, without measuring those of all."""
-    mesh, polyhedra = model.mesh, model.quality.polyhedra
-    nodes = mesh.nodes(cell)
-    if polyhedra is not None and int(mesh.types[cell]) == POLYHEDRON.vtk_id:
-        at = int(np.searchsorted(polyhedra.cells, cell))
-        mine = slice(int(polyhedra.node_offsets[at]), int(polyhedra.node_offsets[at + 1]))
-        of_point = dict(zip(polyhedra.node_points[mine].tolist(), polyhedra.node_jens[mine].tolist(), strict=True))
-        return np.array([of_point.get(point, np.nan) for point in nodes.tolist()], np.float64)
-    alone = Mesh(
-        points=mesh.points[nodes],
-        types=mesh.types[cell : cell + 1],
-        offsets=np.array([0, len(nodes)]),
-        connectivity=np.arange(len(nodes)),
-        copy=False,
-    )
-    return measure(alone).node_jens
-
-
 def number(value: float) -> str:
     """A value of J_ENS for a page: three decimals, a true minus; small ones never look like 0, NaN is a dash."""
     if math.isnan(value):
@@ -97,6 +84,6 @@ def number(value: float) -> str:
     return text.replace("-", "−")
 
 
-def coordinate(value: float) -> str:
-    """A coordinate in five digits, for a narrow column."""
-    return f"{value:.5g}".replace("-", "−")
+def coordinates(place: tuple[float, float, float], spacing: float) -> list[str]:
+    """Coordinates in five digits, for narrow columns, or as many as tell nodes apart."""
+    return [text.replace("-", "−") for text in style.coordinates(place, spacing, digits=5)]

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from ..look.colours import css, css_of
+from ..look.names import cell_entry, cell_name, point_entry
 from .camera import Camera, Vector
-from .card import Card, coordinate, number
+from .card import Card, coordinates, number
 from .filters import AXES, Filters, Plane, others
 from .histogram import EDGES, bars, histogram
 from .link import View
@@ -115,6 +116,7 @@ def worst(model: Model, n: int) -> list[dict[str, Any]]:
     return [
         {
             "cell": cell.cell,
+            "cell_name": cell_entry(cell.cell, cell.cell_label),
             "type": cell.type,
             "quality": number(cell.quality),
             "status": "" if cell.status == "ok" else cell.status.replace("_", " "),
@@ -129,6 +131,7 @@ def details(model: Model, card: Card, mesh: int, name: str) -> dict[str, Any]:
     fill = css(np.array([row.quality for row in card.nodes]))
     return {
         "cell": card.cell,
+        "cell_name": cell_name(card.cell, card.label),
         "mesh": mesh,
         "name": name,
         "type": card.type,
@@ -142,7 +145,8 @@ def details(model: Model, card: Card, mesh: int, name: str) -> dict[str, Any]:
             {
                 "node": row.node,
                 "point": row.point,
-                "x": [coordinate(x) for x in row.coordinates],
+                "point_name": point_entry(row.point, row.label),
+                "x": coordinates(row.coordinates, card.spacing),
                 "quality": number(row.quality),
                 "colour": colour,
                 "worst": row.is_worst,

@@ -293,7 +293,7 @@ def _card(v: Any, html: Any, n_models: int) -> None:
     with html.Div(v_if="card", **_raw(data_card="{card.cell}")):
         with html.Div(classes="d-flex align-center mt-2"):
             html.Span(classes="mg-dot", style=("{background: card.colour}",))
-            html.H1("Cell {{ card.cell }}", style="flex: 1")
+            html.H1("{{ card.cell_name }}", style="flex: 1; text-transform: capitalize")
             v.VBtn(
                 icon="mdi-crosshairs-gps",
                 click="trigger('fly', [card.mesh, card.cell])",
@@ -327,7 +327,7 @@ def _card(v: Any, html: Any, n_models: int) -> None:
             ):
                 html.Td("{{ row.node }}")
                 html.Td("{{ row.quality }}")
-                html.Td("{{ row.point }}")
+                html.Td("{{ row.point_name }}")
                 for n in range(3):
                     html.Td(f"{{{{ row.x[{n}] }}}}")
         html.Div(
@@ -350,7 +350,7 @@ def _worst(html: Any, n_models: int) -> None:
         ):
             with html.Td():
                 html.Span(classes="mg-dot", style=("{background: row.colour}",))
-                html.Button("{{ row.cell }}")
+                html.Button("{{ row.cell_name }}")
             html.Td("{{ row.type }}")
             html.Td("{{ row.status }}", classes="faint")
             html.Td("{{ row.quality }}", classes="n")

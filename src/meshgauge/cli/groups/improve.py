@@ -66,6 +66,15 @@ class ConstraintOptions:
             FIXED,
         ),
     ] = None
+    fixed_ids: Annotated[
+        list[str] | None,
+        option(
+            "--fixed-ids",
+            "LIST|FILE",
+            "Points by their numbers in the file (positions, if it has none), such as 1-10,15; repeatable.",
+            FIXED,
+        ),
+    ] = None
     surface: Annotated[
         Path | None, option("--surface", "FILE", "With --boundary slide: an STL or VTP surface to move on.", FIXED)
     ] = None
@@ -85,5 +94,7 @@ class ConstraintOptions:
         from ...repair.fixed import fixed_points
         from ...repair.surface_file import surface_in
 
-        mask = fixed_points(mesh, self.fixed_points or (), self.fixed_region or (), self.fixed_box or ())
+        mask = fixed_points(
+            mesh, self.fixed_points or (), self.fixed_region or (), self.fixed_box or (), self.fixed_ids or ()
+        )
         return mask, None if self.surface is None else surface_in(self.surface)

@@ -46,6 +46,7 @@ class Picture:
         bool | None, option("--log/--linear", None, "Scale of the counts.", CHARTS, default="log if cumulative")
     ] = None
     worst: options.Worst = 6
+    cell: options.Cell = None
     normal: Annotated[
         tuple[float, float, float] | None,
         option("--normal", "X Y Z", "From the cut to the eye.", SCENES, default="what shows most"),
@@ -64,6 +65,11 @@ class Picture:
     ] = None
 
     @property
+    def is_scene(self) -> bool:
+        """Whether one mesh is drawn in space."""
+        return self.scene is not None or self.cell is not None
+
+    @property
     def metrics(self) -> tuple[str, ...]:
         """The metrics to draw, each once."""
         return tuple(dict.fromkeys(self.metric or (JENS,)))
@@ -76,11 +82,13 @@ class Picture:
 
     def check(self, paths: Sequence[str]) -> None:
         """Refuse options that do not go together, rather than ignore them. Raises `typer.BadParameter`."""
-        if self.scene is not None:
+        if self.cell is not None and self.scene is Scenes.cut:
+            raise typer.BadParameter("--cell draws one cell, --scene cut the whole mesh: give one of them")
+        if self.is_scene:
             if self.kind is not None:
                 raise typer.BadParameter("--kind draws a chart and --scene a scene: give one of them")
             if len(paths) > 1:
-                raise typer.BadParameter(f"--scene takes one mesh, {len(paths)} are given")
+                raise typer.BadParameter(f"a scene takes one mesh, {len(paths)} are given")
             if self.metrics != (JENS,) or self.log is not None:
                 raise typer.BadParameter("--metric and --log are of charts; a scene is coloured by jens")
         if self.scene is Scenes.worst and not 1 <= self.worst <= MOST:

@@ -23,6 +23,7 @@ class Contents:
         option("--compare-metric", "NAME", "Ask Verdict, through VTK, for this; repeatable.", MEASURING, default=False),
     ] = None
     by: options.By = None
+    cell: options.Cell = None
     diagnosis: Annotated[
         bool,
         option("--diagnosis/--no-diagnosis", None, "Look for what else is wrong, see 'meshgauge doctor'.", MEASURING),

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 from ...errors import OptionError
+from .. import options
 from ..options import option
 
 SMALLEST, LARGEST = 200, 8000
@@ -20,6 +21,7 @@ class Window:
     link: Annotated[
         str, option("--link", "LINK", "Start with this view: an address of before, or its part after the '#'.")
     ] = ""
+    cell: options.Cell = None
     port: Annotated[int, option("--port", "N", "Listen on this port; 0: any that is free.", least=0, most=65535)] = 0
     browser: Annotated[bool, option("--browser/--no-browser", None, "Open the browser.")] = True
     screenshot: Annotated[

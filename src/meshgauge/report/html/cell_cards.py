@@ -8,6 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import CELL_TYPES, type_name
+from ...look.names import cell_entry
+from ...look.style import coordinates
+from ...mesh.labels import cell_label, point_label
+from ...quality.worst import spacing
 from ...status import STATUSES, Status
 from .page_cells import Ids, drawing_code, faces_of, nodes_of
 from .sketch import side
@@ -37,6 +41,9 @@ class Card(NamedTuple):
     point: int
     coordinates: tuple[float, float, float]
     region: str
+    cell_label: int | None
+    point_label: int | None
+    place: tuple[str, ...]  #: the coordinates as text
     model: dict[str, Any]  #: points, faces of the cell, faces of its neighbours, all in a frame of their own
 
 
@@ -99,6 +106,9 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
         point=point,
         coordinates=(x, y, z),
         region=region,
+        cell_label=cell_label(mesh, cell),
+        point_label=point_label(mesh, point),
+        place=tuple(coordinates((x, y, z), spacing(mesh.points[mesh.nodes(cell)]), digits=5)),
         model={
             "points": fitted.round(5).tolist(),
             "from": side(fitted, [[place[p] for p in face] for face in faces[cell]], place[point]).round(4).tolist(),
@@ -108,7 +118,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
                     "faces": [[place[p] for p in face] for face in of_cell],
                     "value": float(quality.values[at]),
                     "class": drawing_code(int(quality.status[at]), mesh.purpose),
-                    "name": f"{type_name(int(mesh.types[at]))} {at}",
+                    "name": f"{type_name(int(mesh.types[at]))} {cell_entry(at, cell_label(mesh, at))}",
                 }
                 for at, of_cell in faces.items()
             ],

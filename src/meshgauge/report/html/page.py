@@ -15,6 +15,7 @@ from ..._version import __version__
 from ...errors import FailedFile
 from ...files import output
 from ...look import bands, colours, style, theme
+from ...look.names import cell_entry, listed, point_entry, point_name
 from ..record import FileReport
 from . import charts
 from .section import BUDGET, Section, section
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     import jinja2
 
     from ...quality.measure import Quality
+    from ...quality.worst import StatusCells
 
 SCRIPTS = ("shaders.js", "model.js", "stage.js", "cards.js", "meshview.js", "page.js")
 """Our own, in the order in which they are run."""
@@ -154,6 +156,11 @@ def _environment(package: str | None) -> jinja2.Environment:
         "plural": style.plural,
         "spark": charts.spark,
         "sketch": sketch,
+        "cell_entry": cell_entry,
+        "point_entry": point_entry,
+        "point_name": point_name,
+        "cells_listed": _cells_listed,
+        "coordinates": style.coordinates,
         "band": bands.name,
         "colour": colours.colour,
         "finite": _finite,
@@ -166,6 +173,11 @@ def _environment(package: str | None) -> jinja2.Environment:
     }
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False, "separators": (",", ":")}
     return environment
+
+
+def _cells_listed(finding: StatusCells) -> str:
+    """The first cells of a status: ``cells 0, 1, ...``, with the numbers of the file, if it has any."""
+    return listed("cell", finding.cells, finding.labels, more=finding.n_cells > len(finding.cells))
 
 
 def _finite(item: Any) -> Any:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from ...cells import CELL_TYPES, POLYHEDRON
 from ...kernels import path
 from ...kernels.cells import aggregate, driver
-from ...mesh import connectivity
+from ...mesh import Mesh, connectivity
+from ...mesh.labels import labels_of
 from ...mesh.polyhedra import ragged_positions
 from ...quality.summary.scale import HALF, Scale
 from ...status import Category, Purpose, category, is_usable
@@ -162,7 +163,17 @@ def arrays_of(quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Fram
         "nodeValue": nodes.values.astype(np.float32),
         "point": points.astype(np.uint32),
         "xyz": frame.shown(mesh.points[points]).astype(np.float32),
+        **_numbers(mesh, cells, points),
         **_own_faces(quality, cells, points),
+    }
+
+
+def _numbers(mesh: Mesh, cells: Ids, points: Ids) -> dict[str, NDArray[np.float64]]:
+    """The file's own numbers, if it has any; floats, which hold them up to 2^53."""
+    of_cells, of_points = labels_of(mesh.cell_data), labels_of(mesh.point_data)
+    return {
+        **({} if of_cells is None else {"label": of_cells[cells].astype(np.float64)}),
+        **({} if of_points is None else {"pointLabel": of_points[points].astype(np.float64)}),
     }
 
 

@@ -292,7 +292,7 @@ class MeshView {
     const kind = model.kinds[a.kind[i]];
     const status = model.statuses[a.status[i]];
     const region = model.regions.length > 1 ? ` · ${model.regions[a.region[i]]}` : "";
-    const head = make("h4", `${kind.type} ${a.id[i]} `, panel);
+    const head = make("h4", `${kind.type} ${this.entry("element", "cell", a.id[i], a.label?.[i])} `, panel);
     const bad = this.classes[i] ? "invalid" : a.value[i] < model.poorBelow ? "poor" : "";
     make("span", this.value(a.value[i]), head, `v ${bad}`);
     const name = status.name === "ok" ? "" : `${status.name.replaceAll("_", " ")}: `;
@@ -309,10 +309,10 @@ class MeshView {
       const line = make("tr", "", body, m === worst ? "worst" : "");
       const p = a.nodes[m];
       make("td", m - from, line);
-      make("td", a.point[p], line);
+      make("td", this.entry("node", "point", a.point[p], a.pointLabel?.[p]), line);
       make("td", `${this.value(a.nodeValue[m])}${m === worst ? " ◀" : ""}`, line);
     }
-    const place = [0, 1, 2].map((k) => Number((a.xyz[3 * a.nodes[worst] + k] * half + centre[k]).toPrecision(6)));
+    const place = [0, 1, 2].map((k) => Number((a.xyz[3 * a.nodes[worst] + k] * half + centre[k]).toPrecision(this.digits(from, to))));
     make("p", `The worst node is at ${place.join(", ")}.`, panel, "hint");
     this.cells.material.uniforms.uPickedCell.value = i;
     const ring = this.ring.geometry.getAttribute("position");
@@ -320,6 +320,27 @@ class MeshView {
     ring.needsUpdate = true;
     this.ring.visible = true;
     this.view.request();
+  }
+
+  // A position, or the number of the file with the position beside.
+  entry(noun, place, position, label) {
+    return label >= 0 ? `${noun} ${label} (${place} ${position})` : position;
+  }
+
+  // As many digits as tell the nodes of a cell apart, six at least; no more than single precision has of the frame.
+  digits(from, to) {
+    const { a } = this;
+    const { centre, half } = this.model.frame;
+    let least = Infinity;
+    for (let m = from; m < to; m++) {
+      for (let n = from; n < m; n++) {
+        const d = Math.hypot(...[0, 1, 2].map((k) => a.xyz[3 * a.nodes[m] + k] - a.xyz[3 * a.nodes[n] + k])) * half;
+        if (d > 0 && d < least) least = d;
+      }
+    }
+    const largest = Math.max(...centre.map(Math.abs)) + half;
+    if (!(least < Infinity) || !(largest > 0)) return 6;
+    return Math.min(15, Math.max(6, 2 + Math.ceil(Math.log10(largest)) - Math.floor(Math.log10(least))));
   }
 
   showFace(face) {
