@@ -22,11 +22,13 @@ from ..plumbing.format import Format
 from ..plumbing.steps import Step, number_steps
 from ..plumbing.text import numbers
 
-_COMMENT = re.compile(rb"/\*.*?\*/|//[^\n]*", re.DOTALL)
-_HEADER = re.compile(rb"FoamFile\s*\{(.*?)\}", re.DOTALL)
-_ENTRY = re.compile(rb"(\w+)\s+(\"[^\"]*\"|[^;]*);")
+# None of these goes back over what it has passed: a file must not take time with the square of its size.
+_COMMENT = re.compile(rb"/\*.*?(?:\*/|\Z)|//[^\n]*", re.DOTALL)
+_HEADER = re.compile(rb"FoamFile\s*+\{")
+_ENTRY = re.compile(rb"(?:[^;\"]|\"[^\"]*+(?:\"|\Z))++")
+_KEY = re.compile(rb"\s*+(\w++)\s++(.*)", re.DOTALL)
 _COUNT = re.compile(rb"\s*(\d+)\s*([({])")
-_PATCH = re.compile(rb"([^\s{}()\";]+|\"[^\"]*\")\s*\{([^{}]*)\}")
+_PATCH = re.compile(rb"(?<![^\s{}()\";])([^\s{}()\";]++|\"[^\"]*+\")\s*+\{([^{}]*+)\}")
 _STATED = re.compile(rb"n(Points|Cells|Faces|InternalFaces):\s*(\d+)")
 _LARGEST_UNPACKED = 1100  # bytes of zlib's output a byte of its input
 
@@ -197,24 +199,37 @@ def _name(root: Path, tail: Path) -> str:
 _TIME = re.compile(r"\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
 
 
+def _header(data: bytes) -> tuple[int, int]:
+    """Where the entries of the header begin, and what follows behind its brace; 0 if there is none."""
+    header = _HEADER.search(data)
+    end = data.find(b"}", header.end()) if header is not None else -1
+    return (header.end(), end + 1) if header is not None and end >= 0 else (0, 0)
+
+
+def _entries(data: bytes) -> dict[bytes, bytes]:
+    """Keys and values, each ended by a semicolon that stands in no quotes."""
+    matches = (_KEY.match(entry) for entry in _ENTRY.findall(data))
+    return {match[1]: match[2].strip() for match in matches if match is not None}
+
+
 class _File:
     """One file of a polyMesh: its header, and its lists."""
 
     def __init__(self, folder: Path, name: str) -> None:
         self.path = _present(folder, name)
         data = _bytes(self.path)
-        header = _HEADER.search(data)
-        if header is None:
+        start, end = _header(data)
+        if end == 0:
             raise ReadError(f"{self.path}: has no header FoamFile")
         self.entries = {
-            k.decode(): v.strip(b'" ').decode("utf-8", "replace") for k, v in _ENTRY.findall(header.group(1))
+            k.decode(): v.strip(b'" ').decode("utf-8", "replace") for k, v in _entries(data[start : end - 1]).items()
         }
         self.is_binary = self.entries.get("format") == "binary"
         arch = self.entries.get("arch", "")
         self.order = ">" if "MSB" in arch else "<"
         self.label = np.dtype(self.order + ("i8" if "label=64" in arch else "i4"))
         self.scalar = np.dtype(self.order + ("f4" if "scalar=32" in arch else "f8"))
-        self.data, self.at = data[header.end() :], 0
+        self.data, self.at = data[end:], 0
         if not self.is_binary:
             self.data = _COMMENT.sub(b" ", self.data)
         else:
@@ -343,10 +358,10 @@ def _bytes(path: Path) -> bytes:
 def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
     """Name and faces of each patch."""
     data = _COMMENT.sub(b" ", _bytes(_present(folder, "boundary")))
-    header = _HEADER.search(data)
+    _, start = _header(data)
     patches = []
-    for name, body in _PATCH.findall(data[header.end() if header else 0 :]):
-        entries = dict(_ENTRY.findall(body))
+    for name, body in _PATCH.findall(data[start:]):
+        entries = _entries(body)
         try:
             n, first = int(entries[b"nFaces"]), int(entries[b"startFace"])
         except (KeyError, ValueError):

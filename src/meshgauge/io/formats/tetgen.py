@@ -19,7 +19,7 @@ from ..plumbing.format import HEAD, Format
 from ..plumbing.ids import Index
 from ..plumbing.text import Text
 
-_COUNTS = re.compile(rb"\A(?:\s*#[^\n]*\n|\s)*(\d+(?:[ \t]+\d+)*)[ \t]*(?:#[^\n]*)?\r?(?:\n|\Z)")
+_COUNTS = re.compile(rb"\A(?:#[^\n]*+\n|\s)*+(\d+(?:[ \t]+\d+)*)[ \t]*(?:#[^\n]*)?\r?(?:\n|\Z)")
 
 
 def _counts(head: bytes) -> int:

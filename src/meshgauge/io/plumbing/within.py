@@ -9,6 +9,7 @@ from typing import Any
 
 from ...errors import ReadError
 from ...files import sources
+from .budget import Budget
 from .xml_names import names_in_xml
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
@@ -83,13 +84,16 @@ def check_hdf(path: Path, file: Any, *, follows: bool = False) -> None:
     """Raise if an HDF5 file keeps data in others: external links, virtual data sets, external storage.
 
     With ``follows`` links and virtual data sets may name other files of its folder, which must keep all of theirs.
+    Nor may its arrays be more than such a file can hold, each counted as often as it can be reached.
     """
     import h5py
 
-    stack, seen, count = [file], set(), 0
+    stack, count = [file], 0
+    ways, sizes = {hash(file.id): 1}, {hash(file.id): 0}  # of each group: links to it, bytes of the arrays in it
     others: set[str] = set()
     while stack:
         group = stack.pop()
+        here = hash(group.id)
         for name in group:
             count += 1
             if count > _MOST_LINKS:
@@ -109,10 +113,16 @@ def check_hdf(path: Path, file: Any, *, follows: bool = False) -> None:
                 if item.external or not follows:
                     raise ReadError(f"{path}: array {item.name!r} is kept in other files, which are not read")
                 others |= {source.file_name for source in item.virtual_sources()} - {"."}
-            if isinstance(item, h5py.Group) and item.id.__hash__() not in seen:
-                seen.add(item.id.__hash__())
-                stack.append(item)
+            if isinstance(item, h5py.Dataset):
+                sizes[here] += item.size * item.dtype.itemsize if item.size else 0
+            elif isinstance(item, h5py.Group):
+                ways[hash(item.id)] = ways.get(hash(item.id), 0) + 1
+                if hash(item.id) not in sizes:
+                    sizes[hash(item.id)] = 0
+                    stack.append(item)
     check_present(path, sorted(others))  # HDF5 looks for a missing one elsewhere, or puts zeros in its place
+    total = sum(each.stat().st_size for each in (path, *(path.parent / name for name in others)))
+    Budget(path, total, is_packed=True).draw(sum(ways[key] * sizes[key] for key in sizes), str(file.name))
     for name in sorted(others):
         with h5py.File(path.parent / name, "r") as opened:
             check_hdf(path.parent / name, opened)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...plumbing.text import Text
 
 _END = re.compile(rb"^[ \t]*(?:-1[ \t]*$|[A-Za-z/*!])", re.MULTILINE)
-_ITEM = re.compile(r"\s*(\d{0,4})\s*([iaefg])\s*(\d{1,4})[\w.]*\s*", re.IGNORECASE)
+_ITEM = re.compile(r"\s*+(\d{0,4}+)\s*+([iaefg])\s*+(\d{1,4}+)[\w.]*+\s*+", re.IGNORECASE)
 _CHUNK = 1 << 17
 _WIDEST = 64  # characters of a number
 _MOST = 100  # columns

@@ -24,7 +24,7 @@ from .hdf import Arrays
 _MARK = re.compile(rb"\A\s*\(\s*\d+\s")
 _SECTION = re.compile(rb"\s*\(\s*(\d+)")
 _HEAD = re.compile(rb"\s*\(([^()]*)\)\s*")
-_TOKEN = re.compile(rb'"(?:[^"\\]|\\.)*"|[()]', re.DOTALL)
+_TOKEN = re.compile(rb'"(?:[^"\\]|\\.?)*+(?:"|\Z)|[()]', re.DOTALL)  # a text without end goes to the end
 _END = b"End of Binary Section"
 _HDF = (".cas.h5", ".msh.h5")
 _INTERIOR = 2

@@ -21,7 +21,9 @@ from . import binary
 from .binary import Content
 
 _MARK = re.compile(rb"\A\s*OVM[ \t]*(ASCII|BINARY)?[ \t]*\r?$|\AOVMB\n", re.IGNORECASE | re.MULTILINE)
-_PROPERTY = re.compile(rb'^\s*(\w*?)_?Prop(?:erty)?\s+(\S+)\s+"([^"\n]*)"\s*$', re.IGNORECASE | re.MULTILINE)
+_PROPERTY = re.compile(
+    rb'^[ \t]*+(\w*?)_?Prop(?:erty)?[ \t]++(\S++)[ \t]++"([^"\n]*+)"[ \t\r]*+$', re.IGNORECASE | re.MULTILINE
+)
 _ENTITY = {b"V": "point", b"VERTEX": "point", b"C": "cell", b"CELL": "cell", b"POLYHEDRON": "cell"}
 _TYPE = re.compile(rb"(?:vec([234]))?(bool|u?int|unsigned_int|[us]?char|[us]?short|u?long|float|double|[dfi]|ui)")
 _IS_REAL = (b"float", b"double", b"d", b"f")

@@ -122,15 +122,20 @@ def _grids(root: Any) -> Iterator[tuple[str, Any]]:
     return iter([(names.get(key, key), item) for key, item in groups])
 
 
-def _link_names(node: Any, names: dict[str, str]) -> None:
+def _link_names(root: Any, names: dict[str, str]) -> None:
     import h5py
 
-    for name in node:
-        link = node.get(name, getlink=True)
-        if isinstance(link, h5py.SoftLink):
-            names.setdefault(link.path.rsplit("/", 1)[-1], name)
-        elif isinstance(link, h5py.HardLink):
-            _link_names(node[name], names)
+    waiting, seen = [root], {hash(root.id)}
+    while waiting:
+        node = waiting.pop()
+        for name in node:
+            link = node.get(name, getlink=True)
+            if isinstance(link, h5py.SoftLink):
+                names.setdefault(link.path.rsplit("/", 1)[-1], name)
+            elif isinstance(link, h5py.HardLink) and hash((below := node[name]).id) not in seen:
+                seen.add(hash(below.id))  # a group may be linked from many others
+                if isinstance(below, h5py.Group):
+                    waiting.append(below)
 
 
 @dataclass(slots=True)

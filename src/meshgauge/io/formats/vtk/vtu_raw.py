@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
+from ...plumbing.budget import DENSEST, Budget
 from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.vtk import RENUMBERED
 
@@ -26,10 +27,6 @@ _LARGEST_HEADER = 1 << 20
 _DTYPES = {
     f"{kind}{8 * size}": f"{kind[0].lower()}{size}" for kind in ("Int", "UInt", "Float") for size in (1, 2, 4, 8)
 }
-
-
-_DENSEST = 1100
-"""Bytes that one byte packed by zlib can stand for; more is not believed."""
 
 
 class _Unknown(Exception):
@@ -67,6 +64,7 @@ class _Appended:
         self.is_packed = root.get("compressor") == "vtkZLibDataCompressor"
         if root.get("compressor") and not self.is_packed:
             raise _Unknown
+        self.budget = Budget(path, self.size, is_packed=self.is_packed)
 
     def array(self, item: ElementTree.Element, rows: int, *, after: int = 0) -> NDArray[np.generic]:
         """The array of an XML element, in native byte order; ``after`` empty rows are put before it."""
@@ -75,6 +73,7 @@ class _Appended:
         name, width = item.get("Name", ""), int(item.get("NumberOfComponents", "1"))
         dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
         at = self.start + int(item.attrib["offset"])
+        self.budget.draw(rows * max(width, 1) * dtype.itemsize, name)
         self.file.seek(at)
         if self.is_packed:
             values = self._unpacked(name, dtype, rows * max(width, 1), after * max(width, 1))
@@ -99,8 +98,9 @@ class _Appended:
         name, width, at = item.get("Name", ""), int(item.get("NumberOfComponents", "1")), int(item.attrib["offset"])
         self.file.seek(self.start + at)
         n = self._stated(name)
-        if n > self.size * (_DENSEST if self.is_packed else 1):
+        if n > self.size * (DENSEST if self.is_packed else 1):
             raise ReadError(f"{self.path}: array {name!r} states {n} bytes, the file has {self.size}")
+        self.budget.draw(n, name)
         self.file.seek(self.start + at)
         if self.is_packed:
             raw = self._unpacked(name, np.dtype(np.uint8), n, 0).tobytes()
@@ -132,7 +132,7 @@ class _Appended:
         stated = self._stated(name)
         self.file.seek(start)
         n_blocks, size, last = self._headers(3, name)
-        if stated != expected or expected > self.size * _DENSEST or n_blocks * self.header.itemsize > self.size:
+        if stated != expected or expected > self.size * DENSEST or n_blocks * self.header.itemsize > self.size:
             raise ReadError(f"{self.path}: array {name!r} states {stated} bytes, expected {expected}")
         values = np.empty(n + after, dtype)
         into, at = values[after:].view(np.uint8), 0

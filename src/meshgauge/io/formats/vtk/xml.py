@@ -91,7 +91,8 @@ def _check(path: Path, *, refers: bool) -> None:
         stop = appended if appended >= 0 else size
         at = data.find(b"<Piece", 0, stop)
         while at >= 0:
-            tag = data[at : min(at + HEAD, stop)].split(b">", 1)[0] + b">"
+            end = data.find(b">", at, min(at + HEAD, stop))
+            tag = data[at : end + 1 if end >= 0 else at + HEAD]
             for match in _COUNT.finditer(tag):
                 count = int(match.group(2))
                 if not 0 <= count <= size * _DENSEST:

@@ -1,0 +1,158 @@
+"""A small file takes neither all memory nor all day: it is read in a time that grows with its size, or refused."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from io_meshes import mesh_of
+
+from meshgauge import io
+from meshgauge.errors import ReadError
+from meshgauge.io.plumbing.budget import DENSEST, LEAST, Budget
+
+LONG = 300_000
+"""Characters with which anything of their square takes minutes."""
+
+FOAM = "FoamFile {{ version 2.0; format ascii; class x; object x; {entry} }}\n"
+
+
+def openfoam(boundary: str, entry: str = "", comment: str = "") -> Callable[[Path], Path]:
+    """A case of one hexahedron without patches but what is given."""
+    files = {
+        "points": "8((0 0 0)(1 0 0)(1 1 0)(0 1 0)(0 0 1)(1 0 1)(1 1 1)(0 1 1))",
+        "faces": "6(4(0 3 2 1)4(4 5 6 7)4(0 1 5 4)4(3 7 6 2)4(0 4 7 3)4(1 2 6 5))",
+        "owner": "6(0 0 0 0 0 0)",
+        "neighbour": "0()",
+        "boundary": boundary,
+    }
+
+    def write(folder: Path) -> Path:
+        mesh = folder / "case" / "constant" / "polyMesh"
+        mesh.mkdir(parents=True)
+        for name, text in files.items():
+            (mesh / name).write_text(FOAM.format(entry=entry) + comment + text)
+        return folder / "case"
+
+    return write
+
+
+def text(name: str, content: str) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        (folder / name).write_text(content)
+        return folder / name
+
+    return write
+
+
+SLOW = {
+    "patches without braces": openfoam("1(w { type wall; nFaces 6; startFace 0; })" + "a" * LONG),
+    "patches of quotes": openfoam('0()"' + '"a' * LONG),
+    "entries without end": openfoam("0()", entry="a " * LONG),
+    "entries of quotes": openfoam("0()", entry='a "' + 'b" "' * (LONG // 3)),
+    "comments without end": openfoam("0()", comment="\n" + "// " + "/*" * LONG + "\n"),
+    "texts without end": text("a.cas", '(0 "x")\n(2 3)\n(0 "' + '\\"' * LONG),
+    "quotes without end": text("b.cas", '(0 "x")\n(2 3)\n(0 ' + '"' * LONG),
+    "properties of spaces": text("a.ovm", "OVM ASCII\nVertices\n0\nEdges\n0\nFaces\n0\nPolyhedra\n0\n" + " \n" * LONG),
+    "comments and spaces": text("a.ele", " #\n" * 1300 + "x"),
+}
+
+
+@pytest.mark.parametrize("name", SLOW)
+def test_time_grows_with_the_size(name: str, tmp_path: Path) -> None:
+    path = SLOW[name](tmp_path)
+    start = time.monotonic()
+    with contextlib.suppress(ReadError):
+        io.read(path)
+    assert time.monotonic() - start < 60
+
+
+def vtu(arrays: int, n: int = 1_000_000) -> bytes:
+    """A tetrahedron among many points, with arrays that all stand where the points do."""
+    blocks, places = [], []
+    for values in (np.zeros(3 * n, "<f4"), np.arange(4), np.array([4]), np.array([10], np.uint8)):
+        packed = zlib.compress(values.tobytes())
+        places.append(sum(map(len, blocks)))
+        blocks.append(np.array([1, values.nbytes, 0, len(packed)], "<u8").tobytes() + packed)
+    names = "".join(
+        f'<DataArray type="Float32" Name="a{k}" NumberOfComponents="3" format="appended" offset="0"/>'
+        for k in range(arrays)
+    )
+    head = (
+        '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64" '
+        f'compressor="vtkZLibDataCompressor"><UnstructuredGrid><Piece NumberOfPoints="{n}" NumberOfCells="1"><Points>'
+        '<DataArray type="Float32" Name="P" NumberOfComponents="3" format="appended" offset="0"/></Points><Cells>'
+        f'<DataArray type="Int64" Name="connectivity" format="appended" offset="{places[1]}"/>'
+        f'<DataArray type="Int64" Name="offsets" format="appended" offset="{places[2]}"/>'
+        f'<DataArray type="UInt8" Name="types" format="appended" offset="{places[3]}"/></Cells>'
+        f'<PointData>{names}</PointData></Piece></UnstructuredGrid><AppendedData encoding="raw">_'
+    )
+    return head.encode() + b"".join(blocks) + b"</AppendedData></VTKFile>"
+
+
+def test_many_arrays_at_one_place_of_a_vtu(tmp_path: Path) -> None:
+    path = tmp_path / "a.vtu"
+    path.write_bytes(vtu(1))
+    assert io.read(path).n_points == 1_000_000
+    path.write_bytes(vtu(100))
+    with pytest.raises(ReadError, match=r"more than a file of .* bytes can hold"):
+        io.read(path)
+
+
+@pytest.mark.parametrize("link", ["arrays", "groups"])
+def test_many_names_of_one_array_of_hdf5(tmp_path: Path, link: str) -> None:
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "a.vtkhdf"
+    mesh = mesh_of("tetra")
+    io.write(path, mesh.replace(point_data={"a": np.zeros(mesh.n_points)}))
+    assert io.read(path).n_cells == 2
+    with h5py.File(path, "r+") as file:
+        group = file["VTKHDF"]
+        if link == "arrays":
+            large = group.create_dataset("PointData/large", (1_000_000, 3), "f8", compression="gzip")
+            for k in range(200):
+                group[f"PointData/a{k}"] = large
+        else:
+            group.create_dataset("Below/large", (1_000_000, 3), "f8", compression="gzip")
+            for k in range(200):
+                group[f"b{k}"] = group["Below"]
+    with pytest.raises(ReadError, match=r"more than a file of .* bytes can hold"):
+        io.read(path)
+
+
+def test_a_ladder_of_groups_is_climbed_once(tmp_path: Path) -> None:
+    """Each of 60 groups holds the next twice: 2^60 ways to the last."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "a.vtkhdf"
+    io.write(path, mesh_of("tetra"))
+    with h5py.File(path, "r+") as file:
+        root = file["VTKHDF"]
+        grid = file.create_group("grid")
+        for name in list(root):
+            file.move(f"VTKHDF/{name}", f"grid/{name}")
+        for name, value in root.attrs.items():
+            grid.attrs[name] = value
+        root.attrs["Type"] = np.bytes_("MultiBlockDataSet")
+        file.move("grid", "VTKHDF/grid")
+        group = root.create_group("Assembly")
+        for _ in range(60):
+            below = group.create_group("a")
+            group["b"] = below
+            group = below
+        group["tetra"] = h5py.SoftLink("/VTKHDF/grid")
+    assert [block.name for block in io.read(path).blocks] == ["tetra"]
+
+
+def test_a_budget_names_what_is_too_much() -> None:
+    budget = Budget(Path("a.vtu"), 100_000, is_packed=True)
+    budget.draw(100_000 * DENSEST, "x")
+    with pytest.raises(ReadError, match=r"a\.vtu: the arrays up to 'y' take 110,000,001 bytes, .* 100,000 bytes"):
+        budget.draw(1, "y")
+    Budget(Path("a.vtu"), 1, is_packed=False).draw(LEAST, "x")
+    with pytest.raises(ReadError, match="can hold"):
+        Budget(Path("a.vtu"), 1, is_packed=True).draw(-1, "x")
