@@ -169,3 +169,11 @@ def test_a_damaged_report_is_refused_by_name(kind: str, tmp_path: Path) -> None:
 def test_a_missing_report_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(BaselineError, match="No such file"):
         Baseline.from_file(tmp_path / "none.json")
+
+
+def test_a_poor_cell_that_became_undecided_is_worse(tmp_path: Path) -> None:
+    flat = meshgauge.Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0.3, 0.3, 0.05)], [("tetra", [range(4)])])
+    before = meshgauge.measure(flat)
+    assert before.values[0] < 0.2
+    now = replace(before, status=np.array([meshgauge.Status.UNDECIDED], np.uint8))
+    assert changes(before, now, tmp_path) == [("all", "n_undecided"), ("tetra", "n_undecided")]

@@ -276,3 +276,39 @@ def test_older_files_have_two_edges_of_hexahedra_the_other_way_round(
     data = (tmp_path / "a.vtk").read_bytes()
     (tmp_path / "b.vtk").write_bytes(data.replace(b"Version 5.1", b"Version " + legacy.encode(), 1))
     assert np.array_equal(measure(meshgauge.read(tmp_path / "b.vtk")).values, good.values)
+
+
+@pytest.mark.parametrize("by", ["raw", "inline"])
+def test_orders_and_weights_are_known_by_their_mark_and_written_marked(tmp_path: Path, by: str) -> None:
+    """VTK marks the arrays as attributes, under any name; without the mark VTK takes them for ordinary data."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
+
+    row = BY_NODES[78, 10]
+    cells = np.repeat(straight(row)[None], 2, axis=0)
+    grid = separate(row.name, cells).to_pyvista()
+    weights = numpy_to_vtk(np.r_[np.ones(10), np.full(9, 1.0), 2.0], deep=True)
+    degrees = numpy_to_vtk(np.full((2, 3), 2.0), deep=True)
+    weights.SetName("w")
+    degrees.SetName("d")
+    grid.GetPointData().SetRationalWeights(weights)
+    grid.GetCellData().SetHigherOrderDegrees(degrees)
+    writer = vtkXMLUnstructuredGridWriter()
+    if by == "raw":
+        writer.SetDataModeToAppended()
+        writer.EncodeAppendedDataOff()
+    else:
+        writer.SetDataModeToAscii()
+    writer.SetFileName(str(tmp_path / "a.vtu"))
+    writer.SetInputData(grid)
+    writer.Write()
+    mesh = meshgauge.read(tmp_path / "a.vtu")
+    assert list(mesh.point_data) == [WEIGHTS]
+    assert list(mesh.cell_data) == [DEGREES]
+    assert measure(mesh).status.tolist() == [Status.OK, Status.UNDECIDED]
+    meshgauge.write(tmp_path / "b.vtu", mesh)
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(tmp_path / "b.vtu"))
+    reader.Update()
+    assert reader.GetOutput().GetPointData().GetRationalWeights().GetName() == WEIGHTS
+    assert reader.GetOutput().GetCellData().GetHigherOrderDegrees().GetName() == DEGREES

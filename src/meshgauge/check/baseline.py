@@ -20,7 +20,7 @@ from .outcome import Change
 
 SCHEMA, VERSION = "meshgauge-report", 3
 
-KEYS = ("n_invalid", "n_degenerate", "n_unmeasured", "share_not_good", "min", "quantile_0.01", "mean")
+KEYS = ("n_invalid", "n_degenerate", "n_undecided", "n_unmeasured", "share_not_good", "min", "quantile_0.01", "mean")
 """The criteria in which a mesh must be no worse."""
 
 LARGEST = 256 << 20
@@ -95,9 +95,10 @@ def write(path: Path, reports: Sequence[FileReport]) -> None:
 def worse(before: FiguresByType, summary: Summary, margin: float = 0.0) -> list[Change]:
     """What is worse in a summary of J_ENS than it was, over all cells and for each type that was there.
 
-    Numbers of invalid, degenerate and unmeasured cells may not grow; the share of cells that are poor or worse, the
-    least value, the 1 % quantile and the mean may be worse by the margin. Below 0 less is not worse, because J_ENS
-    rises again as a cell turns further: a least value or quantile that was negative and still is counts as no worse.
+    Numbers of invalid, degenerate, undecided and unmeasured cells may not grow; the share of cells that are poor or
+    worse, the least value, the 1 % quantile and the mean may be worse by the margin. Below 0 less is not worse, because
+    J_ENS rises again as a cell turns further: a least value or quantile that was negative and still is counts as no
+    worse.
     """
     now = {"all": KeyFigures.of(summary.all), **{name: KeyFigures.of(tally) for name, tally in summary.types.items()}}
     return [

@@ -15,15 +15,13 @@ from ..look.style import plural
 from ..mesh import Mesh
 from ..mesh.cast import frozen, read_only
 from ..mesh.ghosts import without_ghosts
+from ..mesh.high_order import DEGREES
 from ..mesh.labels import cell_labels
 from ..quality.measure import Quality, measure
 from ..status import Status
 from .orientation import EXAMPLES, Orientation, orientation
 from .points import duplicates, representatives
 from .reversal import reversal
-
-DEGREES = "HigherOrderDegrees"
-"""VTK's cell data with the orders of Lagrange and Bézier cells in the three directions."""
 
 
 @dataclass(frozen=True, eq=False)

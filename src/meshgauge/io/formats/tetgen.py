@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...cells import TETRA
 from ...errors import ReadError
 from ...files import sources
 from ...mesh import Mesh
@@ -108,7 +109,10 @@ def read_tetgen(path: Path) -> Mesh:
     own = _integers(ele, rows[:, :1], "the number of a tetrahedron", first)[:, 0]
     table = _integers(ele, rows[:, 1 : 1 + n_nodes], "a node of a tetrahedron", first)
     nodes = _places(ele, index, table.ravel(), lambda at: first + at // n_nodes)
-    kind = Kind("tetra" if n_nodes == 4 else "tetra10", n_nodes)
+    order = _order_of_middles(points[nodes.reshape(-1, n_nodes)]) if n_nodes == 10 and n else ()
+    kind = Kind("tetra", 4) if n_nodes == 4 else Kind("higher_order_tetra", 10)
+    if order is not None and n_nodes == 10:
+        kind = Kind("tetra10", 10, order)
     cells = gather(nodes, np.arange(n) * n_nodes, np.zeros(n, np.int64), {0: kind})
     values = rows[:, 1 + n_nodes :]
     if ((np.abs(values) < 2**53) & (values == np.trunc(values))).all():
@@ -122,9 +126,26 @@ def read_tetgen(path: Path) -> Mesh:
         point_data=own_labels(numbers),
         cell_data={**attributes, **own_labels(own)},
         path=str(path),
-        notes=("Nodes at the middle of edges are in TetGen's order.",) if n_nodes == 10 and n else (),
+        notes=("Which edges have which nodes cannot be told: only the corners are in place.",) if order is None else (),
         copy=False,
     )
+
+
+def _order_of_middles(cells: NDArray[np.float64]) -> tuple[int, ...] | None:
+    """The position of each node of ours in tetrahedra ``(n, 10, 3)``; None if it cannot be told.
+
+    The six nodes on edges come in an order of TetGen's own, which writes them halfway between the ends; files of others
+    have other orders. Each node is on the edge whose middle it is nearest to, in the mean of all cells.
+    """
+    corners, middles = cells[:, :4], cells[:, 4:]
+    with np.errstate(all="ignore"):
+        halfway = np.stack([corners[:, list(edge)].mean(axis=1) for edge in TETRA.edges], axis=1)
+        apart = ((middles[:, None] - halfway[:, :, None]) ** 2).sum(axis=3)  # (n, edge, node)
+        mean = (apart / apart.sum(axis=(1, 2), keepdims=True)).mean(axis=0)
+    nearest = mean.argmin(axis=1)
+    if not np.isfinite(mean).all() or len(set(nearest.tolist())) < 6:
+        return None
+    return (0, 1, 2, 3, *(4 + nearest).tolist())
 
 
 def read_rf(path: Path) -> Mesh:

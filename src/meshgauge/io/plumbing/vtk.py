@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError, WriteError
 from ...mesh import Mesh
+from ...mesh.high_order import DEGREES, WEIGHTS
 from ...mesh.labels import LABEL
 from ...mesh.polyhedra import Polyhedra
 from .ids import drop_counts, with_labels
@@ -27,6 +28,9 @@ from .merge import Part, merge_parts
 RENUMBERED = (72, 79)
 """Lagrange and Bézier hexahedra: two upright edges of theirs stand the other way round in older files (.vtk before 5.1,
 .vtu before 2.1), which VTK's readers put in order."""
+
+MARKED = (DEGREES, WEIGHTS)
+"""Attributes of VTK: arrays that a file marks as these are called so here, whatever their own name is."""
 
 _LOCK = threading.RLock()
 """VTK has one output window and one logger a process: only one reader at a time may listen to them."""
@@ -261,6 +265,10 @@ def _arrays(attributes: Any, notes: list[str]) -> dict[str, NDArray[Any]]:
             arrays[name] = _numpy(array)
         else:
             notes.append(f"Array {name!r} is a {array.GetClassName()} and was left out.")
+    for name in MARKED if attributes.IsA("vtkDataSetAttributes") else ():
+        marked = getattr(attributes, f"Get{name}")()
+        if marked is not None and name not in arrays and marked.GetName() in arrays:
+            arrays[name] = arrays.pop(marked.GetName())
     return arrays
 
 

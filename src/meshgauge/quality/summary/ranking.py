@@ -14,7 +14,7 @@ ROUNDING = 1e-9
 """Values that differ by less are equal: another order of the points, or another processor, rounds otherwise."""
 
 
-COUNTS = ("n_cells", "n_measured", "n_invalid", "n_degenerate", "n_good", "n_unmeasured")
+COUNTS = ("n_cells", "n_measured", "n_invalid", "n_degenerate", "n_undecided", "n_good", "n_unmeasured")
 """The counts of `KeyFigures`, as `Tally.to_dict` has them."""
 
 
@@ -26,6 +26,7 @@ class KeyFigures:
     n_measured: int
     n_invalid: int
     n_degenerate: int
+    n_undecided: int
     n_good: int
     n_unmeasured: int  #: without a value, nor invalid for all that
     min: float
@@ -43,6 +44,7 @@ class KeyFigures:
             tally.n_measured,
             tally.n_invalid,
             tally.n_degenerate,
+            tally.n_undecided,
             tally.n_good,
             tally.n_unmeasured,
             tally.min,
@@ -90,6 +92,7 @@ CRITERIA: dict[str, Criterion] = {
     for row in (
         Criterion("n_invalid", "invalid cells", lambda s: s.n_invalid, False, "count"),
         Criterion("n_degenerate", "degenerate cells", lambda s: s.n_degenerate, False, "count"),
+        Criterion("n_undecided", "undecided cells", lambda s: s.n_undecided, False, "count"),
         Criterion("n_unmeasured", "cells without a value", lambda s: s.n_unmeasured, False, "count"),
         Criterion("min", "min", lambda s: s.min, True, "value"),
         Criterion("quantile_0.01", "1 %", lambda s: s.quantile_1, True, "quantile"),

@@ -19,7 +19,7 @@ from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing.budget import DENSEST, Budget
 from ...plumbing.ids import drop_counts, with_labels
-from ...plumbing.vtk import RENUMBERED
+from ...plumbing.vtk import MARKED, RENUMBERED
 
 _START = re.compile(rb"<AppendedData\b[^>]*\bencoding\s*=\s*[\"']raw[\"'][^>]*>\s*_")
 _LARGEST_HEADER = 1 << 20
@@ -205,4 +205,8 @@ def _named(
         n = int(item.attrib["NumberOfTuples"]) if rows is None else rows
         arrays[name] = data.texts(item, n) if item.get("type") == "String" else data.array(item, n)
     group = parent.find(kind) if rows is not None else None
+    for name in MARKED:
+        marked = group.get(name, "") if group is not None else ""
+        if marked in arrays and name not in arrays:
+            arrays[name] = arrays.pop(marked)
     return with_labels(arrays, group.get("GlobalIds")) if group is not None else arrays

@@ -112,6 +112,10 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
     grid, lost = vtk.grid(mesh, called=_escape)  # VTK's writer puts names into its XML as they are
+    for attributes in (grid.GetPointData(), grid.GetCellData()):
+        for name in vtk.MARKED:
+            if attributes.HasArray(name):  # or VTK does not know them for what they are
+                getattr(attributes, f"SetActive{name}")(name)
     writer = vtkXMLUnstructuredGridWriter()
     writer.SetDataModeToAppended()
     writer.EncodeAppendedDataOff()
