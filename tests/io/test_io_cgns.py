@@ -83,6 +83,16 @@ def test_structured_zones_with_families_rind_and_degrees(tmp_path: Path) -> None
     assert mesh.points[24:48].max() == 13
 
 
+def test_empty_names_of_families(tmp_path: Path) -> None:
+    """Some programs write the node without an array: the zone has the name of its own."""
+    path = mixed(tmp_path / "a.cgns", mesh_of(*LINEAR))
+    with h5py.File(path, "a") as file:
+        zones = [group for group in file["Base"].values() if group.attrs.get("label") == b"Zone_t"]
+        for group in zones:
+            put(group, "ORPHAN", "FamilyName_t")
+    assert io.read(path).type_counts() == mesh_of(*LINEAR).type_counts()
+
+
 def test_files_of_the_old_kind_are_left_to_vtk(tmp_path: Path) -> None:
     path = tmp_path / "a.cgns"
     path.write_bytes(b"\xc0\xa8\xa3\xa9ADF Database Version A02011>" + bytes(500))

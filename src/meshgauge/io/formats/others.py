@@ -20,6 +20,7 @@ from ..plumbing import meshio, vtk, within
 from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
 from ..plumbing.messages import is_out_of_memory
 from ..plumbing.writing import REGION
+from .netgen import netgen
 
 
 def by_pyvista(path: Path) -> Mesh:
@@ -130,8 +131,7 @@ OTHERS: tuple[Format, ...] = (
            foreign=_by_meshio("avsucd"), write=_of_one_integer("avsucd", MATERIAL), by_content=False),
     Format("h5m", "MOAB", (".h5m",), _HDF,
            foreign=_checked(within.check_hdf_file, _by_meshio("h5m")), by_content=False),
-    Format("netgen", "Netgen", (".vol",), _mark(rb"^mesh3d\b"),
-           foreign=_by_meshio("netgen"), write=_of_one_integer("netgen", "netgen:index")),
+    netgen(_of_one_integer("netgen", "netgen:index")),
     Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), foreign=_by_meshio("dolfin")),
     Format("flac3d", "FLAC3D", (".f3grid",), anything, foreign=_by_meshio("flac3d"), by_content=False),
     Format("permas", "PERMAS", (".post", ".dato"), _mark(rb"^\s*\$"),

@@ -74,8 +74,10 @@ def captured_output() -> Iterator[io.StringIO]:
         yield text
 
 
-def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
+def read(path: Path, module: str, file: io.StringIO | None = None) -> tuple[Any, tuple[str, ...]]:
     """What one reader of meshio makes of a file, and what it warned of (cells or sections that it skipped).
+
+    With ``file`` that text is read in place of what the file holds.
 
     Raises
     ------
@@ -85,7 +87,7 @@ def read(path: Path, module: str) -> tuple[Any, tuple[str, ...]]:
     _dimensions()
     with captured_output() as output:
         try:
-            source = importlib.import_module(f"meshio.{module}").read(str(path))
+            source = importlib.import_module(f"meshio.{module}").read(file if file is not None else str(path))
         except (Exception, SystemExit) as error:
             if is_out_of_memory(error):
                 raise MemoryError from error

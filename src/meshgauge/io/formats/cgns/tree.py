@@ -74,6 +74,9 @@ class Node:
         return values.ravel().astype(np.int64)
 
     def text(self) -> str:
+        """The characters; none of a node without an array, as some programs write empty names."""
+        if self.group.get(" data") is None:
+            return ""
         values = self.values()
         raw = values.astype(np.uint8).tobytes() if values.dtype.kind in "iu" else b"".join(values.ravel().tolist())
         return raw.split(b"\0")[0].decode("utf-8", "replace").strip()

@@ -55,7 +55,7 @@ def zone(node: Node, dimension: int, families: dict[str, str]) -> Zone:
         If an array is missing or does not fit what the zone states.
     """
     kind = node.child("ZoneType")
-    is_structured = kind is None or kind.text() == "Structured"
+    is_structured = kind is None or kind.text() in ("", "Structured")
     sizes = node.values().reshape(-1, dimension if is_structured else 1).astype(np.int64)
     n_points = int(np.prod(sizes[0]))
     shape = tuple(int(n) for n in sizes[0]) if is_structured else (n_points,)
