@@ -14,6 +14,7 @@ Index = int | np.signedinteger[Any]
 """A position or a number of items, which compiled code has as int64."""
 
 Float64Array = NDArray[np.float64]
+Float32Array = NDArray[np.float32]
 
 IntArray = NDArray[np.signedinteger]
 """Ids of points, cells, faces, int32 or int64."""

@@ -82,7 +82,7 @@ def _drop_on_edges(
 
 
 @inlined
-def _is_straight(xyz: Float64Array, a: Index, v: Index, b: Index) -> Any:
+def _is_straight(xyz: Float64Array, a: Index, v: Index, b: Index) -> bool:
     """True if a node is near the middle between two others: within 20° of their line, neither thrice as far."""
     dot, one, two = 0.0, 0.0, 0.0
     for axis in range(3):
@@ -140,7 +140,7 @@ def _is_flat(normal: Float64Array, f: Index, g: Index) -> Any:
 
 
 @inlined
-def _is_coplanar(normal: Float64Array, f: Index, g: Index) -> Any:
+def _is_coplanar(normal: Float64Array, f: Index, g: Index) -> bool:
     square, dot = 0.0, 0.0
     for axis in range(3):
         square += (normal[f, axis] - normal[g, axis]) ** 2

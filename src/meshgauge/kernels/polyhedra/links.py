@@ -42,7 +42,7 @@ LOW, HASH = 0x7FFFFFFF, 0x4F1BBCDD  # 31 bits; 2^31/φ (Knuth, TAOCP 3, 6.4): th
 
 
 @inlined
-def _table_size(n: Index) -> Any:
+def _table_size(n: Index) -> int:
     """A power of two, at least 2n."""
     size = 4
     while size < 2 * n:
@@ -51,7 +51,7 @@ def _table_size(n: Index) -> Any:
 
 
 @inlined
-def _find(keys: Int64Array, mask: Index, key: Index) -> Any:
+def _find(keys: Int64Array, mask: Index, key: Index) -> Index:
     """Where a key is in an open table, or the free place where it belongs."""
     at = ((((key ^ (key >> 31)) & LOW) * HASH) >> 16) & mask
     while keys[at] != -1 and keys[at] != key:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
 
 import numpy as np
 
+from ..arrays import Float64Array, Int32Array, Int64Array
 from ..jit import fused_inlined, fused_kernel
 
 SHARES = (1.0, 0.5, 0.2, 0.05)
@@ -14,7 +14,15 @@ SHARES = (1.0, 0.5, 0.2, 0.05)
 
 
 @fused_inlined
-def _values(points: Any, corners: Any, kinds: Any, bends: Any, constants: Any, first: int, last: int) -> Any:
+def _values(
+    points: Float64Array,
+    corners: Int32Array,
+    kinds: Int32Array,
+    bends: Float64Array,
+    constants: Float64Array,
+    first: int,
+    last: int,
+) -> tuple[float, float]:
     """The least J_S/k of some corners, at most 2, and the fold of their J_ENS."""
     least, positive, negative, zero = 2.0, 1.0, -np.inf, False
     for c in range(first, last):
@@ -55,7 +63,14 @@ def _values(points: Any, corners: Any, kinds: Any, bends: Any, constants: Any, f
 
 @fused_kernel
 def cell_quality(
-    points: Any, corners: Any, kinds: Any, bends: Any, constants: Any, cells: Any, lowest: Any, folded: Any
+    points: Float64Array,
+    corners: Int32Array,
+    kinds: Int32Array,
+    bends: Float64Array,
+    constants: Float64Array,
+    cells: Int64Array,
+    lowest: Float64Array,
+    folded: Float64Array,
 ) -> None:
     """For each cell the least J_S/k of its corners, and its J_ENS as folded from all of its triples.
 
@@ -68,17 +83,17 @@ def cell_quality(
 
 @fused_kernel
 def sweep(
-    points: Any,
-    goal: Any,
-    corners: Any,
-    kinds: Any,
-    bends: Any,
-    constants: Any,
-    cells: Any,
-    offsets: Any,
-    around: Any,
-    free: Any,
-    floors: Any,
+    points: Float64Array,
+    goal: Float64Array,
+    corners: Int32Array,
+    kinds: Int32Array,
+    bends: Float64Array,
+    constants: Float64Array,
+    cells: Int64Array,
+    offsets: Int64Array,
+    around: Int64Array,
+    free: Int64Array,
+    floors: Float64Array,
 ) -> int:
     """Move each free point once to where its cells are best together, if none of them falls below its floor.
 

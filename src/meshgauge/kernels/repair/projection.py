@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Float64Array, Int64Array
 from ..jit import inlined, kernel
 
 STEPS = 200
@@ -13,7 +14,7 @@ STEPS = 200
 
 
 @inlined
-def _nearest(x: float, y: float, z: float, points: Any, i: int, j: int, k: int, weights: Any) -> Any:
+def _nearest(x: float, y: float, z: float, points: Float64Array, i: int, j: int, k: int, weights: Float64Array) -> Any:
     """Squared distance to the triangle (i, j, k), or the segment (i, j) if k = j; ``weights`` of the nearest place."""
     ax, ay, az = points[i, 0], points[i, 1], points[i, 2]
     ux, uy, uz = points[j, 0] - ax, points[j, 1] - ay, points[j, 2] - az
@@ -49,15 +50,15 @@ def _nearest(x: float, y: float, z: float, points: Any, i: int, j: int, k: int, 
 
 @kernel
 def project(
-    queries: Any,
-    start: Any,
-    points: Any,
-    items: Any,
-    groups: Any,
-    offsets: Any,
-    around: Any,
-    place: Any,
-    weights: Any,
+    queries: Float64Array,
+    start: Int64Array,
+    points: Float64Array,
+    items: Int64Array,
+    groups: Int64Array,
+    offsets: Int64Array,
+    around: Int64Array,
+    place: Float64Array,
+    weights: Float64Array,
 ) -> None:
     """For each query the nearest place on its item's group, reached over ever nearer items.
 

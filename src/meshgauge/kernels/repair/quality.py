@@ -16,28 +16,28 @@ Gradient of J_S: ∂J/∂x_i = [(u_j × u_k) - J u_i]/|d_i|, cyclic (SCIENCE: un
 from __future__ import annotations
 
 from math import exp, log, sqrt
-from typing import Any
 
 import numpy as np
 
+from ..arrays import Float32Array, Float64Array, Int32Array, Int64Array
 from ..jit import fused_kernel
 
 
 @fused_kernel
 def quality(
-    points: Any,
-    corners: Any,
-    kinds: Any,
-    bends: Any,
-    lengths: Any,
-    constants: Any,
-    cells: Any,
-    thresholds: Any,
-    weights: Any,
+    points: Float64Array,
+    corners: Int32Array,
+    kinds: Int32Array,
+    bends: Float64Array,
+    lengths: Float32Array,
+    constants: Float64Array,
+    cells: Int64Array,
+    thresholds: Float64Array,
+    weights: Float64Array,
     most: int,
     first: int,
     last: int,
-    gradient: Any,
+    gradient: Float64Array,
     low: int,
 ) -> tuple[float, float]:
     """Sum over cells ``first <= e < last``, and the least q of their corners; infinite if one is at its threshold.

@@ -12,26 +12,26 @@ kernel, because Numba's cache does not see edits in other files.
 from __future__ import annotations
 
 from math import sqrt
-from typing import Any
 
 import numpy as np
 
+from ..arrays import BoolArray, Float32Array, Float64Array, Int32Array
 from ..jit import fused_kernel
 
 
 @fused_kernel
 def shape(
-    points: Any,
-    corners: Any,
-    kinds: Any,
-    bends: Any,
-    lengths: Any,
-    ideals: Any,
-    counts: Any,
+    points: Float64Array,
+    corners: Int32Array,
+    kinds: Int32Array,
+    bends: Float64Array,
+    lengths: Float32Array,
+    ideals: Float64Array,
+    counts: BoolArray,
     epsilon2: float,
     first: int,
     last: int,
-    gradient: Any,
+    gradient: Float64Array,
     low: int,
 ) -> tuple[float, float]:
     """Sum over corners ``first <= c < last`` and their least det A; infinite if ε = 0 and a corner is not positive.

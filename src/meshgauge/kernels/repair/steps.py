@@ -7,13 +7,12 @@ changes of the gradient is float32: it shapes directions, it decides nothing.
 
 from __future__ import annotations
 
-from typing import Any
-
+from ..arrays import Float32Array, Float64Array, Int64Array, UInt8Array
 from ..jit import summing_kernel
 
 
 @summing_kernel
-def accumulate(part: Any, low: int, first: int, last: int, out: Any) -> None:
+def accumulate(part: Float64Array, low: int, first: int, last: int, out: Float64Array) -> None:
     """Add a part, whose row 0 is point ``low``, to rows ``first <= p < last`` of ``out``."""
     for p in range(max(first, low), min(last, low + len(part))):
         out[p, 0] += part[p - low, 0]
@@ -22,7 +21,9 @@ def accumulate(part: Any, low: int, first: int, last: int, out: Any) -> None:
 
 
 @summing_kernel
-def constrain(freedom: Any, axes: Any, scale: Any, first: int, last: int, out: Any) -> float:
+def constrain(
+    freedom: UInt8Array, axes: Float64Array, scale: Float64Array, first: int, last: int, out: Float64Array
+) -> float:
     """Scale rows ``first <= p < last`` of a gradient and keep of it what each point is free to do.
 
     Parameters
@@ -58,7 +59,9 @@ def constrain(freedom: Any, axes: Any, scale: Any, first: int, last: int, out: A
 
 
 @summing_kernel
-def products(history: Any, gradient: Any, newest: Any, first: int, last: int, out: Any) -> None:
+def products(
+    history: Float32Array, gradient: Float64Array, newest: Int64Array, first: int, last: int, out: Float64Array
+) -> None:
     """Dot products over rows ``first <= p < last`` of the gradient, and of two vectors of the history, with all.
 
     Parameters
@@ -93,7 +96,9 @@ def products(history: Any, gradient: Any, newest: Any, first: int, last: int, ou
 
 
 @summing_kernel
-def combine(history: Any, gradient: Any, factors: Any, first: int, last: int, out: Any) -> float:
+def combine(
+    history: Float32Array, gradient: Float64Array, factors: Float64Array, first: int, last: int, out: Float64Array
+) -> float:
     """Rows of ``out`` = Σ factors · history + last factor · gradient; returns their dot product with the gradient."""
     n = len(history)
     dot = 0.0
@@ -108,7 +113,15 @@ def combine(history: Any, gradient: Any, factors: Any, first: int, last: int, ou
 
 
 @summing_kernel
-def step(points: Any, scale: Any, direction: Any, step: float, first: int, last: int, out: Any) -> None:
+def step(
+    points: Float64Array,
+    scale: Float64Array,
+    direction: Float64Array,
+    step: float,
+    first: int,
+    last: int,
+    out: Float64Array,
+) -> None:
     """Rows of ``out`` = points + step · scale · direction; a point that does not move keeps its bits."""
     for p in range(first, last):
         s = step * scale[p]
@@ -118,7 +131,14 @@ def step(points: Any, scale: Any, direction: Any, step: float, first: int, last:
 
 @summing_kernel
 def changes(
-    before: Any, after: Any, direction: Any, step: float, first: int, last: int, moved: Any, turned: Any
+    before: Float64Array,
+    after: Float64Array,
+    direction: Float64Array,
+    step: float,
+    first: int,
+    last: int,
+    moved: Float32Array,
+    turned: Float32Array,
 ) -> float:
     """``moved = step · direction`` and ``turned = after - before``; returns the direction's product with ``after``."""
     dot = 0.0

@@ -12,11 +12,9 @@ of a side, with those of the box beyond; near an edge or a corner of its box wit
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from ..arrays import Float64Array, FloatArray, IntArray
+from ..arrays import Float64Array, FloatArray, Index, IntArray
 from ..jit import inlined, kernel
 from .numpy_path import BOX
 
@@ -28,7 +26,7 @@ _FAR = 9e15
 
 
 @inlined
-def _hash(i: Any, j: Any, k: Any, bits: Any) -> Any:
+def _hash(i: Index, j: Index, k: Index, bits: Index) -> Index:
     """The place of a box in a table of ``2**bits``."""
     h = ((i & 0x7FFFFFFF) * 73856093) ^ ((j & 0x7FFFFFFF) * 19349663) ^ ((k & 0x7FFFFFFF) * 83492791)
     h = (h ^ (h >> 31)) & 0x7FFFFFFF

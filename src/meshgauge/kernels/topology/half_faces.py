@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Int8Array, Int32Array, Int64Array, IntArray, UInt8Array
+from ..arrays import Index, Int8Array, Int32Array, Int64Array, IntArray, UInt8Array
 from ..jit import inlined, kernel
 from .codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 
@@ -30,7 +30,15 @@ _PAIRWISE = 40  # half-faces of a bucket up to which comparing all pairs is fast
 
 @inlined
 def _points_of(
-    half_face: Any, cells: Any, starts: Any, types: Any, offsets: Any, nodes: Any, table: Any, poly: Any, ring: Any
+    half_face: Index,
+    cells: IntArray,
+    starts: Int64Array,
+    types: UInt8Array,
+    offsets: IntArray,
+    nodes: IntArray,
+    table: Int8Array,
+    poly: tuple[Int64Array, ...],
+    ring: Int64Array,
 ) -> Any:
     """Write the points of a half-face in order, without repeats of neighbours, to ``ring``; returns their number."""
     cell = cells[half_face]
@@ -57,7 +65,7 @@ def _points_of(
 
 
 @inlined
-def _mix(point: Any) -> Any:
+def _mix(point: Index) -> Index:
     """31 bits that are not linear in the id, so that sums of them tell sets of ids apart."""
     x = (point * 2654435761) & _HASH
     x ^= x >> 15
@@ -65,7 +73,7 @@ def _mix(point: Any) -> Any:
 
 
 @inlined
-def _winding(ring: Any, n: Any, other: Any, n_other: Any) -> Any:
+def _winding(ring: Int64Array, n: int, other: Int64Array, n_other: int) -> int:
     """The winding of one ring of points relative to another; `DIFFERENT` if they are not the same points."""
     if n != n_other:
         return DIFFERENT
@@ -99,8 +107,15 @@ def _winding(ring: Any, n: Any, other: Any, n_other: Any) -> Any:
 
 @inlined
 def _winding_by_table(
-    half_face: Any, mate: Any, cells: Any, starts: Any, types: Any, offsets: Any, nodes: Any, table: Any
-) -> Any:
+    half_face: Index,
+    mate: Index,
+    cells: IntArray,
+    starts: Int64Array,
+    types: UInt8Array,
+    offsets: IntArray,
+    nodes: IntArray,
+    table: Int8Array,
+) -> int:
     """`_winding` where the tables alone decide it, else `DIFFERENT`. Stores nothing: ten times as fast."""
     a, b = cells[half_face], cells[mate]
     kind_a, kind_b = types[a], types[b]
@@ -132,13 +147,13 @@ def _winding_by_table(
 
 
 @inlined
-def _sort(half_faces: Any, hashes: Any, low: Any, high: Any) -> None:
+def _sort(half_faces: IntArray, hashes: Int32Array, low: Index, high: Index) -> None:
     """Sort a bucket by hash, and by half-face where equal (Shell sort)."""
     gap = (high - low) // 2
     while gap > 0:
         for i in range(low + gap, high):
             h, s = hashes[i], half_faces[i]
-            j = i
+            j: Index = i
             while j >= low + gap and (hashes[j - gap] > h or (hashes[j - gap] == h and half_faces[j - gap] > s)):
                 hashes[j], half_faces[j] = hashes[j - gap], half_faces[j - gap]
                 j -= gap

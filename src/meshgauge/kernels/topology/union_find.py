@@ -9,16 +9,14 @@ relative to its parent: 1 if both are numbered alike, -1 if in reverse of each o
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from ..arrays import BoolArray, Int8Array, IntArray
+from ..arrays import BoolArray, Index, Int8Array, IntArray
 from ..jit import inlined, kernel
 
 
 @inlined
-def _root(parent: Any, item: Any) -> Any:
+def _root(parent: IntArray, item: Index) -> Index:
     """The root of an item, halving the path to it."""
     while parent[item] != item:
         parent[item] = parent[parent[item]]
@@ -55,7 +53,7 @@ def components_by_points(cells: BoolArray, offsets: IntArray, nodes: IntArray, p
 
 
 @inlined
-def _signed_root(parent: Any, sign: Any, item: Any) -> Any:
+def _signed_root(parent: IntArray, sign: Int8Array, item: Index) -> tuple[Index, np.int8]:
     """The root of an item and the sign of the item relative to it, halving the path."""
     total = np.int8(1)
     while parent[item] != item:
