@@ -191,3 +191,14 @@ def test_text_fits_its_width(checks: list[Check], width: int, encoding: str, tmp
     assert "1 of 4 meshes passes" in said
     assert "nothing invalid: the worst 1 of 2 cells" in said
     assert "inverted" in said
+
+
+@pytest.mark.parametrize(("width", "last"), [(160, "region"), (52, "z")])
+def test_where_no_table_fits_the_one_without_regions_is_shown(width: int, last: str) -> None:
+    one = check(measured("inverted", "good", regions=[1, 2]), ["nothing invalid"], path="a.vtu")
+    console = Console(width=width, highlight=False, markup=False)
+    with console.capture() as captured:
+        console.print(CheckText(one))
+    (header,) = [line.split() for line in captured.get().splitlines() if line.strip().startswith("cell ")]
+    assert header[:4] == ["cell", "type", "jens", "status"]
+    assert header[-1] == last
