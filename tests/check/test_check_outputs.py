@@ -202,3 +202,20 @@ def test_where_no_table_fits_the_one_without_regions_is_shown(width: int, last: 
     (header,) = [line.split() for line in captured.get().splitlines() if line.strip().startswith("cell ")]
     assert header[:4] == ["cell", "type", "jens", "status"]
     assert header[-1] == last
+
+
+def test_words_stand_on_the_left_of_their_column_and_numbers_on_the_right() -> None:
+    one = check(measured("inverted", "flat", regions=[1, 200]), ["nothing invalid", "nothing degenerate"])
+    console = Console(width=160, highlight=False, markup=False)
+    with console.capture() as captured:
+        console.print(CheckText(one))
+    lines = captured.get().splitlines()
+    heads = [line for line in lines if line.strip().startswith("cell ")]
+    rows = [line for line in lines if " tetra " in line]
+    assert len(heads) == len(rows) == 2
+    for head, row, status, region in zip(
+        heads, rows, ("inverted", "degenerate"), ("region 1", "region 200"), strict=True
+    ):
+        for title, entry in (("type", "tetra"), ("status", status), ("region", region)):
+            assert head.index(title) == row.index(entry)
+        assert head.index("jens") + len("jens") == row.index(status) - 2

@@ -76,7 +76,8 @@ def test_limits_grow_with_the_file_and_bad_ones_are_told(monkeypatch: pytest.Mon
     for name in ("MESHGAUGE_READ_SECONDS", "MESHGAUGE_READ_GB"):
         monkeypatch.delenv(name, raising=False)
     small, large = io.Limits().resolve(0), io.Limits().resolve(1 << 30)
-    assert small[0] >= 30
+    assert small == (60, 4 << 30)
+    assert large == (60 + 1024, 64 << 30)
     assert large[0] > 10 * small[0]
     assert large[1] > 10 * small[1]
     assert io.Limits(seconds=3).resolve(0) == (3, small[1])

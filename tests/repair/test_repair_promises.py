@@ -272,6 +272,21 @@ def test_points_that_coincide_within_rounding_stay_together(dtype: type, boundar
     assert result.report.displacement.n_points > 0
 
 
+@pytest.mark.parametrize("unit", [1.0, 2.0**-10])
+def test_the_rounding_is_that_of_the_file(unit: float) -> None:
+    """Coordinates that a file stored in single precision coincide as such, whatever the unit and the array."""
+    narrow = unmerged(np.float32)
+    points = np.asarray(narrow.points, np.float64) * unit
+    for stored, n in (("single", 16), ("double", 12)):
+        mesh = narrow.replace(points=points, stored=stored)
+        notes = " ".join(constraints_of(mesh, measure(mesh), None).notes)
+        assert f"{n} points coincide with another" in notes
+    apart = points.copy()
+    apart[points[:, 0] > 3.0 * unit * (1 + 1e-9)] += (2e-5 * unit, 0.0, 0.0)
+    mesh = narrow.replace(points=apart, stored="single")
+    assert "12 points coincide" in " ".join(constraints_of(mesh, measure(mesh), None).notes)
+
+
 @pytest.mark.parametrize("boundary", ["fixed", "slide"])
 def test_points_of_ghost_cells_stay_so_that_pieces_fit(boundary: str) -> None:
     whole = shaken("hexahedron", 6, 0.4)
