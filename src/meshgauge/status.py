@@ -101,7 +101,8 @@ STATUSES: dict[Status, StatusRow] = {
             "concave",
             True,
             Category.INVALID,
-            "a corner is negative or flat, but a point sees all faces: of use to finite volumes, not to elements",
+            "a corner is negative or flat, but a point sees all faces: of use to finite volumes, "
+            "not to finite elements",
         ),
         StatusRow(Status.BROKEN, "broken", False, Category.INVALID, "a polyhedron whose faces make no closed solid"),
         StatusRow(Status.NON_FINITE, "non_finite", False, Category.UNMEASURED, "a coordinate is NaN or infinite"),

@@ -11,6 +11,7 @@ import meshgauge
 from meshgauge import io
 from meshgauge.check import check
 from meshgauge.cli.main import main
+from meshgauge.doctor import diagnosis
 from meshgauge.mesh import Mesh
 from meshgauge.quality.by_region import by_region
 from meshgauge.status import Status
@@ -50,3 +51,19 @@ def test_the_gate_does_not_see_them(layered: Mesh, tmp_path: Path) -> None:
     assert main(["check", "-q", str(tmp_path / "a.vtu")]) == 0
     plain = layered.replace(cell_data={})
     assert not check(meshgauge.measure(plain)).is_passed
+
+
+def test_the_doctor_names_them_apart_and_their_two_sides_are_no_coinciding_points(layered: Mesh) -> None:
+    found = diagnosis(layered)
+    finding = found.finding("interface_cells")
+    assert finding is not None
+    assert (finding.level, finding.count, finding.examples) == ("notice", 2, (2, 3))
+    assert "4 coinciding points are of their two sides" in finding.text
+    assert found.finding("duplicate_points") is None
+    assert found.finding("repeated_points") is None
+    assert found.n_defects == 0
+    # A point that coincides with one elsewhere is still found.
+    points = np.vstack([layered.points, layered.points[:1]])
+    both = np.r_[layered.connectivity[:8], 16, layered.connectivity[9:]]
+    assert diagnosis(layered.replace(points=points, connectivity=both)).finding("duplicate_points") is not None
+    assert diagnosis(layered.replace(cell_data={})).finding("duplicate_points") is not None

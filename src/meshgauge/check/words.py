@@ -45,6 +45,14 @@ def _misoriented(quality: Quality) -> Mask:
     return misoriented(quality)
 
 
+def _hanging(quality: Quality) -> Mask:
+    from ..doctor import hanging
+
+    mask = np.zeros(quality.n_cells, np.bool_)
+    mask[hanging(quality).cells] = True
+    return mask
+
+
 def _of_status(quality: Quality, *, status: Status) -> Mask:
     return np.equal(quality.status, status)
 
@@ -65,6 +73,7 @@ WORDS: dict[str, Word] = {
         _word("degenerate", _degenerate, "flat at a corner, or with a point twice"),
         _word("unmeasured", _unmeasured, "a solid cell without a value"),
         _word("misoriented", _misoriented, "with a face that points inward, or numbered in reverse"),
+        _word("hanging", _hanging, "with an edge or face in which a point of finer cells hangs", "at a hanging point"),
         *(
             _word(row.name, partial(_of_status, status=row.status), row.text)
             for row in STATUSES.values()

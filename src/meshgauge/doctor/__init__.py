@@ -1,6 +1,7 @@
 """The doctor: what is wrong with a mesh beside the shapes of its cells, and cells that are numbered in reverse."""
 
 from .diagnosis import LIMIT, Diagnosis, Finding, diagnosis
+from .hanging import Hanging, hanging
 from .misoriented import misoriented
 from .orientation import BlockOrientation, Numbering, Orientation, orientation
 from .oriented import Changes, oriented
@@ -12,9 +13,11 @@ __all__ = [
     "Changes",
     "Diagnosis",
     "Finding",
+    "Hanging",
     "Numbering",
     "Orientation",
     "diagnosis",
+    "hanging",
     "misoriented",
     "orientation",
     "oriented",

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..errors import OptionError
 from ..kernels.topology import driver
-from ..mesh import Precision
+from ..mesh import Mesh, Precision
 from ..mesh.polyhedra import IndexArray
 
 TOLERANCE = 1e-9
@@ -104,3 +104,18 @@ def duplicates(representative: IndexArray, is_used: NDArray[np.bool_]) -> NDArra
     # The point that stands for them is not used: the first of each such group takes its place.
     _, first = np.unique(representative[moved[orphans]], return_index=True)
     return np.delete(moved, orphans[first])
+
+
+def sides_of_interfaces(mesh: Mesh, representative: IndexArray, interface: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """``(n_points,)`` True for points that coincide with another of the same cohesive or gasket cell: by design.
+
+    ``interface`` ``(n_cells,)`` is True for such cells.
+    """
+    sizes = np.diff(mesh.offsets)[interface]
+    nodes = mesh.connectivity[np.repeat(interface, np.diff(mesh.offsets))]
+    cells = np.repeat(np.arange(len(sizes)), sizes)
+    keys = cells * mesh.n_points + representative[nodes].astype(np.int64)
+    _, which, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    is_side = np.zeros(mesh.n_points, np.bool_)
+    is_side[nodes[counts[which.reshape(-1)] > 1]] = True
+    return is_side
