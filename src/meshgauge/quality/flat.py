@@ -18,6 +18,9 @@ NO_VOLUME = 1e-12
 """Share of the cube of its size below which a cell has no volume: rounding leaves as much."""
 
 
+COARSE = 0.1
+"""Share of the shortest edge from which on the steps of single precision are named as the cause of flat cells."""
+
 CHUNK = 1 << 12
 """Cells looked at together."""
 
@@ -47,6 +50,7 @@ def describe(mesh: Mesh, cells: NDArray[np.int64]) -> str:
     """How many of some degenerate cells have a collapsed edge, but a volume, and how many have no volume; a phrase in
     parentheses, empty if there are neither."""
     n_pinched = n_flat = 0
+    shortest = np.inf
     part = mesh[cells]
     for row, _, of_type in part.groups():
         if row is not None and row.shape is not None:
@@ -55,6 +59,8 @@ def describe(mesh: Mesh, cells: NDArray[np.int64]) -> str:
             has_volume = volumes(x, row.shape) > NO_VOLUME
             a, b = np.array(row.shape.edges).T
             is_pinched = (x[:, a] == x[:, b]).all(axis=2).any(axis=1)
+            lengths = np.linalg.norm(x[:, a] - x[:, b], axis=2)
+            shortest = float(lengths[lengths > 0].min(initial=shortest))
             n_pinched += int((is_pinched & has_volume).sum())
             n_flat += int((~has_volume).sum())
     phrases = []
@@ -62,7 +68,20 @@ def describe(mesh: Mesh, cells: NDArray[np.int64]) -> str:
         phrases.append(f"{n_pinched:,} with a collapsed edge and a positive volume")
     if n_flat:
         phrases.append(f"{n_flat:,} without volume")
+    step = _step(part)
+    if step > COARSE * shortest and np.isfinite(shortest):
+        phrases.append(
+            f"the file holds coordinates in single precision: steps of {step:.3g}, shortest edge {shortest:.3g}"
+        )
     return f" ({', '.join(phrases)})" if phrases else ""
+
+
+def _step(mesh: Mesh) -> float:
+    """The distance of neighbouring numbers in single precision at the largest coordinate; 0 in double precision."""
+    largest = np.nanmax(np.abs(mesh.points), initial=0.0)
+    if mesh.stored != "single" or not largest < np.finfo(np.float32).max:
+        return 0.0
+    return float(np.spacing(np.float32(largest)))
 
 
 def volumes(corners: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:

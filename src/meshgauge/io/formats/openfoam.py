@@ -50,6 +50,7 @@ class _Piece:
     neighbour: NDArray[np.int64]  #: -1 on the boundary
     n_cells: int
     patches: list[tuple[str, NDArray[np.int64]]]
+    is_single: bool  #: whether its points are stored in single precision
 
 
 def read(path: Path, at: int) -> Mesh:
@@ -82,7 +83,8 @@ def read(path: Path, at: int) -> Mesh:
     sizes = np.concatenate([np.diff(piece.face_offsets) for piece in pieces])
     whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), np.concatenate(face_points), is_neighbour)
     sides = [(name, np.concatenate(parts)) for name, parts in patches.items()]
-    return face_based.mesh(path, points, whole, zones, sides, notes)
+    mesh = face_based.mesh(path, points, whole, zones, sides, notes)
+    return mesh.replace(stored="single") if any(piece.is_single for piece in pieces) else mesh
 
 
 def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
@@ -97,7 +99,8 @@ def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, 
 
 
 def _piece(name: str, folder: Path) -> _Piece:
-    points = _File(folder, "points").points()
+    points_file = _File(folder, "points")
+    points = points_file.points()
     face_offsets, face_points = _File(folder, "faces").faces()
     owner_file = _File(folder, "owner")
     owner = owner_file.labels()
@@ -119,7 +122,8 @@ def _piece(name: str, folder: Path) -> _Piece:
         raise ReadError(f"{folder}: cell {cell} has {int(counts[cell])} faces, expected 4 or more")
     ids = _point_ids(folder, len(points)) if name.startswith("processor") else None
     patches = _patches(folder, n_faces)
-    return _Piece(name, points, ids, face_offsets, face_points, owner, others, n_cells, patches)
+    is_single = points_file.is_binary and points_file.scalar.itemsize == 4
+    return _Piece(name, points, ids, face_offsets, face_points, owner, others, n_cells, patches, is_single)
 
 
 def _point_ids(folder: Path, n_points: int) -> NDArray[np.int64] | None:

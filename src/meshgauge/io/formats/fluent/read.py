@@ -46,6 +46,7 @@ class _Content:
     names: dict[int, str] = field(default_factory=dict)
     parents: list[tuple[int, int]] = field(default_factory=list)
     stated: dict[int, int] = field(default_factory=dict)
+    is_single: bool = False  #: whether points are stored in single precision
 
 
 class _Cursor:
@@ -127,7 +128,8 @@ def read(path: Path) -> Mesh:
     data = path.read_bytes()
     if data.startswith(MAGIC):
         arrays = Arrays(path)
-        return _mesh(_Content(3, arrays.points, arrays.cells, arrays.faces, arrays.names), path)
+        is_single = any(values.dtype.itemsize == 4 for _, values in arrays.points)
+        return _mesh(_Content(3, arrays.points, arrays.cells, arrays.faces, arrays.names, is_single=is_single), path)
     cursor, content = _Cursor(path, data), _Content()
     while (number := cursor.section()) is not None:
         is_binary, kind, has_body = number >= 2000, number % 1000, True
@@ -167,6 +169,7 @@ def _points(cursor: _Cursor, content: _Content, is_binary: bool, dtype: str) -> 
             raise cursor.fail("points have no coordinates")
         cursor.at += 1
         values = cursor.raw(dtype, n * content.dimension).astype(np.float64)
+        content.is_single |= dtype == "<f4"
     else:
         body = cursor.body()
         try:
@@ -274,6 +277,8 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     if lacking:
         raise ReadError(f"{path}: {lacking} of {at} cells have fewer than four faces; the file is not whole")
     mesh = face_based.mesh(path, points, whole, zones, patches)
+    if content.is_single:
+        mesh = mesh.replace(stored="single")
     n_empty = int(np.count_nonzero(sizes == 0))
     if not n_empty:
         return mesh

@@ -118,7 +118,11 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
     if GROUP in kept and not kept[GROUP].any():
         del kept[GROUP]
     fields = {f"{GROUP}:names": np.array(names)} if GROUP in kept else {}
-    return mesh.replace(cell_data=kept, field_data=fields, point_data=point_data, notes=tuple(notes))
+    is_single = step["NOE"]["COO"].dtype.itemsize == 4
+    return mesh.replace(
+        cell_data=kept, field_data=fields, point_data=point_data, notes=tuple(notes),
+        stored="single" if is_single else "double",
+    )  # fmt: skip
 
 
 def _points(path: Path, step: Any, dimension: int) -> NDArray[np.float64]:
