@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import numba
 
+from .cache_folder import cache_folder
+
 _HELPER: dict[str, Any] = {
     "error_model": "numpy",
     "nogil": True,
@@ -25,10 +27,37 @@ JIT_DISABLED = bool(numba.config.DISABLE_JIT)
 """True if kernels run as plain Python, for tests and coverage (``NUMBA_DISABLE_JIT=1``)."""
 
 
+def _compiled(function: F, **options: Any) -> F:
+    """A kernel whose machine code is kept on disk, if any folder can take it."""
+    before = numba.config.CACHE_DIR
+    folder = cache_folder(before)
+    try:
+        numba.config.CACHE_DIR = folder or ""  # for this function only: others' kernels go where they went
+        compiled = numba.njit(cache=folder is not None, error_model="numpy", nogil=True, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+    if (kept := getattr(compiled, "_cache", None)) is not None:
+        kept.load_overload = _or_nothing(kept.load_overload)
+        kept.save_overload = _or_nothing(kept.save_overload)
+    done: F = compiled
+    return done
+
+
+def _or_nothing(work: Callable[..., Any]) -> Callable[..., Any]:
+    """What reads or writes the cache, without its errors: a full disk or a damaged file costs time, nothing else."""
+
+    def attempt(*arguments: Any) -> Any:
+        try:
+            return work(*arguments)
+        except Exception:  # whatever pickle and the system raise
+            return None
+
+    return attempt
+
+
 def kernel(function: F) -> F:
     """Compile with Numba on the first call and cache the machine code on disk."""
-    compiled: F = numba.njit(cache=True, error_model="numpy", nogil=True)(function)
-    return compiled
+    return _compiled(function)
 
 
 def fused_kernel(function: F) -> F:
@@ -36,14 +65,12 @@ def fused_kernel(function: F) -> F:
 
     Never for code whose correctness rests on each operation being rounded, such as error-free transformations.
     """
-    compiled: F = numba.njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})(function)
-    return compiled
+    return _compiled(function, fastmath={"contract"})
 
 
 def summing_kernel(function: F) -> F:
     """A `fused_kernel` whose sums may be taken in any order, so that dot products vectorise; NaN stay NaN."""
-    compiled: F = numba.njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract", "reassoc"})(function)
-    return compiled
+    return _compiled(function, fastmath={"contract", "reassoc"})
 
 
 def fused_inlined(function: F) -> F:
