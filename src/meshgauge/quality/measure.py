@@ -255,7 +255,7 @@ class Quality:
         return {"jens_worst": self.point_values, "jens_node": self.point_node_values}
 
     def with_data(self) -> Mesh:
-        """The mesh that was given, with `cell_data` and `point_data` added to its own."""
+        """The mesh that was given, with `cell_data` and `point_data` of this quality added to its own."""
         mesh = self.source
         return mesh.replace(
             cell_data={**mesh.cell_data, **self.cell_data()}, point_data={**mesh.point_data, **self.point_data()}

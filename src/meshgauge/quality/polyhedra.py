@@ -59,7 +59,7 @@ class Fault(IntFlag):
     OPEN = bits.OPEN  #: an edge of one face only
     NON_MANIFOLD = bits.NON_MANIFOLD  #: an edge of three faces or more
     NON_ORIENTABLE = bits.NON_ORIENTABLE  #: faces that cannot all be turned outward
-    SEVERAL_SHELLS = bits.SEVERAL_SHELLS  #: faces that do not hang together
+    SEVERAL_SHELLS = bits.SEVERAL_SHELLS  #: faces that are not connected
     PINCHED = bits.PINCHED  #: a node at which the surface touches itself: its faces make several rings
     REORIENTED = bits.REORIENTED  #: some faces pointed inward; measured with all turned outward
     HANDLE = bits.HANDLE  #: the surface is no sphere (Euler's number is not 2)

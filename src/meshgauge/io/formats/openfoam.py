@@ -64,7 +64,7 @@ def read(path: Path, at: int) -> Mesh:
     notes: list[str] = []
     ids, points = _join_points(pieces)
     if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
-        notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not united.")
+        notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not joined.")
     face_starts = np.cumsum([0] + [len(p.owner) for p in pieces])
     cell_starts = np.cumsum([0] + [p.n_cells for p in pieces]).tolist()
     point_starts = np.cumsum([0] + [len(p.points) for p in pieces])

@@ -19,7 +19,7 @@ StepReader = Callable[[Path, int], Mesh]
 """Reads one time step of a file, by its index from 0; 0 also of a file that holds a single state."""
 
 OwnStepReader = Callable[[Path, int], Mesh | None]
-"""The same, or None for a kind of file that it leaves to the reader of others."""
+"""The same, or None for a kind of file that it leaves to the third-party reader."""
 
 StepLister = Callable[[Path], tuple[Step, ...]]
 """The time steps of a file; none or one if it holds a single state."""

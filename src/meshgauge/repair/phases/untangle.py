@@ -63,7 +63,7 @@ def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points
     part, of_points, _ = run.problem_here(keep)
     held = None
     if keep is not None:
-        # Points of cells left out hold still, else those cells could be turned over.
+        # Points of cells left out hold still, else those cells could be inverted.
         outside = np.zeros(run.moving.n_points, bool)
         outside[run.moving.corners[np.repeat(~keep, np.diff(run.moving.cells))]] = True
         held = outside[of_points]

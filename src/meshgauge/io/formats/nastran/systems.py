@@ -38,7 +38,7 @@ class System:
 
 
 class Systems:
-    """All systems of a file, settled when they are asked for: each may refer to others, or to points.
+    """All systems of a file, resolved when they are asked for: each may refer to others, or to points.
 
     Parameters
     ----------
