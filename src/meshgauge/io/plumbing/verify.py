@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ...cells import CELL_TYPES, IS_SOLID, type_name
 from ...errors import WriteError
 from ...mesh import Mesh
+from ...mesh.polyhedra import Polyhedra, ragged_positions
 from .writing import type_counts
 
 _ROUNDED = 1e-5
@@ -45,12 +46,24 @@ def _equal(before: Mesh, after: Mesh) -> None:
     for name in ("points", "types", "offsets", "connectivity"):
         if not _same(getattr(before, name), getattr(after, name)):
             raise WriteError(f"{name} do not read back as they were")
-    if (before.polyhedra is None) != (after.polyhedra is None):
-        raise WriteError("polyhedra do not read back as they were")
+    faces = [_faces_of_cells(mesh.polyhedra) for mesh in (before, after)]
+    if not all(_same(a, b) for a, b in zip(*faces, strict=True)):
+        raise WriteError("the faces of polyhedra do not read back as they were")
     for what in ("point_data", "cell_data", "field_data"):
         for name, values in getattr(after, what).items():
             if name in getattr(before, what) and not _same(getattr(before, what)[name], values):
                 raise WriteError(f"the {what.replace('_', ' ')} {name!r} do not read back as they were")
+
+
+def _faces_of_cells(polyhedra: Polyhedra | None) -> tuple[NDArray[Any], ...]:
+    """How many faces each cell has, how many points each of these, and which: also if faces are numbered otherwise."""
+    if polyhedra is None:
+        return (np.empty(0, np.int64),) * 3
+    faces = np.asarray(polyhedra.cell_faces, np.int64)
+    offsets = np.asarray(polyhedra.face_offsets, np.int64)
+    sizes: NDArray[np.int64] = offsets[faces + 1] - offsets[faces]
+    points = np.asarray(polyhedra.face_points)[ragged_positions(offsets[faces], sizes)]
+    return np.diff(np.asarray(polyhedra.cell_offsets, np.int64)), sizes, points
 
 
 def missing(before: Mesh, after: Mesh) -> list[str]:
