@@ -415,6 +415,63 @@ _LAGRANGE = (
 )
 _PYRAMID14 = _quadratic(74, "pyramid14", PYRAMID, _PYRAMID13, _PYRAMID14_BESIDE)
 
+
+def _triangle(order: int) -> list[tuple[int, int]]:
+    """VTK's nodes of a Lagrange triangle: corners, edges round about, and those inside as a triangle of their own."""
+    if order < 1:
+        return [(0, 0)] * (order == 0)
+    inner = range(1, order)
+    return [
+        *((0, 0), (order, 0), (0, order)),
+        *((k, 0) for k in inner),
+        *((order - k, k) for k in inner),
+        *((0, order - k) for k in inner),
+        *((a + 1, b + 1) for a, b in _triangle(order - 3)),
+    ]
+
+
+_TETRA_FACES = ((0, 1, 3), (2, 3, 1), (0, 3, 2), (0, 2, 1))
+
+
+def _lagrange_places(shape: Shape, order: int) -> tuple[Place, ...]:
+    """The nodes of VTK's Lagrange tetra, wedge and hexahedron of order 3 and 4 in units of 1/order: corners, edges from
+    their first corner on (of a hexahedron along the axes), faces, the inside."""
+    corners = [(order * x, order * y, order * z) for x, y, z in shape.reference]
+    inner = range(1, order)
+
+    def between(weights: Sequence[int], ends: Sequence[int]) -> Place:
+        x, y, z = (sum(w * corners[n][axis] for w, n in zip(weights, ends, strict=True)) // order for axis in range(3))
+        return x, y, z
+
+    places = list(corners)
+    for edge in shape.edges:
+        ends = sorted(edge, key=lambda n: corners[n]) if shape is HEXAHEDRON else edge
+        places += [between((order - k, k), ends) for k in inner]
+    in_triangle = [(a + 1, b + 1) for a, b in _triangle(order - 3)]
+    if shape is TETRA:
+        for face in _TETRA_FACES:
+            places += [between((order - a - b, a, b), face) for a, b in in_triangle]
+        places += [(1, 1, 1)] * (order == 4)
+    elif shape is WEDGE:
+        places += [(a, b, t) for t in (0, order) for a, b in in_triangle]
+        for edge in ((0, 1), (1, 2), (2, 0)):
+            places += [(*between((order - k, k), edge)[:2], t) for t in inner for k in inner]
+        places += [(a, b, t) for t in inner for a, b in in_triangle]
+    else:
+        places += [(x, u, v) for x in (0, order) for v in inner for u in inner]
+        places += [(u, y, v) for y in (0, order) for v in inner for u in inner]
+        places += [(u, v, z) for z in (0, order) for v in inner for u in inner]
+        places += [(x, y, z) for z in inner for y in inner for x in inner]
+    return tuple(places)
+
+
+def _above_second(name: str, order: int, *, is_bernstein: bool) -> CellType:
+    own = BY_NAME[f"{'bezier' if is_bernstein else 'lagrange'}_{name}"]
+    places = _lagrange_places(SHAPES[name], order)
+    table = f"{name}{len(places)}{'_bezier' * is_bernstein}"
+    return replace(own, n_nodes=len(places), order=order, places=places, is_bernstein=is_bernstein, table=table)
+
+
 _OF_NODES = (
     *(_of_nodes(f"lagrange_{name}", BY_NAME[of]) for name, of in _LAGRANGE),
     _of_nodes("lagrange_pyramid", _PYRAMID14),
@@ -423,10 +480,16 @@ _OF_NODES = (
         _of_nodes(f"bezier_{name}", BY_NAME[of], is_bernstein=True)
         for name, of in (("tetra", "tetra10"), ("hexahedron", "hexahedron27"), ("wedge", "wedge18"))
     ),
+    *(
+        _above_second(name, order, is_bernstein=is_bernstein)
+        for name, order in (("tetra", 3), ("tetra", 4), ("wedge", 3), ("hexahedron", 3))
+        for is_bernstein in (False, True)
+    ),
 )
 
 BY_NODES: dict[tuple[int, int], CellType] = {(row.vtk_id, row.n_nodes or 0): row for row in _OF_NODES}
-"""Rows of types whose number of nodes varies, by VTK id and number of nodes: linear cells, and those of second order.
+"""Rows of types whose number of nodes varies, by VTK id and number of nodes: linear cells, those of second
+order, and some above.
 
 VTK numbers the nodes of Lagrange and Bézier cells of second order as those of its quadratic types.
 """

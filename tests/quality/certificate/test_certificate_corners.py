@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from certificate_cells import CURVED, cloud, family, ideal, many, separate, with_vanishing_tangent
+from certificate_cells import CURVED, KINDS, cloud, family, ideal, many, separate, with_vanishing_tangent
 
 from meshgauge.kernels.cells.aggregate import fold
 from meshgauge.kernels.certificate.bounds import bounds
 from meshgauge.kernels.certificate.corners import corner_tangents_js
-from meshgauge.kernels.certificate.tables import KINDS, row_of, table
+from meshgauge.kernels.certificate.tables import row_of, table
 
 REFERENCE = {
     "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],

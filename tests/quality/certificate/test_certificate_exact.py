@@ -6,10 +6,10 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from certificate_cells import CURVED, LINEAR, ideal, many, mean_edge_cubed, separate, with_vanishing_tangent
+from certificate_cells import CURVED, KINDS, LINEAR, ideal, many, mean_edge_cubed, separate, with_vanishing_tangent
 
 from meshgauge.kernels.certificate.bounds import Bounds, Validity, bounds
-from meshgauge.kernels.certificate.tables import KINDS, row_of
+from meshgauge.kernels.certificate.tables import row_of
 
 
 def one(name: str, nodes: object) -> Bounds:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from certificate_cells import LINEAR, cloud, family, ideal, many, separate
+from certificate_cells import KINDS, LINEAR, cloud, family, ideal, many, separate
 
 from meshgauge.kernels import path as kernels_path
 from meshgauge.kernels.certificate.bounds import Bounds, Validity, bounds, validity
 from meshgauge.kernels.certificate.numpy_path import can_decide
-from meshgauge.kernels.certificate.tables import KINDS, row_of, table
+from meshgauge.kernels.certificate.tables import row_of, table
 
 AMPLITUDE = {name: 0.7 if name in LINEAR else 0.15 for name in KINDS}
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from certificate_cells import (
+    KINDS,
     basis,
     cloud,
     coefficients,
@@ -24,7 +25,7 @@ from certificate_cells import (
 
 from meshgauge.kernels.certificate.bounds import Validity, bounds
 from meshgauge.kernels.certificate.exact import combination, det, exact, root_ratio, whole_points, whole_table
-from meshgauge.kernels.certificate.tables import KINDS, table
+from meshgauge.kernels.certificate.tables import table
 
 # Gmsh's element type, and the volume of the reference cell of its determinant over ours.
 GMSH_TYPES = {

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from certificate_cells import basis, cloud, coefficients, control_places, many, mean_edge_cubed, places
+from certificate_cells import KINDS, basis, cloud, coefficients, control_places, many, mean_edge_cubed, places
 
-from meshgauge.kernels.certificate.tables import KINDS, table
+from meshgauge.kernels.certificate.tables import table
 
 VTK_CLASSES = {
     "tetra": "vtkTetra",

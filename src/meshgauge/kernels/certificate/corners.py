@@ -1,4 +1,4 @@
-"""Node J_S of quadratic cells, from the true tangents of their curved edges at the corners.
+"""Node J_S of curved cells, from the true tangents of their curved edges at the corners.
 
 An edge with end nodes ``a`` and ``i`` and the node ``m`` between them is a parabola: its tangent at ``a`` is
 ``4 (m - a) - (i - a)``, in every interpolation that VTK, Gmsh and the solvers use; of a Bézier cell, whose ``m`` is a
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cache
 from itertools import permutations
-from math import nan, sqrt
+from math import lcm, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from ..cells import flat
 from ..cells.aggregate import fold
 from ..jit import kernel
 from .exact import root_ratio, whole_points
-from .tables import U, row_of
+from .tables import U, row_of, tangents
 
 
 def corner_tangents_js(
@@ -51,6 +51,8 @@ def corner_tangents_js(
     KeyError
         If the type has no certificate.
     """
+    if row_of(name).order > 2:
+        return _above_second_order(name, points, connectivity)
     shape, table = _corners(name)
     js = np.empty((len(connectivity), len(table)))
     is_open = np.empty(js.shape, np.bool_)
@@ -91,6 +93,8 @@ def has_zero_corner(name: str, nodes: NDArray[np.floating]) -> NDArray[np.bool_]
 
     So it is where every product of three components has a factor that is zero because coordinates are equal.
     """
+    if row_of(name).order > 2:
+        return np.zeros(len(nodes), np.bool_)
     _, table = _corners(name)
     corner = nodes[:, table[:, 0]]
     moves = [(nodes[:, table[:, 1 + n]] != corner) | (nodes[:, table[:, 4 + n]] != corner) for n in range(3)]
@@ -118,6 +122,56 @@ def _corners(name: str) -> tuple[Shape, NDArray[np.int64]]:
         middles = [between.get(frozenset((a, end)), end) for end in ends]
         rows.append((a, *(middles if row.is_bernstein else ends), *middles))
     return shape, np.array(rows, np.int64)
+
+
+@cache
+def _tangents(name: str) -> list[tuple[int, list[list[tuple[int, int]]]]]:
+    """For each triple its corner, and for each tangent there the nodes and their weights, whole numbers."""
+    found = []
+    for corner, sums in tangents(name):
+        whole = []
+        for weights in sums:
+            unit = lcm(*(weight.denominator for weight in weights.values()))
+            whole.append([(node, int(weight * unit)) for node, weight in weights.items()])
+        found.append((corner, whole))
+    return found
+
+
+def _above_second_order(
+    name: str, points: NDArray[np.floating], connectivity: NDArray[np.integer]
+) -> NDArray[np.float64]:
+    """As `corner_tangents_js`, for cells of any order: tangents are sums of all the nodes on an edge."""
+    js = np.empty((len(connectivity), len(_tangents(name))))
+    for n, (corner, sums) in enumerate(_tangents(name)):
+        origin = np.asarray(points[connectivity[:, corner]], np.float64)
+        units, relative = [], np.zeros(len(connectivity))
+        with np.errstate(all="ignore"):
+            for weights in sums:
+                tangent, parts = np.zeros(origin.shape), np.zeros(len(origin))
+                for node, weight in weights:
+                    if node != corner:
+                        term = weight * (points[connectivity[:, node]] - origin)
+                        tangent += term
+                        parts += np.abs(term).sum(axis=1)
+                size = np.abs(tangent).max(axis=1)
+                tangent /= size[:, None]
+                units.append(tangent / np.sqrt((tangent * tangent).sum(axis=1))[:, None])
+                relative += (2.0 + len(weights)) * parts / size
+            value = np.einsum("nx,nx->n", units[0], np.cross(units[1], units[2]))
+            bound = (2.0 * relative + 32.0) * U
+            is_open = ~((np.abs(value) > bound) & (bound < 1e-9))
+        js[:, n] = np.clip(value, -1.0, 1.0)
+        for cell in np.flatnonzero(is_open).tolist():
+            nodes = np.asarray(points[connectivity[cell]], np.float64)
+            used = [node for weights in sums for node, _ in weights]
+            js[cell, n] = _exact_of_sums(nodes.tolist(), sums) if np.isfinite(nodes[used]).all() else nan
+    return js
+
+
+def _exact_of_sums(nodes: Sequence[Sequence[float]], sums: Sequence[Sequence[tuple[int, int]]]) -> float:
+    used = sorted({node for weights in sums for node, _ in weights})
+    at = dict(zip(used, whole_points([nodes[node] for node in used]), strict=True))
+    return _unit_product([[sum(w * at[node][axis] for node, w in weights) for axis in range(3)] for weights in sums])
 
 
 @kernel
@@ -177,6 +231,11 @@ def _exact(nodes: Sequence[Sequence[float]]) -> float:
         tangents.append(
             [(f - o) if is_straight else 4 * (n - o) - (f - o) for o, f, n in zip(origin, far, near, strict=True)]
         )
+    return _unit_product(tangents)
+
+
+def _unit_product(tangents: Sequence[Sequence[int]]) -> float:
+    """The triple product of three whole vectors, each divided by its length; 0 if one has none."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = tangents
     det = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
     if det == 0:

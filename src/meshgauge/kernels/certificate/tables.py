@@ -106,12 +106,11 @@ _ROWS = {row.kind: row for row in (*BY_NODES.values(), *CELL_TYPES.values()) if 
 KINDS: tuple[str, ...] = tuple(_ROWS)
 """The cell types that have a table, by `CellType.kind`."""
 
-_HALF = Fraction(1, 2)
-
 
 @cache
 def table(name: str) -> Table:
-    """The table of a cell type, worked out on first use (0.01 s to 0.3 s) and kept.
+    """The table of a cell type, worked out on first use (0.01 s to 0.3 s, above second
+    order up to some seconds) and kept.
 
     Raises
     ------
@@ -179,6 +178,7 @@ def _blocks(simplices: tuple[int, ...]) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
 
+@cache
 def _multinomial(simplices: tuple[int, ...], exponents: Exponents) -> int:
     result = 1
     for block in _blocks(simplices):
@@ -229,19 +229,61 @@ def _control(name: str) -> dict[Exponents, Weights]:
     if row.order == 1 or row.is_bernstein:
         return values
     for block in _blocks(shape.simplices):
-        # On a line with values a, m, b the middle control point is 2 m - (a + b)/2.
-        new: dict[Exponents, Weights] = {}
-        for exponents, weights in values.items():
-            ends = [n for n in range(block.start, block.stop) if exponents[n] == 1]
-            if not ends:
-                new[exponents] = weights
-                continue
-            i, j = ends
-            a, b = list(exponents), list(exponents)
-            a[i], a[j], b[i], b[j] = 2, 0, 0, 2
-            new[exponents] = _sum([(2, weights), (-_HALF, values[tuple(a)]), (-_HALF, values[tuple(b)])])
-        values = new
+        inverse = _to_bernstein(block.stop - block.start, row.order)
+        values = {
+            exponents: _sum(
+                (factor, values[exponents[: block.start] + part + exponents[block.stop :]])
+                for part, factor in inverse[exponents[block]].items()
+            )
+            for exponents in values
+        }
     return values
+
+
+@cache
+def _to_bernstein(size: int, order: int) -> dict[Exponents, dict[Exponents, Fraction]]:
+    """On a simplex, each Bernstein coefficient of a polynomial from its values at the nodes of the lattice.
+
+    On a line of order 2 with values a, m, b the coefficient in the middle is 2 m - (a + b)/2.
+    """
+    lattice = [e for e in product(range(order + 1), repeat=size) if sum(e) == order]
+    n = len(lattice)
+    rows = [
+        [
+            Fraction(_multinomial((size,), e) * prod(x**k for x, k in zip(place, e, strict=True)), order**order)
+            for e in lattice
+        ]
+        + [Fraction(i == j) for j in range(n)]
+        for i, place in enumerate(lattice)
+    ]
+    for column in range(n):
+        pivot = next(i for i in range(column, n) if rows[i][column])
+        rows[column], rows[pivot] = rows[pivot], rows[column]
+        factor = rows[column][column]
+        rows[column] = [x / factor for x in rows[column]]
+        for i in range(n):
+            if i != column and (times := rows[i][column]):
+                rows[i] = [x - times * y if y else x for x, y in zip(rows[i], rows[column], strict=True)]
+    return {
+        e: {place: factor for place, factor in zip(lattice, rows[i][n:], strict=True) if factor}
+        for i, e in enumerate(lattice)
+    }
+
+
+def tangents(name: str) -> tuple[tuple[int, tuple[Weights, ...]], ...]:
+    """For each triple of a type its corner, and for each of its three edges there the direction of the tangent, as a
+    sum of nodes: from the corner to the control point next to it."""
+    row = row_of(name)
+    shape, control = _shape(row), _control(name)
+    corner = [_exponents(shape.simplices, 1, place) for place in shape.reference]
+    result = []
+    for a, *ends in shape.triples:
+        own = []
+        for end in ends:
+            near = tuple((row.order - 1) * x + y for x, y in zip(corner[a], corner[end], strict=True))
+            own.append(_sum([(1, control[near]), (-1, {row.corners[a]: Fraction(1)})]))
+        result.append((row.corners[a], tuple(own)))
+    return tuple(result)
 
 
 def _derivative(row: CellType, axis: int) -> Net:
@@ -446,24 +488,27 @@ def _child_rows(child: Sequence[Exponents], degree: int) -> dict[Exponents, dict
     """For each coefficient of the child, its weights on the parent's: the blossom at the child's vertices."""
     size = len(child)
 
-    def times(polynomial: dict[Exponents, Fraction], vertex: Exponents) -> dict[Exponents, Fraction]:
-        result: dict[Exponents, Fraction] = {}
+    def times(polynomial: dict[Exponents, int], vertex: Exponents) -> dict[Exponents, int]:
+        result: dict[Exponents, int] = {}
         for exponents, weight in polynomial.items():
             for n, x in enumerate(vertex):
                 if x:
                     raised = (*exponents[:n], exponents[n] + 1, *exponents[n + 1 :])
-                    result[raised] = result.get(raised, Fraction(0)) + weight * x / 2
+                    result[raised] = result.get(raised, 0) + weight * x
         return result
 
-    rows = {}
-    for exponents in product(range(degree + 1), repeat=size):
-        if sum(exponents) == degree:
-            polynomial = {(0,) * size: Fraction(1)}
-            for vertex, power in zip(child, exponents, strict=True):
-                for _ in range(power):
-                    polynomial = times(polynomial, vertex)
-            rows[exponents] = polynomial
-    return rows
+    # Each product of vertices is one with a vertex less, times that vertex; in units of a half for each.
+    products = {(0,) * size: {(0,) * size: 1}}
+    for exponents in sorted(product(range(degree + 1), repeat=size), key=sum):
+        if 0 < sum(exponents) <= degree:
+            last = next(n for n in range(size) if exponents[n])
+            less = (*exponents[:last], exponents[last] - 1, *exponents[last + 1 :])
+            products[exponents] = times(products[less], child[last])
+    return {
+        exponents: {parent: Fraction(weight, 2**degree) for parent, weight in polynomial.items()}
+        for exponents, polynomial in products.items()
+        if sum(exponents) == degree
+    }
 
 
 # ---- arrays ----------------------------------------------------------------------------------------------------
