@@ -75,3 +75,43 @@ def test_what_is_missing_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     path.write_text("TITRE\nFINSF\nFIN\n")
     with pytest.raises(ReadError, match=r"pip install 'meshgauge\[meshioplusplus\]'"):
         io.read(path)
+
+
+DYNA = """*KEYWORD
+*NODE
+       1             0.0             0.0             0.0
+       2             1.0             0.0             0.0
+       3             1.0             1.0             0.0
+       4             0.0             1.0             0.0
+       5             0.0             0.0             1.0
+       6             1.0             0.0             1.0
+       7             1.0             1.0             1.0
+       8             0.0             1.0             1.0
+*ELEMENT_{0}
+       7       1       1       2       3       4       5       6       7       8
+*END
+"""
+
+
+@pytest.mark.parametrize("card", ["SOLID", "TSHELL"])
+def test_bricks_of_lsdyna(tmp_path: Path, card: str) -> None:
+    pytest.importorskip("meshioplusplus")
+    (tmp_path / "a.k").write_text(DYNA.format(card))
+    mesh = io.read(tmp_path / "a.k")
+    assert mesh.type_counts() == {"hexahedron": 1}
+    assert mesh.notes == ()
+
+
+@pytest.mark.parametrize("card", ["TSHELL_BETA", "TSHELL_COMPOSITE", "SOLID_H20", "GENERALIZED_SOLID", "BEZIER3D"])
+def test_solid_elements_that_would_be_dropped_are_an_error(tmp_path: Path, card: str) -> None:
+    pytest.importorskip("meshioplusplus")
+    (tmp_path / "a.k").write_text(DYNA.format(card))
+    with pytest.raises(ReadError, match=rf"line 11: \*ELEMENT_{card} is not read"):
+        io.read(tmp_path / "a.k")
+
+
+def test_elements_of_lsdyna_that_are_no_cells_are_named(tmp_path: Path) -> None:
+    pytest.importorskip("meshioplusplus")
+    text = DYNA.format("SOLID").replace("*END", "*ELEMENT_SPH\n       1       1             1.0\n*END")
+    (tmp_path / "a.k").write_text(text)
+    assert io.read(tmp_path / "a.k").notes == ("No cells, and left out: *ELEMENT_SPH.",)

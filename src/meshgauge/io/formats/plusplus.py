@@ -13,7 +13,7 @@ import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO
 
 from ...errors import ReadError
 from ...mesh import Mesh
@@ -118,10 +118,17 @@ def source(file: str | BinaryIO, module: str, path: Path) -> tuple[Any, tuple[st
     return mesh, tuple(f"meshio++ warns: {text.strip()}" for text in list(dict.fromkeys(warned))[:_MOST_NOTES])
 
 
+def _log() -> IO[bytes]:
+    """A file that is gone when it is closed; in memory where the system can: a reader may write nothing."""
+    if hasattr(os, "memfd_create"):
+        return os.fdopen(os.memfd_create("meshgauge-log"), "w+b")
+    return tempfile.TemporaryFile()
+
+
 @contextlib.contextmanager
-def _captured_output() -> Iterator[BinaryIO]:
+def _captured_output() -> Iterator[IO[bytes]]:
     """What is written to standard output and error meanwhile, from C++ too: what meshio++ drops, it only prints."""
-    with tempfile.TemporaryFile() as log:
+    with _log() as log:
         before = [os.dup(1), os.dup(2)]
         try:
             for fd in (1, 2):

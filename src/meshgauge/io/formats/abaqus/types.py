@@ -61,7 +61,7 @@ _APART = ElementType(None)
 _FLUID = re.compile(r"F3D(\d+)")
 _APART_TYPES = re.compile(
     r"V?U[A-Z]*\d+"  # of the user
-    r"|SPRING(1|2|A)|DASHPOT(1|2|A)|D?GAP[A-Z]*|ITS(CYL|UNI)|JOINT(C|[23]D)|DCOUP[23]D|DRAG[23]D|PSI\d\d|"
+    r"|SPRING(1|2|A)|DASHPOT(1|2|A)|D?GAP[A-Z]*|ITS(CYL|UNI)|ITT[23]1|JOINT(C|[23]D)|DCOUP[23]D|DRAG[23]D|PSI\d\d|"
     r"(IRS|ISL|ISP)\d\d[A-Z]?|ASI\d[A-Z]*|CIN(3D|AX|PE|PS)\d+R?|ACIN(3D|AX|2D)\d+|Z\d+|SUPER\w*|[PR]NODE[23]D|P[CD]3D|"
     r"TSHEAR\w*|GK(2D2|AX2|3D2|PS4|PE4|PS6|PE6|AX4|AX6|3D4L|3D6L|3D18)N?"
 )

@@ -25,8 +25,8 @@ FAMILY: dict[int, str] = {
 
 BESIDE = frozenset(
     (7, 14, 21, 27, 37, 38, 39, 40, 52, 71, 94, 107, 124, 125, 126, 138, 139, 151, 152, 153, 154, 156, 159, 165, 166)
-) | frozenset((169, 170, 171, 172, 173, 174, 175, 176, 177, 178, 179, 184, 192, 193, 201, 202, 203, 214, 250, 251))
-"""Contacts, springs, masses, pretension, loads on surfaces and interfaces of two dimensions: they are no cells."""
+) | frozenset((169, 170, 171, 172, 173, 174, 175, 176, 177, 178, 179, 184, 192, 193, 201, 202, 203, 214, 250, 251, 300))
+"""Contacts, springs, masses, pretension, loads on surfaces, interfaces in the plane, USER300: they are no cells."""
 
 MESH_ONLY = 200
 """MESH200, whose KEYOPT(1) says what it is."""
