@@ -384,3 +384,17 @@ def test_gmsh_agrees_above_second_order(tmp_path: Path, order: int) -> None:
     assert np.array_equal(status == Status.OK, theirs > 0)
     assert (theirs > 0).any()
     assert (theirs < 0).any() or order == 3
+
+
+def test_a_node_that_is_drawn_too_far_along_its_edge_turns_the_corner_inside_out() -> None:
+    """The node of edge 0-1 at 3.5 of 4: x'(1) = -2, so the tangent at node 1 points away from node 0: -√2/2."""
+    corners = np.array([(0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4)], float)
+    ends = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
+    cell = np.concatenate([corners, [corners[list(pair)].mean(axis=0) for pair in ends]])
+    cell[4, 0] = 3.5
+    for name in ("tetra10", "lagrange_tetra"):
+        quality = measure(separate(name, cell[None]))
+        assert quality.status.tolist() == [Status.INVERTED]
+        assert quality.values == pytest.approx([-0.7071], abs=1e-4)
+    # As a control point it is within the edge, whose tangent there is short, but right.
+    assert measure(separate("bezier_tetra", cell[None])).status.tolist() == [Status.OK]

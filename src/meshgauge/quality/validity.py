@@ -55,7 +55,7 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
     Parameters
     ----------
     mesh
-        Any mesh; of types without a certificate (polyhedra, Lagrange cells) nothing is known.
+        Any mesh; of types without a certificate (polyhedra, curved cells of other orders) nothing is known.
     threads
         At most this many; None: one for each processor. It has no influence on the bounds.
 
