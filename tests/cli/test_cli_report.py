@@ -101,7 +101,7 @@ def test_csv_has_a_row_a_cell(good: Path, bad: Path, tmp_path: Path, capsys: Cap
     target = tmp_path / "cells.csv"
     assert main(["report", str(good), "--csv", str(target), "--metric", "scaled_jacobian"]) == 0
     rows = list(csv.DictReader(target.read_text().splitlines()))
-    assert list(rows[0]) == ["cell", "type", "status", "jens", "scaled_jacobian"]
+    assert list(rows[0]) == ["cell", "cell_label", "type", "status", "jens", "scaled_jacobian"]
     by_type = {row["type"]: row for row in rows}
     assert (by_type["hexahedron"]["jens"], by_type["hexahedron"]["status"]) == ("1.0", "ok")
     assert (by_type["quad"]["jens"], by_type["quad"]["status"]) == ("", "not_solid")

@@ -92,11 +92,11 @@ def load(path: Path) -> CheckSettings:
     if table is None:
         raise SettingsError(f"{path}: has no [tool.meshgauge]")
     prefix = "tool.meshgauge." if path.name == PROJECT else ""
-    _known(path, prefix, table, ("check",))
+    _check_keys(path, prefix, table, ("check",))
     check = table.get("check", {})
     if not isinstance(check, dict):
         raise SettingsError(f"{path}: {prefix}check is {check!r}, expected a table")
-    _known(path, f"{prefix}check.", check, KEYS)
+    _check_keys(path, f"{prefix}check.", check, KEYS)
     for key, value in check.items():
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
             raise SettingsError(f"{path}: {prefix}check.{key} is {value!r}, expected a list of strings")
@@ -119,7 +119,7 @@ def _table(path: Path) -> dict[str, Any] | None:
     return table
 
 
-def _known(path: Path, prefix: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
+def _check_keys(path: Path, prefix: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
     for key in table:
         if key not in keys:
             close = difflib.get_close_matches(key, keys, 1)

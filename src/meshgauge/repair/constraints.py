@@ -92,7 +92,7 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     takes_part &= can
     if mesh.is_ghost is not None:
         takes_part &= ~mesh.is_ghost
-    pinned = _asked(fixed, n)
+    pinned = _mask_of(fixed, n)
     if mesh.is_ghost is not None:
         pinned |= _shared_with_pieces(mesh, mesh.is_ghost)
         notes.append("The points of ghost cells stay, and as many layers beside them: other pieces have them.")
@@ -192,7 +192,7 @@ def _tolerance(mesh: Mesh) -> float:
     return max(coincidence.TOLERANCE, PLACES * float(np.spacing(np.float32(largest))) / coincidence.size(mesh.points))
 
 
-def _asked(fixed: ArrayLike | None, n: int) -> Mask:
+def _mask_of(fixed: ArrayLike | None, n: int) -> Mask:
     if fixed is None:
         return np.zeros(n, bool)
     array = np.asarray(fixed)

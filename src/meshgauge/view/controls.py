@@ -56,8 +56,8 @@ def controls(view: View, choices: Choices) -> dict[str, Any]:
     return {
         "quality": [filters.low, filters.high],
         "with_undefined": filters.undefined,  # "undefined" is a word of the page's language
-        "types": _chosen(filters.types, choices.types),
-        "statuses": _chosen(filters.statuses, choices.statuses),
+        "types": _choice(filters.types, choices.types),
+        "statuses": _choice(filters.statuses, choices.statuses),
         "regions": [] if filters.regions is None else sorted(filters.regions),
         "axis": axis,
         "flipped": flipped,
@@ -165,7 +165,7 @@ def view_from(view: View, values: Mapping[str, Any], choices: Choices, camera: C
     return replace(view, filters=filters(values, choices, sight=sight), edges=bool(values["edges"]))
 
 
-def _chosen(names: frozenset[str] | None, known: Mapping[str, int]) -> list[str]:
+def _choice(names: frozenset[str] | None, known: Mapping[str, int]) -> list[str]:
     return [name for name in known if names is None or name in names]
 
 

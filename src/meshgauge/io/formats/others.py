@@ -37,13 +37,13 @@ def by_pyvista(path: Path) -> Mesh:
             raise ReadError(f"{path}: PyVista says: {'; '.join(messages[:3]) or type(error).__name__}") from error
     if log.errors:
         raise ReadError(f"{path}: VTK says: {'; '.join(log.errors[:3])}")
-    return _filled(vtk.mesh(data, path), path)
+    return _require_cells(vtk.mesh(data, path), path)
 
 
 def _by_meshio(module: str) -> Reader:
     def read(path: Path) -> Mesh:
         source, notes = meshio.read(path, module)
-        return _filled(meshio.mesh(source, path, notes), path)
+        return _require_cells(meshio.mesh(source, path, notes), path)
 
     return read
 
@@ -63,7 +63,7 @@ def _first_of(*readers: Reader) -> Reader:
     return read
 
 
-def _checked(check: Callable[[Path], None], reader: Reader) -> Reader:
+def _with_check(check: Callable[[Path], None], reader: Reader) -> Reader:
     """A reader of files that name others: only such as lie in their folder."""
 
     def read(path: Path) -> Mesh:
@@ -73,7 +73,7 @@ def _checked(check: Callable[[Path], None], reader: Reader) -> Reader:
     return read
 
 
-def _filled(mesh: Mesh, path: Path) -> Mesh:
+def _require_cells(mesh: Mesh, path: Path) -> Mesh:
     """These readers return nothing where they understood nothing."""
     if not mesh.n_cells:
         raise ReadError(f"{path}: no cells were found in it")
@@ -130,7 +130,7 @@ OTHERS: tuple[Format, ...] = (
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
            foreign=_by_meshio("avsucd"), write=_of_one_integer("avsucd", MATERIAL), by_content=False),
     Format("h5m", "MOAB", (".h5m",), _HDF,
-           foreign=_checked(within.check_hdf_file, _by_meshio("h5m")), by_content=False),
+           foreign=_with_check(within.check_hdf_file, _by_meshio("h5m")), by_content=False),
     netgen(_of_one_integer("netgen", "netgen:index")),
     Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), foreign=_by_meshio("dolfin")),
     Format("flac3d", "FLAC3D", (".f3grid",), anything, foreign=_by_meshio("flac3d"), by_content=False),

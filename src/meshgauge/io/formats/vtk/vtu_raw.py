@@ -179,9 +179,9 @@ def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
         types=types,  # type: ignore[arg-type]
         offsets=offsets,  # type: ignore[arg-type]
         connectivity=data.array(cells["connectivity"], n_ids),  # type: ignore[arg-type]
-        point_data=_named(piece, "PointData", data, n_points, at),
-        cell_data=_named(piece, "CellData", data, n_cells, at),
-        field_data=_named(grid, "FieldData", data, None, at),
+        point_data=_arrays_of(piece, "PointData", data, n_points, at),
+        cell_data=_arrays_of(piece, "CellData", data, n_cells, at),
+        field_data=_arrays_of(grid, "FieldData", data, None, at),
         path=str(data.path),
         copy=False,
     )
@@ -194,7 +194,7 @@ def _of_step(parent: ElementTree.Element, place: str, at: int) -> list[ElementTr
     return [item for item in children if str(at) in item.get("TimeStep", str(at)).split()]
 
 
-def _named(
+def _arrays_of(
     parent: ElementTree.Element, kind: str, data: _Appended, rows: int | None, at: int
 ) -> dict[str, NDArray[np.generic]]:
     arrays = {}
