@@ -85,7 +85,9 @@ def _serve(models: Sequence[Model], window: Window, link: str) -> None:
         if window.browser and _has_windows():
             import webbrowser
 
-            webbrowser.open(address)
+            from ..view.guard import redirect_page
+
+            webbrowser.open(redirect_page(address).as_uri())
 
     App(models, link=link).run(port=window.port, ready=ready)
 

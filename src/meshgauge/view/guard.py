@@ -6,9 +6,13 @@ path of random letters; and where the system tells whose a connection is, those 
 
 from __future__ import annotations
 
+import atexit
+import html
 import os
 import secrets
-from collections.abc import Awaitable, Callable
+import shutil
+import tempfile
+from collections.abc import Awaitable, Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +69,29 @@ def is_allowed(peer: tuple[str, int] | None, port: int) -> bool:
     return user is None or user in (0, os.getuid())
 
 
+def is_addressed(headers: Mapping[str, str], port: int) -> bool:
+    """Whether a request means this server and comes from its own page, not from one that a name was made to lead here.
+
+    A page of elsewhere may have its own name resolved to this machine (DNS rebinding): the browser then asks with that
+    name as the host. It may also open a socket: the browser then tells the origin.
+    """
+    places = {f"{name}:{port}" for name in (HOST, "localhost")}
+    origin = headers.get("Origin")
+    return headers.get("Host") in places and (origin is None or origin in {f"http://{place}" for place in places})
+
+
+def redirect_page(address: str) -> Path:
+    """A page that only this user can read and that leads to an address, so that no argument of a process tells it."""
+    path = Path(tempfile.mkdtemp(prefix="meshgauge-view-"), "index.html")
+    content = (
+        f'<!doctype html><meta http-equiv="refresh" content="0; url={html.escape(address)}"><title>meshgauge</title>'
+    )
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+        file.write(content)
+    atexit.register(shutil.rmtree, path.parent, ignore_errors=True)
+    return path
+
+
 def middleware() -> Any:
     """For aiohttp: refuses who is not allowed."""
     from aiohttp import web
@@ -75,6 +102,8 @@ def middleware() -> Any:
         peer, here = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
         if not is_allowed(tuple(peer[:2]) if peer else None, here[1]):
             raise web.HTTPForbidden(text="meshgauge view: another user's")
+        if not is_addressed(request.headers, here[1]):
+            raise web.HTTPForbidden(text="meshgauge view: asked by another name, or by another page")
         return await handler(request)
 
     return guarded
