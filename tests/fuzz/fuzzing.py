@@ -146,6 +146,11 @@ TEXTS: dict[str, dict[str, str]] = {
         "      ELEMENTS/CELLS 1.2.1\n1 6 4 1 2 3 4\nENDOFSECTION\n       ELEMENT GROUP 1.2.1\n"
         "GROUP: 1 ELEMENTS: 1 MATERIAL: 2 NFLAGS: 1\nfluid\n0\n1\nENDOFSECTION\n"
     },
+    "tecplot": {
+        "a.tec": 'TITLE = "a"\nVARIABLES = "X" "Y" "Z" "P"\nZONE N=4, E=1, F=FEBLOCK, ET=TETRAHEDRON, '
+        "VARLOCATION=([4]=CELLCENTERED)\n0 1 0 0\n0 0 1 0\n3*0 1\n7\n1 2 3 4\nZONE I=2, J=2, K=2, F=POINT\n"
+        + "".join(f"{line} 1\n" for line in _CUBE.splitlines())
+    },
     "nastran": {
         "a.bdf": "SOL 101\nBEGIN BULK\nCORD2C,1,0,0.,0.,0.,0.,0.,1.,\n,1.,0.,0.\n" + "".join(
             f"GRID,{i},,{line.replace(' ', ',')}\n" for i, line in enumerate(
@@ -157,7 +162,7 @@ TEXTS: dict[str, dict[str, str]] = {
 """Format → its files by name; the last of them is the one to read."""
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
-       "ansys", "ovm", "gambit", "med", "nastran", "cgns", "ugrid", "medit",
+       "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
        "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 

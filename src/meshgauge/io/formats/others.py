@@ -20,6 +20,7 @@ from ..plumbing import meshio, vtk, within
 from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
 from ..plumbing.messages import is_out_of_memory
 from ..plumbing.writing import REGION
+from . import tecplot
 from .netgen import netgen
 
 
@@ -118,9 +119,9 @@ _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
 
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
-    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), _mark(rb"^\s*(title|variables|zone)\b"),
+    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), tecplot.sniff,
            foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False,
-           forbidden=",\"'=()"),
+           forbidden=",\"'=()", steps=tecplot.steps, read_step=tecplot.read),
     # By either.
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ....cells import BY_NAME, CELL_TYPES, IS_SOLID
+from ....cells import CELL_TYPES, IS_SOLID
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import face_based
 from ...plumbing.build import Cells, Ints, Kind, gather
 from ...plumbing.merge import Part
+from ...plumbing.structured import structured_part
 from .cells import KINDS, MIXED, NFACE, NGON
 from .tree import Node
 
@@ -63,7 +64,7 @@ def zone(node: Node, dimension: int, families: dict[str, str]) -> Zone:
     points = _points(node, shape, notes)
     label = _family(node, families) or node.name
     if is_structured:
-        part = _structured(label, shape, points)
+        part = structured_part(label, shape, points)
         blocks = [(label, 0, len(part.types))]
         if kind is None:
             notes.append(f"Zone {node.name!r} states no type: taken as structured.")
@@ -122,24 +123,6 @@ def _points(node: Node, shape: tuple[int, ...], notes: list[str]) -> NDArray[np.
 def _units(node: Node) -> Iterator[str]:
     for child in node.children("DimensionalUnits_t"):
         yield child.text()
-
-
-def _structured(name: str, shape: tuple[int, ...], points: NDArray[Any]) -> Part:
-    """Hexahedra, quads or lines between the points, the first index running fastest."""
-    dimension = len(shape)
-    steps = np.cumprod([1, *shape[:-1]])
-    n = [max(k - 1, 0) for k in shape]
-    origin = np.zeros(1, np.int64)
-    for axis in reversed(range(dimension)):
-        origin = (origin[:, None] + np.arange(n[axis]) * steps[axis]).ravel()
-    corners = [(0,), (1,)] if dimension == 1 else [(0, 0), (1, 0), (1, 1), (0, 1)]
-    if dimension == 3:
-        corners = [(*c, z) for z in (0, 1) for c in corners]
-    shifts = np.array([sum(int(s) * c for s, c in zip(steps, corner, strict=True)) for corner in corners])
-    kind = BY_NAME[{1: "line", 2: "quad", 3: "hexahedron"}[dimension]]
-    nodes = origin[:, None] + shifts
-    return Part(name, points, np.full(len(origin), kind.vtk_id, np.uint8),
-                np.arange(len(origin) + 1) * len(corners), nodes.ravel())  # fmt: skip
 
 
 def _sections(node: Node) -> list[_Section]:
