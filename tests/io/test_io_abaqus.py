@@ -339,3 +339,23 @@ def test_fluid_elements_of_calculix_are_solids(tmp_path: Path) -> None:
     four = CUBE + "*ELEMENT, TYPE=F3D4\n1,1,2,3,6\n"
     assert read(tmp_path, four).type_counts() == {"tetra": 1}
     assert read(tmp_path, four + "*FLUID PROPERTY, REF NODE=1\n").type_counts() == {"quad": 1}
+
+
+@pytest.mark.parametrize(("line", "n"), [("1,<L>,0.,0.", 4), ("<N>,1.,0.,0.", 4)])
+def test_parameters_are_refused_by_their_card_and_line(line: str, n: int, tmp_path: Path) -> None:
+    path = tmp_path / "a.inp"
+    others = "2,1.,0.,0.\n3,0.,1.,0.\n4,0.,0.,1.\n"
+    path.write_text(f"*PARAMETER\nL=2.0\n*NODE\n{line}\n{others}*ELEMENT, TYPE=C3D4\n1,1,2,3,4\n")
+    with pytest.raises(ReadError, match=rf"a\.inp, line {n}: .*\*PARAMETER is not followed, write the values out"):
+        io.read(path)
+
+
+@pytest.mark.parametrize("name", ["C3D6", "C3D6H", "DC3D6", "AC3D6", "SC6R"])
+def test_wedges_numbered_in_reverse_stay_inverted(name: str, tmp_path: Path) -> None:
+    """The format has one order: Abaqus stops on such a cell."""
+    path = tmp_path / "a.inp"
+    points = "1,0.,0.,0.\n2,1.,0.,0.\n3,0.,1.,0.\n4,0.,0.,1.\n5,1.,0.,1.\n6,0.,1.,1.\n"
+    path.write_text(f"*NODE\n{points}*ELEMENT, TYPE={name}\n1,1,3,2,4,6,5\n")
+    mesh = io.read(path)
+    assert mesh.connectivity.tolist() == [0, 2, 1, 3, 5, 4]
+    assert mesh.notes == ()

@@ -96,7 +96,7 @@ def real(place: Place, word: str) -> float:
     try:
         return float(word.replace("D", "e").replace("d", "e")) if word else 0.0
     except ValueError:
-        raise place.fail(f"{word[:40]!r} where a number is expected") from None
+        raise place.fail(f"{word[:40]!r} where a number is expected{_parameters(word)}") from None
 
 
 def integer(place: Place, word: str, default: int | None = None) -> int:
@@ -108,8 +108,13 @@ def integer(place: Place, word: str, default: int | None = None) -> int:
     except ValueError:
         number = 2**53
     if abs(number) >= 2**53:
-        raise place.fail(f"{word[:40]!r} where an integer is expected")
+        raise place.fail(f"{word[:40]!r} where an integer is expected{_parameters(word)}")
     return number
+
+
+def _parameters(word: str) -> str:
+    """Why ``<L>`` is none."""
+    return ": *PARAMETER is not followed, write the values out" if word.startswith("<") else ""
 
 
 def split(text: str) -> list[str]:
