@@ -21,8 +21,8 @@ from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.steps import Step, number_steps
-from ..plumbing.structured import structured_part
 from ..plumbing.text import Text, numbers
+from .structured import structured_part
 
 _RECORD = re.compile(
     rb"(title|filetype|variables|zone|text|geometry|customlabels|datasetauxdata|varauxdata|functionlabels)\b",

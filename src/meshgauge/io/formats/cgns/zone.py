@@ -15,7 +15,7 @@ from ....mesh.polyhedra import Polyhedra
 from ...plumbing import face_based
 from ...plumbing.build import Cells, Ints, Kind, gather
 from ...plumbing.merge import Part
-from ...plumbing.structured import structured_part
+from ..structured import structured_part
 from .cells import KINDS, MIXED, NFACE, NGON
 from .tree import Node
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import BY_NAME
-from .merge import Part
+from ..plumbing.merge import Part
 
 
 def structured_part(name: str, shape: tuple[int, ...], points: NDArray[Any]) -> Part:
