@@ -211,7 +211,7 @@ def _on_edges(
     Of all edges that leave an end of an edge, those along it are taken; then those that leave the point where such a
     one ends, and so on.
     """
-    found = [np.empty((0, 2), np.int64)]
+    pairs = [np.empty((0, 2), np.int64)]
     for start in range(0, len(edges), CHUNK):
         some = edges[start : start + CHUNK]
         which = np.tile(np.arange(start, start + len(some)), 2)
@@ -225,8 +225,8 @@ def _on_edges(
                 column[_between(points, whole[row, 0], whole[row, 1], at[row], end, slack)] for column in (row, end)
             )
             whole, which, at = whole[row], which[row], end
-            found.append(np.stack([which, at], axis=1))
-    return np.unique(np.concatenate(found), axis=0)
+            pairs.append(np.stack([which, at], axis=1))
+    return np.unique(np.concatenate(pairs), axis=0)
 
 
 def _between(points: NDArray[np.floating], a: Ids, b: Ids, after: Ids, p: Ids, slack: float) -> NDArray[np.bool_]:
@@ -256,7 +256,7 @@ def _in_faces(
 ) -> Ids:
     """``(n, 2)`` a face and a point that hangs inside of it: from the rim inward, as far as edges lead."""
     rims = rims[np.argsort(rims[:, 0], kind="stable")]
-    found = [np.empty((0, 2), np.int64)]
+    pairs = [np.empty((0, 2), np.int64)]
     n_faces = len(offsets) - 1
     bounds = np.searchsorted(rims[:, 0], np.arange(0, n_faces + CHUNK, CHUNK))
     for first, last in pairwise(bounds.tolist()):
@@ -269,8 +269,8 @@ def _in_faces(
             inner = np.stack(np.divmod(codes, len(points)), axis=1)
             front = inner[_is_inside(points, ids, offsets, inner[:, 0], inner[:, 1], slack)]
             known = np.concatenate([known, _codes(front, len(points))])
-            found.append(front)
-    return np.concatenate(found)
+            pairs.append(front)
+    return np.concatenate(pairs)
 
 
 def _codes(pairs: Ids, n_points: int) -> Ids:

@@ -36,12 +36,12 @@ def beyond(mesh: Mesh, entries: Ids) -> Ids:
 
 def _patches(mesh: Mesh, entries: Ids) -> Ids:
     """The number of the patch of each face, 0 for one that no surface cell covers."""
-    found = np.zeros(len(entries), np.int64)
+    patches = np.zeros(len(entries), np.int64)
     surface = np.flatnonzero(IS_SURFACE[mesh.types])
     poly = mesh.polyhedra
     assert poly is not None
     if len(surface) == 0 or len(entries) == 0:
-        return found
+        return patches
     block = np.searchsorted([b.start for b in mesh.blocks], surface, side="right")
     names = {name: n for n, name in enumerate(dict.fromkeys(b.name for b in mesh.blocks))}
     named = np.array([names[b.name] for b in mesh.blocks])[block - 1]
@@ -58,8 +58,8 @@ def _patches(mesh: Mesh, entries: Ids) -> Ids:
         _, first, which = np.unique(np.concatenate([known, rows]), axis=0, return_index=True, return_inverse=True)
         first = first[which.reshape(-1)[len(known) :]]  # a surface cell, if there is one
         is_covered = first < len(known)
-        found[at[is_covered]] = patch[own[first[is_covered]]]
-    return found
+        patches[at[is_covered]] = patch[own[first[is_covered]]]
+    return patches
 
 
 def inner_faces(mesh: Mesh, entries: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -111,8 +111,8 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     boundary = nodes_of_faces(faces, alone)
     n_multiple = int(np.count_nonzero(faces.mates == MULTIPLE))
     if n_multiple:
-        found = number_of(faces.n_multiple, "face belongs", "faces belong")
-        notes.append(f"{found} to three cells or more: their points stay like the boundary.")
+        count = number_of(faces.n_multiple, "face belongs", "faces belong")
+        notes.append(f"{count} to three cells or more: their points stay like the boundary.")
 
     region_ids, _ = regions(mesh)
     pairs = faces.pairs()
@@ -125,15 +125,15 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     used = mask_of(n, mesh.connectivity[np.repeat(takes_part, np.diff(mesh.offsets))])
     n_embedded = int(np.count_nonzero(embedded & used & ~interface))
     if n_embedded:
-        found = number_of(n_embedded, "point inside belongs", "points inside belong")
-        notes.append(f"{found} to surface, line or vertex cells and {'stays' if n_embedded == 1 else 'stay'}.")
+        count = number_of(n_embedded, "point inside belongs", "points inside belong")
+        notes.append(f"{count} to surface, line or vertex cells and {'stays' if n_embedded == 1 else 'stay'}.")
     pinned |= embedded
 
     together, n_together = _coincident(mesh, used)
     if n_together:
         pinned |= together
-        found = number_of(n_together, "point coincides", "points coincide")
-        notes.append(f"{found} with another: parts that touch there stay together, unmoved.")
+        count = number_of(n_together, "point coincides", "points coincide")
+        notes.append(f"{count} with another: parts that touch there stay together, unmoved.")
     return Constraints(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
 
 

@@ -161,10 +161,10 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, threads: int
     moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
     after, n_back = accept(before, moved, strict=promise.strict, threads=threads)
     if n_back:
-        found = number_of(
+        count = number_of(
             n_back, "point was put back, since a cell of its own", "points were put back, since a cell of theirs"
         )
-        outcome.notes.append(f"{found} would have paid.")
+        outcome.notes.append(f"{count} would have paid.")
     if not is_better(after, before):
         outcome.notes.append("No better mesh was found: the mesh is as it was.")
     else:

@@ -16,7 +16,7 @@ def named_once(path: Path, message: str) -> str:
     head = re.match(rf"{name}(?![\w/\\]|\.\w)(: |, line \d+: )?", message)
     start = head[0] if head is not None else f"{path}: "
     rest = message[head.end() :] if head is not None else message
-    return start + other.sub(lambda found: "" if found[1] else "the file", rest)
+    return start + other.sub(lambda match: "" if match[1] else "the file", rest)
 
 
 def is_out_of_memory(error: BaseException) -> bool:

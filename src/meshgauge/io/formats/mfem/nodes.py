@@ -159,12 +159,12 @@ def _entities(name: str) -> tuple[tuple[str, int], ...]:
     row = BY_NODES[BY_NAME[f"lagrange_{name}"].vtk_id, _SECOND_ORDER[name]]
     assert row.shape is not None
     edges = [frozenset(edge) for edge in _EDGES[name]]
-    found = [("edge", edges.index(frozenset(edge[:2]))) for edge in row.edges]
+    entities = [("edge", edges.index(frozenset(edge[:2]))) for edge in row.edges]
     places = np.array(row.places)
-    for node in range(row.shape.n_nodes + len(found), row.n_nodes or 0):
+    for node in range(row.shape.n_nodes + len(entities), row.n_nodes or 0):
         at = [n for n, quad in enumerate(_QUADS[name]) if (places[list(quad)].mean(axis=0) == places[node]).all()]
-        found.append(("quad", at[0]) if at else ("inside", 0))
-    return tuple(found)
+        entities.append(("quad", at[0]) if at else ("inside", 0))
+    return tuple(entities)
 
 
 def _first_named(
