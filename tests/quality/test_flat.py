@@ -128,7 +128,7 @@ def test_a_corner_that_is_negative_beyond_rounding_decides() -> None:
 def test_a_layer_one_unit_high_stands_as_it_is_stored(height: int) -> None:
     """Its edges are at right angles to one another: above the limit, the stored sign is what a solver will see."""
     layer = CUBE.astype(np.float32)
-    layer[4:, 2] = np.float32(1.0) + height * np.finfo(np.float32).eps * 2
+    layer[4:, 2] = np.nextafter(np.float32(1.0), np.float32(1.0 + height))
     layer[:4, 2] = 1.0
     quality = measure(mesh_of("hexahedron", layer[None]))
     assert quality.status.tolist() == [Status.OK if height > 0 else Status.INVERTED]
