@@ -309,7 +309,7 @@ class Quality:
     def __repr__(self) -> str:
         counts = np.bincount(self.status, minlength=len(Status))
         counts_text = ", ".join(f"{n} {STATUSES[Status(s)].name}" for s, n in enumerate(counts) if n) or "no cells"
-        return f"<Quality of {style.plural(self.n_cells, 'cell')}: {counts_text}>"
+        return f"<Quality of {self.n_cells} cell{'' if self.n_cells == 1 else 's'}: {counts_text}>"
 
     def _repr_html_(self) -> str:
         """The quality in a notebook: its summary and the worst cells."""
