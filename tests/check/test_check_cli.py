@@ -150,8 +150,17 @@ def test_the_nearest_settings_count(capsys: Captured) -> None:
     assert main(["check", "../../meshes/good.msh", "--write-baseline", "../base.json"]) == 0
     assert main(["check", "../../meshes/good.msh"]) == 0
     assert main(["check", "../../meshes/good.msh", "--fail", "jens > 0.5"]) == 1
-    assert main(["check", "--config", "../../meshgauge.toml"]) == 1
     capsys.readouterr()
+    assert main(["check", "--config", "../../meshgauge.toml"]) == 1
+    assert capsys.readouterr().out.startswith("settings: ../../meshgauge.toml\n../../meshes/good.msh ")
+    assert main(["check", "--config", "../../meshgauge.toml", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["settings"] == "../../meshgauge.toml"
+    # Of which nothing is used, it is not named.
+    assert (
+        main(["check", "--json", "--config", "../../meshgauge.toml", "--fail", "jens > 0", "../../meshes/good.msh"])
+        == 0
+    )
+    assert json.loads(capsys.readouterr().out)["settings"] is None
 
 
 @pytest.mark.parametrize(

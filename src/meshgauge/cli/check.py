@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..look import style
 from . import inputs, options, terminal
 from .groups.check import PipelineOptions, RuleOptions
 
@@ -73,6 +74,10 @@ def check(
         quality = batch.measure(path, metrics_of(rules or ()))
         return judge(quality, rules, path=path, listed=worst, baselines=stored)
 
+    is_used = not meshes or not (rule_options.fail or rule_options.warn)
+    used = str(settings.path) if settings is not None and is_used else None
+    if used is not None and not (as_json or quiet):
+        terminal.emit(f"settings: {style.printable(used)}")
     output, is_read = terminal.Output(), not as_json
     checks: list[Check] = []
     for _, one in batch.each(paths, examine):
@@ -80,7 +85,7 @@ def check(
         if is_read:
             is_read = output.show(CheckLine(one) if quiet else CheckText(one), wrap=not quiet)
     if as_json:
-        terminal.emit(checks_json(checks, batch.failures))
+        terminal.emit(checks_json(checks, batch.failures, settings=used))
     elif len(paths) > 1 and is_read and not quiet:
         output.show(ChecksText(checks, batch.failures))
     pipelines.write(checks, batch.failures)

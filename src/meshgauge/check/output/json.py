@@ -13,13 +13,17 @@ from .. import Check
 SCHEMA, VERSION = "meshgauge-check", 3
 
 
-def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = ()) -> str:
-    """Checks as JSON text, indented, ASCII only; numbers that are undefined or infinite are null."""
+def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = (), *, settings: str | None = None) -> str:
+    """Checks as JSON text, indented, ASCII only; numbers that are undefined or infinite are null.
+
+    ``settings`` is the file that the rules or meshes are from, if they are from one.
+    """
     plain = finite(
         {
             "schema": SCHEMA,
             "version": VERSION,
             "meshgauge": __version__,
+            "settings": settings,
             "passed": not failures and all(check.is_passed for check in checks),
             "files": [check.to_dict() for check in checks],
             "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
