@@ -86,6 +86,7 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
         file_report,
         report.FailedFile("x" * 500, "y" * 500),
         doctor.oriented(backwards),
+        doctor.hanging(quality),
         diagnosis,
         check.check(quality, rules, path="it"),
         check.Baseline.from_file(stored),
