@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ...mesh.labels import own_labels
+from ...mesh.labels import NO_LABEL, own_labels
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
+from ..plumbing.nodes import fill_middles
 from ..plumbing.notes import count_note
 from ..plumbing.text import Text
 
@@ -175,11 +176,15 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     points = np.concatenate([np.empty((0, 3)), *content.points])
     labels = np.array(content.nodes, np.int64)
     places = index.of(labels)
-    if len(places) and places.min() < 0:
-        raise ReadError(f"{path}: an element refers to node {int(labels[np.argmin(places)])}, which does not exist")
+    is_wrong = (places < 0) & (labels != 0)  # 0 is a node that the file leaves out
+    if is_wrong.any():
+        raise ReadError(f"{path}: an element refers to node {int(labels[np.argmax(is_wrong)])}, which does not exist")
     heads = np.array(content.heads, np.int64).reshape(-1, 4)
     sizes = np.array([_KINDS[int(code)].n_nodes for code in heads[:, 1]], np.int64)
     cells = gather(places, np.cumsum(sizes) - sizes, heads[:, 1], _KINDS)
+    points, notes = fill_middles(points, cells)
+    if len(cells.connectivity) and cells.connectivity.min() < 0:
+        raise ReadError(f"{path}: an element lacks a node that is no middle of an edge")
     if not len(cells.types):
         others = ", ".join(f"{n} {what}" for what, n in content.no_solids.items())
         raise ReadError(f"{path}: no elements were found in it" + (f", but {others}" if others else ""))
@@ -196,11 +201,16 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         cells.types,
         cells.offsets,
         cells.connectivity,
-        point_data=own_labels(numbers),
+        point_data={
+            name: np.append(own, np.full(len(points) - len(own), NO_LABEL)) for name, own in own_labels(numbers).items()
+        },
         cell_data={**data, **own_labels(heads[:, 0])},
         path=str(path),
-        notes=count_note(
-            "Elements of fewer than four nodes, of types that are not known, were left out", content.no_solids
+        notes=(
+            *count_note(
+                "Elements of fewer than four nodes, of types that are not known, were left out", content.no_solids
+            ),
+            *notes,
         ),
         copy=False,
     )

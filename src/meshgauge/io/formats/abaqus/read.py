@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
-from ....mesh.labels import LABEL
+from ....mesh.labels import LABEL, NO_LABEL
 from ...plumbing import meshio
-from ...plumbing.build import Ints, gather
+from ...plumbing.build import Cells, Ints, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index
 from ...plumbing.merge import Part, merge_parts
+from ...plumbing.nodes import fill_middles
 from ...plumbing.notes import count_note, mark_interfaces
 from . import generate
 from . import write as abaqus_write
@@ -156,8 +157,9 @@ def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance
     for section in deck.sections:
         n, width = section.nodes.shape
         places = index.of(section.nodes.ravel())
-        if len(places) and places.min() < 0:
-            at = int(np.argmin(places))
+        is_wrong = (places < 0) & (section.nodes.ravel() != 0)  # 0 is a node that the deck leaves out
+        if is_wrong.any():
+            at = int(np.argmax(is_wrong))
             element, bad = int(section.labels[at // width]), int(section.nodes.flat[at])
             raise ReadError(
                 f"{path}: element {element} ({section.kind.name}) refers to node {bad}, which does not exist"
@@ -166,16 +168,17 @@ def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance
         types.append(cells.types)
         sizes.append(np.diff(cells.offsets))
         nodes.append(cells.connectivity)
-    made = Part(
-        name,
-        points if moved is None else _move(points, moved),
-        np.concatenate(types),
-        np.concatenate([[0], np.cumsum(np.concatenate(sizes))]).astype(np.int64),
-        np.concatenate(nodes),
-    )
+    ends = np.concatenate([[0], np.cumsum(np.concatenate(sizes))]).astype(np.int64)
+    whole = Cells(np.concatenate(types), ends, np.concatenate(nodes))
     elements = np.concatenate([np.empty(0, np.int64), *(section.labels for section in deck.sections)])
+    points, notes = fill_middles(points, whole)
+    if len(whole.connectivity) and whole.connectivity.min() < 0:
+        at = int(np.searchsorted(ends, np.argmin(whole.connectivity), side="right")) - 1
+        raise ReadError(f"{path}: element {int(elements[at])} lacks a node that is no middle of an edge")
+    placed = points if moved is None else _move(points, moved)
+    made = Part(name, placed, whole.types, whole.offsets, whole.connectivity, notes=list(notes))
     made.cell_data = {**_sets(deck, extra, elements), LABEL: elements}
-    made.point_data = {LABEL: labels}
+    made.point_data = {LABEL: np.append(labels, np.full(len(points) - len(labels), NO_LABEL))}
     return _Cells(made, deck.sections)
 
 
