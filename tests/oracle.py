@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def _corners(text: str) -> list[tuple[int, int, int, int]]:
-    """``"0;123"`` is the corner at node 0 with its right-handed neighbours 1, 2, 3."""
-    return [tuple(int(digit, 16) for digit in word.replace(";", "")) for word in text.split()]  # type: ignore[misc]
+    """``"0;123"`` is the corner at node 0 with its right-handed neighbours 1, 2, 3; after 9 come a to z."""
+    return [tuple(int(digit, 36) for digit in word.replace(";", "")) for word in text.split()]  # type: ignore[misc]
 
 
 CORNERS = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import re
 import shlex
@@ -40,7 +41,7 @@ def test_every_recipe_has_code_and_a_test() -> None:
 
 @pytest.mark.parametrize("name", RECIPES)
 def test_a_recipe_works(name: str, tmp_path: Path) -> None:
-    for folder in ("src", "tests", "docs", "examples"):
+    for folder in ("src", "tests", "docs", "examples", "benchmarks"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "pictures"))
     for file in ("pyproject.toml", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
         shutil.copy(ROOT / file, tmp_path)
@@ -51,7 +52,10 @@ def test_a_recipe_works(name: str, tmp_path: Path) -> None:
     for diff in re.findall(r"^```diff\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
         change(tmp_path, diff)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path / "src"), "PYTHONIOENCODING": "utf-8"}
-    for command in re.findall(r"^\$ python (.*)$", recipe, re.MULTILINE):
+    commands = re.findall(r"^\$ python (.*)$", recipe, re.MULTILINE)
+    if importlib.util.find_spec("ruff"):
+        commands = ["-m ruff check .", "-m ruff format --check .", *commands]
+    for command in commands:
         if "refresh" in command:
             continue  # it prints reports of large meshes: slow, and held by the tests of the pages
         arguments = [sys.executable, *shlex.split(command)]
