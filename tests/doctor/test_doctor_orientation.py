@@ -16,6 +16,7 @@ from meshgauge.cells import CELL_TYPES
 from meshgauge.doctor import Numbering, diagnosis, orientation, oriented, reversal
 from meshgauge.doctor.oriented import DEGREES
 from meshgauge.mesh.polyhedra import Polyhedra
+from meshgauge.status import Status
 
 pytestmark = pytest.mark.usefixtures("path")
 
@@ -268,4 +269,5 @@ def test_real_meshes(file: str, n_reversed: int, n_tangled: int, text: str, shar
     assert found.texts[0].startswith(text)
     after, changes = oriented(mesh)
     assert len(changes.cells) == n_reversed
-    assert np.count_nonzero(measure(after).values < 0) == n_tangled
+    again = measure(after)  # of degenerate cells the sign is chance
+    assert np.count_nonzero((again.values < 0) & (again.status != Status.DEGENERATE)) == n_tangled

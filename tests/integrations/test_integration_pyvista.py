@@ -147,6 +147,7 @@ def test_options_of_improve_arrive(grid: pyvista.UnstructuredGrid) -> None:
         "progress": print,
         "should_stop": bool,
         "threads": 1,
+        "keep_bricks": True,
     }
     taken = {}
 

@@ -22,9 +22,13 @@ def test_polyhedra_may_number_their_faces_otherwise_but_not_have_others(polyhedr
     offsets = np.concatenate([[0], np.cumsum(sizes[turned])])
     same = replace(poly, cell_faces=n_faces - 1 - poly.cell_faces, face_offsets=offsets, face_points=points)
     verify.check(polyhedral, polyhedral.replace(polyhedra=same), is_exact=True)
+    first = slice(starts[0], starts[0] + sizes[0])
     rolled = poly.face_points.copy()
-    rolled[starts[0] : starts[0] + sizes[0]] = np.roll(rolled[starts[0] : starts[0] + sizes[0]], 1)[::-1]
-    for wrong in (replace(poly, face_points=rolled), replace(poly, cell_faces=poly.cell_faces[::-1].copy())):
+    rolled[first] = np.roll(rolled[first], 1)[::-1]  # seen from its other cell
+    verify.check(polyhedral, polyhedral.replace(polyhedra=replace(poly, face_points=rolled)), is_exact=True)
+    crossed = poly.face_points.copy()
+    crossed[first] = crossed[first][[0, 1, 3, 2]]
+    for wrong in (replace(poly, face_points=crossed), replace(poly, cell_faces=poly.cell_faces[::-1].copy())):
         with pytest.raises(WriteError, match="the faces of polyhedra do not read back"):
             verify.check(polyhedral, polyhedral.replace(polyhedra=wrong), is_exact=True)
 

@@ -149,6 +149,7 @@ class Gauge:
         progress: Callable[[Progress], object] | None = None,
         should_stop: Callable[[], bool] | None = None,
         threads: int | None = None,
+        keep_bricks: bool = False,
     ) -> Improved:
         """A copy of the data set with its points moved so that its quality is better, and the report on that.
 
@@ -181,6 +182,7 @@ class Gauge:
             progress=progress,
             should_stop=should_stop,
             threads=threads,
+            keep_bricks=keep_bricks,
         )
         copy = self._dataset.copy()
         copy.points = np.array(improvement.mesh.points)

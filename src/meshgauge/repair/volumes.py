@@ -126,16 +126,23 @@ def _area_vectors(surface: Surface, points: Points) -> Points:
 
 
 def _of_faces(faces: Topology, slots: Ids, points: NDArray[np.floating]) -> tuple[Points, Points]:
-    """The volume of the cone over each face, from the middle of the mesh, and its area."""
+    """The volume of the cone over each face, from the middle of the faces, and its area; 0 where one is not finite."""
     ids, offsets = face_points(faces, slots, rings=True)
     sizes = np.diff(offsets)
     if not len(ids):
         return np.zeros(0), np.zeros(0)
     x = np.asarray(points, np.float64)
-    x = x - np.nanmean(np.where(np.isfinite(x), x, np.nan), axis=0)  # volumes of far meshes would cancel
+    is_finite: NDArray[np.bool_] = np.asarray(np.isfinite(x).all(axis=1))
+    inside = ids[is_finite[ids]]
+    if not len(inside):
+        return np.zeros(len(sizes)), np.zeros(len(sizes))
+    # Volumes of far meshes would cancel; the middle is of these faces, so that it stays where they do.
+    x = np.where(is_finite[:, None], x - x[inside].mean(axis=0), 0.0)
+    is_whole = np.logical_and.reduceat(is_finite[ids], offsets[:-1])
     owner, following = np.repeat(np.arange(len(sizes)), sizes), next_in_face(offsets)
     centre = np.add.reduceat(x[ids], offsets[:-1]) / sizes[:, None]
     a, b, c = centre[owner], x[ids], x[ids[following]]
     normal = np.cross(b - a, c - a)
     volume = np.bincount(owner, np.einsum("ij,ij->i", a, normal), minlength=len(sizes)) / 6.0
-    return volume, np.bincount(owner, np.linalg.norm(normal, axis=1), minlength=len(sizes)) / 2.0
+    area = np.bincount(owner, np.linalg.norm(normal, axis=1), minlength=len(sizes)) / 2.0
+    return np.where(is_whole, volume, 0.0), np.where(is_whole, area, 0.0)

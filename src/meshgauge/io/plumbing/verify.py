@@ -63,7 +63,22 @@ def _faces_of_cells(polyhedra: Polyhedra | None) -> tuple[NDArray[Any], ...]:
     offsets = np.asarray(polyhedra.face_offsets, np.int64)
     sizes: NDArray[np.int64] = offsets[faces + 1] - offsets[faces]
     points = np.asarray(polyhedra.face_points)[ragged_positions(offsets[faces], sizes)]
-    return np.diff(np.asarray(polyhedra.cell_offsets, np.int64)), sizes, points
+    return np.diff(np.asarray(polyhedra.cell_offsets, np.int64)), sizes, _from_the_least(points, sizes)
+
+
+def _from_the_least(points: NDArray[Any], sizes: NDArray[np.int64]) -> NDArray[Any]:
+    """The points of each face from the least on, towards its lesser neighbour: a format may list either side."""
+    if not len(points) or sizes.min() < 1:
+        return points
+    starts = np.cumsum(sizes) - sizes
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    turn = np.arange(len(points)) - starts[owner]
+    least = np.minimum.reduceat(points, starts)
+    at = np.minimum.reduceat(np.where(points == least[owner], turn, len(points)), starts)
+    after, before = (points[starts + (at + step) % sizes] for step in (1, -1))
+    way = np.where(after <= before, 1, -1)
+    ordered: NDArray[Any] = points[starts[owner] + (at[owner] + way[owner] * turn) % sizes[owner]]
+    return ordered
 
 
 def missing(before: Mesh, after: Mesh) -> list[str]:
