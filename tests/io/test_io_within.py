@@ -164,6 +164,22 @@ def test_a_child_sees_the_folder_and_the_installation_only(how: str, tmp_path: P
         assert done.stdout.endswith("imports work\n"), done.stderr
 
 
+@pytest.mark.skipif(os.name != "posix", reason="made of a child process")
+def test_the_environment_names_further_folders(tmp_path: Path) -> None:
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "lib" / "a").write_text("seen")
+    code = (
+        "import sys; from pathlib import Path; from meshgauge.io.plumbing import sandbox; sandbox.confine([]);"
+        "print(Path(sys.argv[1]).read_text())"
+    )
+    for name, seen in (("MESHGAUGE_READ_FOLDERS", True), ("LD_LIBRARY_PATH", True), ("OTHER", False)):
+        environment = {**os.environ, name: f"{tmp_path / 'none'}{os.pathsep}{tmp_path / 'lib'}"}
+        done = subprocess.run(
+            [sys.executable, "-c", code, tmp_path / "lib" / "a"], capture_output=True, text=True, env=environment
+        )
+        assert (done.stdout == "seen\n") == seen, done.stderr
+
+
 @pytest.mark.parametrize("extension", [".vtkhdf", ".e", ".med", ".cgns", ".h5m"])
 @pytest.mark.parametrize("kind", ["link", "virtual", "external"])
 def test_hdf5_files_do_not_reach_into_others(tmp_path: Path, extension: str, kind: str) -> None:

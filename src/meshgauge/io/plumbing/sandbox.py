@@ -23,8 +23,14 @@ _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_FOLDER = 1 << 0, 1 << 1, 1 << 2, 1 << 3
 _ALL = (1 << 13) - 1
 """Every right of the first version: reading, writing, making and removing."""
 
-SYSTEM = ("/usr", "/lib", "/lib64", "/etc/ld.so.cache", "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system/cpu")
-"""What libraries look at when they are loaded."""
+SYSTEM = (
+    *("/usr", "/lib", "/lib64", "/opt", "/nix/store", "/gnu/store"),
+    *("/etc/ld.so.cache", "/proc/cpuinfo", "/proc/meminfo", "/sys/devices/system/cpu"),
+)
+"""Where systems keep libraries, and what those look at when they are loaded."""
+
+MORE = "MESHGAUGE_READ_FOLDERS"
+"""Environment variable: further folders that readers may see, such as those of libraries in unusual places."""
 
 DEVICES = ("/dev/null", "/dev/urandom", "/dev/random")
 
@@ -57,11 +63,16 @@ def confine(folders: Iterable[str | Path], *, uses_kernel: bool = True) -> None:
 
 
 def installation() -> list[str]:
-    """Folders of this interpreter and of what is installed for it; not that of the program that runs, nor the working
-    folder, which ``sys.path`` also holds."""
+    """Folders of this interpreter, of what is installed for it, and of libraries that the environment names.
+
+    Not that of the program that runs, nor the working folder, which ``sys.path`` also holds.
+    """
     ours = Path(__file__).resolve().parents[2]
     installed = [entry for entry in sys.path if Path(entry).name in ("site-packages", "dist-packages")]
-    return [str(ours), *installed, sys.prefix, sys.base_prefix, *sysconfig.get_paths().values()]
+    named = [
+        entry for name in ("LD_LIBRARY_PATH", MORE) for entry in os.environ.get(name, "").split(os.pathsep) if entry
+    ]
+    return [str(ours), *installed, sys.prefix, sys.base_prefix, *sysconfig.get_paths().values(), *named]
 
 
 def _by_kernel(readable: list[str]) -> bool:
