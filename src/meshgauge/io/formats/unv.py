@@ -19,6 +19,7 @@ from ...mesh.labels import NO_LABEL, own_labels
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
+from ..plumbing.meshio import MAX_SETS
 from ..plumbing.nodes import fill_middles
 from ..plumbing.notes import count_note
 from ..plumbing.text import Text
@@ -189,8 +190,8 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         others = ", ".join(f"{n} {what}" for what, n in content.no_solids.items())
         raise ReadError(f"{path}: no elements were found in it" + (f", but {others}" if others else ""))
     data: dict[str, NDArray[Any]] = {"unv:property": heads[:, 2], "unv:material": heads[:, 3]}
-    elements = Index(heads[:, 0])
-    for name, members in content.groups.items():
+    elements, more = Index(heads[:, 0]), max(len(content.groups) - MAX_SETS, 0)
+    for name, members in list(content.groups.items())[:MAX_SETS]:
         at = elements.of(members)
         if len(at):
             member = np.zeros(len(heads), np.uint8)
@@ -211,6 +212,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
                 "Elements of fewer than four nodes, of types that are not known, were left out", content.no_solids
             ),
             *notes,
+            *((f"{more} of {len(content.groups)} groups were left out.",) if more else ()),
         ),
         copy=False,
     )

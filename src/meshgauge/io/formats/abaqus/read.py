@@ -191,7 +191,11 @@ def _sets(deck: Deck, extra: Deck, labels: Ints) -> dict[str, NDArray[Any]]:
             elsets[name] = [*elsets.get(name, []), *members]
     materials = {**deck.materials, **extra.materials}
     material = np.zeros(elements.n, dtype="U80")
+    kept = set(sorted(elsets)[: meshio.MAX_SETS])
     for name, members in elsets.items():
+        if name not in kept and name not in materials:
+            data[name] = np.empty(0, np.uint8)  # it is left out, but counted: names times elements may be too many
+            continue
         member = np.zeros(elements.n, np.uint8)
         at = elements.of(np.concatenate([np.empty(0, np.int64), *members]))
         member[at[at >= 0]] = 1
