@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gzip
 import time
 import tracemalloc
 import zlib
@@ -163,6 +164,27 @@ def test_names_times_elements(tmp_path: Path) -> None:
     assert any("of 2000 element sets were left out" in note for note in mesh.notes)
     assert mesh.cell_data["S0"].sum() == 0
     assert mesh.cell_data["S1"].sum() == 1
+
+
+def test_a_packed_file_is_unpacked_only_if_it_begins_as_a_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, start in (("a.vtk", b"nothing"), ("b.dat", b"\0" * 8)):
+        path = tmp_path / f"{name}.gz"
+        path.write_bytes(gzip.compress(start + bytes(50_000_000)))
+        monkeypatch.setattr("shutil.copyfileobj", lambda *_: pytest.fail("it was unpacked"))
+        with pytest.raises(ReadError, match=rf"{name}\.gz: "):
+            io.read(path)
+
+
+def test_no_room_to_unpack_is_not_blamed_on_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.vtk.gz"
+    path.write_bytes(gzip.compress(b"# vtk DataFile Version 3.0\n" + bytes(10_000)))
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("shutil.copyfileobj", fail)
+    with pytest.raises(ReadError, match=r"a\.vtk\.gz: cannot be unpacked in .*: No space left on device"):
+        io.read(path)
 
 
 def test_a_budget_names_what_is_too_much() -> None:

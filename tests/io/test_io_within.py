@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 import subprocess
 import sys
@@ -116,6 +117,15 @@ def test_what_is_included_is_checked_as_well(tmp_path: Path) -> None:
         io.read(path)
 
 
+def test_packed_pieces_are_read(tmp_path: Path) -> None:
+    io.write(tmp_path / "a.vtu", mesh_of("tetra"))
+    (tmp_path / "a.vtu.gz").write_bytes(gzip.compress((tmp_path / "a.vtu").read_bytes()))
+    (tmp_path / "a.vtu").unlink()
+    path = tmp_path / "a.pvd"
+    path.write_text('<VTKFile type="Collection"><Collection><DataSet file="a.vtu.gz"/></Collection></VTKFile>')
+    assert io.read(path).type_counts() == {"tetra": 2}
+
+
 SANDBOX = """
 import sys
 from pathlib import Path
@@ -126,8 +136,10 @@ if how == "child":
     confine = sandbox.confine
     registry.read_here = lambda *_: (print((here / "a.vtu").read_text()), away.read_text())
     child.main({"seconds": 60, "memory": 8 << 30, "fd": None, "result": str(here / "out"), "path": str(here / "a.vtu"),
-                "name": "a.vtu", "format": "vtu", "step": None})
-sandbox.confine([here], uses_kernel=how == "kernel")
+                "name": "a.vtu", "format": "vtu", "step": None, "scratch": sys.argv[4]})
+sandbox.confine([here], scratch=sys.argv[4], uses_kernel=how == "kernel")
+(Path(sys.argv[4]) / "new").write_text("x")
+(Path(sys.argv[4]) / "new").unlink()
 print((here / "a.vtu").read_text())
 for path, mode in ((away, "r"), (here / ".." / "away", "r"), (here / "link", "r"), (here / "new", "w"),
                    (here / "a.vtu", "r+"), ("/etc/passwd", "r")):
@@ -152,8 +164,10 @@ def test_a_child_sees_the_folder_and_the_installation_only(how: str, tmp_path: P
     (here / "out").touch()
     (tmp_path / "away").write_text("secret")
     (here / "link").symlink_to(tmp_path / "away")
+    scratch = tmp_path / "scratch"
+    scratch.mkdir()
     done = subprocess.run(
-        [sys.executable, "-c", SANDBOX, here, tmp_path / "away", how], capture_output=True, text=True, cwd="/"
+        [sys.executable, "-c", SANDBOX, here, tmp_path / "away", how, scratch], capture_output=True, text=True, cwd="/"
     )
     assert done.stdout.startswith("inside\n"), done.stderr
     assert "opened" not in done.stdout

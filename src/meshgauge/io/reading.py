@@ -75,7 +75,7 @@ def read(
 def _read(given: Path, file_format: str | None, wedge_order: str, limits: Limits | None, step: StepChoice) -> Mesh:
     if os.path.isdir(given):  # False, not an error, for a name that no file can have
         return normalise(registry.read_folder(given, file_format, step), wedge_order, has_both=False)
-    with files.open_input(given) as (plain, head):
+    with files.open_input(given, registry.detect if file_format is None else None) as (plain, head):
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         mesh = registry.read(chosen, plain, limits, step)
         return normalise(mesh, wedge_order, has_both=chosen.has_both_wedge_orders)
@@ -97,7 +97,7 @@ def steps(path: StrPath, *, file_format: str | None = None, limits: Limits | Non
     given = Path(path)
     if os.path.isdir(given):
         return registry.steps_of_folder(given, file_format)
-    with files.open_input(given) as (plain, head):
+    with files.open_input(given, registry.detect if file_format is None else None) as (plain, head):
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         return registry.steps(chosen, plain, limits)
 

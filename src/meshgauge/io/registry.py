@@ -145,7 +145,7 @@ def read_inside(path: Path) -> Mesh:
         raise ReadError(f"{path}: files that name files that name files: {depth} deep")
     before = _depth.set(depth + 1)
     try:
-        with files.open_input(path) as (plain, head):
+        with files.open_input(path, detect) as (plain, head):
             chosen = detect(plain, head)
             mesh = None
             if chosen.read is not None or chosen.read_step is not None:

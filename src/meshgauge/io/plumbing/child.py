@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,9 @@ def main(request: dict[str, Any]) -> None:
 
     target = os.fdopen(request["fd"], "w+b") if request["result"] is None else open(request["result"], "r+b")  # noqa: SIM115
     path = Path(request["path"])
-    sandbox.confine([path, *({path.resolve()} if path.is_dir() else {path.parent, path.resolve().parent})])
+    tempfile.tempdir = request["scratch"]
+    folders = {path.resolve()} if path.is_dir() else {path.parent, path.resolve().parent}
+    sandbox.confine(folders, scratch=request["scratch"])
     try:
         chosen = registry.format_named(request["format"])
         if request.get("lists"):

@@ -7,7 +7,7 @@ import gzip
 import shutil
 import tempfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ...errors import ReadError
@@ -15,16 +15,26 @@ from ...files import sources
 from .format import HEAD
 
 _GZIP = b"\x1f\x8b"
+_ASKED_WHOLE = (b"\x89HDF", b"CDF")
+"""Beginnings of containers: what is in them is not at their beginning."""
 
 
 @contextlib.contextmanager
-def open_input(path: Path) -> Iterator[tuple[Path, bytes]]:
+def open_input(path: Path, detect: Callable[[Path, bytes], object] | None = None) -> Iterator[tuple[Path, bytes]]:
     """The path to read and its first bytes; a gzipped file is unpacked beside nothing, in a folder of its own.
+
+    Parameters
+    ----------
+    path
+        Of the file.
+    detect
+        Raises for first bytes of no known format: a packed file is then not unpacked.
 
     Raises
     ------
     ReadError
-        If there is no such file, it is a folder, it may not be read, or it is not a whole gzip file.
+        If there is no such file, it is a folder, it may not be read, it is not a whole gzip file, or there is no room
+        to unpack it.
     """
     head = _head(path)
     sources.note(path)
@@ -35,11 +45,17 @@ def open_input(path: Path) -> Iterator[tuple[Path, bytes]]:
         name = path.name[:-3] if path.suffix.lower() == ".gz" else path.name
         plain = Path(folder, name)
         try:
-            with gzip.open(path, "rb") as packed, plain.open("wb") as file:
-                shutil.copyfileobj(packed, file, 1 << 20)
-        except (OSError, EOFError, zlib.error) as error:
-            raise ReadError(f"{path}: not a whole gzip file: {error}") from error
-        try:
+            try:
+                with gzip.open(path, "rb") as packed, plain.open("wb") as file:
+                    start = packed.read(HEAD)
+                    if detect is not None and not start.startswith(_ASKED_WHOLE):
+                        detect(plain, start)
+                    file.write(start)
+                    shutil.copyfileobj(packed, file, 1 << 20)
+            except (gzip.BadGzipFile, EOFError, zlib.error) as error:
+                raise ReadError(f"{path}: not a whole gzip file: {error}") from error
+            except OSError as error:
+                raise ReadError(f"{path}: cannot be unpacked in {folder}: {error.strerror or error}") from error
             yield plain, _head(plain)
         except ReadError as error:
             raise ReadError(str(error).replace(str(plain), str(path))) from error

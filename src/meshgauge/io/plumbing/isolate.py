@@ -98,7 +98,7 @@ def _receive(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterat
     if not sys.executable:
         raise ReadError(f"{path}: needs a reader in a process of its own, but this interpreter does not know its path")
     seconds, memory = (limits or Limits()).resolve(path.stat().st_size)
-    with _shared_file() as file:
+    with _shared_file() as file, tempfile.TemporaryDirectory(prefix="meshgauge-") as scratch:
         request = {
             "sys_path": [str(Path(entry).resolve()) for entry in sys.path],
             "path": str(path.absolute()),
@@ -106,6 +106,7 @@ def _receive(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterat
             **asked,
             "result": file.name if isinstance(file.name, str) else None,
             "fd": file.fileno(),
+            "scratch": scratch,
             "seconds": seconds,
             "memory": memory,
         }

@@ -45,8 +45,8 @@ class _Below(ctypes.Structure):
     _fields_ = (("allowed", ctypes.c_uint64), ("parent", ctypes.c_int32))
 
 
-def confine(folders: Iterable[str | Path], *, uses_kernel: bool = True) -> None:
-    """Let this process read nothing but some folders and the installation, and write nothing, from now on.
+def confine(folders: Iterable[str | Path], *, scratch: str | None = None, uses_kernel: bool = True) -> None:
+    """Let this process read nothing but some folders and the installation, and write nothing else, from now on.
 
     Descriptors that are open stay so. Call it before threads are started: the kernel confines those made afterwards.
 
@@ -54,12 +54,14 @@ def confine(folders: Iterable[str | Path], *, uses_kernel: bool = True) -> None:
     ----------
     folders
         What may be read, with all below.
+    scratch
+        A folder that may be written to.
     uses_kernel
         False: Python's own files are held to the folders, whatever the kernel could do.
     """
     readable = [str(folder) for folder in folders] + installation()
-    if not (uses_kernel and sys.platform == "linux" and _by_kernel([*readable, *SYSTEM])):
-        _by_python(readable)
+    if not (uses_kernel and sys.platform == "linux" and _by_kernel([*readable, *SYSTEM], scratch)):
+        _by_python(readable, scratch)
 
 
 def installation() -> list[str]:
@@ -75,7 +77,7 @@ def installation() -> list[str]:
     return [str(ours), *installed, sys.prefix, sys.base_prefix, *sysconfig.get_paths().values(), *named]
 
 
-def _by_kernel(readable: list[str]) -> bool:
+def _by_kernel(readable: list[str], scratch: str | None) -> bool:
     """False if the kernel knows no Landlock, or another barrier forbids to use it."""
     libc = ctypes.CDLL(None, use_errno=True)
     rules = _Ruleset(_ALL)
@@ -83,8 +85,12 @@ def _by_kernel(readable: list[str]) -> bool:
     if number < 0:
         return False
     try:
-        for paths, of_file, of_folder in ((readable, _READ_FILE, _READ_FILE | _READ_FOLDER),
-                                          (DEVICES, _READ_FILE | _WRITE_FILE, 0)):  # fmt: skip
+        rights = (
+            (readable, _READ_FILE, _READ_FILE | _READ_FOLDER),
+            (DEVICES, _READ_FILE | _WRITE_FILE, 0),
+            ([scratch] if scratch is not None else [], 0, _ALL & ~_EXECUTE),
+        )
+        for paths, of_file, of_folder in rights:
             for path in paths:
                 with contextlib.suppress(OSError):  # what is not there needs no rule
                     _allow(libc, number, path, of_file, of_folder)
@@ -102,16 +108,19 @@ def _allow(libc: ctypes.CDLL, ruleset: int, path: str, of_file: int, of_folder: 
         os.close(parent)
 
 
-def _by_python(readable: list[str]) -> None:
-    roots = {os.path.realpath(path) for path in readable}
+def _by_python(readable: list[str], scratch: str | None) -> None:
+    roots = [os.path.realpath(path) for path in readable]
+    own = [os.path.realpath(scratch)] if scratch is not None else []
+
+    def is_below(path: str, folders: list[str]) -> bool:
+        return any(path == folder or path.startswith(folder.rstrip(os.sep) + os.sep) for folder in folders)
 
     def refuse(event: str, arguments: tuple[object, ...]) -> None:
         if event != "open" or not isinstance(arguments[0], str | bytes):
             return
         path, flags = os.path.realpath(os.fsdecode(arguments[0])), arguments[2]
         is_written = isinstance(flags, int) and bool(flags & (os.O_WRONLY | os.O_RDWR))
-        is_inside = any(path == root or path.startswith(root.rstrip(os.sep) + os.sep) for root in roots)
-        if path not in DEVICES and (is_written or not is_inside):
+        if path not in DEVICES and not is_below(path, own if is_written else roots + own):
             raise PermissionError(errno.EACCES, "is outside of what a reader may see", path)
 
     sys.addaudithook(refuse)
