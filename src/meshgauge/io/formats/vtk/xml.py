@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import html
 import importlib
 import mmap
 import re
 from pathlib import Path
-from xml.sax.saxutils import escape
 
 from ....errors import ReadError
 from ....mesh import Mesh
@@ -104,7 +104,7 @@ def _check(path: Path, *, refers: bool) -> None:
 
 
 def _escape(name: str) -> str:
-    return escape(name, {'"': "&quot;"})
+    return html.escape(name)
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
