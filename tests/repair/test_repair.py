@@ -206,6 +206,25 @@ def test_progress_is_reported() -> None:
     assert moments[-1].worst == pytest.approx(worst(result.after))
 
 
+def test_fixed_points_by_ids_and_by_mask() -> None:
+    mesh = shaken("hexahedron", 3, 0.3)
+    free = meshgauge.improve(mesh)
+    moved = np.flatnonzero((np.asarray(free.mesh.points) != mesh.points).any(axis=1))
+    assert len(moved) == 8
+    chosen = moved[[0, 7]]
+    mask = np.zeros(mesh.n_points, bool)
+    mask[chosen] = True
+    by_ids, by_mask = (np.asarray(meshgauge.improve(mesh, fixed=one).mesh.points) for one in (chosen.tolist(), mask))
+    np.testing.assert_array_equal(by_ids, by_mask)
+    np.testing.assert_array_equal(by_ids[chosen], mesh.points[chosen])
+    assert (by_ids[moved[3]] != mesh.points[moved[3]]).any()
+    none = meshgauge.improve(mesh, fixed=np.empty(0, np.int64)).mesh
+    np.testing.assert_array_equal(none.points, free.mesh.points)
+    for wrong in ([-1], [mesh.n_points], [0, mesh.n_points]):
+        with pytest.raises(MeshError, match="id is outside"):
+            meshgauge.improve(mesh, fixed=wrong)
+
+
 def test_cells_that_are_not_finite_are_left_alone() -> None:
     mesh = shaken("hexahedron", 3, 0.3)
     points = np.array(mesh.points)
