@@ -32,9 +32,6 @@ _UNPRINTABLE = re.compile(
 )
 """Control characters, separators of lines, what turns the direction of writing, and halves of characters."""
 
-LONGEST = 240
-"""Characters of a name that are shown; a file may hold names of any length."""
-
 
 def printable(text: str, *, longest: int | None = None, keep: str = "") -> str:
     """A text of a file, such as a name or a path, that cannot steer a terminal, break a line or turn what is around it.
@@ -55,10 +52,11 @@ def printable(text: str, *, longest: int | None = None, keep: str = "") -> str:
     """
     if longest is not None and len(text) > longest:
         text = f"{text[: longest // 2]}…{text[-(longest // 2) :]}"
-    return _UNPRINTABLE.sub(lambda match: match[0] if match[0] in keep else _escaped(match[0]), text)
+    return _UNPRINTABLE.sub(lambda match: match[0] if match[0] in keep else write_out(match[0]), text)
 
 
-def _escaped(character: str) -> str:
+def write_out(character: str) -> str:
+    """A character by its number: ``\\x1b`` or ``\\u2028``."""
     code = ord(character)
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}"
 

@@ -18,6 +18,7 @@ from ...errors import ReadError
 from ...files import sources
 from ...mesh import Mesh
 from ..plumbing import face_based
+from ..plumbing.budget import DENSEST
 from ..plumbing.format import Format
 from ..plumbing.steps import Step, number_steps
 from ..plumbing.text import numbers
@@ -30,7 +31,6 @@ _KEY = re.compile(rb"\s*+(\w++)\s++(.*)", re.DOTALL)
 _COUNT = re.compile(rb"\s*(\d+)\s*([({])")
 _PATCH = re.compile(rb"(?<![^\s{}()\";])([^\s{}()\";]++|\"[^\"]*+\")\s*+\{([^{}]*+)\}")
 _STATED = re.compile(rb"n(Points|Cells|Faces|InternalFaces):\s*(\d+)")
-_LARGEST_UNPACKED = 1100  # bytes of zlib's output a byte of its input
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -352,7 +352,7 @@ def _bytes(path: Path) -> bytes:
     if not packed.is_file():
         raise ReadError(f"{path}: no such file; the polyMesh is not whole")
     try:
-        most = packed.stat().st_size * _LARGEST_UNPACKED
+        most = packed.stat().st_size * DENSEST
         with gzip.open(packed, "rb") as file:
             return file.read(most)
     except (OSError, EOFError, zlib.error) as error:

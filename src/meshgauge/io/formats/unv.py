@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ...mesh.labels import NO_LABEL, own_labels
+from ...mesh.labels import own_labels
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
-from ..plumbing.ids import Index
+from ..plumbing.ids import Index, pad_labels
 from ..plumbing.meshio import MAX_SETS
 from ..plumbing.nodes import fill_middles
 from ..plumbing.notes import count_note
@@ -202,9 +202,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         cells.types,
         cells.offsets,
         cells.connectivity,
-        point_data={
-            name: np.append(own, np.full(len(points) - len(own), NO_LABEL)) for name, own in own_labels(numbers).items()
-        },
+        point_data={name: pad_labels(own, len(points)) for name, own in own_labels(numbers).items()},
         cell_data={**data, **own_labels(heads[:, 0])},
         path=str(path),
         notes=(

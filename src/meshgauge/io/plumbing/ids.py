@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh import Mesh
-from ...mesh.labels import LABEL, own_labels
+from ...mesh.labels import LABEL, NO_LABEL, own_labels
 
 GLOBAL_IDS = ("GlobalElementId", "GlobalNodeId", "GlobalCellIds", "GlobalPointIds", "GlobalIds")
 """Data in which VTK and ParaView keep the numbers of cells and points of the file that they read, or of all pieces."""
@@ -46,6 +46,11 @@ def drop_counts(mesh: Mesh) -> Mesh:
         if any(name != LABEL and np.array_equal(values, labels) for name, values in data.items()):
             changes[what] = {name: values for name, values in data.items() if name != LABEL}
     return mesh.replace(**changes) if changes else mesh
+
+
+def pad_labels(labels: NDArray[np.int64], n: int) -> NDArray[np.int64]:
+    """``(n,)`` labels, those of items behind the ones that the file numbers `NO_LABEL`."""
+    return np.concatenate([labels, np.full(n - len(labels), NO_LABEL, np.int64)])
 
 
 class Index:

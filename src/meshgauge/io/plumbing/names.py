@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ...look.style import write_out
 from ...mesh import CellBlock, Mesh
 
 CONTROL = "\x00-\x1f\x7f-\x9f\u2028\u2029\ud800-\udfff"
@@ -44,8 +45,7 @@ def replace_names(mesh: Mesh, also: str = "") -> tuple[Mesh, tuple[str, ...]]:
 def _write_out(character: str, also: str) -> str:
     if character in also:
         return {"{": "(", "}": ")"}.get(character, "_")
-    code = ord(character)
-    return f"\\x{code:02x}" if code < 256 else f"\\u{code:04x}"
+    return write_out(character)
 
 
 def _rename(

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from . import within
+from .budget import DENSEST
 
 _TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
-_DENSEST = 1100
-"""Bytes that a byte of a compressed file can stand for; more is not believed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +63,7 @@ def variables(path: Path) -> Iterator[dict[str, Variable]]:
 def _hdf(path: Path, item: Any, size: int) -> Variable:
     def values(first: int | None = None) -> NDArray[Any]:
         shape = item.shape if first is None else item.shape[1:]
-        if math.prod(shape) * item.dtype.itemsize > size * _DENSEST:
+        if math.prod(shape) * item.dtype.itemsize > size * DENSEST:
             raise ReadError(f"{path}: array {item.name!r} of shape {item.shape} cannot be in a file of {size} bytes")
         return np.asarray(item[...] if first is None else item[first])
 

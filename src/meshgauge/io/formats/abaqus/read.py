@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
-from ....mesh.labels import LABEL, NO_LABEL
+from ....mesh.labels import LABEL
 from ...plumbing import meshio
 from ...plumbing.build import Cells, Ints, gather
 from ...plumbing.format import Format
-from ...plumbing.ids import Index
+from ...plumbing.ids import Index, pad_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.nodes import fill_middles
 from ...plumbing.notes import count_note, mark_interfaces
@@ -178,7 +178,7 @@ def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance
     placed = points if moved is None else _move(points, moved)
     made = Part(name, placed, whole.types, whole.offsets, whole.connectivity, notes=list(notes))
     made.cell_data = {**_sets(deck, extra, elements), LABEL: elements}
-    made.point_data = {LABEL: np.append(labels, np.full(len(points) - len(labels), NO_LABEL))}
+    made.point_data = {LABEL: pad_labels(labels, len(points))}
     return _Cells(made, deck.sections)
 
 

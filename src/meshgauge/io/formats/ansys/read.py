@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ....mesh.labels import LABEL, NO_LABEL
+from ....mesh.labels import LABEL
 from ...plumbing.build import Ints, gather
 from ...plumbing.format import Format
-from ...plumbing.ids import Index
+from ...plumbing.ids import Index, pad_labels
 from ...plumbing.meshio import MAX_SETS
 from ...plumbing.nodes import fill_middles
 from ...plumbing.notes import count_note, mark_interfaces
@@ -207,7 +207,7 @@ def _mesh(archive: _Archive, path: Path) -> Mesh:
         made.types,
         made.offsets,
         made.connectivity,
-        point_data={LABEL: np.concatenate([labels, np.full(len(points) - len(labels), NO_LABEL)])},
+        point_data={LABEL: pad_labels(labels, len(points))},
         cell_data=data,
         path=str(path),
         notes=tuple(notes),

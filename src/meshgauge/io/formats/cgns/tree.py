@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import ReadError
-
-_DENSEST = 1100
-"""Bytes that a byte of a compressed file can stand for; more is not believed."""
+from ...plumbing.budget import DENSEST
 
 
 class Node:
@@ -62,7 +60,7 @@ class Node:
         data = self.group.get(" data")
         if data is None or not hasattr(data, "shape"):
             raise self.fail("has no array")
-        if math.prod(data.shape) * data.dtype.itemsize > self.size * _DENSEST:
+        if math.prod(data.shape) * data.dtype.itemsize > self.size * DENSEST:
             raise self.fail(f"states an array of shape {data.shape}, which a file of {self.size} bytes cannot hold")
         return np.asarray(data[...])
 

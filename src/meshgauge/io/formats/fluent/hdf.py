@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from ....errors import MeshgaugeError, ReadError
 from ...plumbing import within
+from ...plumbing.budget import DENSEST
 from ...plumbing.face_based import offsets_of, spans
 
-_DENSEST = 1100
-"""Bytes that a byte of a compressed file can stand for; more is not believed."""
 _FACE = tuple[int, int, int, list[int], list[int]]
 _CELL = tuple[int, int, int, int]
 
@@ -115,7 +114,7 @@ class Arrays:
         return self._number(item.attrs.get("minId", 1))
 
     def _array(self, item: Any) -> NDArray[Any]:
-        if math.prod(item.shape) * item.dtype.itemsize > self.size * _DENSEST:
+        if math.prod(item.shape) * item.dtype.itemsize > self.size * DENSEST:
             raise ReadError(
                 f"{self.path}: array {item.name!r} of shape {item.shape} is in no file of {self.size} bytes"
             )

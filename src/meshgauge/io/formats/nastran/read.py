@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ....mesh.labels import LABEL, NO_LABEL
+from ....mesh.labels import LABEL
 from ...plumbing.build import Cells, Ints, Kind, gather
 from ...plumbing.format import Format
-from ...plumbing.ids import Index
+from ...plumbing.ids import Index, pad_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.nodes import Reals, fill_middles
 from ...plumbing.notes import count_note, mark_interfaces
@@ -163,7 +163,7 @@ def _part(bulk: _Bulk, path: Path) -> tuple[Part, NDArray[np.bool_]]:
         of_key = _whole([bulk.materials.get(int(key), 0) for key in keys], path)
         data[_MATERIALS] = of_key[inverse.reshape(-1)]
     part = Part(bulk.name, points, cells.types, cells.offsets, cells.connectivity, cell_data=data, notes=list(notes))
-    part.point_data = {LABEL: np.concatenate([labels, np.full(len(points) - len(labels), NO_LABEL)])}
+    part.point_data = {LABEL: pad_labels(labels, len(points))}
     return part, np.array([card.name in INTERFACES for card, *_ in bulk.elements], bool)
 
 

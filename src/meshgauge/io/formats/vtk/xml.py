@@ -11,6 +11,7 @@ from pathlib import Path
 from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import vtk, within
+from ...plumbing.budget import DENSEST
 from ...plumbing.format import HEAD, Format
 from ...plumbing.steps import Step, number_steps
 from ...plumbing.xml_names import names_in_xml
@@ -35,9 +36,6 @@ _LONGEST_HEAD = 1 << 20
 _ALONE = ("UnstructuredGrid", "PolyData", "StructuredGrid", "RectilinearGrid", "ImageData")
 """Types of files that refer to no others."""
 _COUNT = re.compile(rb"\bNumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)")
-
-_DENSEST = 1100
-"""Items a byte of a file can stand for: zlib packs 1032 zero bytes into one, a VTU needs 8 bytes a point or cell."""
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -95,7 +93,7 @@ def _check(path: Path, *, refers: bool) -> None:
             tag = data[at : end + 1 if end >= 0 else at + HEAD]
             for match in _COUNT.finditer(tag):
                 count = int(match.group(2))
-                if not 0 <= count <= size * _DENSEST:
+                if not 0 <= count <= size * DENSEST:  # each takes a byte at least
                     what = match.group(1).decode().lower()
                     raise ReadError(f"{path}: states {count} {what}, but has only {size} bytes")
             at = data.find(b"<Piece", at + 1, stop)
