@@ -32,6 +32,7 @@ def test_every_format_is_tried() -> None:
     assert {f.name for f in plusplus.PLUSPLUS} | {"cgns"} == set(TRIED)
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("name", TRIED)
 def test_cells_come_back(name: str, tmp_path: Path) -> None:
     package = pytest.importorskip("meshioplusplus")
@@ -48,6 +49,7 @@ def test_cells_come_back(name: str, tmp_path: Path) -> None:
     assert float(meshgauge.measure(back).values.min()) == pytest.approx(1, abs=1e-4)  # frd has six digits
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("equals", [" = ", "\t=  ", " "])
 def test_code_aster_may_put_an_equals_sign_behind_a_name(equals: str, tmp_path: Path) -> None:
     pytest.importorskip("meshioplusplus")
@@ -102,6 +104,7 @@ def test_bricks_of_lsdyna(tmp_path: Path, card: str) -> None:
     assert mesh.notes == ()
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("card", ["TSHELL_BETA", "TSHELL_COMPOSITE", "SOLID_H20", "GENERALIZED_SOLID", "BEZIER3D"])
 def test_solid_elements_that_would_be_dropped_are_an_error(tmp_path: Path, card: str) -> None:
     pytest.importorskip("meshioplusplus")

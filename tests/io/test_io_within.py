@@ -71,6 +71,7 @@ AWAY = {
 }
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("name", AWAY)
 def test_files_elsewhere_are_refused(tmp_path: Path, name: str) -> None:
     for folder in ("here", "away"):
@@ -93,6 +94,7 @@ def test_files_of_the_folder_are_followed(tmp_path: Path) -> None:
     assert io.read(path).type_counts() == {"tetra": 1}
 
 
+@pytest.mark.usefixtures("readers_here")
 def test_an_entity_may_stand_for_a_file_beside(tmp_path: Path) -> None:
     """As PETSc writes it."""
     with h5py.File(tmp_path / "a.h5", "w") as file:
@@ -103,6 +105,7 @@ def test_an_entity_may_stand_for_a_file_beside(tmp_path: Path) -> None:
     assert io.read(path).type_counts() == {"tetra": 1}
 
 
+@pytest.mark.usefixtures("readers_here")
 def test_what_is_included_is_checked_as_well(tmp_path: Path) -> None:
     for folder in ("here", "away"):
         (tmp_path / folder).mkdir()
@@ -194,6 +197,7 @@ def test_the_environment_names_further_folders(tmp_path: Path) -> None:
         assert (done.stdout == "seen\n") == seen, done.stderr
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("extension", [".vtkhdf", ".e", ".med", ".cgns", ".h5m"])
 @pytest.mark.parametrize("kind", ["link", "virtual", "external"])
 def test_hdf5_files_do_not_reach_into_others(tmp_path: Path, extension: str, kind: str) -> None:
