@@ -105,7 +105,7 @@ def test_elgen_of_what_is_not_there_is_an_error(tmp_path: Path) -> None:
         read(tmp_path, STRIP + "*ELGEN\n9,2\n")
     with pytest.raises(ReadError, match=r"element 5 \(hexahedron\) refers to node 6, which does not exist"):
         read(tmp_path, STRIP + "*ELGEN\n1,5\n")
-    with pytest.raises(ReadError, match=r"line 17: \*ELGEN: more than 20,000,000 nodes and elements are generated"):
+    with pytest.raises(ReadError, match=r"line 17: \*ELGEN: .* more than the 20,000,000"):
         read(tmp_path, STRIP + "*ELGEN\n1,99999,1,1,99999\n")
 
 
@@ -268,7 +268,7 @@ def test_included_files_that_double_end_with_an_error(tmp_path: Path) -> None:
     for n in range(12):
         (tmp_path / f"e{n}.inp").write_text(f"*INCLUDE, INPUT=e{n + 1}.inp\n" * 2)
     (tmp_path / "e12.inp").write_text(ONE)
-    with pytest.raises(ReadError, match="more than 1000 files are included"):
+    with pytest.raises(ReadError, match=r"includes .*: 1,001 files included"):
         io.read(tmp_path / "e0.inp")
     with pytest.raises(ReadError, match="includes this file again"):
         read(tmp_path, "*INCLUDE, INPUT=a.inp\n")

@@ -235,7 +235,7 @@ def test_commands_on_one_line_and_simple_parameters(tmp_path: Path) -> None:
         ("NGEN,2,10,1,8,1,0,0,1,2\n", "NGEN with SPACE"),
         ("NGEN,2,10,9,9,1\n", "NGEN refers to node 9, which does not exist"),
         ("EGEN,2,10,7\n", "EGEN refers to element 7, which does not exist"),
-        ("NGEN,99999999,10,1,8\n", "more than 20,000,000 nodes and elements are generated"),
+        ("NGEN,99999999,10,1,8\n", "nodes and elements generated or copied, more than the 20,000,000"),
         ("/INPUT,gone,inp\n", r"line 11: includes gone\.inp, which does not exist"),
         ("/INPUT,'../a',cdb\n", "which is outside its folder"),
         ("/INPUT,a,cdb\n", "includes this file again"),

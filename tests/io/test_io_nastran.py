@@ -214,5 +214,5 @@ def test_includes_that_double_end_with_an_error(tmp_path: Path) -> None:
     for n in range(12):
         (tmp_path / f"e{n}.bdf").write_text(f"INCLUDE 'e{n + 1}.bdf'\n" * 2)
     (tmp_path / "e12.bdf").write_text(GRID)
-    with pytest.raises(ReadError, match="more than 1000 files are included"):
+    with pytest.raises(ReadError, match=r"includes .*: 1,001 files included"):
         io.read(tmp_path / "e0.bdf")

@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import meshgauge
 from meshgauge.cells import TETRA
+from meshgauge.errors import ReadError
 
 ORDERS = ((0, 1, 2, 3, 4, 5), (2, 0, 1, 5, 3, 4))
 
@@ -42,3 +44,11 @@ def test_of_an_order_that_cannot_be_told_nothing_is_certified(tmp_path: Path) ->
     quality = meshgauge.measure(mesh)
     assert quality.status.tolist() == [meshgauge.Status.UNDECIDED]
     assert "cannot be told" in mesh.notes[0]
+
+
+@pytest.mark.parametrize("n", [0, 1])
+def test_more_rows_than_stated_are_an_error(n: int, tmp_path: Path) -> None:
+    (tmp_path / "a.node").write_text("4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n")
+    (tmp_path / "a.ele").write_text(f"{n} 4 0\n1 1 2 3 4\n2 1 2 3 4\n# end\n")
+    with pytest.raises(ReadError, match=rf"a\.ele, line {2 + n}: {n} tetrahedra are stated, but {2 - n} more lines"):
+        meshgauge.read(tmp_path / "a.ele")

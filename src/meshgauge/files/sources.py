@@ -12,8 +12,8 @@ from pathlib import Path
 
 from ..errors import WriteError
 
-_recorder: ContextVar[dict[str, None] | None] = ContextVar("recorder", default=None)
-"""Of the read that is under way: the files that were opened."""
+_recorders: ContextVar[tuple[dict[str, None], ...]] = ContextVar("recorders", default=())
+"""Of the reads that are under way, the outermost first: the files that were opened."""
 
 _read: dict[str, None] | None = None
 """Every file that was read since `guard` began; None outside of it."""
@@ -25,8 +25,7 @@ _pending: list[str] = []
 def note(path: str | os.PathLike[str]) -> None:
     """A reader opens this file."""
     real = os.path.realpath(path)
-    recorder = _recorder.get()
-    if recorder is not None:
+    for recorder in _recorders.get():
         recorder[real] = None
     if _read is not None:
         _read[real] = None
@@ -55,14 +54,17 @@ def contents(path: str | os.PathLike[str], *, most: int) -> bytes:
 def record() -> Iterator[dict[str, None]]:
     """The files that are opened meanwhile, as keys, in order; those of a read within another are of both."""
     own: dict[str, None] = {}
-    outer = _recorder.set(own)
+    outer = _recorders.set((*_recorders.get(), own))
     try:
         yield own
     finally:
-        _recorder.reset(outer)
-        enclosing = _recorder.get()
-        if enclosing is not None:
-            enclosing.update(own)
+        _recorders.reset(outer)
+
+
+def noted() -> tuple[str, ...]:
+    """The files that were opened by the outermost read that is under way."""
+    recorders = _recorders.get()
+    return tuple(recorders[0]) if recorders else ()
 
 
 @contextlib.contextmanager

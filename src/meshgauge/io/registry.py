@@ -40,7 +40,7 @@ from .formats.vtk.hdf import VTKHDF
 from .formats.vtk.legacy import VTK_LEGACY
 from .formats.vtk.xml import VTK_XML, VTU
 from .formats.xdmf import XDMF
-from .plumbing import files, isolate
+from .plumbing import budget, files, isolate
 from .plumbing.format import Format
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.steps import Step, StepChoice, note, position
@@ -113,9 +113,8 @@ def detect(path: Path, head: bytes) -> Format:
 
 def read(chosen: Format, path: Path, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Mesh:
     """Read a file, or one of its time steps: by our own reader here, else by that of others in a process of its own."""
-    mesh = None
-    if chosen.read is not None or chosen.read_step is not None:
-        mesh = _state(chosen, path, choice, chosen.read, chosen.read_step)
+    with budget.of(path, (limits or isolate.Limits()).seconds_given):
+        mesh = _own(chosen, path, choice)
     if mesh is None and chosen.is_foreign:
         mesh = isolate.read(path, chosen.name, limits, choice)
     if mesh is None:
@@ -123,9 +122,25 @@ def read(chosen: Format, path: Path, limits: isolate.Limits | None = None, choic
     return mesh
 
 
+def _own(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh | None:
+    """What our own reader makes of a file; None if there is none, or if it leaves the file to that of others."""
+    if chosen.read is None and chosen.read_step is None:
+        return None
+    mesh = _state(chosen, path, choice, chosen.read, chosen.read_step)
+    if mesh is not None:
+        budget.draw("mesh", _n_bytes(mesh), "the mesh")
+    return mesh
+
+
+def _n_bytes(mesh: Mesh) -> int:
+    """Of the arrays of a mesh."""
+    data = (*mesh.point_data.values(), *mesh.cell_data.values(), *mesh.field_data.values())
+    return sum(values.nbytes for values in (mesh.points, mesh.types, mesh.offsets, mesh.connectivity, *data))
+
+
 def read_here(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh:
     """Read a file by the third-party reader in this process."""
-    with sources.record() as used:
+    with sources.record() as used, budget.of(path):
         mesh = _state(chosen, path, choice, chosen.foreign, chosen.foreign_step)
     if mesh is None:
         raise ReadError(f"{path}: {chosen.title} has no reader for it")
@@ -145,11 +160,9 @@ def read_inside(path: Path) -> Mesh:
         raise ReadError(f"{path}: files that name files that name files: {depth} deep")
     before = _depth.set(depth + 1)
     try:
-        with files.open_input(path, detect) as (plain, head):
+        with files.open_input(path, detect) as (plain, head), budget.of(plain):
             chosen = detect(plain, head)
-            mesh = None
-            if chosen.read is not None or chosen.read_step is not None:
-                mesh = _state(chosen, plain, None, chosen.read, chosen.read_step)
+            mesh = _own(chosen, plain)
             return mesh if mesh is not None else read_here(chosen, plain)
     finally:
         _depth.reset(before)
@@ -179,7 +192,8 @@ def _state(
 def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Step, ...]:
     """The time steps of a file; none or one if it holds a single state."""
     if chosen.steps is not None:
-        return _call_reader(chosen, path, chosen.steps) or ()
+        with budget.of(path, (limits or isolate.Limits()).seconds_given):
+            return _call_reader(chosen, path, chosen.steps) or ()
     if chosen.foreign_steps is not None:
         return isolate.steps(path, chosen.name, limits)
     return ()
@@ -187,7 +201,8 @@ def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> t
 
 def steps_here(chosen: Format, path: Path) -> tuple[Step, ...]:
     """The time steps of a file by the third-party reader in this process."""
-    return _call_reader(chosen, path, chosen.foreign_steps) or ()
+    with budget.of(path):
+        return _call_reader(chosen, path, chosen.foreign_steps) or ()
 
 
 def read_folder(folder: Path, name: str | None, choice: StepChoice = None) -> Mesh:

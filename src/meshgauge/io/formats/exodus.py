@@ -237,13 +237,16 @@ def _fields(
     if f"name_{kind}_var" not in arrays:
         return {}
     data = {}
+    together = arrays.get(f"vals_{kind}_var{suffix}")
+    rows = together.values(at) if together is not None and together.shape[0] > at else None
     for index, name in enumerate(arrays[f"name_{kind}_var"].text(), 1):
-        own, together = arrays.get(f"vals_{kind}_var{index}{suffix}"), arrays.get(f"vals_{kind}_var{suffix}")
-        variable = own or together
-        if variable is None or variable.shape[0] <= at:
+        own = arrays.get(f"vals_{kind}_var{index}{suffix}")
+        if own is not None and own.shape[0] > at:
+            values = own.values(at)
+        elif own is None and rows is not None:
+            values = rows[index - 1]
+        else:
             continue
-        values = variable.values(at)
-        values = values[index - 1] if own is None else values
         if values.shape != (n,):
             where = f" of block {number}" if number else ""
             raise ReadError(f"{path}: field {name!r}{where} has shape {values.shape}, expected ({n},)")

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...errors import ReadError
 from ...mesh import Mesh
 from ...mesh.labels import own_labels
+from ..plumbing import budget
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index
@@ -152,6 +153,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         for number, members in enumerate(content.groups.values(), 1):
             at = elements.of(np.array(members, np.int64))
             group[at[at >= 0]] = number
+        budget.draw_names(tuple(content.groups), "the names of groups")
         cell_data[GROUP], field_data[f"{GROUP}:names"] = group, np.array(list(content.groups))
     return Mesh(
         content.points,

@@ -17,7 +17,7 @@ from numpy.typing import DTypeLike, NDArray
 from ...errors import ReadError
 from ...files import sources
 from ...mesh import Mesh
-from ..plumbing import face_based
+from ..plumbing import budget, face_based
 from ..plumbing.budget import DENSEST
 from ..plumbing.format import Format
 from ..plumbing.steps import Step, number_steps
@@ -374,7 +374,9 @@ def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
             raise ReadError(f"{folder / 'boundary'}: a patch has the faces {first} to {first + n} of {n_faces}")
         if entries.get(b"type", b"").startswith(b"processor"):
             continue  # no boundary: the next piece is beyond
-        patches.append((name.strip(b'"').decode("utf-8", "replace"), np.arange(first, first + n)))
+        called = name.strip(b'"').decode("utf-8", "replace")
+        budget.draw("made", 8 * n, f"patch {called!r}")  # several may have the same faces
+        patches.append((called, np.arange(first, first + n)))
     return patches
 
 

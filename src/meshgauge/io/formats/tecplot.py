@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
+from ..plumbing import budget
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.steps import Step, number_steps
 from ..plumbing.text import Text, numbers
@@ -41,7 +42,6 @@ _SHAPES = {
     "BRICK": "hexahedron",
 }
 _AXES = tuple(re.compile(rf"(coordinate\s*)?{axis}(\b|\d|c?$|[-_ ]?(coord|pos))", re.IGNORECASE) for axis in "xyz")
-_MOST_REPEATED = 10**8
 
 
 @dataclass(slots=True)
@@ -199,6 +199,7 @@ def _values(text: Text, zone: _Zone, before: list[_Values]) -> _Values:
         if k in shared:
             given[k] = before[int(shared[k]) - 1].arrays[k]
         elif k in passive:
+            budget.draw("made", 8 * size, f"variable {zone.variables[k]!r}", text.fail)
             given[k] = np.zeros(size)
         if len(given[k]) != size:
             raise ValueError(f"variable {zone.variables[k]!r} has {len(given[k])} values, expected {size}")
@@ -224,8 +225,8 @@ def _flat(text: Text, zone: _Zone) -> NDArray[np.float64]:
     block = text.rows(zone.first, zone.last).replace(b",", b" ")
     block = re.sub(rb"^\s*#[^\n]*", b"", block, flags=re.MULTILINE)
     if b"*" in block:
-        if sum(int(m[1]) for m in _REPEATED.finditer(block)) > _MOST_REPEATED:
-            raise ValueError(f"more than {_MOST_REPEATED:,} repeated numbers")
+        repeated = sum(int(m[1]) * (len(m[2]) + 1) for m in _REPEATED.finditer(block))
+        budget.draw("made", repeated, "repeated numbers", text.fail)
         block = _REPEATED.sub(lambda m: (m[2] + b" ") * int(m[1]), block)
     return numbers(block, np.float64)
 
@@ -233,6 +234,7 @@ def _flat(text: Text, zone: _Zone) -> NDArray[np.float64]:
 def _part(text: Text, zone: _Zone, values: _Values) -> Part:
     axes = list(_axes(zone.variables))
     n = len(values.arrays[axes[0]])
+    budget.draw("made", sum(array.nbytes for array in values.arrays) + values.nodes.nbytes, "a zone", text.fail)
     points = np.zeros((n, 3))
     for column, at in enumerate(axes):
         points[:, column] = values.arrays[at]

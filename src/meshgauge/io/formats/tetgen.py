@@ -106,6 +106,8 @@ def read_tetgen(path: Path) -> Mesh:
         raise ele.fail(f"tetrahedra of {n_nodes} nodes and {n_more} attributes, expected 4 or 10 nodes")
     first = ele.row
     rows = ele.reals(n, 1 + n_nodes + n_more, "tetrahedra")
+    if ele.n_left:
+        raise ele.fail(f"{n} tetrahedra are stated, but {ele.n_left} more lines follow", ele.row)
     own = _integers(ele, rows[:, :1], "the number of a tetrahedron", first)[:, 0]
     table = _integers(ele, rows[:, 1 : 1 + n_nodes], "a node of a tetrahedron", first)
     nodes = _places(ele, index, table.ravel(), lambda at: first + at // n_nodes)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ...errors import ReadError
 from ...mesh import Mesh
 from ...mesh.labels import own_labels
+from ..plumbing import budget
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
 from ..plumbing.ids import Index, pad_labels
@@ -194,6 +195,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     for name, members in list(content.groups.items())[:MAX_SETS]:
         at = elements.of(members)
         if len(at):
+            budget.draw("mesh", len(heads), f"the group {name!r}")
             member = np.zeros(len(heads), np.uint8)
             member[at[at >= 0]] = 1
             data[name] = member

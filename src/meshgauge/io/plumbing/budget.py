@@ -1,10 +1,18 @@
-"""What a reader may make of a file: a small one must not take all memory."""
+"""What reading one file may take: every reader of ours draws on one budget, so that a small file takes no machine."""
 
 from __future__ import annotations
 
+import contextlib
+import os
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 
 from ...errors import ReadError
+from ...files import sources
 
 DENSEST = 1100
 """Bytes that one packed byte can stand for: zlib packs 1032 zero bytes into one."""
@@ -13,32 +21,114 @@ LEAST = 64 << 20
 """Bytes that any file may stand for: HDF5 keeps arrays of one value in none."""
 
 
-class Budget:
-    """Bytes that arrays may take together: no more than a file of its size can hold, however it is packed.
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """How much of one thing may be drawn: so much, and more for each byte of the files that are read."""
 
-    An array may be counted more than once: where many names stand for one place of the file, the file holds it once and
-    memory would hold it as often as it is named.
+    unit: str
+    least: float
+    per_byte: float = 0.0
+
+
+LIMITS = {
+    "stored": Limit("bytes of arrays as they stand in it", LEAST, 1),
+    "unpacked": Limit("bytes of packed arrays", LEAST, DENSEST),
+    "made": Limit("bytes of arrays made of it", LEAST, 50),
+    "mesh": Limit("bytes of a mesh", 2 * LEAST, 2 * DENSEST),
+    "text": Limit("bytes of text", LEAST, 20),
+    "files": Limit("files included", 1000),
+    "generated": Limit("nodes and elements generated or copied", 20_000_000),
+    "seconds": Limit("seconds of processor time", 60, 1 / (1 << 20)),
+}
+"""What is drawn. An array may be counted more than once: where many names stand for one place of the file, the file
+holds it once and memory would hold it as often as it is named; text as often as it is included."""
+
+Fail = Callable[[str], ReadError]
+"""Makes the error from a message, with the place in the file."""
+
+
+class Budget:
+    """What is left for reading a file, with those that it names and includes.
 
     Parameters
     ----------
     path
-        The file, for the error.
-    size
-        Its bytes, with those of the files that belong to it.
-    is_packed
-        True if arrays may be packed.
+        The file, for the error; more that are read are noted in `sources`.
+    seconds
+        Of processor time, in place of those by the size of the file.
     """
 
-    def __init__(self, path: Path, size: int, *, is_packed: bool) -> None:
-        self.path, self.size = path, size
-        self.most = max(LEAST, size * DENSEST) if is_packed else max(LEAST, size)
-        self.drawn = 0
+    def __init__(self, path: Path, seconds: float | None = None) -> None:
+        self.path, self.seconds = path, seconds
+        self.files = {os.path.realpath(path)}
+        self.drawn: Counter[str] = Counter()
+        self._start = time.thread_time()
 
-    def draw(self, n_bytes: int, name: str) -> None:
-        """Raise `ReadError` if so many bytes for this array are more than is left."""
-        self.drawn += n_bytes
-        if n_bytes < 0 or self.drawn > self.most:
-            raise ReadError(
-                f"{self.path}: the arrays up to {name!r} take {self.drawn:,} bytes, more than a file of {self.size:,} "
-                "bytes can hold"
+    @property
+    def size(self) -> int:
+        """Bytes of all files that were opened so far."""
+        total = 0
+        for file in self.files | set(sources.noted()):
+            with contextlib.suppress(OSError):
+                total += os.stat(file).st_size
+        return total
+
+    def draw(self, what: str, n: int, name: str = "", fail: Fail | None = None) -> None:
+        """Take so much of one of `LIMITS`, before it is made.
+
+        Raises
+        ------
+        ReadError
+            If it is more than is left, or the time is up; it says for what (``name``), how much, and what is allowed.
+        """
+        self.drawn[what] += n
+        spent = time.thread_time() - self._start
+        if n < 0 or self.drawn[what] > LIMITS[what].least:  # else no size is looked up
+            self._check(what, self.drawn[what] if n >= 0 else n, name, fail)
+        if spent > (self.seconds if self.seconds is not None else LIMITS["seconds"].least):
+            self._check("seconds", spent, name, fail)
+
+    def _check(self, what: str, amount: float, name: str, fail: Fail | None) -> None:
+        limit, size = LIMITS[what], self.size
+        most = limit.least + limit.per_byte * size
+        if what == "seconds" and self.seconds is not None:
+            most = self.seconds
+        if not 0 <= amount <= most:
+            raise (fail or self._fail)(
+                f"{f'{name}: ' if name else ''}{amount:,.0f} {limit.unit}, more than the {most:,.0f} that reading "
+                f"{size:,} bytes may take"
             )
+
+    def _fail(self, what: str) -> ReadError:
+        return ReadError(f"{self.path}: {what}")
+
+
+_current: ContextVar[Budget | None] = ContextVar("budget", default=None)
+
+
+@contextlib.contextmanager
+def of(path: Path, seconds: float | None = None) -> Iterator[Budget]:
+    """The budget of what is read in this block: that of the file that names this one, or a new one."""
+    outer = _current.get()
+    if outer is not None:
+        outer.files.add(os.path.realpath(path))
+        yield outer
+        return
+    budget = Budget(path, seconds)
+    token = _current.set(budget)
+    try:
+        yield budget
+    finally:
+        _current.reset(token)
+
+
+def draw(what: str, n: int, name: str = "", fail: Fail | None = None) -> None:
+    """Draw on the budget of the read that is under way, see `Budget.draw`; outside of one nothing is counted."""
+    budget = _current.get()
+    if budget is not None:
+        budget.draw(what, n, name, fail)
+
+
+def draw_names(names: Sequence[str | bytes], what: str) -> None:
+    """Draw what an array of these names takes: each as many characters of 4 bytes as the longest of all has."""
+    draw("made", 4 * len(names) * max(map(len, names), default=0), what)

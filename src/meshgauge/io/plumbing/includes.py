@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
-from ...errors import ReadError
 from ...files import sources
+from . import budget
+from .budget import Fail
 
-MOST = 1000
-"""Files that may be included in one: each may include others, twice or more, so that their number explodes."""
 _DEEPEST = 50
-
-Fail = Callable[[str], ReadError]
-"""Makes the error from a message, with the place of what includes."""
 
 
 class Includes:
-    """The files that are open, and how many were included.
+    """The files that are open. How many may be included, and how much text, is for the budget to say: each may include
+    others, twice or more, so that their number explodes.
 
     Parameters
     ----------
@@ -29,7 +26,6 @@ class Includes:
     def __init__(self, path: Path) -> None:
         self.folder = path.parent.resolve()
         self._open = [path.resolve()]
-        self._n = 0
 
     @contextlib.contextmanager
     def opened(self, name: str, fail: Fail) -> Iterator[Path]:
@@ -47,10 +43,10 @@ class Includes:
             raise fail(f"includes {target.name}, which does not exist")
         if target in self._open:
             raise fail(f"includes {target.name}, which includes this file again")
-        self._n += 1
-        if self._n > MOST or len(self._open) > _DEEPEST:
-            raise fail(f"more than {MOST} files are included, or one in another more than {_DEEPEST} deep")
+        if len(self._open) > _DEEPEST:
+            raise fail(f"includes {target.name}, one in another more than {_DEEPEST} deep")
         sources.note(target)
+        budget.draw("files", 1, f"includes {target.name}", fail)
         self._open.append(target)
         try:
             yield target

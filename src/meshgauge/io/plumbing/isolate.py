@@ -47,24 +47,30 @@ class Limits:
     seconds: float | None = None
     memory: int | None = None
 
+    @property
+    def seconds_given(self) -> float | None:
+        """Seconds as they were set, here or by the environment; None if the size of the file decides."""
+        return self.seconds if self.seconds is not None else _given("MESHGAUGE_READ_SECONDS")
+
     def resolve(self, size: int) -> tuple[float, int]:
         """Seconds and bytes for a file of ``size`` bytes; by default 60 s and 1 s a MB, 4 GB and 60 times the file.
 
         The environment variables ``MESHGAUGE_READ_SECONDS`` and ``MESHGAUGE_READ_GB`` replace the defaults. Readers of
         text take up to 0.5 s a MB and 40 times the file (meshio).
         """
-        seconds, memory = self.seconds, self.memory
+        seconds, memory = self.seconds_given, self.memory
         if seconds is None:
-            seconds = _from_environment("MESHGAUGE_READ_SECONDS", 60.0 + size / _MB)
+            seconds = 60.0 + size / _MB
         if memory is None:
-            memory = int(_from_environment("MESHGAUGE_READ_GB", 4.0 + 60.0 * size / _GB) * _GB)
+            memory = int((_given("MESHGAUGE_READ_GB") or 4.0 + 60.0 * size / _GB) * _GB)
         return seconds, memory
 
 
-def _from_environment(name: str, default: float) -> float:
+def _given(name: str) -> float | None:
+    """What an environment variable sets, if it is set."""
     text = os.environ.get(name)
     if not text:
-        return default
+        return None
     try:
         value = float(text)
     except ValueError:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ReadError
-from . import within
+from . import budget, within
 from .budget import DENSEST
 
 _TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
@@ -166,6 +166,7 @@ class _Classic:
         def part(start: int, n: int) -> NDArray[Any]:
             if start + n * dtype.itemsize > len(self.data):
                 raise self.fail(f"array {name!r} of shape {shape} at byte {start} of {len(self.data)}")
+            budget.draw("stored", n * dtype.itemsize, f"array {name!r}", self.fail)
             values = np.frombuffer(self.data[start : start + n * dtype.itemsize], dtype, n)
             return values.astype(dtype.newbyteorder("="), copy=False)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ReadError
+from . import budget
 
 _LOCK = threading.Lock()
 """The filter of warnings belongs to the whole process."""
@@ -47,6 +48,7 @@ class Text:
 
     def __init__(self, path: Path, data: bytes, comment: bytes = b"") -> None:
         self.path = path
+        budget.draw("text", len(data), path.name)
         if comment and comment in data:
             data = re.sub(re.escape(comment) + rb"[^\n]*", b"", data)  # lines keep their numbers
         if b"\r" in data:
@@ -185,9 +187,11 @@ def numbers(text: bytes, dtype: type) -> NDArray[Any]:
     with _LOCK, warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
-            return np.fromstring(text.decode("ascii"), dtype, sep=" ")
+            values: NDArray[Any] = np.fromstring(text.decode("ascii"), dtype, sep=" ")
         except (DeprecationWarning, UnicodeDecodeError) as error:
             raise ValueError(str(error)) from None
+    budget.draw("made", values.nbytes, "numbers")
+    return values
 
 
 def _is_filled(data: bytes, starts: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from typing import Any
 
 from ...errors import ReadError
 from ...files import sources
-from .budget import Budget
+from . import budget
 from .xml_names import names_in_xml
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
@@ -121,8 +121,7 @@ def check_hdf(path: Path, file: Any, *, follows: bool = False) -> None:
                     sizes[hash(item.id)] = 0
                     stack.append(item)
     check_present(path, sorted(others))  # HDF5 looks for a missing one elsewhere, or puts zeros in its place
-    total = sum(each.stat().st_size for each in (path, *(path.parent / name for name in others)))
-    Budget(path, total, is_packed=True).draw(sum(ways[key] * sizes[key] for key in sizes), str(file.name))
+    budget.draw("unpacked", sum(ways[key] * sizes[key] for key in sizes), str(file.name))
     for name in sorted(others):
         with h5py.File(path.parent / name, "r") as opened:
             check_hdf(path.parent / name, opened)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...plumbing import budget
 from ...plumbing.build import Ints, Kind
 from ...plumbing.nodes import NodeTable
 from .keywords import Keyword, Place, integer, real
@@ -15,8 +16,6 @@ from .types import ElementType
 
 Reals = NDArray[np.float64]
 
-MOST = 20_000_000
-"""Nodes and elements that a deck may generate."""
 _NONE = np.empty(0, np.int64)
 
 
@@ -44,15 +43,12 @@ class Deck:
     unknown: Counter[str] = field(default_factory=Counter)
     apart: Counter[str] = field(default_factory=Counter)  #: elements that are no cells, by type
     lesser: Counter[str] = field(default_factory=Counter)  #: elements that lack nodes in faces, by type
-    n_generated: int = 0
     _known: dict[int, tuple[Section, int]] = field(default_factory=dict)
     _n_taken: int = 0
 
     def generate(self, n: int, keyword: Keyword) -> None:
         """Count what is generated, and refuse what would fill the memory."""
-        self.n_generated += n
-        if self.n_generated > MOST:
-            raise keyword.fail(f"*{keyword.name}: more than {MOST:,} nodes and elements are generated")
+        budget.draw("generated", max(n, 0), f"*{keyword.name}", keyword.fail)
 
     def add_elements(self, section: Section) -> None:
         self.sections.append(section)
@@ -166,6 +162,7 @@ def take_set(keyword: Keyword, sets: dict[str, list[Ints]], name: str, n_known: 
             if step < 1 or n + sum(map(len, members)) > 1000 * (n_known + 1000):
                 what = f"*{keyword.name}, GENERATE from {first} to {last} by {step}"
                 raise place.fail(f"{what} is far beyond what there is")
+            budget.draw("made", 8 * n, f"the set {name!r}", place.fail)
             members.append(np.arange(first, last + 1, step, dtype=np.int64))
             continue
         members.append(np.array([int(word) for word in given if word.isdigit() and len(word) < 16], np.int64))
@@ -174,6 +171,7 @@ def take_set(keyword: Keyword, sets: dict[str, list[Ints]], name: str, n_known: 
                 raise place.fail(f"the set {name!r} refers to itself")
             if not word.isdigit():
                 members += sets.get(word.upper(), [])
+    budget.draw("made", 8 * sum(map(len, (*sets.get(name.upper(), []), *members))), f"the set {name!r}", keyword.fail)
     whole = np.concatenate([*sets.get(name.upper(), []), _NONE, *members])
     unique, first_at = np.unique(whole, return_index=True)
     sets[name.upper()] = [whole[np.sort(first_at)] if "UNSORTED" in keyword.options else unique]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import ReadError
+from ...plumbing import budget
 from ...plumbing.includes import Includes
 from ...plumbing.text import marks_per_line, numbers, words_per_line
 
@@ -183,6 +184,8 @@ def _continue(cards: list[Keyword], lines: Lines) -> None:
 
 def _lines(path: Path) -> tuple[bytes, NDArray[np.int64]]:
     """The bytes of a file without comments, whose lines keep their numbers, and where its lines end."""
-    data = path.read_bytes().replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    data = path.read_bytes()
+    budget.draw("text", len(data), path.name)
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     data = _COMMENT.sub(b"", data)
     return data, np.flatnonzero(np.frombuffer(data, np.uint8) == 10)

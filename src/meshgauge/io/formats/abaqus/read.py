@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
 from ....mesh.labels import LABEL
-from ...plumbing import meshio
+from ...plumbing import budget, meshio
 from ...plumbing.build import Cells, Ints, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index, pad_labels
@@ -142,6 +142,7 @@ class _Cells:
 
     part: Part
     sections: list[Section]
+    materials: list[str]  #: names; cell data `MATERIAL` of the part count them from 1
 
 
 def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance | None = None) -> _Cells:
@@ -151,7 +152,7 @@ def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance
         raise ReadError(f"{path}: has elements of types that are not known: {what}")
     labels, points = deck.nodes.joined()
     if not deck.sections and not len(labels):
-        return _Cells(Part("", *_EMPTY), [])
+        return _Cells(Part("", *_EMPTY), [], [])
     index = Index(labels)
     types, sizes, nodes = [np.empty(0, np.uint8)], [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     for section in deck.sections:
@@ -175,14 +176,18 @@ def _cells(deck: Deck, extra: Deck, path: Path, name: str = "", moved: _Instance
     if len(whole.connectivity) and whole.connectivity.min() < 0:
         at = int(np.searchsorted(ends, np.argmin(whole.connectivity), side="right")) - 1
         raise ReadError(f"{path}: element {int(elements[at])} lacks a node that is no middle of an edge")
+    if moved is not None:
+        budget.draw("generated", len(points) + len(elements), f"the instance {name!r}", moved.place.fail)
     placed = points if moved is None else _move(points, moved)
     made = Part(name, placed, whole.types, whole.offsets, whole.connectivity, notes=list(notes))
-    made.cell_data = {**_sets(deck, extra, elements), LABEL: elements}
+    data, materials = _sets(deck, extra, elements)
+    made.cell_data = {**data, LABEL: elements}
     made.point_data = {LABEL: pad_labels(labels, len(points))}
-    return _Cells(made, deck.sections)
+    return _Cells(made, deck.sections, materials)
 
 
-def _sets(deck: Deck, extra: Deck, labels: Ints) -> dict[str, NDArray[Any]]:
+def _sets(deck: Deck, extra: Deck, labels: Ints) -> tuple[dict[str, NDArray[Any]], list[str]]:
+    """Which elements are in each set, and of which material each is; the names of the materials."""
     elements = Index(labels)
     data: dict[str, NDArray[Any]] = {}
     elsets = dict(deck.elsets)
@@ -190,21 +195,23 @@ def _sets(deck: Deck, extra: Deck, labels: Ints) -> dict[str, NDArray[Any]]:
         for name, members in extra.elsets.items():
             elsets[name] = [*elsets.get(name, []), *members]
     materials = {**deck.materials, **extra.materials}
-    material = np.zeros(elements.n, dtype="U80")
+    numbers = {name: number for number, name in enumerate(sorted({*materials.values()} - {""}), 1)}
+    material = np.zeros(elements.n, np.int64)
     kept = set(sorted(elsets)[: meshio.MAX_SETS])
     for name, members in elsets.items():
         if name not in kept and name not in materials:
             data[name] = np.empty(0, np.uint8)  # it is left out, but counted: names times elements may be too many
             continue
+        budget.draw("mesh", elements.n, f"the set {name!r}")
         member = np.zeros(elements.n, np.uint8)
         at = elements.of(np.concatenate([np.empty(0, np.int64), *members]))
         member[at[at >= 0]] = 1
         if name in materials:
-            material[member == 1] = materials[name]
+            material[member == 1] = numbers.get(materials[name], 0)
         data[name] = member
-    if any(materials.values()):
+    if numbers:
         data[MATERIAL] = material
-    return data
+    return data, list(numbers)
 
 
 def _move(points: Reals, instance: _Instance) -> Reals:
@@ -227,21 +234,24 @@ def _mesh(whole: list[_Cells], decks: list[Deck], path: Path) -> Mesh:
             size = len(section.labels)
             if size:
                 label = ": ".join(word for word in (one.part.name, section.elset) if word)
+                budget.draw("made", len(label), "the names of blocks")
                 blocks.append(CellBlock(label, at, at + size))
                 at += size
     apart = sum((deck.apart for deck in decks), Counter[str]())
     notes = count_note("Couplings, gaps, springs and user elements are no cells and were left out", apart)
     if at == 0:
         raise ReadError(f"{path}: no elements were found in it{'' if not apart else ': ' + notes[0]}")
-    names = sorted({m for p in parts for m in p.cell_data.get(MATERIAL, np.empty(0, "U1")).tolist()} - {""})
+    used = [np.unique(one.part.cell_data.get(MATERIAL, _EMPTY[3])).tolist() for one in whole]
+    names = sorted({one.materials[k - 1] for one, numbers in zip(whole, used, strict=True) for k in numbers if k})
+    budget.draw_names(names, "the names of materials")
     sets = sorted({name for p in parts for name in p.cell_data} - {MATERIAL, LABEL})
-    for part in parts:
-        n, own = len(part.types), part.cell_data
+    for one in whole:
+        part, n, own = one.part, len(one.part.types), one.part.cell_data
         part.cell_data = {k: own.get(k, np.zeros(n, np.uint8)) for k in sets[: meshio.MAX_SETS]}
         part.cell_data[LABEL] = own.get(LABEL, np.zeros(n, np.int64))
         if names:
-            material = own.get(MATERIAL, np.zeros(n, "U1"))
-            part.cell_data[MATERIAL] = (np.searchsorted(names, material) + 1) * (material != "")
+            numbers = [0, *(names.index(name) + 1 if name in names else 0 for name in one.materials)]
+            part.cell_data[MATERIAL] = np.array(numbers, np.int64)[own.get(MATERIAL, np.zeros(n, np.int64))]
     mesh = merge_parts(parts, path=path, field_data={f"{MATERIAL}:names": np.array(names)} if names else None)
     more = max(len(sets) - meshio.MAX_SETS, 0)
     notes += (f"{more} of {len(sets)} element sets were left out.",) if more else ()

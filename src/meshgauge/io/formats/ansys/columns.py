@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...plumbing import budget
 from ...plumbing.text import Text
 
 _END = re.compile(rb"^[ \t]*(?:-1[ \t]*$|[A-Za-z/*!])", re.MULTILINE)
@@ -38,6 +39,8 @@ class Block:
 
     def table(self, columns: list[tuple[int, int]], kind: type) -> NDArray[Any]:
         """``(n_lines, n_columns)`` numbers; 0 where a line ends before, or is blank."""
+        characters = sum(width for _, width in columns)  # of each line, blanks put where it ends before
+        budget.draw("made", len(self.lines) * (8 * len(columns) + characters), "a block", self.text.fail)
         out: NDArray[Any] = np.zeros((len(self.lines), len(columns)), kind)
         at = 0
         while at < len(columns):  # columns of one width together

@@ -8,14 +8,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...plumbing import budget
 from ...plumbing.build import Ints
 from ...plumbing.nodes import NodeTable, Reals
 from .commands import Command
 
 MOST_NODES = 20
 """Of an element."""
-MOST = 20_000_000
-"""Nodes and elements that an input may generate."""
 _RELEASE = re.compile(r"(R\d+\.\d+|UNBL)$", re.IGNORECASE)
 _ATTRIBUTES = ("MAT", "TYPE", "REAL", "SECNUM")
 _SELECTS = ("NSEL", "ESEL", "CMSEL", "NSLE", "ESLN", "ALLSEL")
@@ -45,7 +44,6 @@ class Model:
     last_node: int = 0
     last_element: int = 0
     is_selection: bool = False
-    n_generated: int = 0
     _open: list[list[int]] = field(default_factory=list)  #: elements given one by one: head, then nodes
 
     def take(self, command: Command) -> None:
@@ -161,9 +159,7 @@ class Model:
         return a, command.integer(first + 1, a), max(command.integer(first + 2, 1), 1)
 
     def _generate(self, command: Command, n: int) -> None:
-        self.n_generated += n
-        if self.n_generated > MOST:
-            raise command.fail(f"{command.name}: more than {MOST:,} nodes and elements are generated")
+        budget.draw("generated", max(n, 0), command.name, command.fail)
 
     def _all(self, command: Command, place: int) -> bool:
         """Whether a field asks for all; of a selection they are not known."""
@@ -256,6 +252,7 @@ def members(sets: dict[str, Ints], labels: Ints, most: int) -> dict[str, NDArray
         ordered = ranges[np.argsort(ranges[:, 0], kind="stable")]
         at = np.searchsorted(ordered[:, 0], labels, side="right") - 1
         ends = np.maximum.accumulate(ordered[:, 1]) if len(ordered) else ordered[:, 1]
+        budget.draw("mesh", len(labels), f"component {name!r}")
         member = np.zeros(len(labels), np.uint8)
         member[at >= 0] = ends[at[at >= 0]] >= labels[at >= 0]
         data[name] = member

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ....cells import CELL_TYPES, IS_SOLID
 from ....mesh.polyhedra import Polyhedra
-from ...plumbing import face_based
+from ...plumbing import budget, face_based
 from ...plumbing.build import Cells, Ints, Kind, gather
 from ...plumbing.merge import Part
 from ..structured import structured_part
@@ -343,6 +343,7 @@ def _boundaries(node: Node, last: int, families: dict[str, str]) -> tuple[Ints, 
                     continue
                 numbers = given.integers()
                 if name.endswith("Range"):
+                    budget.draw("made", 8 * max(min(int(numbers[-1]), last) - int(numbers[0]), 0), boundary.name)
                     numbers = np.arange(max(int(numbers[0]), 1), min(int(numbers[-1]), last) + 1)
                 if label not in names:
                     names.append(label)

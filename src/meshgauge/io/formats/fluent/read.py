@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....look.style import number_of
 from ....mesh import Mesh
-from ...plumbing import face_based
+from ...plumbing import budget, face_based
 from ...plumbing.format import Format
 from ...plumbing.text import numbers
 from ..vtk.hdf import MAGIC
@@ -207,6 +207,7 @@ def _face_zone(cursor: _Cursor, content: _Content, is_binary: bool) -> None:
         except ValueError:
             raise cursor.fail("faces hold something else than hexadecimal numbers") from None
         cursor.close()
+    budget.draw("made", 8 * len(tokens), f"zone {zone}", cursor.fail)
     sizes: list[int] = []
     ids: list[int] = []
     n, at, is_mixed = last - first + 1, 0, width in (0, 5)
@@ -264,6 +265,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         at += last + 1 - first
     face_ids = np.concatenate([np.arange(z[1], z[1] + len(z[3])) for z in content.faces])
     for first, last in content.parents:
+        budget.draw("made", len(face_ids), "faces refined into others")
         pair[:, (face_ids >= first) & (face_ids <= last)] = 0
     offsets, faces, is_second = face_based.of_cells(at, place[pair[0]], place[pair[1]])
     whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), ids, ~is_second, face_ids)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ....errors import ReadError
+from ...plumbing import budget
 from .cells import BY_ID, GmshType
 
 Ints = NDArray[np.int64]
@@ -32,6 +33,7 @@ class Cursor:
     """A place in the bytes of the file; reads lines, and numbers as text or as they are in memory."""
 
     def __init__(self, path: Path, data: bytes) -> None:
+        budget.draw("text", len(data), path.name)
         self.path, self.data, self.at = path, data, 0
         self.is_binary, self.order, self.size_t = False, "<", 8
         self.version = ""
@@ -83,6 +85,7 @@ class Cursor:
                 values = np.fromstring(self.data[self.at : end].decode("ascii"), np.float64, sep=" ")
             except (DeprecationWarning, ValueError, UnicodeDecodeError):
                 raise self.fail(f"section {section} holds something else than numbers") from None
+        budget.draw("made", values.nbytes, f"section {section}")
         self.at = end
         return values
 

@@ -6,6 +6,7 @@ one type of cells, takes entities of version 4.0 for parametric nodes, and PyVis
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +21,9 @@ from ....look.style import number_of
 from ....mesh import CellBlock, Mesh
 from ....mesh.labels import own_labels
 from ....mesh.mesh import GHOST_TYPE
+from ...plumbing import budget
 from ...plumbing.ids import Index
+from ...plumbing.meshio import MAX_SETS
 from . import older
 from .cells import GmshType
 from .cursor import Cursor, Run, end_mark, kind_of, n_alike
@@ -91,6 +94,7 @@ def read(path: Path, data: bytes) -> Mesh:
 
 def _spread(index: Index, tags: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Values by tag on all items, NaN where there are none."""
+    budget.draw("made", 8 * index.n * math.prod(values.shape[1:]), "a view")
     spread = np.full((index.n, *values.shape[1:]), np.nan)
     at = index.of(tags)
     spread[at[at >= 0]] = values[at >= 0]
@@ -106,7 +110,10 @@ def _cell_data(content: _Content) -> dict[str, NDArray[Any]]:
     }
     if any(len(tags) > 1 for tags in content.groups.values()):
         # One number a cell is not enough: each named group becomes data of 0 and 1.
-        for name, (tag, dimension) in content.names.items():
+        left = max(len(content.names) - MAX_SETS, 0)
+        content.notes += [f"{left} of {len(content.names)} physical groups were left out."] if left else []
+        for name, (tag, dimension) in list(content.names.items())[:MAX_SETS]:
+            budget.draw("mesh", sum(len(run.nodes) for run in content.runs), f"the group {name!r}")
             member = [
                 np.full(
                     len(r.nodes),

@@ -17,7 +17,7 @@ from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL, own_labels
 from ....mesh.regions import named_regions
-from ...plumbing import face_based, meshio, within
+from ...plumbing import budget, face_based, meshio, within
 from ...plumbing.build import Ints, Kind, gather
 from ...plumbing.format import Format
 from ...plumbing.merge import Part, merge_parts
@@ -221,15 +221,13 @@ def _is_mirrored(parts: list[tuple[str, Part]], points: NDArray[np.float64]) -> 
 def _groups(families: Any) -> tuple[dict[int, int], list[str]]:
     """For each family of cells the number of its groups, from 1, and the names of the groups."""
     numbers: dict[int, int] = {}
-    names: list[str] = []
+    names: dict[str, int] = {}
     for family in _families(families.get("ELEME", families)):
         own = _group_names(family)
         if own:
-            label = " + ".join(own)
-            if label not in names:
-                names.append(label)
-            numbers[int(family.attrs["NUM"])] = names.index(label) + 1
-    return numbers, names
+            numbers[int(family.attrs["NUM"])] = names.setdefault(" + ".join(own), len(names) + 1)
+    budget.draw_names(tuple(names), "the names of groups")
+    return numbers, list(names)
 
 
 def _families(group: Any) -> Iterator[Any]:

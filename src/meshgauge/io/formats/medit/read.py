@@ -201,8 +201,9 @@ def _binary(path: Path, data: bytes) -> Iterator[_Rows]:
             return
         if following and not at < following <= len(data):
             raise ReadError(f"{path}: the section {code} states that the next is at byte {following} of {len(data)}")
+        stop = following or len(data)
 
-        def values(width: int, is_real: bool, start: int = at + head, code: int = code) -> Any:
+        def values(width: int, is_real: bool, start: int = at + head, code: int = code, stop: int = stop) -> Any:
             size = 4 if code == DIMENSION[1] else integer.itemsize
             if start + size > len(data):
                 raise ReadError(f"{path}: the section {code} is cut off")
@@ -210,8 +211,8 @@ def _binary(path: Path, data: bytes) -> Iterator[_Rows]:
             if not width:
                 return n
             row = np.dtype([("x", real, (width,)), ("ref", integer)]) if is_real else np.dtype((integer, (width + 1,)))
-            if n < 0 or start + size + n * row.itemsize > len(data):
-                raise ReadError(f"{path}: the section {code} states {n} rows, which {len(data)} bytes do not hold")
+            if n < 0 or start + size + n * row.itemsize > stop:
+                raise ReadError(f"{path}: the section {code} states {n} rows, which {stop - start} bytes do not hold")
             table = np.frombuffer(data, row, n, start + size)
             if is_real:
                 return table["x"].astype(real.newbyteorder("=")), table["ref"].astype(np.int64)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ....errors import ReadError
+from ...plumbing import budget
 from ...plumbing.includes import Includes
 
 _BEGIN = re.compile(r"BEGIN\s+(?:BULK\b\s*)?(?:(SUPER|AUXMODEL|MODULE)\s*=\s*(\w+))?", re.IGNORECASE)
@@ -93,7 +94,9 @@ def _bulk(path: Path) -> Iterator[tuple[Path, int, str]]:
 
 
 def _lines(path: Path, includes: Includes) -> Iterator[tuple[Path, int, str]]:
-    lines = iter(enumerate(path.read_bytes().decode("utf-8", "replace").splitlines(), 1))
+    data = path.read_bytes()
+    budget.draw("text", len(data), path.name)
+    lines = iter(enumerate(data.decode("utf-8", "replace").splitlines(), 1))
     for number, text in lines:
         if text[:7].upper() != "INCLUDE":
             yield path, number, text

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import ReadError
+from ...plumbing import budget
 from ...plumbing.face_based import Ints, offsets_of
 
 MAGIC = b"OVMB\n\r\n\xff"
@@ -187,6 +188,7 @@ class _File:
         if counted is None:
             return None
         n = self.stated[counted]
+        budget.draw("made", n * np.dtype(_number(kind)[1] or "u1").itemsize * max(_number(kind)[0], 1), "a property")
         if kind == "b":
             return np.full(n, bool(default[:1].strip(b"\0")))
         width, dtype = _number(kind)

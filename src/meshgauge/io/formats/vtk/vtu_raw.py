@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ...plumbing.budget import DENSEST, Budget
+from ...plumbing import budget
+from ...plumbing.budget import DENSEST
 from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.vtk import MARKED, RENUMBERED
 
@@ -64,7 +65,7 @@ class _Appended:
         self.is_packed = root.get("compressor") == "vtkZLibDataCompressor"
         if root.get("compressor") and not self.is_packed:
             raise _Unknown
-        self.budget = Budget(path, self.size, is_packed=self.is_packed)
+        self.what = "unpacked" if self.is_packed else "stored"
 
     def array(self, item: ElementTree.Element, rows: int, *, after: int = 0) -> NDArray[np.generic]:
         """The array of an XML element, in native byte order; ``after`` empty rows are put before it."""
@@ -73,7 +74,7 @@ class _Appended:
         name, width = item.get("Name", ""), int(item.get("NumberOfComponents", "1"))
         dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
         at = self.start + int(item.attrib["offset"])
-        self.budget.draw(rows * max(width, 1) * dtype.itemsize, name)
+        budget.draw(self.what, rows * max(width, 1) * dtype.itemsize, f"array {name!r}")
         self.file.seek(at)
         if self.is_packed:
             values = self._unpacked(name, dtype, rows * max(width, 1), after * max(width, 1))
@@ -100,7 +101,7 @@ class _Appended:
         n = self._stated(name)
         if n > self.size * (DENSEST if self.is_packed else 1):
             raise ReadError(f"{self.path}: array {name!r} states {n} bytes, the file has {self.size}")
-        self.budget.draw(n, name)
+        budget.draw(self.what, n, f"array {name!r}")
         self.file.seek(self.start + at)
         if self.is_packed:
             raw = self._unpacked(name, np.dtype(np.uint8), n, 0).tobytes()
@@ -109,6 +110,7 @@ class _Appended:
         words = raw.split(b"\0")[:-1]
         if len(words) != rows * max(width, 1):
             raise _Unknown
+        budget.draw_names(words, f"array {name!r}")
         texts = np.array([word.decode("utf-8", "replace") for word in words], dtype=np.str_)
         return texts.reshape(-1, width) if width > 1 else texts
 
