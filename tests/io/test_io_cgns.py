@@ -108,6 +108,7 @@ def test_sections_may_leave_gaps_in_their_numbers(tmp_path: Path) -> None:
         section(made, "First", 10, 3, 1, mesh.nodes(0) + 1)
     back = io.read(path)
     np.testing.assert_array_equal(back.connectivity, mesh.connectivity)
+    assert (back.cell_data["label"].tolist(), back.counted) == ([3, 9], ("points",))
     for first, message in ((3, "elements of the same numbers"), (10**9, "far beyond how many they are")):
         with h5py.File(path, "a") as file:
             file["Base/Zone/Second/ElementRange/ data"][...] = first

@@ -9,6 +9,7 @@ import pytest
 
 import meshgauge
 from meshgauge import io
+from meshgauge.mesh.labels import cell_label, find_cell, point_label
 
 POINTS = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)], float)
 CELLS = np.array([(0, 1, 2, 3), (1, 2, 3, 4)])
@@ -128,6 +129,28 @@ def test_numbers_that_only_count_are_not_kept(tmp_path: Path, name: str, first: 
     mesh = io.read(tmp_path / name)
     assert "label" not in mesh.cell_data
     assert "label" not in mesh.point_data
+    assert mesh.counted == (("cells", "points") if first == 1 else ())
+    assert (cell_label(mesh, 1), point_label(mesh, 4)) == ((2, 5) if first == 1 else (None, None))
+    assert find_cell(mesh, "1") == (0 if first == 1 else 1)
+
+
+def test_numbers_that_count_become_labels_where_positions_change(tmp_path: Path) -> None:
+    msh2(tmp_path / "a.msh", [1, 2, 3, 4, 5], [1, 2])
+    mesh = io.read(tmp_path / "a.msh")
+    second = mesh[[1]]
+    assert (second.cell_data["label"].tolist(), second.point_data["label"].tolist()) == ([2], [2, 3, 4, 5])
+    assert second.counted == ()
+    moved = mesh.replace(points=mesh.points + 1)
+    assert moved.counted == ("cells", "points")
+    assert mesh.replace(points=mesh.points[[0, 1, 2, 3, 4, 4]], point_data={}).counted == ("cells",)
+
+
+def test_exodus_without_maps_counts_from_one(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    exodus(tmp_path / "a.exo", NODES, ELEMENTS)
+    with h5py.File(tmp_path / "a.exo", "r+") as file:
+        del file["node_num_map"], file["elem_num_map"]
+    assert io.read(tmp_path / "a.exo").counted == ("cells", "points")
 
 
 @pytest.mark.parametrize("names", [("GlobalElementId", "GlobalNodeId"), ("GlobalCellIds", "GlobalPointIds")])

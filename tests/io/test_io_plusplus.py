@@ -16,7 +16,6 @@ from meshgauge.io.formats import plusplus
 
 TRIED = {
     "cgns": ("cgns", ".cgns", LINEAR),
-    "lsdyna": ("lsdyna", ".k", LINEAR),
     "febio": ("febio", ".feb", LINEAR),
     "frd": ("frd", ".frd", ("tetra", "wedge", "hexahedron")),
     "comsol": ("mphtxt", ".mphtxt", LINEAR),
@@ -62,9 +61,9 @@ def test_code_aster_may_put_an_equals_sign_behind_a_name(equals: str, tmp_path: 
 
 
 def test_includes_are_not_followed(tmp_path: Path) -> None:
-    path = tmp_path / "a.k"
-    path.write_text("*KEYWORD\n*INCLUDE\n/etc/passwd\n*END\n")
-    with pytest.raises(ReadError, match=r"a\.k: includes other files, which are not followed"):
+    path = tmp_path / "a.rad"
+    path.write_text("#RADIOSS STARTER\n#include /etc/passwd\n/END\n")
+    with pytest.raises(ReadError, match=r"a\.rad: includes other files, which are not followed"):
         io.read(path)
 
 
@@ -77,44 +76,3 @@ def test_what_is_missing_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     path.write_text("TITRE\nFINSF\nFIN\n")
     with pytest.raises(ReadError, match=r"pip install 'meshgauge\[meshioplusplus\]'"):
         io.read(path)
-
-
-DYNA = """*KEYWORD
-*NODE
-       1             0.0             0.0             0.0
-       2             1.0             0.0             0.0
-       3             1.0             1.0             0.0
-       4             0.0             1.0             0.0
-       5             0.0             0.0             1.0
-       6             1.0             0.0             1.0
-       7             1.0             1.0             1.0
-       8             0.0             1.0             1.0
-*ELEMENT_{0}
-       7       1       1       2       3       4       5       6       7       8
-*END
-"""
-
-
-@pytest.mark.parametrize("card", ["SOLID", "TSHELL"])
-def test_bricks_of_lsdyna(tmp_path: Path, card: str) -> None:
-    pytest.importorskip("meshioplusplus")
-    (tmp_path / "a.k").write_text(DYNA.format(card))
-    mesh = io.read(tmp_path / "a.k")
-    assert mesh.type_counts() == {"hexahedron": 1}
-    assert mesh.notes == ()
-
-
-@pytest.mark.usefixtures("readers_here")
-@pytest.mark.parametrize("card", ["TSHELL_BETA", "TSHELL_COMPOSITE", "SOLID_H20", "GENERALIZED_SOLID", "BEZIER3D"])
-def test_solid_elements_that_would_be_dropped_are_an_error(tmp_path: Path, card: str) -> None:
-    pytest.importorskip("meshioplusplus")
-    (tmp_path / "a.k").write_text(DYNA.format(card))
-    with pytest.raises(ReadError, match=rf"line 11: \*ELEMENT_{card} is not read"):
-        io.read(tmp_path / "a.k")
-
-
-def test_elements_of_lsdyna_that_are_no_cells_are_named(tmp_path: Path) -> None:
-    pytest.importorskip("meshioplusplus")
-    text = DYNA.format("SOLID").replace("*END", "*ELEMENT_SPH\n       1       1             1.0\n*END")
-    (tmp_path / "a.k").write_text(text)
-    assert io.read(tmp_path / "a.k").notes == ("No cells, and left out: *ELEMENT_SPH.",)

@@ -31,6 +31,7 @@ def two_polyhedra() -> Mesh:
         purpose="fv",
         stored="double",
         sources=("/here", "/beside"),
+        counted=("points",),
     )
 
 

@@ -47,6 +47,7 @@ def test_everything_survives(way: str) -> None:
             getattr(again, name)["new"] = POINTS
     assert (again.blocks, again.path, again.notes) == (mesh.blocks, mesh.path, mesh.notes)
     assert (again.purpose, again.stored, again.sources) == ("fv", "double", ("/here", "/beside"))
+    assert again.counted == ("points",)
     assert again.is_ghost is not None
     assert again.is_ghost.tolist() == [False, True]
 

@@ -28,7 +28,7 @@ from meshgauge.doctor import diagnosis, oriented
 from meshgauge.doctor.text import DiagnosisText
 from meshgauge.errors import OptionError
 from meshgauge.look import style
-from meshgauge.mesh.labels import NO_LABEL, find_cell, own_labels
+from meshgauge.mesh.labels import NO_LABEL, counts_from, find_cell
 from meshgauge.repair.fixed import fixed_points
 from meshgauge.report import FileReport
 from meshgauge.report.csv import CsvWriter
@@ -144,16 +144,12 @@ def test_an_item_without_a_number_is_named_by_its_position() -> None:
     assert (worst.cell, worst.cell_label) == (1, None)
 
 
-@pytest.mark.parametrize("numbers", [[], [0, 1, 2], [1, 2, 3]])
-def test_numbers_that_only_count_are_no_labels(numbers: list[int]) -> None:
-    assert own_labels(np.array(numbers, np.int32)) == {}
-
-
-@pytest.mark.parametrize("numbers", [[2, 3, 4], [1, 2, 4], [3, 2, 1], [0, 2]])
-def test_other_numbers_are(numbers: list[int]) -> None:
-    kept = own_labels(np.array(numbers, np.int32))["label"]
-    assert kept.dtype == np.int64
-    assert kept.tolist() == numbers
+@pytest.mark.parametrize(
+    ("numbers", "first"),
+    [([], None), ([0, 1, 2], 0), ([1, 2, 3], 1), ([2, 3, 4], None), ([1, 3], None), ([1, 0], None), ([5], None)],
+)
+def test_numbers_that_only_count(numbers: list[int], first: int | None) -> None:
+    assert counts_from(np.array(numbers, np.int32)) == first
 
 
 @pytest.mark.parametrize("size", [0.25, 1e-3, 1e-9, 30.0])
@@ -199,6 +195,45 @@ def test_one_cell_by_its_number(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert document["metrics"] == {"jens": quality.values[1]}
     assert [row["point_label"] for row in document["nodes"]] == [100, 7, 300, 5]
     assert [row["quality"] for row in document["nodes"]] == quality.node_jens[4:].tolist()
+
+
+def test_one_cell_of_a_file_that_counts_from_one(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.msh"
+    tetra = "4 2 1 1 1 2 3"
+    path.write_text(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 0 0 -1\n$EndNodes\n"
+        f"$Elements\n2\n1 {tetra} 4\n2 {tetra} 5\n$EndElements\n"
+    )
+    for wanted in ("1", "element 1", "cell 0"):
+        assert main(["report", str(path), "--cell", wanted]) == 0
+        text = capsys.readouterr().out
+        assert "tetra element 1 (cell 0)" in text
+        assert "node 4 (point 3)" in text
+    assert main(["report", str(path), "--csv", str(tmp_path / "a.csv")]) == 0
+    with (tmp_path / "a.csv").open() as table:
+        assert [row["cell_label"] for row in csv.DictReader(table)] == ["1", "2"]
+    capsys.readouterr()
+    assert main(["report", str(path), "--cell", "0"]) == 2
+    assert "no element 0: the file numbers 1 to 2;" in capsys.readouterr().err
+    assert main(["check", str(path), "--fail", "nothing invalid for elements 1"]) == 0
+    assert main(["check", str(path), "--fail", "nothing invalid for elements 2"]) == 1
+    assert "element 2 (cell 1)" in capsys.readouterr().out
+
+
+def test_rules_are_about_numbers_of_the_file() -> None:
+    def outcome(mesh: meshgauge.Mesh, text: str) -> tuple[str, int, str]:
+        (one,) = check(meshgauge.measure(mesh), [text]).outcomes
+        return one.state.value, one.n_cells, one.text
+
+    mesh = made(labelled=True)
+    assert outcome(mesh, "nothing invalid for elements 7000")[:2] == ("pass", 1)
+    assert outcome(mesh, "nothing invalid for elements 30-40, 7000")[:2] == ("fail", 2)
+    assert outcome(mesh, "nothing invalid for cells 0")[:2] == ("pass", 1)
+    assert outcome(mesh, "nothing invalid for cells 0-1 for tetra @ 1 cell")[:2] == ("pass", 2)
+    assert outcome(mesh, "nothing invalid for elements 32-6999")[2] == "the mesh has no elements 32-6999"
+    assert outcome(mesh, "nothing invalid for cells 2") == ("unchecked", 0, "the mesh has no cell 2")
+    state, _, text = outcome(made(labelled=False), "nothing invalid for elements 1")
+    assert (state, text[:34]) == ("unchecked", "the file does not number its cells")
 
 
 def test_a_cell_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,6 +5,8 @@
     nothing    = "nothing" WORD { clause }
     no-worse   = "no worse than" FILE [ "within" NUMBER ]
     clause     = "@" (NUMBER "%" | NUMBER ["cells"]) | "for" TYPE {"," TYPE} | "in" REGION {"," REGION}
+               | "for" ("elements" | "cells") RANGE {"," RANGE}
+    RANGE      = NUMBER | NUMBER "-" NUMBER
 
 Names with blanks or commas stand in quotes. Clauses come in any order, each once.
 """
@@ -24,7 +26,7 @@ from ..cells import BY_NAME, SHAPES
 from ..errors import RuleError
 from ..look.bands import POOR_TEXT
 from ..quality.metrics import METRICS
-from .rules import Allowance, Level, Nothing, NoWorse, Rule, Scope, Threshold
+from .rules import Allowance, Level, Nothing, NoWorse, Numbers, Rule, Scope, Threshold
 from .words import WORDS
 
 Kind = Literal["string", "number", "comparison", "sign", "word", "end"]
@@ -43,6 +45,13 @@ COMPARISONS = {">=": ">=", "≥": ">=", ">": ">", "<=": "<=", "≤": "<=", "<": 
 
 TYPES = tuple(dict.fromkeys((*SHAPES, *(row.name for row in BY_NAME.values() if row.dimension == 3))))
 """Names that ``for`` takes."""
+
+NOUNS: dict[str, Literal["element", "cell"]] = {
+    "element": "element", "elements": "element", "cell": "cell", "cells": "cell",
+}  # fmt: skip
+"""Words after ``for`` that numbers follow."""
+
+_RANGE = re.compile(r"(\d{1,18})(?:-(\d{1,18}))?")
 
 
 class _Token(NamedTuple):
@@ -140,10 +149,13 @@ class _Parser:
         allowance: Allowance | None = None
         types: tuple[str, ...] = ()
         regions: tuple[str, ...] = ()
+        numbers: Numbers | None = None
         while (token := self.next()).kind != "end":
             if token.text == "@" and allowance is None:
                 allowance = self.allowance()
-            elif token.text == "for" and not types:
+            elif token.text == "for" and self.peek().text in NOUNS and numbers is None:
+                numbers = self.numbers(NOUNS[self.next().text])
+            elif token.text == "for" and self.peek().text not in NOUNS and not types:
                 types = tuple(self.type_name(name, metric) for name in self.names("the name of a cell type"))
             elif token.text == "in" and not regions:
                 regions = tuple(_name(name) for name in self.names("the name of a region"))
@@ -151,7 +163,7 @@ class _Parser:
                 self.fail(token, f"'{token.text}' is there twice")
             else:
                 self.fail(token, "expected '@ 1%' (how many cells may break the rule), 'for TYPE' or 'in REGION'")
-        return allowance or Allowance(), Scope(types, regions)
+        return allowance or Allowance(), Scope(types, regions, numbers)
 
     def allowance(self) -> Allowance:
         token, value = self.number("a share such as 1%, or a number of cells")
@@ -168,6 +180,16 @@ class _Parser:
         if exact.denominator != 1:
             self.fail(token, f"no whole number of cells; for a share write {100 * value:g}%")
         return Allowance(f"{int(exact)} cell{'' if exact == 1 else 's'}", exact)
+
+    def numbers(self, noun: Literal["element", "cell"]) -> Numbers:
+        """Numbers and ranges of them."""
+        ranges = []
+        for token in self.names("a number or a range, such as 7000 or 7000-7100"):
+            match = _RANGE.fullmatch(token.text)
+            if match is None or int(match[2] or match[1]) < int(match[1]):
+                self.fail(token, "expected a number or a range, such as 7000 or 7000-7100")
+            ranges.append((int(match[1]), int(match[2] or match[1])))
+        return Numbers(noun, tuple(ranges))
 
     def names(self, what: str) -> list[_Token]:
         """One or more names with commas between."""

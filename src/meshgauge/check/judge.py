@@ -14,7 +14,7 @@ from ..cells import BY_NAME, CELL_TYPES, type_name
 from ..errors import BaselineError
 from ..look.bands import POOR_TEXT
 from ..mesh.interface import is_interface
-from ..mesh.labels import cell_label, point_label
+from ..mesh.labels import cell_label, labels_of, point_label
 from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..quality.metrics import metric
@@ -24,7 +24,7 @@ from ..status import STATUSES, Purpose, Status, is_degenerate, is_invalid, is_so
 from .baseline import KEYS, Baseline, worse
 from .grammar import rule as rule_of
 from .outcome import Check, FailingCell, Outcome, State, broken
-from .rules import Level, Nothing, NoWorse, Rule, Scope, Threshold
+from .rules import Level, Nothing, NoWorse, Numbers, Rule, Scope, Threshold
 
 JENS = "jens"
 
@@ -121,7 +121,7 @@ class _Judge:
             return Outcome(rule, State.UNCHECKED, "the mesh has no solid cells")
         if isinstance(rule, NoWorse):
             return self.no_worse(rule)
-        missing = self.missing_regions(rule.scope)
+        missing = self.missing_regions(rule.scope) or self.missing_numbers(rule.scope.numbers)
         if missing:
             return Outcome(rule, State.UNCHECKED, missing)
         cells = self.cells_of(rule.scope)
@@ -208,6 +208,23 @@ class _Judge:
                 return f"the mesh has no region {pattern!r}; it has {names or 'none'}{more}"
         return ""
 
+    def missing_numbers(self, numbers: Numbers | None) -> str:
+        """What is wrong with the numbers of a rule, if the mesh has none, or no cell of one of the ranges."""
+        if numbers is None:
+            return ""
+        own = self.numbers_of(numbers)
+        if own is None:
+            return "the file does not number its cells; 'for cells' takes positions from 0"
+        for first, last in numbers.ranges:
+            if not ((own >= first) & (own <= last)).any():
+                return f"the mesh has no {Numbers(numbers.noun, ((first, last),))}"
+        return ""
+
+    def numbers_of(self, numbers: Numbers) -> NDArray[np.int64] | None:
+        """What numbers of a rule are compared with, for each cell; None if the file does not number its cells."""
+        mesh = self.quality.mesh
+        return labels_of(mesh, "cell") if numbers.noun == "element" else np.arange(mesh.n_cells)
+
     def cells_of(self, scope: Scope, *, exactly: bool = False) -> Mask:
         """True for the solid cells that a rule is about."""
         cells = self.solid.copy()
@@ -221,6 +238,13 @@ class _Judge:
             ids, names = self.regions
             wanted = np.array([any(_matches(n, p) for p in scope.regions) for n in names], np.bool_)
             cells &= wanted[ids]
+        if scope.numbers is not None:
+            own = self.numbers_of(scope.numbers)
+            assert own is not None  # else the rule was not checked, see `missing_numbers`
+            chosen = np.zeros(len(cells), np.bool_)
+            for first, last in scope.numbers.ranges:
+                chosen |= (own >= first) & (own <= last)
+            cells &= chosen
         return cells
 
     def defined_for(self, name: str) -> Mask:

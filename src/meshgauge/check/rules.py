@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
+from typing import Literal
 
 from .words import Word
 
@@ -34,16 +35,30 @@ class Allowance:
 
 
 @dataclass(frozen=True, slots=True)
+class Numbers:
+    """Cells by number: by those of the file, or by position from 0."""
+
+    noun: Literal["element", "cell"]  #: ``element``: the file's own numbers; ``cell``: positions
+    ranges: tuple[tuple[int, int], ...]  #: first and last of each
+
+    def __str__(self) -> str:
+        ranges = [str(a) if a == b else f"{a}-{b}" for a, b in self.ranges]
+        return f"{self.noun}{'' if len(ranges) == 1 and '-' not in ranges[0] else 's'} {', '.join(ranges)}"
+
+
+@dataclass(frozen=True, slots=True)
 class Scope:
-    """Which solid cells a rule is about: all, or some types, or some regions, or both."""
+    """Which solid cells a rule is about: all, or those of some types, regions and numbers."""
 
     types: tuple[str, ...] = ()  #: names of shapes (every type measured with it) or of types; none: all
     regions: tuple[str, ...] = ()  #: names of regions, or patterns such as ``inlet*``; none: all
+    numbers: Numbers | None = None  #: None: all
 
     def __str__(self) -> str:
+        numbers = f" for {self.numbers}" if self.numbers is not None else ""
         types = f" for {', '.join(self.types)}" if self.types else ""
         regions = f" in {', '.join(map(_quote, self.regions))}" if self.regions else ""
-        return types + regions
+        return types + numbers + regions
 
 
 @dataclass(frozen=True, slots=True)

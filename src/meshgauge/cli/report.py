@@ -76,7 +76,7 @@ def report(
             )
         if table is not None:
             with batch.progress(f"writing {csv}"):
-                table.add(path, quality.mesh.types, quality.status, quality.metrics, labels_of(quality.mesh.cell_data))
+                table.add(path, quality.mesh.types, quality.status, quality.metrics, labels_of(quality.mesh, "cell"))
         if target is not None:
             batch.write(target, quality.with_data(), overwrite=in_place)
         if page is not None:

@@ -23,6 +23,7 @@ from .formats.fluent.read import FLUENT
 from .formats.gambit import GAMBIT
 from .formats.gmsh.format import GMSH
 from .formats.hedra import HEDRA
+from .formats.lsdyna.read import LSDYNA
 from .formats.mdpa import MDPA
 from .formats.med.read import MED
 from .formats.medit.format import MEDIT
@@ -75,6 +76,7 @@ ALL: tuple[Format, ...] = (
     GAMBIT,
     MDPA,
     *OTHERS,
+    LSDYNA,
     *PLUSPLUS,
 )
 

@@ -84,6 +84,9 @@ class Mesh:
         "single" or "double": how exactly the file stores the coordinates; by the dtype of the points if not given.
     sources
         Absolute paths of all files that were read for it: pieces, includes, files beside.
+    counted
+        "cells", "points": those that the file numbers from 1 on in their order. Their labels are their positions plus
+        1, and no array holds them.
     """
 
     points: NDArray[np.floating]
@@ -100,6 +103,7 @@ class Mesh:
     purpose: Purpose = "fem"
     stored: Precision | None = None
     sources: tuple[str, ...] = ()
+    counted: tuple[str, ...] = ()
     copy: InitVar[bool] = field(default=True, kw_only=True)
 
     def __post_init__(self, copy: bool) -> None:
@@ -279,6 +283,10 @@ class Mesh:
                 changes[name] = _own_data(value, name, None, copy=True)
         if changes.get("polyhedra") is not None:
             changes["polyhedra"] = cast.own_polyhedra(changes["polyhedra"], copy=True)
+        if "counted" not in changes:  # another number of items is another numbering
+            sizes = {"cells": (self.n_cells, "types"), "points": (self.n_points, "points")}
+            same = {what for what, (n, array) in sizes.items() if len(changes.get(array, range(n))) == n}
+            changes["counted"] = tuple(what for what in self.counted if what in same)
         return replace(self, **changes, copy=False)
 
     def to_pyvista(self) -> Any:

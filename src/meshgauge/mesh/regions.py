@@ -18,6 +18,7 @@ KEYS: tuple[str, ...] = (
     "medit:ref",
     "abaqus:material",
     "ansys:material",
+    "lsdyna:part",
     "mfem:attribute",
     "nastran:property",
     "nastran:material",

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError
 from . import cast
+from .labels import LABEL, labels_of
 from .mesh import CellBlock, Mesh
 from .polyhedra import IndexArray, Polyhedra, ragged_positions
 
@@ -25,6 +26,15 @@ def subset(mesh: Mesh, cells: ArrayLike | slice) -> Mesh:
     new_id = (np.cumsum(is_used) - 1).astype(mesh.connectivity.dtype)
     bounds = np.searchsorted(ids, [block.stop for block in mesh.blocks]).tolist()
     parts = zip(mesh.blocks, [0, *bounds], bounds, strict=False)
+    point_data, cell_data, counted = dict(mesh.point_data), dict(mesh.cell_data), []
+    if "cells" in mesh.counted and len(ids) == mesh.n_cells:
+        counted.append("cells")
+    elif (labels := labels_of(mesh, "cell")) is not None:
+        cell_data[LABEL] = labels
+    if "points" in mesh.counted and is_used.all():
+        counted.append("points")
+    elif (labels := labels_of(mesh, "point")) is not None:
+        point_data[LABEL] = labels
     return Mesh(
         points=mesh.points[is_used],
         types=mesh.types[ids],
@@ -32,14 +42,15 @@ def subset(mesh: Mesh, cells: ArrayLike | slice) -> Mesh:
         connectivity=new_id[connectivity],
         polyhedra=polyhedra.with_points(new_id) if polyhedra is not None else None,
         blocks=tuple(CellBlock(block.name, start, stop) for block, start, stop in parts if stop > start),
-        point_data={name: values[is_used] for name, values in mesh.point_data.items()},
-        cell_data={name: values[ids] for name, values in mesh.cell_data.items()},
+        point_data={name: values[is_used] for name, values in point_data.items()},
+        cell_data={name: values[ids] for name, values in cell_data.items()},
         field_data=mesh.field_data,
         path=mesh.path,
         notes=mesh.notes,
         purpose=mesh.purpose,
         stored=mesh.stored,
         sources=mesh.sources,
+        counted=tuple(counted),
         copy=False,
     )
 

@@ -60,7 +60,7 @@ def fixed_points(
 
 
 def _of_ids(mesh: Mesh, text: str) -> Mask:
-    labels = labels_of(mesh.point_data)
+    labels = labels_of(mesh, "point")
     numbers = np.arange(mesh.n_points) if labels is None else labels
     mask = np.zeros(mesh.n_points, np.bool_)
     for first, last in _ranges(text):

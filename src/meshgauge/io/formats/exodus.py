@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
-from ...mesh.labels import own_labels
+from ...mesh.labels import LABEL
 from ..plumbing import face_based
 from ..plumbing.build import Ints, Kind, gather
 from ..plumbing.format import Format
+from ..plumbing.ids import drop_counts
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
 from ..plumbing.steps import Step, number_steps
@@ -119,21 +120,23 @@ def read(path: Path, at: int) -> Mesh:
     if not any(len(part.types) for part in parts):
         raise ReadError(f"{path}: its element blocks are empty")
     mesh = merge_parts(parts, path=path, points=points)
-    return mesh.replace(
-        point_data=point_data,
-        cell_data={**mesh.cell_data, **cell_numbers},
-        stored="single" if is_single else "double",
+    return drop_counts(
+        mesh.replace(
+            point_data=point_data,
+            cell_data={**mesh.cell_data, **cell_numbers},
+            stored="single" if is_single else "double",
+        )
     )
 
 
 def _numbers(arrays: dict[str, Variable], name: str, n: int, path: Path) -> dict[str, NDArray[np.int64]]:
-    """What the file calls its points or elements, as data."""
+    """What the file calls its points or elements, as data: without a map they are counted from 1."""
     if name not in arrays:
-        return {}
+        return {LABEL: np.arange(1, n + 1)}
     numbers = np.asarray(arrays[name].values(), np.int64).ravel()
     if len(numbers) != n:
         raise ReadError(f"{path}: {name} has {len(numbers)} numbers, expected {n}")
-    return own_labels(numbers)
+    return {LABEL: numbers}
 
 
 def _points(arrays: dict[str, Variable], path: Path) -> tuple[NDArray[np.float64], bool]:

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ...mesh.labels import own_labels
+from ...mesh.labels import LABEL
 from ..plumbing import budget
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
-from ..plumbing.ids import Index
+from ..plumbing.ids import Index, drop_counts
 from ..plumbing.notes import count_note
 from ..plumbing.text import Text
 
@@ -146,7 +146,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     heads = np.array(content.heads, np.int64)
     sizes = np.array([_KINDS[int(code)].n_nodes for code in heads[:, 1]], np.int64)
     cells = gather(places, np.cumsum(sizes) - sizes, heads[:, 1], _KINDS)
-    cell_data: dict[str, NDArray[Any]] = {**own_labels(heads[:, 0])}
+    cell_data: dict[str, NDArray[Any]] = {LABEL: heads[:, 0]}
     field_data: dict[str, NDArray[Any]] = {}
     if content.groups:
         elements, group = Index(heads[:, 0]), np.zeros(len(heads), np.int64)
@@ -155,18 +155,19 @@ def _mesh(content: _Content, path: Path) -> Mesh:
             group[at[at >= 0]] = number
         budget.draw_names(tuple(content.groups), "the names of groups")
         cell_data[GROUP], field_data[f"{GROUP}:names"] = group, np.array(list(content.groups))
-    return Mesh(
+    mesh = Mesh(
         content.points,
         cells.types,
         cells.offsets,
         cells.connectivity,
-        point_data=own_labels(content.labels),
+        point_data={LABEL: np.array(content.labels, np.int64)},
         cell_data=cell_data,
         field_data=field_data,
         path=str(path),
         notes=count_note("Sections that hold no cells were left out", content.skipped),
         copy=False,
     )
+    return drop_counts(mesh)
 
 
 GAMBIT = Format("gambit", "GAMBIT neutral", (".neu",), sniff, read)

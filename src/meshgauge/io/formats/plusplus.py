@@ -22,7 +22,6 @@ from ..plumbing.format import Format, Reader, Sniffer, anything
 from ..plumbing.messages import is_out_of_memory
 
 _INCLUDE = {
-    "lsdyna": re.compile(rb"^\*INCLUDE", re.IGNORECASE | re.MULTILINE),
     "radioss": re.compile(rb"^[#/]include\b", re.IGNORECASE | re.MULTILINE),
     "febio": re.compile(rb"<Include\b|\b(?:from|include)\s*=\s*[\"']", re.IGNORECASE),
 }
@@ -36,41 +35,13 @@ def _by(module: str) -> Reader:
             raise ReadError(f"{path}: includes other files, which are not followed; join them first")
         if module == "febio":
             within.check_xml(path)
-        more = _left_out(path) if module == "lsdyna" else ()
         source_, notes = source(_bytes(path, module) or str(path), module, path)
-        notes = (*notes, *more)
         mesh = meshio.mesh(source_, path, notes)
         if not mesh.n_cells:
             raise ReadError(f"{path}: no cells were found in it")
         return mesh
 
     return read
-
-
-_ELEMENT = re.compile(rb"^\*ELEMENT_(\w+)", re.IGNORECASE | re.MULTILINE)
-_READ = {"SOLID", "SOLID_ORTHO", "TSHELL", "BEAM", "DISCRETE", "MASS"}
-_SOLIDS = ("SOLID", "TSHELL", "GENERALIZED_SOLID", "BEZIER3D")
-
-
-def _left_out(path: Path) -> tuple[str, ...]:
-    """A note that names the cards of LS-DYNA whose elements are no cells; meshio++ drops most without a word.
-
-    Raises
-    ------
-    ReadError
-        If solid elements would be dropped: the card and its line.
-    """
-    data = path.read_bytes()
-    names: dict[str, None] = {}
-    for match in _ELEMENT.finditer(data):
-        name = match.group(1).decode().upper()
-        if name in _READ or name.startswith("SHELL"):
-            continue
-        if name.startswith(_SOLIDS):
-            line = data.count(b"\n", 0, match.start()) + 1
-            raise ReadError(f"{path}: line {line}: *ELEMENT_{name} is not read; its solid elements would be missing")
-        names[f"*ELEMENT_{name}"] = None
-    return (f"No cells, and left out: {', '.join(names)}.",) if names else ()
 
 
 _EQUALS = re.compile(rb"^([ \t]*\w+)[ \t]+=[ \t]+(?=\w)", re.MULTILINE)
@@ -148,7 +119,6 @@ def _mark(pattern: bytes) -> Sniffer:
 PLUSPLUS: tuple[Format, ...] = tuple(
     Format(name, title, extensions, sniff, foreign=_by(module), by_content=False)
     for name, module, title, extensions, sniff in (
-        ("lsdyna", "lsdyna", "LS-DYNA keyword", (".k", ".key", ".dyn"), _mark(rb"^\*(KEYWORD|NODE|ELEMENT|PART)")),
         ("febio", "febio", "FEBio", (".feb",), _mark(rb"<febio_spec\b")),
         ("frd", "frd", "CalculiX results", (".frd",), _mark(rb"^\s*1C|^\s*2C|^ {4}1U")),
         ("comsol", "mphtxt", "COMSOL text", (".mphtxt",), anything),

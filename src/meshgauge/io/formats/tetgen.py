@@ -13,11 +13,11 @@ from ...cells import TETRA
 from ...errors import ReadError
 from ...files import sources
 from ...mesh import Mesh
-from ...mesh.labels import own_labels
+from ...mesh.labels import LABEL
 from ..plumbing import face_based
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import HEAD, Format
-from ..plumbing.ids import Index
+from ..plumbing.ids import Index, drop_counts
 from ..plumbing.text import Text
 
 _COUNTS = re.compile(rb"\A(?:#[^\n]*+\n|\s)*+(\d+(?:[ \t]+\d+)*)[ \t]*(?:#[^\n]*)?\r?(?:\n|\Z)")
@@ -120,17 +120,18 @@ def read_tetgen(path: Path) -> Mesh:
     if ((np.abs(values) < 2**53) & (values == np.trunc(values))).all():
         values = values.astype(np.int64)
     attributes = {"tetgen:attribute": values[:, 0] if n_more == 1 else values} if n_more else {}
-    return Mesh(
+    mesh = Mesh(
         points,
         cells.types,
         cells.offsets,
         cells.connectivity,
-        point_data=own_labels(numbers),
-        cell_data={**attributes, **own_labels(own)},
+        point_data={LABEL: numbers},
+        cell_data={**attributes, LABEL: own},
         path=str(path),
         notes=("Which edges have which nodes cannot be told: only the corners are in place.",) if order is None else (),
         copy=False,
     )
+    return drop_counts(mesh)
 
 
 def _order_of_middles(cells: NDArray[np.float64]) -> tuple[int, ...] | None:
@@ -172,10 +173,11 @@ def read_rf(path: Path) -> Mesh:
     ids = _places(ele, index, values[at], lambda n: row_of(int(at[n])))
     faces = face_based.Faces(face_based.offsets_of(n_faces), np.arange(len(first)), face_based.offsets_of(sizes), ids)
     cells = face_based.solids(faces, points)
-    return Mesh(
-        points, cells.types, cells.offsets, cells.connectivity, cells.polyhedra, point_data=own_labels(numbers),
+    mesh = Mesh(
+        points, cells.types, cells.offsets, cells.connectivity, cells.polyhedra, point_data={LABEL: numbers},
         path=str(path), copy=False,
     )  # fmt: skip
+    return drop_counts(mesh)
 
 
 def _parse_cells(

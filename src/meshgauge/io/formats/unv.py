@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ...mesh.labels import own_labels
+from ...mesh.labels import LABEL
 from ..plumbing import budget
 from ..plumbing.build import Kind, gather
 from ..plumbing.format import Format
-from ..plumbing.ids import Index, pad_labels
+from ..plumbing.ids import Index, drop_counts, pad_labels
 from ..plumbing.meshio import MAX_SETS
 from ..plumbing.nodes import fill_middles
 from ..plumbing.notes import count_note
@@ -199,13 +199,13 @@ def _mesh(content: _Content, path: Path) -> Mesh:
             member = np.zeros(len(heads), np.uint8)
             member[at[at >= 0]] = 1
             data[name] = member
-    return Mesh(
+    mesh = Mesh(
         points,
         cells.types,
         cells.offsets,
         cells.connectivity,
-        point_data={name: pad_labels(own, len(points)) for name, own in own_labels(numbers).items()},
-        cell_data={**data, **own_labels(heads[:, 0])},
+        point_data={LABEL: pad_labels(numbers, len(points))},
+        cell_data={**data, LABEL: heads[:, 0]},
         path=str(path),
         notes=(
             *count_note(
@@ -216,6 +216,7 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         ),
         copy=False,
     )
+    return drop_counts(mesh)
 
 
 UNV = Format("unv", "I-DEAS universal", (".unv",), sniff, read, by_content=False)

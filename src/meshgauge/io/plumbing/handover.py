@@ -24,6 +24,7 @@ _ALIGN = 64
 _POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points", "flipped", "labels")
 _OWN = ("points", "types", "offsets", "connectivity")
 _WORDS = ("purpose", "stored")
+_LISTS = ("notes", "sources", "counted")
 _DATA = ("point_data", "cell_data", "field_data")
 
 
@@ -46,9 +47,8 @@ def dump(file: BinaryIO, mesh: Mesh) -> None:
         head["polyhedra"] = {name: put(values) for name, values in held.items() if values is not None}
     for name in _DATA:
         head[name] = [(key, put(values)) for key, values in getattr(mesh, name).items()]
-    head |= {"blocks": [(b.name, b.start, b.stop) for b in mesh.blocks], "notes": mesh.notes}
-    head |= {"sources": mesh.sources, "arrays": arrays}
-    head |= {name: getattr(mesh, name) for name in _WORDS}
+    head |= {"blocks": [(b.name, b.start, b.stop) for b in mesh.blocks], "arrays": arrays}
+    head |= {name: getattr(mesh, name) for name in (*_WORDS, *_LISTS)}
     _finish(file, head)
 
 
@@ -114,8 +114,9 @@ def _mesh(data: NDArray[np.uint8], head: dict[str, Any], path: str) -> Mesh:
         polyhedra=Polyhedra(**poly) if poly else None,
         blocks=tuple(CellBlock(*block) for block in head["blocks"]),
         path=path,
+        **{name: head[name] for name in _WORDS},
         notes=tuple(head["notes"]),
         sources=tuple(head["sources"]),
-        **{name: head[name] for name in _WORDS},
+        counted=tuple(head["counted"]),
         copy=False,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh import Mesh
-from ...mesh.labels import LABEL, NO_LABEL, own_labels
+from ...mesh.labels import LABEL, NO_LABEL, counts_from
 
 GLOBAL_IDS = ("GlobalElementId", "GlobalNodeId", "GlobalCellIds", "GlobalPointIds", "GlobalIds")
 """Data in which VTK and ParaView keep the numbers of cells and points of the file that they read, or of all pieces."""
@@ -32,20 +32,26 @@ def with_labels(data: Mapping[str, NDArray[Any]], flagged: str | None = None) ->
     return dict(data)
 
 
-def drop_counts(mesh: Mesh) -> Mesh:
-    """The mesh without labels that only count its items, where they were taken from another array.
+def drop_counts(mesh: Mesh, *, only_copies: bool = False) -> Mesh:
+    """The mesh without labels that only count its items, from 0 or from 1; `Mesh.counted` keeps that they count from 1.
 
-    Of pieces one after another only the whole tells: the first counts from 0, the second goes on.
+    Of pieces one after another only the whole tells: the first counts from 0, the second goes on. With ``only_copies``
+    those alone that were taken from another array.
     """
-    changes = {}
-    for what in ("point_data", "cell_data"):
-        data = getattr(mesh, what)
+    changes: dict[str, Any] = {}
+    counted = []
+    for what in ("cell", "point"):
+        data = getattr(mesh, f"{what}_data")
         labels = data.get(LABEL)
-        if labels is None or labels.ndim != 1 or labels.dtype != np.int64 or own_labels(labels):
+        if labels is None or labels.ndim != 1 or labels.dtype != np.int64:
             continue
-        if any(name != LABEL and np.array_equal(values, labels) for name, values in data.items()):
-            changes[what] = {name: values for name, values in data.items() if name != LABEL}
-    return mesh.replace(**changes) if changes else mesh
+        first = counts_from(labels)
+        if first is None:
+            continue
+        if not only_copies or any(name != LABEL and np.array_equal(values, labels) for name, values in data.items()):
+            changes[f"{what}_data"] = {name: values for name, values in data.items() if name != LABEL}
+            counted += [f"{what}s"] * first
+    return mesh.replace(**changes, counted=tuple(counted)) if changes else mesh
 
 
 def pad_labels(labels: NDArray[np.int64], n: int) -> NDArray[np.int64]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...mesh import CellBlock, Mesh
-from ...mesh.labels import LABEL, NO_LABEL
+from ...mesh.labels import LABEL, NO_LABEL, labels_of
 from ...mesh.mesh import GHOST_TYPE
 from ...mesh.polyhedra import IndexArray, Polyhedra
 
@@ -41,6 +41,10 @@ def join_pieces(meshes: Sequence[Mesh], names: Sequence[str], *, path: Path, nam
 
 def part(mesh: Mesh, name: str = "") -> Part:
     """A mesh as a part of another."""
+    point_data, cell_data = dict(mesh.point_data), dict(mesh.cell_data)
+    for data, labels in ((point_data, labels_of(mesh, "point")), (cell_data, labels_of(mesh, "cell"))):
+        if labels is not None:
+            data[LABEL] = labels
     return Part(
         name,
         mesh.points,
@@ -48,8 +52,8 @@ def part(mesh: Mesh, name: str = "") -> Part:
         mesh.offsets,
         mesh.connectivity,
         mesh.polyhedra,
-        dict(mesh.point_data),
-        dict(mesh.cell_data),
+        point_data,
+        cell_data,
         dict(mesh.field_data),
         list(mesh.notes),
     )

@@ -122,7 +122,7 @@ def times(reader: Any) -> list[float]:
 
 def mesh(data: Any, path: Path | None = None) -> Mesh:
     """The cells of a data set, or of every leaf of a composite one: one block a leaf, in the order of the leaves."""
-    return drop_counts(merge_parts(parts(data), path=path, field_data=field_data(data)))
+    return drop_counts(merge_parts(parts(data), path=path, field_data=field_data(data)), only_copies=True)
 
 
 def parts(data: Any) -> list[Part]:

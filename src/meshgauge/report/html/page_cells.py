@@ -170,7 +170,7 @@ def arrays_of(quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Fram
 
 def _numbers(mesh: Mesh, cells: Ids, points: Ids) -> dict[str, NDArray[np.float64]]:
     """The file's own numbers, if it has any; floats, which hold them up to 2^53."""
-    of_cells, of_points = labels_of(mesh.cell_data), labels_of(mesh.point_data)
+    of_cells, of_points = labels_of(mesh, "cell"), labels_of(mesh, "point")
     return {
         **({} if of_cells is None else {"label": of_cells[cells].astype(np.float64)}),
         **({} if of_points is None else {"pointLabel": of_points[points].astype(np.float64)}),

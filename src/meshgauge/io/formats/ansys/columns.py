@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...plumbing import budget
+from ...plumbing import columns as fixed
 from ...plumbing.text import Text
 
 _END = re.compile(rb"^[ \t]*(?:-1[ \t]*$|[A-Za-z/*!])", re.MULTILINE)
 _ITEM = re.compile(r"\s*+(\d{0,4}+)\s*+([iaefg])\s*+(\d{1,4}+)[\w.]*+\s*+", re.IGNORECASE)
-_CHUNK = 1 << 17
 _WIDEST = 64  # characters of a number
 _MOST = 100  # columns
 
@@ -41,33 +41,11 @@ class Block:
         """``(n_lines, n_columns)`` numbers; 0 where a line ends before, or is blank."""
         characters = sum(width for _, width in columns)  # of each line, blanks put where it ends before
         budget.draw("made", len(self.lines) * (8 * len(columns) + characters), "a block", self.text.fail)
-        out: NDArray[Any] = np.zeros((len(self.lines), len(columns)), kind)
-        at = 0
-        while at < len(columns):  # columns of one width together
-            (start, width), n = columns[at], 1
-            while at + n < len(columns) and columns[at + n] == (start + n * width, width):
-                n += 1
-            self._fill(out[:, at : at + n], start, width, kind)
-            at += n
-        return out
-
-    def _fill(self, out: NDArray[Any], first: int, width: int, kind: type) -> None:
-        n = out.shape[1]
-        end = first + n * width
-        for start in range(0, len(self.lines), _CHUNK):
-            part = np.array([line[first:end] for line in self.lines[start : start + _CHUNK]], f"S{n * width}")
-            padded = part.view(np.uint8).reshape(len(part), n * width)
-            padded = np.where(padded == 0, 32, padded).astype(np.uint8)
-            fields = padded.reshape(len(part), n, width)
-            blank = (fields <= 32).all(axis=2)
-            fields[blank, -1] = ord("0")
-            if kind is np.float64:
-                fields[(fields == ord("D")) | (fields == ord("d"))] = ord("E")
-            try:
-                out[start : start + len(part)] = np.ascontiguousarray(fields).view(f"S{width}")[..., 0].astype(kind)
-            except (ValueError, OverflowError):
-                what = f"{'numbers' if kind is np.float64 else 'integers'} of {width} columns"
-                raise self.text.fail(f"the block that ends here holds something else than {what}") from None
+        try:
+            return fixed.table(self.lines, columns, kind)
+        except (ValueError, OverflowError):
+            what = "numbers" if kind is np.float64 else "integers"
+            raise self.text.fail(f"the block that ends here holds something else than {what} in its columns") from None
 
 
 def read_block(text: Text) -> Block:

@@ -12,6 +12,7 @@ from ....errors import MeshgaugeError, ReadError
 from ....mesh import CellBlock, Mesh
 from ...plumbing import within
 from ...plumbing.format import Format
+from ...plumbing.ids import drop_counts
 from ...plumbing.merge import merge_parts
 from ..others import by_pyvista
 from ..vtk.hdf import MAGIC
@@ -70,7 +71,7 @@ def _mesh(zones: list[cgns_zone.Zone], path: Path) -> Mesh:
         at += len(zone.part.types)
     if not mesh.n_cells:
         raise ReadError(f"{path}: has no cells")
-    return mesh.replace(blocks=tuple(blocks), notes=tuple(notes))
+    return drop_counts(mesh.replace(blocks=tuple(blocks), notes=tuple(notes)))
 
 
 CGNS = Format("cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, by_content=False)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....cells import CELL_TYPES, IS_SOLID
+from ....mesh.labels import LABEL
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import budget, face_based
 from ...plumbing.build import Cells, Ints, Kind, gather
@@ -246,6 +247,8 @@ def _unstructured(
     if curved:
         part.notes.append(f"Of {', '.join(curved)} cells the corners are in place, the other nodes as filed.")
     numbers = np.concatenate([_NONE, *(numbers for *_, numbers in made)])
+    part.cell_data[LABEL] = numbers
+    part.point_data[LABEL] = np.arange(1, len(points) + 1)
     return part, np.where(numbers <= last, listed[np.minimum(numbers, last)], 0), names
 
 

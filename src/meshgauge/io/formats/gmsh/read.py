@@ -19,10 +19,10 @@ from ....cells import BY_NAME
 from ....errors import ReadError
 from ....look.style import number_of
 from ....mesh import CellBlock, Mesh
-from ....mesh.labels import own_labels
+from ....mesh.labels import LABEL
 from ....mesh.mesh import GHOST_TYPE
 from ...plumbing import budget
-from ...plumbing.ids import Index
+from ...plumbing.ids import Index, drop_counts
 from ...plumbing.meshio import MAX_SETS
 from . import older
 from .cells import GmshType
@@ -74,7 +74,7 @@ def read(path: Path, data: bytes) -> Mesh:
             f"{number_of(curved, 'cell is', 'cells are')} above second order: corners are in place, other nodes in "
             "Gmsh's order."
         )
-    return Mesh(
+    mesh = Mesh(
         points=content.points,
         types=np.concatenate(types) if types else np.empty(0, np.uint8),
         offsets=offsets,
@@ -82,7 +82,7 @@ def read(path: Path, data: bytes) -> Mesh:
         blocks=tuple(blocks),
         point_data={
             **{name: _spread(index, *pair) for name, pair in content.node_data.items()},
-            **own_labels(content.node_tags),
+            LABEL: np.asarray(content.node_tags, np.int64),
         },
         cell_data=_cell_data(content),
         field_data=content.names,
@@ -90,6 +90,7 @@ def read(path: Path, data: bytes) -> Mesh:
         notes=tuple(content.notes),
         copy=False,
     )
+    return drop_counts(mesh)
 
 
 def _spread(index: Index, tags: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -128,7 +129,7 @@ def _cell_data(content: _Content) -> dict[str, NDArray[Any]]:
     index = Index(tags)
     for name, pair in content.element_data.items():
         data[name] = _spread(index, *pair)
-    return {**data, **own_labels(tags)}
+    return {**data, LABEL: np.asarray(tags, np.int64)}
 
 
 def _sections(cursor: Cursor) -> _Content:

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from ....cells import CELL_TYPES
 from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
-from ....mesh.labels import LABEL, own_labels
+from ....mesh.labels import LABEL, counts_from
 from ....mesh.regions import named_regions
 from ...plumbing import budget, face_based, meshio, within
 from ...plumbing.build import Ints, Kind, gather
 from ...plumbing.format import Format
+from ...plumbing.ids import drop_counts
 from ...plumbing.merge import Part, merge_parts
 from ..vtk.hdf import MAGIC
 from .cells import BY_NAME, KINDS
@@ -27,7 +28,7 @@ from .cells import BY_NAME, KINDS
 GROUP = "med:group"
 _NO_PROFILE = "MED_NO_PROFILE_INTERNAL"
 _NONE = np.empty((0, 3))
-_NO_IDS = np.empty(0, np.int64)
+_ONE = np.ones(1, np.int64)
 _WIDTH = 80  # characters of the name of a group
 _MESHIO = "meshio"
 """In the description of the meshes that meshio writes: it keeps VTK's order of nodes where it has that."""
@@ -102,15 +103,15 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
             _same(path, len(families), len(part.types), f"families of {code}")
             part.cell_data[GROUP] = _translate(families, numbers)
         part.cell_data.update(_numbers(path, own, len(part.types), f"cells of type {code}"))
-    if not any(own_labels(part.cell_data.get(LABEL, _NO_IDS)) for _, part in parts):
-        for _, part in parts:
+    if len(parts) > 1 and all(counts_from(part.cell_data.get(LABEL, _ONE)) is not None for _, part in parts):
+        for _, part in parts:  # of several types that are counted from 1 each, numbers name no cell
             part.cell_data.pop(LABEL, None)
     point_data: dict[str, NDArray[Any]] = {}
     if not is_old:
         point_data = _fields(path, file, name, parts, len(points), notes)
     elif "CHA" in file and len(file["CHA"]):
         notes.append("Fields of a file of MED's version 2 are not read; MED's medimport converts it.")
-    point_data.update(own_labels(_numbers(path, step["NOE"], len(points), "points").get(LABEL, _NO_IDS)))
+    point_data.update(_numbers(path, step["NOE"], len(points), "points"))
     mesh = merge_parts([part for _, part in parts], path=path, points=points)
     kept = dict(mesh.cell_data)
     if GROUP in kept and kept[GROUP].dtype.kind == "f":  # a type without families
@@ -119,10 +120,11 @@ def _mesh(path: Path, file: Any, name: str, group: Any) -> Mesh:
         del kept[GROUP]
     fields = {f"{GROUP}:names": np.array(names)} if GROUP in kept else {}
     is_single = step["NOE"]["COO"].dtype.itemsize == 4
-    return mesh.replace(
+    mesh = mesh.replace(
         cell_data=kept, field_data=fields, point_data=point_data, notes=tuple(notes),
         stored="single" if is_single else "double",
     )  # fmt: skip
+    return drop_counts(mesh)
 
 
 def _points(path: Path, step: Any, dimension: int) -> NDArray[np.float64]:

@@ -87,10 +87,12 @@ def read(path: Path, at: int) -> Mesh | None:
     with _open(path) as root:
         kind = _kind(root)
         if kind == "UnstructuredGrid":
-            return drop_counts(merge_parts(_parts("", root, at), path=path, field_data=_field_data(root)))
+            return drop_counts(
+                merge_parts(_parts("", root, at), path=path, field_data=_field_data(root)), only_copies=True
+            )
         if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
             parts = [part for name, group in _grids(root) for part in _parts(name, group, at)]
-            return drop_counts(merge_parts(parts, path=path, field_data=_field_data(root)))
+            return drop_counts(merge_parts(parts, path=path, field_data=_field_data(root)), only_copies=True)
     return None
 
 

@@ -148,7 +148,7 @@ def _mesh(source: _Source, version: tuple[int, int], path: Path) -> Mesh:
     point_data, cell_data = with_labels(data[b"POINT_DATA"]), with_labels(data[b"CELL_DATA"])
     mesh = Mesh(points, types, offsets, connectivity, point_data=point_data, cell_data=cell_data,
                 field_data=data[b""], path=str(path), copy=False)  # fmt: skip
-    return drop_counts(mesh)
+    return drop_counts(mesh, only_copies=True)
 
 
 def _lists(source: _Source, words: list[bytes]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -187,7 +187,7 @@ def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
         path=str(data.path),
         copy=False,
     )
-    return drop_counts(mesh)
+    return drop_counts(mesh, only_copies=True)
 
 
 def _of_step(parent: ElementTree.Element, place: str, at: int) -> list[ElementTree.Element]:
