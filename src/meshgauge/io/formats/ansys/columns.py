@@ -44,8 +44,8 @@ class Block:
         try:
             return fixed.table(self.lines, columns, kind)
         except (ValueError, OverflowError):
-            what = "numbers" if kind is np.float64 else "integers"
-            raise self.text.fail(f"the block that ends here holds something else than {what} in its columns") from None
+            what = f"{'numbers' if kind is np.float64 else 'integers'} of {columns[0][1]} columns"
+            raise self.text.fail(f"the block that ends here holds something else than {what}") from None
 
 
 def read_block(text: Text) -> Block:
