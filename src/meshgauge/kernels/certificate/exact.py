@@ -13,6 +13,8 @@ from itertools import pairwise
 from math import lcm, ldexp, nextafter, sqrt
 from typing import NamedTuple
 
+import numpy as np
+
 from .tables import INVALID, UNDECIDED, VALID, Table, table
 
 Vector = tuple[int, int, int]
@@ -178,11 +180,12 @@ def whole_table(name: str) -> Whole:
     """The table of a cell type in whole numbers."""
     row = table(name)
     vector_unit = lcm(*(w.denominator for v in row.vectors for w in v.values()))
-    term_unit = lcm(*(t[4].denominator for t in row.exact_terms))
+    own = row.exact_terms
+    term_unit = lcm(*np.unique(own.denominator).tolist())
     edge_unit = lcm(*(w.denominator for _, _, w in row.edges))
     terms: list[list[tuple[int, int, int, int]]] = [[] for _ in range(row.terms.n_coefficients)]
-    for k, a, b, c, w in row.exact_terms:
-        terms[k].append((a, b, c, int(w * term_unit)))
+    for k, a, b, c, numerator, denominator in zip(*(column.tolist() for column in own), strict=True):
+        terms[k].append((a, b, c, numerator * (term_unit // denominator)))
     n = row.terms.n_coefficients
     splits = row.splits
     weights = [Fraction(w) for w in splits.weight.tolist()]

@@ -22,20 +22,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
-from itertools import combinations, pairwise, product
-from math import factorial, prod
+from itertools import pairwise, product
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...cells import BY_NODES, CELL_TYPES, CellType, Shape
+from .splits import Exponents, Floats, Ints, Splits, multinomials, splits
 
 Weights = Mapping[int, Fraction]  #: node -> weight
-Exponents = tuple[int, ...]
 Net = list[tuple[Exponents, Weights]]  #: the Bernstein form of a derivative: control vectors as sums of nodes
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 VALID, INVALID, UNDECIDED, UNDEFINED = 0, 1, 2, 3
 """Codes of `bounds.Validity`, as the kernels write them."""
@@ -70,17 +67,15 @@ class Terms(NamedTuple):
     n_coefficients: int
 
 
-class Splits(NamedTuple):
-    """How to subdivide: options, each cutting the domain into children, whose coefficients are ``matrix @ parent``."""
+class ExactTerms(NamedTuple):
+    """The same terms with weights in rational numbers, ``(n,)`` each."""
 
-    child_start: Ints  #: (n_options + 1,)
-    row_start: Ints  #: (n_children · n + 1,)
-    column: Ints
-    weight: Floats  #: non-negative, each row sums to 1, dyadic
-    bend_start: Ints  #: (n_options + 1,) triples of coefficients whose second difference measures an option
-    bend: Ints  #: (n_bends, 3)
-    corners: Ints
-    row_length: int  #: the longest row
+    coefficient: Ints
+    a: Ints
+    b: Ints
+    c: Ints
+    numerator: Ints
+    denominator: Ints
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,7 @@ class Table:
     terms: Terms
     splits: Splits
     vectors: tuple[Weights, ...]  #: the vectors e as sums of nodes, exact
-    exact_terms: tuple[tuple[int, int, int, int, Fraction], ...]  #: (coefficient, a, b, c, weight)
+    exact_terms: ExactTerms
     edges: tuple[tuple[int, int, Fraction], ...]  #: (node, node, weight) of the mean squared edge length
 
     @property
@@ -109,8 +104,7 @@ KINDS: tuple[str, ...] = tuple(_ROWS)
 
 @cache
 def table(name: str) -> Table:
-    """The table of a cell type, worked out on first use (0.01 s to 0.3 s, above second
-    order up to some seconds) and kept.
+    """The table of a cell type, worked out on first use (0.01 s to 0.3 s) and kept.
 
     Raises
     ------
@@ -120,34 +114,43 @@ def table(name: str) -> Table:
     row = row_of(name)
     simplices = _shape(row).simplices
     nets = [_derivative(row, axis) for axis in range(3)]
-    start = np.cumsum([0, *(len(net) for net in nets)])
-    vectors = [weights for net in nets for _, weights in net]
-    terms: list[tuple[Exponents, int, int, int, Fraction]] = []
-    for (n_b, (beta, _)), (n_c, (gamma, _)), (n_a, (alpha, _)) in product(
-        enumerate(nets[1]), enumerate(nets[2]), enumerate(nets[0])
-    ):
-        total = tuple(x + y + z for x, y, z in zip(alpha, beta, gamma, strict=True))
-        weight = Fraction(
-            prod(_multinomial(simplices, exponents) for exponents in (alpha, beta, gamma)),
-            _multinomial(simplices, total),
-        )
-        terms.append((total, n_a, int(start[1]) + n_b, int(start[2]) + n_c, weight))
-    if row.order == 1 and _shape(row).least_at == "corner":
-        # Of a pyramid the determinant is bilinear over the base: of its form of degree (2, 2) the corners are enough.
-        terms = [(tuple(x // 2 for x in t[0]), *t[1:]) for t in terms if all(x in (0, 2) for x in t[0])]
-    index = {exponents: n for n, exponents in enumerate(sorted({t[0] for t in terms}, reverse=True))}
-    numbered = [(index[t[0]], *t[1:]) for t in terms]
-    corners = np.array([n for exponents, n in index.items() if _is_corner(simplices, exponents)], np.int64)
+    exponents, terms = _product(row, nets)
+    index = {tuple(place): n for n, place in enumerate(exponents.tolist())}
+    corners = np.array([n for place, n in index.items() if _is_corner(simplices, place)], np.int64)
     half_edges = _half_edges(row)
     return Table(
         name=name,
         n_nodes=row.n_nodes or 0,
-        terms=_kernel_terms(row, nets, numbered, corners, index, half_edges),
-        splits=_splits(simplices, index, corners),
-        vectors=tuple(vectors),
-        exact_terms=tuple(numbered),
+        terms=_kernel_terms(row, nets, terms, corners, index, half_edges),
+        splits=splits(simplices, exponents, corners),
+        vectors=tuple(weights for net in nets for _, weights in net),
+        exact_terms=terms,
         edges=tuple(half_edges),
     )
+
+
+def _product(row: CellType, nets: Sequence[Net]) -> tuple[Ints, ExactTerms]:
+    """Exponents of the coefficients of the determinant, and the terms that they are sums of."""
+    simplices = _shape(row).simplices
+    powers = [np.array([place for place, _ in net], np.int64) for net in nets]
+    factors = [multinomials(simplices, own) for own in powers]
+    sizes = [len(own) for own in powers]
+    b, c, a = (own.ravel() for own in np.indices((sizes[1], sizes[2], sizes[0])))
+    total = powers[0][a] + powers[1][b] + powers[2][c]
+    numerator = factors[0][a] * factors[1][b] * factors[2][c]
+    denominator = multinomials(simplices, total)
+    if row.order == 1 and _shape(row).least_at == "corner":
+        # Of a pyramid the determinant is bilinear over the base: of its form of degree (2, 2) the corners are enough.
+        kept = ((total == 0) | (total == 2)).all(axis=1)
+        a, b, c, total, numerator, denominator = (x[kept] for x in (a, b, c, total // 2, numerator, denominator))
+    common = np.gcd(numerator, denominator)
+    radix = int(total.max(initial=0)) + 1
+    key = -(total @ radix ** np.arange(total.shape[1])[::-1])  # the first exponent counts most, from above
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
+    own = ExactTerms(
+        number.reshape(-1), a, sizes[0] + b, sizes[0] + sizes[1] + c, numerator // common, denominator // common
+    )
+    return total[first], own
 
 
 def row_of(name: str) -> CellType:
@@ -176,15 +179,6 @@ def _blocks(simplices: tuple[int, ...]) -> list[slice]:
     """Where each simplex's entries are among the exponents."""
     ends = np.cumsum([0, *simplices])
     return [slice(int(a), int(b)) for a, b in pairwise(ends)]
-
-
-@cache
-def _multinomial(simplices: tuple[int, ...], exponents: Exponents) -> int:
-    result = 1
-    for block in _blocks(simplices):
-        part = exponents[block]
-        result *= factorial(sum(part)) // prod(factorial(x) for x in part)
-    return result
 
 
 def _is_corner(simplices: tuple[int, ...], exponents: Exponents) -> bool:
@@ -250,8 +244,8 @@ def _to_bernstein(size: int, order: int) -> dict[Exponents, dict[Exponents, Frac
     n = len(lattice)
     rows = [
         [
-            Fraction(_multinomial((size,), e) * prod(x**k for x, k in zip(place, e, strict=True)), order**order)
-            for e in lattice
+            Fraction(int(factor) * prod(x**k for x, k in zip(place, e, strict=True)), order**order)
+            for e, factor in zip(lattice, multinomials((size,), np.array(lattice)), strict=True)
         ]
         + [Fraction(i == j) for j in range(n)]
         for i, place in enumerate(lattice)
@@ -337,7 +331,8 @@ def _differences(row: CellType, axis: int, weights: Weights) -> list[tuple[int, 
             line.append(apex)
         total = Fraction(0)
         for a, b in pairwise(line):
-            total += weights.get(a, Fraction(0))
+            if a in weights:
+                total += weights[a]
             if total:
                 result.append((a, b, -total))
     return result
@@ -363,7 +358,7 @@ def _half_edges(row: CellType) -> list[tuple[int, int, Fraction]]:
 def _kernel_terms(
     row: CellType,
     nets: Sequence[Net],
-    terms: Sequence[tuple[int, int, int, int, Fraction]],
+    terms: ExactTerms,
     corners: Ints,
     index: Mapping[Exponents, int],
     half_edges: Sequence[tuple[int, int, Fraction]],
@@ -387,11 +382,10 @@ def _kernel_terms(
         for _, weights in net:
             parts = [(*difference(a, b), weight) for a, b, weight in _differences(row, axis, weights)]
             vectors.append([(n, sign * float(weight)) for n, sign, weight in parts])
-    by_pair: dict[tuple[int, int], list[tuple[int, int, float]]] = {}
-    for coefficient, a, b, c, weight in terms:
-        by_pair.setdefault((b, c), []).append((a, coefficient, float(weight)))
-    flat = [term for group in by_pair.values() for term in group]
-    n_terms = np.bincount([t[1] for t in flat])
+    # The terms stand by pairs (b, c) already.
+    is_first = np.r_[True, (np.diff(terms.b) != 0) | (np.diff(terms.c) != 0)]
+    pair_start = np.flatnonzero(is_first)
+    n_terms = np.bincount(terms.coefficient)
     # Roundings on the way to a coefficient: three vectors (a difference each, their sum, the scaling), the cross
     # product, the dot product, the weight, the sum of the terms; a few to spare for the bound itself.
     roundings = 3 * (max(len(v) for v in vectors) + 3) + 8 + int(n_terms.max()) + 8
@@ -410,105 +404,18 @@ def _kernel_terms(
         vector_difference=_ints([n for v in vectors for n, _ in v]),
         vector_weight=_floats([w for v in vectors for _, w in v]),
         direction_start=_starts(nets),
-        pair_b=_ints([b for b, _ in by_pair]),
-        pair_c=_ints([c for _, c in by_pair]),
-        pair_start=_starts(list(by_pair.values())),
-        term_a=_ints([t[0] for t in flat]),
-        term_coefficient=_ints([t[1] for t in flat]),
-        term_weight=_floats([t[2] for t in flat]),
+        pair_b=terms.b[pair_start],
+        pair_c=terms.c[pair_start],
+        pair_start=np.append(pair_start, len(terms.a)),
+        term_a=terms.a,
+        term_coefficient=terms.coefficient,
+        term_weight=terms.numerator / terms.denominator,
         corners=corners,
         quadratics=np.array(quadratics, np.int64).reshape(-1, 3),
         error=1.01 * roundings * U,
         ideal=_shape(row).k,
         n_coefficients=len(index),
     )
-
-
-# ---- subdivision -----------------------------------------------------------------------------------------------
-
-
-def _splits(simplices: tuple[int, ...], index: Mapping[Exponents, int], corners: Ints) -> Splits:
-    blocks = _blocks(simplices)
-    degrees = [sum(next(iter(index))[block]) for block in blocks]
-    child_start, bend_start = [0], [0]
-    rows: list[list[tuple[int, float]]] = []
-    bends: list[tuple[int, int, int]] = []
-    for block, degree in zip(blocks, degrees, strict=True):
-        if degree == 0:
-            continue
-        children = _children(block.stop - block.start)
-        for child in children:
-            cut = _child_rows(child, degree)
-            for exponents in index:
-                parts = cut[exponents[block]]
-                rows.append(
-                    [
-                        (index[exponents[: block.start] + parent + exponents[block.stop :]], float(weight))
-                        for parent, weight in parts.items()
-                    ]
-                )
-        child_start.append(child_start[-1] + len(children))
-        for exponents, n in index.items():
-            for i, j in combinations(range(block.start, block.stop), 2):
-                if exponents[i] >= 2:
-                    one, two = list(exponents), list(exponents)
-                    one[i], one[j] = one[i] - 1, one[j] + 1
-                    two[i], two[j] = two[i] - 2, two[j] + 2
-                    bends.append((n, index[tuple(one)], index[tuple(two)]))
-        bend_start.append(len(bends))
-    return Splits(
-        child_start=_ints(child_start),
-        row_start=_starts(rows),
-        column=_ints([c for r in rows for c, _ in r]),
-        weight=_floats([w for r in rows for _, w in r]),
-        bend_start=_ints(bend_start),
-        bend=np.array(bends, np.int64).reshape(-1, 3),
-        corners=corners,
-        row_length=max((len(r) for r in rows), default=0),
-    )
-
-
-def _children(size: int) -> list[list[Exponents]]:
-    """The parts of a simplex cut at the middles of its edges: vertices in barycentric coordinates times two."""
-
-    def point(*ends: int) -> Exponents:
-        return tuple(ends.count(n) for n in range(size))
-
-    parts = [[point(n, m) for m in range(size)] for n in range(size)]
-    if size == 3:
-        parts.append([point(0, 1), point(1, 2), point(0, 2)])
-    elif size == 4:
-        # The octahedron left in the middle, cut in four around one of its diagonals.
-        ring = [point(0, 1), point(0, 2), point(2, 3), point(1, 3)]
-        parts += [[point(0, 3), point(1, 2), ring[n], ring[(n + 1) % 4]] for n in range(4)]
-    return parts
-
-
-def _child_rows(child: Sequence[Exponents], degree: int) -> dict[Exponents, dict[Exponents, Fraction]]:
-    """For each coefficient of the child, its weights on the parent's: the blossom at the child's vertices."""
-    size = len(child)
-
-    def times(polynomial: dict[Exponents, int], vertex: Exponents) -> dict[Exponents, int]:
-        result: dict[Exponents, int] = {}
-        for exponents, weight in polynomial.items():
-            for n, x in enumerate(vertex):
-                if x:
-                    raised = (*exponents[:n], exponents[n] + 1, *exponents[n + 1 :])
-                    result[raised] = result.get(raised, 0) + weight * x
-        return result
-
-    # Each product of vertices is one with a vertex less, times that vertex; in units of a half for each.
-    products = {(0,) * size: {(0,) * size: 1}}
-    for exponents in sorted(product(range(degree + 1), repeat=size), key=sum):
-        if 0 < sum(exponents) <= degree:
-            last = next(n for n in range(size) if exponents[n])
-            less = (*exponents[:last], exponents[last] - 1, *exponents[last + 1 :])
-            products[exponents] = times(products[less], child[last])
-    return {
-        exponents: {parent: Fraction(weight, 2**degree) for parent, weight in polynomial.items()}
-        for exponents, polynomial in products.items()
-        if sum(exponents) == degree
-    }
 
 
 # ---- arrays ----------------------------------------------------------------------------------------------------
