@@ -194,6 +194,16 @@ def nastran(n: int) -> str:
     return f"BEGIN BULK\n{grids}{cells}ENDDATA\n"
 
 
+def lsdyna(n: int) -> str:
+    """A part for each cell."""
+    nodes = "".join(f"{k:8d}{x:16.1f}{y:16.1f}{z:16.1f}\n" for k, (x, y, z) in enumerate(points(n), 1))
+    cells = "".join(
+        "".join(f"{v:8d}" for v in (k, k, *ids, *(ids[3:] * 4))) + "\n" for k, ids in enumerate(tetra(n), 1)
+    )
+    parts = "".join(f"*PART\npart number {k}\n{k:10d}\n" for k in range(1, n + 1))
+    return f"*KEYWORD\n*NODE\n{nodes}*ELEMENT_SOLID\n{cells}{parts}*END\n"
+
+
 def exodus(folder: Path, n: int) -> Path:
     """A block and two fields for each cell."""
     import h5py
@@ -240,6 +250,7 @@ MAKERS: dict[str, Callable[[Path, int], Path]] = {
     "su2": written("a.su2"),
     "abaqus": text("a.inp", abaqus),
     "ansys": text("a.cdb", ansys),
+    "lsdyna": text("a.k", lsdyna),
     "rf": text("a.ele", rf),
     "tetgen": text("a.ele", tetgen),
     "unv": text("a.unv", unv),

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import ReadError
-from ...plumbing import columns
+from ...plumbing import budget, columns
 from ...plumbing.includes import Includes
 
 _KEYWORD = re.compile(rb"^\*[^\n]*", re.MULTILINE)
@@ -46,6 +46,7 @@ class Card:
         ends = list(accumulate(widths))
         plain = [_in_columns(line, widths) if b"," in line else line for line in lines]
         places = [(end - width, width) for end, width in zip(ends, widths, strict=True)]
+        budget.draw("made", len(lines) * (8 * len(widths) + ends[-1]), f"*{self.name}", self.fail)
         try:
             return columns.table(plain, places, kind)
         except (ValueError, OverflowError):
@@ -88,6 +89,7 @@ def cards(path: Path) -> list[Card]:
 
 def _gather(path: Path, includes: Includes, made: list[Card]) -> None:
     data = path.read_bytes().replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    budget.draw("text", len(data), path.name)
     breaks = np.flatnonzero(np.frombuffer(data, np.uint8) == 10)
     heads = list(_KEYWORD.finditer(data))
     ends = [*(head.start() for head in heads[1:]), len(data)]
