@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..jit import kernel
-from .tables import INVALID, TINY, UNDECIDED, VALID, Splits, U
+from .splits import Splits
+from .tables import INVALID, TINY, UNDECIDED, VALID, U
 
 MAX_DEPTH = 60
 
