@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, POLYHEDRON
-from ..kernels.polyhedra.hanging import INNER, PATCH
+from ..kernels.polyhedra.codes import INNER, PATCH
 from .mesh import Mesh
 from .polyhedra import ragged_positions
 from .regions import regions

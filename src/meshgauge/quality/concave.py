@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import Shape
-from ..kernels.polyhedra import driver
-from ..kernels.polyhedra import shape as polyhedra_shape
+from ..kernels.polyhedra import codes, driver
 from ..kernels.polyhedra.driver import Faces
 from ..mesh import Mesh, connectivity
 from ..status import Status
@@ -65,4 +64,4 @@ def _star_shaped(points: NDArray[np.floating], nodes: NDArray[np.int64], shape: 
         counts=np.full(n, len(shape.faces), np.int64),
     )
     bits = driver.shapes(points, faces, np.zeros(n, np.int64))
-    return np.asarray((bits & polyhedra_shape.STAR_SHAPED) != 0)
+    return np.asarray((bits & codes.STAR_SHAPED) != 0)

@@ -15,9 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels.polyhedra import driver, match
-from ..kernels.polyhedra import links as bits
-from ..kernels.polyhedra import shape as polyhedra_shape
+from ..kernels.polyhedra import codes, driver
 from ..kernels.polyhedra.driver import Faces, Links, Solids
 from ..kernels.threads import run
 from ..mesh import CellIds
@@ -53,22 +51,22 @@ class ReferenceKind(IntEnum):
 class Fault(IntFlag):
     """What was noticed about a cell. Those up to PINCHED leave it without a value."""
 
-    NO_FACES = bits.NO_FACES
-    SMALL_FACE = bits.SMALL_FACE  #: a face of fewer than three points
-    REPEATED_POINT = bits.REPEATED_POINT  #: a face that names a point twice
-    OPEN = bits.OPEN  #: an edge of one face only
-    NON_MANIFOLD = bits.NON_MANIFOLD  #: an edge of three faces or more
-    NON_ORIENTABLE = bits.NON_ORIENTABLE  #: faces that cannot all be turned outward
-    SEVERAL_SHELLS = bits.SEVERAL_SHELLS  #: faces that are not connected
-    PINCHED = bits.PINCHED  #: a node at which the surface touches itself: its faces make several rings
-    REORIENTED = bits.REORIENTED  #: some faces pointed inward; measured with all turned outward
-    HANDLE = bits.HANDLE  #: the surface is no sphere (Euler's number is not 2)
-    HANGING = bits.HANGING  #: has hanging nodes, which were taken out
+    NO_FACES = codes.NO_FACES
+    SMALL_FACE = codes.SMALL_FACE  #: a face of fewer than three points
+    REPEATED_POINT = codes.REPEATED_POINT  #: a face that names a point twice
+    OPEN = codes.OPEN  #: an edge of one face only
+    NON_MANIFOLD = codes.NON_MANIFOLD  #: an edge of three faces or more
+    NON_ORIENTABLE = codes.NON_ORIENTABLE  #: faces that cannot all be turned outward
+    SEVERAL_SHELLS = codes.SEVERAL_SHELLS  #: faces that are not connected
+    PINCHED = codes.PINCHED  #: a node at which the surface touches itself: its faces make several rings
+    REORIENTED = codes.REORIENTED  #: some faces pointed inward; measured with all turned outward
+    HANDLE = codes.HANDLE  #: the surface is no sphere (Euler's number is not 2)
+    HANGING = codes.HANGING  #: has hanging nodes, which were taken out
     WARPED_FACE = 2048  #: a face whose projected area is below 0.8 of its area
     ZERO_EDGE = 4096  #: an edge of length zero
 
 
-UNSOLID = Fault(bits.BROKEN)
+UNSOLID = Fault(codes.BROKEN)
 """The faults that leave a cell without a value."""
 
 
@@ -349,8 +347,8 @@ def _measure_chunk(
     links, candidates = driver.without_hanging(points, faces, whole, None if beyond is None else beyond[entries])
     k = np.full(len(links.node_ids), np.nan)
     which = driver.match(links, table, k)
-    is_broken = (links.faults & bits.BROKEN) != 0
-    _model_corners(links, np.repeat((which == match.NO_SOLID) & ~is_broken, links.node_counts), k)
+    is_broken = (links.faults & codes.BROKEN) != 0
+    _model_corners(links, np.repeat((which == codes.NO_SOLID) & ~is_broken, links.node_counts), k)
     js = driver.node_scaled_jacobian(points, links)
     if finds_candidates:
         candidates |= driver.candidates(points, faces, whole, js)
@@ -358,14 +356,14 @@ def _measure_chunk(
     hanging = links.is_hanging == 1
     shape = driver.shapes(points, faces, links.faults, unit)
     is_negative, is_flat = driver.corner_signs(points, links, js, single=unit == SINGLE)
-    warped, zero = (shape & polyhedra_shape.WARPED) != 0, (shape & polyhedra_shape.ZERO_EDGE) != 0
-    known = np.where(which == match.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
+    warped, zero = (shape & codes.WARPED) != 0, (shape & codes.ZERO_EDGE) != 0
+    known = np.where(which == codes.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
     return _Part(
         values=values,
         faults=links.faults | np.where(warped, Fault.WARPED_FACE, 0) | np.where(zero, Fault.ZERO_EDGE, 0),
         reference_kind=np.where(is_broken, ReferenceKind.NONE, known).astype(np.uint8),
-        is_star_shaped=(shape & polyhedra_shape.STAR_SHAPED) != 0,
-        has_plane_faces=(shape & polyhedra_shape.NOT_PLANE) == 0,
+        is_star_shaped=(shape & codes.STAR_SHAPED) != 0,
+        has_plane_faces=(shape & codes.NOT_PLANE) == 0,
         node_counts=links.node_counts,
         node_points=links.node_ids,
         node_scaled_jacobian=np.where(hanging, np.nan, js),
@@ -431,15 +429,14 @@ def _status(columns: dict[str, NDArray[Any]]) -> NDArray[np.uint8]:
     """Positive corners certify a cell whose faces are plane; one with warped faces must be star-shaped as well."""
     is_star_shaped, is_negative = columns["is_star_shaped"], columns["is_negative"]
     cases = {
-        Status.BROKEN: (columns["faults"] & bits.BROKEN) != 0,
+        Status.BROKEN: (columns["faults"] & codes.BROKEN) != 0,
         Status.NON_FINITE: np.isnan(columns["values"]),
         Status.CONCAVE: is_negative & is_star_shaped,
         Status.INVERTED: is_negative,
         Status.DEGENERATE: columns["is_flat"],
         Status.INVERTED_INSIDE: ~columns["has_plane_faces"] & ~is_star_shaped,
     }
-    codes = [np.uint8(status) for status in cases]
-    return np.select(list(cases.values()), codes, np.uint8(Status.OK))
+    return np.select(list(cases.values()), [np.uint8(status) for status in cases], np.uint8(Status.OK))
 
 
 def corner_triples(

@@ -11,10 +11,7 @@ from numpy.typing import NDArray
 
 from ...cells import TETRA
 from ..cells import flat, robust
-from . import hanging, shape
-from . import links as polyhedra_links
-from . import match as polyhedra_match
-from . import nodes as polyhedra_nodes
+from . import codes
 
 Values = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -100,13 +97,15 @@ class Solids:
 
 def links(points: Points, faces: Faces) -> Links:
     """Links of each cell, hanging nodes among them. Flips of faces that a cell has in mixed orientation are changed."""
+    from .links import orient
+
     whole = _links(faces)
-    unoriented = (whole.faults & polyhedra_links.NON_ORIENTABLE) != 0
+    unoriented = (whole.faults & codes.NON_ORIENTABLE) != 0
     if unoriented.any():
-        polyhedra_links.orient(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unoriented)
+        orient(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unoriented)
         whole = _links(faces)
-        oriented = unoriented & ((whole.faults & polyhedra_links.NON_ORIENTABLE) == 0)
-        whole.faults[oriented] |= polyhedra_links.REORIENTED
+        oriented = unoriented & ((whole.faults & codes.NON_ORIENTABLE) == 0)
+        whole.faults[oriented] |= codes.REORIENTED
     return whole
 
 
@@ -116,22 +115,24 @@ def inward(points: Points, faces: Faces) -> NDArray[np.bool_]:
     Faces of a cell are turned so that neighbours agree, and then all so that the cell has a positive volume; those that
     were turned pointed inward. False for every face of a cell whose faces make no closed surface.
     """
+    from .links import orient
+
     oriented = Faces(faces.points, faces.sizes, faces.flips.copy(), faces.counts)
-    others = polyhedra_links.BROKEN & ~polyhedra_links.NON_ORIENTABLE
+    others = codes.BROKEN & ~codes.NON_ORIENTABLE
     closed = np.asarray((_links(faces).faults & others) == 0)
-    polyhedra_links.orient(
-        points, oriented.points, oriented.sizes, oriented.flips, oriented.counts, oriented.room, closed
-    )
-    closed &= (_links(oriented).faults & polyhedra_links.BROKEN) == 0
+    orient(points, oriented.points, oriented.sizes, oriented.flips, oriented.counts, oriented.room, closed)
+    closed &= (_links(oriented).faults & codes.BROKEN) == 0
     return np.asarray((oriented.flips != faces.flips) & np.repeat(closed, faces.counts))
 
 
 def _links(faces: Faces) -> Links:
+    from .links import links as kernel
+
     n_cells, n = len(faces.counts), len(faces.points)
     faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
     node_ids, valences = np.empty(n, np.int64), np.empty(n, np.int64)
     link_points, link_faces, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
-    n_nodes, n_darts = polyhedra_links.links(
+    n_nodes, n_darts = kernel(
         faces.points,
         faces.sizes,
         faces.flips,
@@ -162,7 +163,7 @@ def _links(faces: Faces) -> Links:
 def without_hanging(points: Points, faces: Faces, whole: Links, beyond: Ids | None = None) -> tuple[Links, Candidates]:
     """The links without hanging nodes, and the candidates for more.
 
-    ``beyond`` says what lies beyond each face, see `hanging.INNER`; None if that is not known. Without it only what a
+    ``beyond`` says what lies beyond each face, see `codes`; None if that is not known. Without it only what a
     cell's own faces tell is taken out.
     """
     if beyond is not None:
@@ -201,11 +202,13 @@ def _without(
     room: int | None = None,
 ) -> tuple[Links, Candidates]:
     """As `without_hanging`; only suspects are looked at. If there is room for no links, there are none."""
+    from .hanging import remove
+
     n_nodes, n = len(of.node_ids), len(of.points) if room is None else room
     outcome, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
     link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
     unknown_faces = np.zeros(len(beyond), np.uint8)
-    darts = hanging.remove(
+    darts = remove(
         points,
         suspects,
         beyond,
@@ -226,7 +229,7 @@ def _without(
         link_twins,
     )
     links_left = Links(
-        faults=of.faults | np.where(outcome & hanging.REDUCED, polyhedra_links.HANGING, 0),
+        faults=of.faults | np.where(outcome & codes.REDUCED, codes.HANGING, 0),
         node_counts=of.node_counts,
         node_ids=of.node_ids,
         valences=valences,
@@ -236,13 +239,15 @@ def _without(
         twins=link_twins[:darts],
         faces=of.faces[:0],
     )
-    return links_left, Candidates((outcome & hanging.CANDIDATE) != 0, unknown_faces == 1)
+    return links_left, Candidates((outcome & codes.CANDIDATE) != 0, unknown_faces == 1)
 
 
 def invariants(of: Links) -> NDArray[np.uint64]:
     """One number a cell, the same for cells of one form."""
+    from .match import invariants as kernel
+
     keys = np.empty(len(of.node_counts), np.uint64)
-    polyhedra_match.invariants(of.node_counts, of.valences, of.is_hanging, of.sizes, keys)
+    kernel(of.node_counts, of.valences, of.is_hanging, of.sizes, keys)
     return keys
 
 
@@ -265,8 +270,10 @@ def solids(points: Points, faces: Faces, k: Values) -> Solids:
 
 def match(of: Links, table: Solids, k: Values) -> Ids:
     """Which solid each cell has the form of (see `match`); its constants are written to ``k``."""
+    from .match import match as kernel
+
     which, keys = np.empty(len(of.node_counts), np.int64), invariants(of)
-    polyhedra_match.match(
+    kernel(
         of.node_counts,
         of.valences,
         of.is_hanging,
@@ -295,8 +302,10 @@ def node_scaled_jacobian(points: Points, of: Links) -> Values:
 
     At a hanging node it is that of its links before it was taken out; at one of two neighbours, see `nodes`.
     """
+    from .nodes import scaled_jacobian as kernel
+
     out = np.empty(len(of.node_ids))
-    left = polyhedra_nodes.scaled_jacobian(points, of.node_ids, of.valences, of.is_hanging, of.points, out)
+    left = kernel(points, of.node_ids, of.valences, of.is_hanging, of.points, out)
     if left:
         _resolve(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences >= 3)))
         _resolve_on_edges(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences == 2)))
@@ -374,23 +383,28 @@ def _negate_multiple_windings(points: Points, of: Links, out: Values) -> None:
     """Turn the sign of nodes of five neighbours or more whose link goes around more than once."""
     nodes = np.flatnonzero((of.valences >= 5) & (out > 0.0))
     if len(nodes):
+        from .nodes import winds_once
+
         once = np.empty(len(nodes), np.uint8)
-        polyhedra_nodes.winds_once(points, of.node_ids[nodes], of.starts[nodes], of.valences[nodes], once, of.points)
+        winds_once(points, of.node_ids[nodes], of.starts[nodes], of.valences[nodes], once, of.points)
         out[nodes] = np.where(once == 1, out[nodes], -out[nodes])
 
 
 def shapes(points: Points, faces: Faces, faults: Ids, unit: float = 2.0**-53) -> Ids:
     """Bits of `shape` for each cell; ``unit`` is the relative rounding of the stored coordinates."""
+    from .shape import shapes as kernel
+    from .shape import star_shaped
+
     out = np.empty(len(faces.counts), np.int64)
-    shape.shapes(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unit, out)
-    is_broken = (faults & polyhedra_links.BROKEN) != 0
-    unseen = ((out & shape.UNSEEN) != 0) & ~is_broken
+    kernel(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unit, out)
+    is_broken = (faults & codes.BROKEN) != 0
+    unseen = ((out & codes.UNSEEN) != 0) & ~is_broken
     if unseen.any():
         some = faces.of(unseen)
         is_star_shaped = np.empty(len(some.counts), np.bool_)
-        shape.star_shaped(points, some.points, some.sizes, some.flips, some.counts, some.room, is_star_shaped)
-        out[unseen] |= np.where(is_star_shaped, shape.STAR_SHAPED, 0)
-    return np.where(is_broken, out & ~shape.STAR_SHAPED, out)
+        star_shaped(points, some.points, some.sizes, some.flips, some.counts, some.room, is_star_shaped)
+        out[unseen] |= np.where(is_star_shaped, codes.STAR_SHAPED, 0)
+    return np.where(is_broken, out & ~codes.STAR_SHAPED, out)
 
 
 def cell_jens(scaled_jacobian: Values, k: Values, of: Links) -> tuple[Values, Values]:

@@ -32,16 +32,11 @@ import numpy as np
 
 from ..arrays import BoolArray, Float64Array, FloatArray, Index, Int64Array, UInt8Array
 from ..jit import inlined, kernel
+from .codes import CANDIDATE, INNER, PATCH, REDUCED
 
 FLAT = 0.9396926207859084  # cos 20°
 COPLANAR = 0.1 * 0.017453292519943295
 """Radians between the normals of faces that are one, if they are of one patch of the boundary."""
-
-INNER, PATCH = 1, 2
-"""What lies beyond a face: a cell; a patch of the boundary, which are numbered from here. 0: not known."""
-
-REDUCED, CANDIDATE = 1, 2
-"""Bits of the outcome for a cell: something was taken out; more would be if cells lay beyond all faces."""
 
 
 @inlined

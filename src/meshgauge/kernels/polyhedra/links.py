@@ -23,20 +23,18 @@ import numpy as np
 
 from ..arrays import BoolArray, FloatArray, Index, Int64Array, UInt8Array
 from ..jit import inlined, kernel
-
-# What may be wrong with a cell, one bit each; `Fault` gives them names.
-NO_FACES = 1
-SMALL_FACE = 2
-REPEATED_POINT = 4
-OPEN = 8
-NON_MANIFOLD = 16
-NON_ORIENTABLE = 32
-SEVERAL_SHELLS = 64
-PINCHED = 128
-BROKEN = 255  # any of the above: the cell is no solid
-REORIENTED = 256
-HANDLE = 512
-HANGING = 1024
+from .codes import (
+    BROKEN,
+    HANDLE,
+    NO_FACES,
+    NON_MANIFOLD,
+    NON_ORIENTABLE,
+    OPEN,
+    PINCHED,
+    REPEATED_POINT,
+    SEVERAL_SHELLS,
+    SMALL_FACE,
+)
 
 LOW, HASH = 0x7FFFFFFF, 0x4F1BBCDD  # 31 bits; 2^31/φ (Knuth, TAOCP 3, 6.4): the product fits 63 bits
 

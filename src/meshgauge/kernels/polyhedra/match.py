@@ -14,8 +14,7 @@ import numpy as np
 
 from ..arrays import Float64Array, Index, Int64Array, UInt8Array, UInt64Array
 from ..jit import inlined, kernel
-
-NO_SOLID, PRISM, ANTIPRISM = -1, -2, -3
+from .codes import ANTIPRISM, NO_SOLID, PRISM
 
 
 @inlined

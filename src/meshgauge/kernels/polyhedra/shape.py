@@ -19,8 +19,7 @@ import numpy as np
 
 from ..arrays import BoolArray, Float64Array, FloatArray, Index, Int64Array, UInt8Array
 from ..jit import inlined, kernel
-
-STAR_SHAPED, WARPED, ZERO_EDGE, UNSEEN, NOT_PLANE = 1, 2, 4, 8, 16
+from .codes import NOT_PLANE, STAR_SHAPED, UNSEEN, WARPED, ZERO_EDGE
 
 WARP = 0.8
 """A face is warped if its projected area is less than this of its area (OpenFOAM's checkMesh, faceFlatness)."""
