@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cache
 from math import inf, nan, sqrt
 
 import numpy as np
@@ -41,7 +42,7 @@ signed_pairs = of_pairs([(row, shape) for row, shape in PAIRS if row.is_signed])
 array_pairs = of_pairs([(row, shape) for row, shape in PAIRS if row.name in meshgauge.__all__])
 """Metrics that have a function on arrays."""
 
-N = 2000
+N = 1000
 
 
 def one_by_one(x: Floats) -> tuple[Floats, NDArray[np.int64]]:
@@ -189,7 +190,7 @@ def test_random_cells_are_in_range(row: Metric, shape: Shape) -> None:
 @both_paths
 @pairs
 def test_the_oracle_agrees(row: Metric, shape: Shape) -> None:
-    x = np.concatenate([random_cells(shape, noise=noise, seed=m) for m, noise in enumerate((0.05, 0.3, 0.8, 3.0))])
+    x = np.concatenate([random_cells(shape, 500, noise=noise, seed=m) for m, noise in enumerate((0.05, 0.3, 0.8, 3.0))])
     got, expected = cell_values(row, shape.name, x), ORACLES[row.name](shape.name, x)
     # The oracle is rounded: where a corner is flat to rounding, a fold may pick another node.
     sure = np.abs(oracle.triple_scaled_jacobian(shape.name, x)).min(axis=1) > 1e-12
@@ -230,24 +231,22 @@ def test_reflection_negates_what_is_signed_and_nothing_else(row: Metric, shape: 
 @both_paths
 @pairs
 def test_the_cells_own_renumberings_change_nothing(row: Metric, shape: Shape) -> None:
-    x = random_cells(shape, 300)
+    x = random_cells(shape, 100)
     expected = cell_values(row, shape.name, x)
     group = symmetries(shape)
     order = {"tetra": 12, "pyramid": 4, "hexahedron": 24}
     assert len(group) == order.get(shape.name, shape.n_nodes)  # of a prism over n corners: 2 n
-    for images in group:
-        np.testing.assert_allclose(
-            cell_values(row, shape.name, x[:, list(images)]),
-            expected,
-            rtol=1e-9 if row.range[1] == inf else 0,
-            atol=1e-12,
-        )
-        if "node" in row.where:
-            np.testing.assert_allclose(
-                node_values(row, shape.name, x[:, list(images)]),
-                node_values(row, shape.name, x)[:, list(images)],
-                atol=1e-12,
-            )
+    renumbered = np.concatenate([x[:, list(images)] for images in group])
+    np.testing.assert_allclose(
+        cell_values(row, shape.name, renumbered),
+        np.tile(expected, len(group)),
+        rtol=1e-9 if row.range[1] == inf else 0,
+        atol=1e-12,
+    )
+    if "node" in row.where:
+        nodes = node_values(row, shape.name, x)
+        expected_nodes = np.concatenate([nodes[:, list(images)] for images in group])
+        np.testing.assert_allclose(node_values(row, shape.name, renumbered), expected_nodes, atol=1e-12)
 
 
 @node_pairs
@@ -272,15 +271,23 @@ def test_jens_falls_off_on_both_sides_of_k(shape: Shape) -> None:
 # --- special values ---------------------------------------------------------------------------------------------------
 
 
+@cache
+def exact_nodes(shape: str, scale: float) -> Floats:
+    """J_S at the nodes of random cells of a size."""
+    return np.array(
+        [oracle.exact_node_scaled_jacobian(shape, cell * scale) for cell in random_cells(SHAPES[shape], 20)]
+    )
+
+
 @both_paths
 @pairs
 @pytest.mark.parametrize("scale", [1e-200, 1e-160, 1e-30, 1e160, 1e290])
 def test_any_size(row: Metric, shape: Shape, scale: float) -> None:
     if scale > 1 and row.length_power > 1:
         pytest.skip("areas and volumes are beyond the greatest double")
-    x = random_cells(shape, 40)
+    x = random_cells(shape, 20)
     if "node" in row.where:
-        nodes = np.array([oracle.exact_node_scaled_jacobian(shape.name, cell * scale) for cell in x])
+        nodes = exact_nodes(shape.name, scale)
         expected = oracle.fold(nodes if row.name == "scaled_jacobian" else oracle.jens(nodes, shape.k))
     else:
         expected = ORACLES[row.name](shape.name, x) * scale**row.length_power
@@ -320,13 +327,12 @@ def test_flat_cells_are_zero(row: Metric, shape: Shape) -> None:
 @pairs
 @pytest.mark.parametrize("bad", [nan, inf, -inf])
 def test_a_coordinate_that_is_no_number_makes_the_cell_undefined(row: Metric, shape: Shape, bad: float) -> None:
-    for node in range(shape.n_nodes):
-        for component in range(3):
-            x = np.array([shape.points] * 3)
-            x[1, node, component] = bad
-            values = cell_values(row, shape.name, x)
-            assert np.isnan(values[1])
-            assert values[[0, 2]] == pytest.approx(row.standard(shape.name).ideal, abs=1e-14)
+    n = 3 * shape.n_nodes
+    x = np.array([shape.points] * (2 * n + 1))
+    x.reshape(len(x), n)[1 + 2 * np.arange(n), np.arange(n)] = bad  # of every second cell one coordinate
+    values = cell_values(row, shape.name, x)
+    assert np.isnan(values[1::2]).all()
+    assert values[::2] == pytest.approx(row.standard(shape.name).ideal, abs=1e-14)
 
 
 @shapes
@@ -353,7 +359,7 @@ coordinates = st.floats(-1e3, 1e3) | st.sampled_from([0.0, 1.0, 0.5, 1 / 3, 1e-1
 
 
 @shapes
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(data=st.data())
 def test_any_coordinates_have_the_exact_sign_and_value(shape: Shape, data: st.DataObject) -> None:
     flat = data.draw(st.lists(coordinates, min_size=3 * shape.n_nodes, max_size=3 * shape.n_nodes))
@@ -380,7 +386,7 @@ def test_a_component_lost_beside_a_huge_one_still_has_its_sign() -> None:
 def test_near_flat_corners_have_the_exact_sign(shape: Shape) -> None:
     """Corners flat to a few units in the last place, where the rounded determinant is wrong once in twenty."""
     rng = np.random.default_rng(11)
-    x = random_cells(shape, 300)
+    x = random_cells(shape, 150)
     normal = rng.normal(size=3)
     x -= (x @ normal / (normal @ normal))[..., None] * normal
     x += 1

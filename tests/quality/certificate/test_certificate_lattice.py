@@ -54,7 +54,7 @@ def least_on_lattice(name: str, cell: list[list[int]]) -> Fraction:
 
 
 @pytest.mark.parametrize(("name", "n_nodes"), [("tetra", 4), ("pyramid", 5), ("wedge", 6), ("hexahedron", 8)])
-@settings(deadline=None, max_examples=30)
+@settings(deadline=None, max_examples=15)
 @given(data=st.data())
 def test_verdict_and_rational_values(name: str, n_nodes: int, data: st.DataObject) -> None:
     base = {

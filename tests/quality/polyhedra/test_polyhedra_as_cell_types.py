@@ -52,7 +52,7 @@ def test_a_mesh_converted_to_polyhedra_scores_the_same_cell_by_cell(name: str) -
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 6), st.integers(-250, 250))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_random_cells_converted_to_polyhedra_score_the_same(seed: int, quarters: int, exponent: int) -> None:
     rng = np.random.default_rng(seed)
     points, cells, start = [], [], 0
@@ -65,7 +65,7 @@ def test_random_cells_converted_to_polyhedra_score_the_same(seed: int, quarters:
 
 
 @given(st.lists(st.integers(-1, 1), min_size=24, max_size=24))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_cells_with_flat_corners_have_the_exact_sign(grid: list[int]) -> None:
     """Hexahedra on a 3³ grid: zero-length edges, flat corners and folded ones, at a place far from zero."""
     mesh = Mesh.from_arrays(np.reshape(grid, (8, 3)) / 3.0 + 1e3, [("hexahedron", [range(8)])])
