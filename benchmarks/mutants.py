@@ -40,7 +40,7 @@ TESTS = {
     "io/plumbing": ("tests/io",),
     "kernels/cells": ("tests/kernels", "tests/quality"),
     "kernels/certificate": ("tests/quality/certificate", "tests/quality"),
-    "kernels/polyhedra": ("tests/quality/polyhedra",),
+    "kernels/polyhedra": ("tests/quality/polyhedra", "tests/quality/test_flat.py", "tests/quality/test_concave.py"),
     "kernels/topology": ("tests/doctor", "tests/mesh"),
     "kernels/repair": ("tests/repair",),
 }

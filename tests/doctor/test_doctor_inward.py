@@ -70,6 +70,7 @@ def test_faces_of_a_polyhedron_that_point_inward(which: set[int]) -> None:
     assert found.cells.tolist() == [[0, -1]] * len(which)
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("solid", [prism(5), prism(6), antiprism(4)], ids=["penta", "hexa", "antiprism"])
 def test_of_any_polyhedron_and_written_to_any_format_of_faces(
     solid: meshgauge.quality.reference.Solid, tmp_path: Path

@@ -92,6 +92,11 @@ TEXTS: dict[str, dict[str, str]] = {
         "a.ele": "# RF\n1 0\n0 6\n" + "".join(f" {i} 4 {f}\n" for i, f in enumerate(_FACES)),
         "a.node": "8 3 0 0\n" + _numbered(_CUBE, 0),
     },
+    "lsdyna": {
+        "a.k": "*KEYWORD\n*NODE\n"
+        + "".join("{:8d}{:>16}{:>16}{:>16}\n".format(i, *line.split()) for i, line in enumerate(_CUBE.splitlines(), 1))
+        + "*ELEMENT_SOLID\n" + "".join(f"{i:8d}" for i in (1, 1, *range(1, 9))) + "\n*END\n"
+    },
     "tetgen": {"a.ele": "1 4 1\n1 1 2 3 4 7\n# end\n", "a.node": "4 3 0 0\n" + _numbered(_TETRA)},
     "unv": {
         "a.unv": "    -1\n  2411\n"
@@ -163,7 +168,7 @@ TEXTS: dict[str, dict[str, str]] = {
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
        "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
-       "vtk")  # fmt: skip
+       "vtk", "lsdyna")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -75,7 +76,7 @@ def test_every_value_has_a_band(value: float, name: str) -> None:
 
 
 PROGRAM = """
-import sys, types
+import json, sys, types
 source = open(sys.argv[1], encoding="utf-8").read().replace("POOR = 0.2", "POOR = 0.35")
 import meshgauge.look
 module = types.ModuleType("meshgauge.look.bands")
@@ -83,41 +84,36 @@ sys.modules["meshgauge.look.bands"] = module
 meshgauge.look.bands = module
 exec(compile(source, sys.argv[1], "exec"), module.__dict__)
 from meshgauge.cli.main import main
-sys.argv = ["meshgauge", *sys.argv[2:]]
-main()
+for arguments in json.loads(sys.argv[2]):
+    main(arguments)
+    print(chr(0), flush=True)
 """
-"""meshgauge with another end of what is poor."""
+"""meshgauge with another end of what is poor: the outputs of several commands, a NUL behind each."""
+
+OUTPUTS = {
+    "report GOOD --no-diagnosis": ("poor (< 0.35)", "below 0.35 poor"),
+    "report --help": ("below 0.35 poor",),
+    "compare MESH GOOD": ("below 0.35",),
+    "check MESH": ("jens >= 0.35 @ 1%",),
+    "check --help": ("below 0.35",),
+    "metrics jens": ("acceptable 0.35 to 1",),
+    "report MESH --html PAGE": (),
+}
+"""Commands, and what stands in their output."""
 
 
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        (("report", "GOOD", "--no-diagnosis"), ("poor (< 0.35)", "below 0.35 poor")),
-        (("report", "--help"), ("below 0.35 poor",)),
-        (("compare", "MESH", "GOOD"), ("below 0.35",)),
-        (("check", "MESH"), ("jens >= 0.35 @ 1%",)),
-        (("check", "--help"), ("below 0.35",)),
-        (("metrics", "jens"), ("acceptable 0.35 to 1",)),
-    ],
-    ids=" ".join,
-)
-def test_outputs_follow_the_band(arguments: tuple[str, ...], expected: tuple[str, ...]) -> None:
-    meshes = {"MESH": "bracket.vtu", "GOOD": "bracket_good.vtu"}
-    folder = ROOT / "examples" / "meshes"
-    given = [str(folder / meshes[argument]) if argument in meshes else argument for argument in arguments]
-    command = [sys.executable, "-c", PROGRAM, str(SRC / "look" / "bands.py"), *given]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    text = re.sub(r"\s+", " ", done.stdout)
-    for phrase in expected:
-        assert phrase in text, done.stdout + done.stderr
-    assert not re.search(r"(below|<|>=) 0\.2\b(?! @)", text) or "--help" in arguments
-
-
-def test_a_page_follows_the_band(tmp_path: Path) -> None:
-    page = tmp_path / "page.html"
-    mesh = str(ROOT / "examples" / "meshes" / "bracket.vtu")
-    given = ["report", mesh, "--html", str(page)]
-    subprocess.run([sys.executable, "-c", PROGRAM, str(SRC / "look" / "bands.py"), *given], check=True)
+def test_outputs_follow_the_band(tmp_path: Path) -> None:
+    folder, page = ROOT / "examples" / "meshes", tmp_path / "page.html"
+    meant = {"MESH": str(folder / "bracket.vtu"), "GOOD": str(folder / "bracket_good.vtu"), "PAGE": str(page)}
+    commands = json.dumps([[meant.get(word, word) for word in line.split()] for line in OUTPUTS])
+    program = [sys.executable, "-c", PROGRAM, str(SRC / "look" / "bands.py"), commands]
+    done = subprocess.run(program, capture_output=True, text=True, check=True)
+    for (line, expected), output in zip(OUTPUTS.items(), done.stdout.split("\0\n")[:-1], strict=True):
+        text = re.sub(r"\s+", " ", output)
+        for phrase in expected:
+            assert phrase in text, line
+        if expected and "--help" not in line:
+            assert not re.search(r"(below|<|>=) 0\.2\b(?! @)", text), line
     text = page.read_text(encoding="utf-8")
     for phrase in ("below 0.35 poor", "poor, below 0.35", '<i style="left:35%">0.35</i>', '"poorBelow":0.35'):
         assert phrase in text

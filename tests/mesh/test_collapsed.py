@@ -205,6 +205,7 @@ def test_worst_node_is_counted_in_the_cell_of_the_file() -> None:
 EXTENSIONS = [".vtu", ".vtk", ".vtkhdf", ".inp", ".msh", ".mesh", ".su2", ".ugrid", ".med", ".xdmf"]
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("extension", EXTENSIONS)
 def test_the_brick_of_the_file_is_written_back(tmp_path: Path, extension: str) -> None:
     mesh, _ = mesh_of("hexahedron", [(0, 1, 2, 2, 4, 5, 6, 6), (0, 1, 2, 3, 4, 4, 4, 4), (0, 1, 2, 2, 4, 4, 4, 4)])

@@ -10,6 +10,7 @@ from repair_meshes import cells, curved, on_boundary, shaken
 
 import meshgauge
 from meshgauge import Mesh, MeshError, Status
+from meshgauge.repair.phases import untwist
 
 KINDS = ("tetra", "pyramid", "wedge", "hexahedron", "mixed")
 
@@ -36,6 +37,16 @@ def test_cells_inverted_inside_are_untwisted() -> None:
     result = meshgauge.improve(shaken("mixed", 4, 0.6))
     assert "untwist" in {moment.phase for moment in result.history}
     assert (result.after.status == Status.OK).all()
+
+
+def test_nothing_is_untwisted_where_no_cell_is_twisted(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("untwisted")
+
+    monkeypatch.setattr(untwist, "raise_worst", refuse)
+    mesh = shaken("wedge", 3, 0.3)
+    assert Status.INVERTED_INSIDE not in meshgauge.measure(mesh).status
+    assert (meshgauge.improve(mesh).after.status == Status.OK).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -221,5 +221,9 @@ def test_what_cannot_be_drawn_is_said_in_a_line(
     assert message in error
     assert error.count("\n") == 1
     assert not target.exists()
+
+
+def test_a_picture_replaces_no_mesh_and_shows_two_at_most(pytestconfig: pytest.Config) -> None:
+    mesh = str(pytestconfig.rootpath / "examples/meshes/bracket.vtu")
     assert main(["view", mesh, "--screenshot", mesh]) == 2
     assert main(["view", str(pytestconfig.rootpath / "examples/meshes/*")]) == 2  # three

@@ -86,11 +86,10 @@ def _decide(
     if high <= 0:
         return INVALID, low, high
     # Depth first; every cut multiplies by a common unit, which each part carries along.
-    parts = [(coefficients, 1)]
+    parts, n_splits = [(coefficients, 1)], 0
     done = Fraction(min(coefficients[c] for c in corners))
-    for _ in range(max_splits):
-        if not parts or not whole.children:
-            break
+    while high > 0 and parts and whole.children and n_splits < max_splits:
+        n_splits += 1
         parent, unit = parts.pop()
         option = _option(row, parent)
         unit *= whole.child_unit
@@ -105,8 +104,6 @@ def _decide(
                 open_parts.append((Fraction(least, unit), values))
         open_parts.sort(key=lambda part: -part[0])
         parts += [(values, unit) for _, values in open_parts]
-        if high <= 0:
-            break
     low = min([done, *(Fraction(min(values), unit) for values, unit in parts)])
     return (INVALID if high <= 0 else UNDECIDED if parts else VALID), low, high
 

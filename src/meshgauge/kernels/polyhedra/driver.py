@@ -170,7 +170,7 @@ def without_hanging(points: Points, faces: Faces, whole: Links, beyond: Ids | No
         return _without(points, whole, np.ones(len(whole.node_counts), np.bool_), beyond, True)
     may = np.asarray(whole.valences == 2)
     four = np.flatnonzero(whole.valences == 4)
-    may[four] = (whole.sizes[whole.starts[four][:, None] + np.arange(4)] <= 6).all(axis=1)
+    may[four] = (whole.sizes[whole.starts[four][:, None] + np.arange(4)] == 4).all(axis=1)
     suspects, unknown = _any(may, whole), np.zeros(len(faces.sizes), np.int64)
     if not suspects.any():
         return whole, Candidates(suspects, unknown == 1)
