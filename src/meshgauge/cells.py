@@ -36,7 +36,7 @@ Triple = tuple[int, int, int, int]
 """A corner: node ``a`` and its neighbours ``i, j, k``, right-handed in a valid cell."""
 
 Place = tuple[int, int, int]
-"""Coordinates of a node in the reference cell, whole numbers in units of 1/order."""
+"""Coordinates of a node in the reference cell, whole numbers in units of 1/order (or of 1/`CellType.unit`)."""
 
 Weights = tuple[tuple[int, int], ...]
 """A weighted sum of nodes: ``(node, weight)``, the weights in sixteenths."""
@@ -91,6 +91,7 @@ class CellType:
     corners: tuple[int, ...] = ()  #: position in the cell of each node of the shape
     order: int = 0  #: of the map from the reference cell, 0 if unknown: what is known is certified inside
     places: tuple[Place, ...] = ()  #: the nodes in the reference cell; then those that the full lattice has beside
+    unit: int = 0  #: places are in units of 1/unit; 0: of 1/order
     beside: tuple[Weights, ...] = ()  #: those nodes of the lattice, from the cell's own
     n_middles: int = 0  #: the first so many edges of the shape have a node in the middle, after the corners
     reversal: tuple[int, ...] = ()  #: the nodes numbered in reverse; empty: two reference coordinates exchanged
@@ -233,6 +234,11 @@ def _lattice(corners: Sequence[Place], *between: Iterable[Sequence[int]]) -> tup
     return tuple((_twice(corners, s, 0), _twice(corners, s, 1), _twice(corners, s, 2)) for s in sets)
 
 
+def _times(place: Place, factor: int) -> Place:
+    r, s, t = place
+    return factor * r, factor * s, factor * t
+
+
 def _twice(corners: Sequence[Place], some: Sequence[int], axis: int) -> int:
     return 2 * sum(corners[a][axis] for a in some) // len(some)
 
@@ -280,6 +286,23 @@ _PYRAMID14_BESIDE = (
 )
 
 
+# Nodes that are no lattice: in the middle of triangles and inside, in units of 1/12.
+_TETRA15 = (
+    *(_times(place, 6) for place in _lattice(TETRA.reference, TETRA.edges)),
+    *((4, 4, 0), (4, 0, 4), (4, 4, 4), (0, 4, 4), (3, 3, 3)),
+)
+_WEDGE21 = (
+    *(_times(place, 6) for place in _lattice(WEDGE.reference, WEDGE.edges)),
+    *((4, 4, 0), (4, 4, 12)),
+    *(_times(place, 6) for place in _WEDGE18[15:]),
+    (4, 4, 6),
+)
+_PYRAMID19 = (
+    *(_times(place, 6) for place in _PYRAMID13[:14]),
+    *((6, 0, 4), (12, 6, 4), (6, 12, 4), (0, 6, 4), (6, 6, 3)),
+)
+
+
 # ---- the rows --------------------------------------------------------------------------------------------------------
 
 
@@ -312,6 +335,11 @@ def _quadratic(
     )
 
 
+def _enriched(vtk_id: int, name: str, shape: Shape, places: tuple[Place, ...]) -> CellType:
+    """Of second order, with nodes that are no lattice in the middle of triangles and inside."""
+    return replace(_quadratic(vtk_id, name, shape, places), unit=12)
+
+
 def _high_order(
     vtk_id: int, name: str, shape: Shape, n_nodes: int | None, vtk_class: str = "", beside: tuple[int, ...] = ()
 ) -> CellType:
@@ -339,7 +367,7 @@ _ROWS: tuple[CellType, ...] = (
     _quadratic(31, "wedge12", WEDGE, _WEDGE18, _WEDGE12_BESIDE, n_middles=6),
     _quadratic(32, "wedge18", WEDGE, _WEDGE18),
     _quadratic(33, "hexahedron24", HEXAHEDRON, _HEX27, _HEX24_BESIDE),
-    _high_order(37, "pyramid19", PYRAMID, 19, "vtkTriQuadraticPyramid"),
+    _enriched(37, "pyramid19", PYRAMID, _PYRAMID19),
     # VTK has no cells of these four: here, of formats whose nodes beside the corners are in no order that is known.
     _high_order(64, "higher_order_tetra", TETRA, None),
     _high_order(65, "higher_order_wedge", WEDGE, None),
@@ -413,6 +441,8 @@ _LAGRANGE = (
     *(("wedge", of) for of in ("wedge", "wedge15", "wedge18")),
     *(("pyramid", of) for of in ("pyramid", "pyramid13")),
 )
+_TETRA15_ROW = _enriched(71, "tetra15", TETRA, _TETRA15)
+_WEDGE21_ROW = _enriched(73, "wedge21", WEDGE, _WEDGE21)
 _PYRAMID14 = _quadratic(74, "pyramid14", PYRAMID, _PYRAMID13, _PYRAMID14_BESIDE)
 
 
@@ -475,6 +505,8 @@ def _above_second(name: str, order: int, *, is_bernstein: bool) -> CellType:
 _OF_NODES = (
     *(_of_nodes(f"lagrange_{name}", BY_NAME[of]) for name, of in _LAGRANGE),
     _of_nodes("lagrange_pyramid", _PYRAMID14),
+    _of_nodes("lagrange_tetra", _TETRA15_ROW),
+    _of_nodes("lagrange_wedge", _WEDGE21_ROW),
     *(_of_nodes(f"bezier_{name}", BY_NAME[name]) for name in ("tetra", "hexahedron", "wedge", "pyramid")),
     *(
         _of_nodes(f"bezier_{name}", BY_NAME[of], is_bernstein=True)
@@ -482,7 +514,8 @@ _OF_NODES = (
     ),
     *(
         _above_second(name, order, is_bernstein=is_bernstein)
-        for name, order in (("tetra", 3), ("tetra", 4), ("wedge", 3), ("hexahedron", 3))
+        for name in ("tetra", "wedge", "hexahedron")
+        for order in (3, 4)
         for is_bernstein in (False, True)
     ),
 )

@@ -10,7 +10,7 @@ import pytest
 from io_meshes import LINEAR, assert_same_cells, mesh_of
 
 from meshgauge import io
-from meshgauge.cells import BY_NAME
+from meshgauge.cells import BY_NAME, BY_NODES
 from meshgauge.errors import ReadError
 from meshgauge.io.formats.gmsh.cells import BY_ID
 
@@ -46,6 +46,17 @@ def test_nodes_are_in_the_order_of_vtk(name: str) -> None:
     np.testing.assert_allclose(ours, affine(theirs, ours), atol=1e-12)
 
 
+@pytest.mark.parametrize(("n_nodes", "order"), [(20, 3), (35, 4), (64, 3), (125, 4)])
+def test_nodes_above_second_order_are_in_the_order_of_vtk(n_nodes: int, order: int) -> None:
+    kind = next(row for row in BY_ID.values() if row.n_nodes == n_nodes and row.name in _ABOVE)
+    theirs = reference_nodes(kind.name, n_nodes)
+    ours = np.array(BY_NODES[BY_NAME[kind.name].vtk_id, n_nodes].places) / order
+    np.testing.assert_allclose(ours, affine(theirs, ours), atol=1e-12)
+
+
+_ABOVE = ("lagrange_tetra", "lagrange_hexahedron")
+
+
 @pytest.mark.parametrize("name", ["pyramid13", "lagrange_pyramid"])
 def test_nodes_of_pyramids_are_in_the_order_of_vtk(name: str) -> None:
     at = reference_nodes(name)
@@ -54,10 +65,10 @@ def test_nodes_of_pyramids_are_in_the_order_of_vtk(name: str) -> None:
     np.testing.assert_allclose(at[13:], np.repeat([at[:4].mean(axis=0)], len(at) - 13, axis=0), atol=1e-12)
 
 
-def reference_nodes(name: str) -> np.ndarray:
-    """Reference nodes of Gmsh's second-order cell of that name, put in our order."""
+def reference_nodes(name: str, size: int | None = None) -> np.ndarray:
+    """Reference nodes of Gmsh's second-order cell of that name (or of so many nodes), put in our order."""
     gmsh = pytest.importorskip("gmsh")
-    kind = next(row for row in BY_ID.values() if row.name == name)
+    kind = next(row for row in BY_ID.values() if row.name == name and size in (None, row.n_nodes))
     gmsh.initialize(interruptible=False)
     try:
         _, dimension, _, n_nodes, flat, _ = gmsh.model.mesh.getElementProperties(kind.gmsh_id)

@@ -113,6 +113,8 @@ def _weights(vtk_id: int) -> Points:
     row = CELL_TYPES[vtk_id]
     assert row.shape is not None
     places = np.array(row.places[: row.n_nodes], np.float64)
+    if row.shape.is_collapsed:  # where they are in the pyramid
+        places[:, :2] *= 1.0 - places[:, 2:] / (row.unit or row.order)
     n = row.shape.n_nodes
     corners = places[list(row.corners)]
     weights = np.full((len(places), n), 1.0 / n)

@@ -21,6 +21,8 @@ KINDS = tuple(name for name in tables.KINDS if row_of(name).order <= 2)
 LINEAR = [name for name in KINDS if table(name).n_nodes <= 8]
 CURVED = [name for name in KINDS if table(name).n_nodes > 8]
 GROUPS = {"tetra": (4,), "wedge": (3, 2), "hexahedron": (2, 2, 2), "pyramid": (2, 2, 2)}
+ENRICHED = ("tetra15", "wedge21", "pyramid19")
+"""Those with nodes in the middle of triangles: weights are no binary fractions."""
 FACE_NODES = {
     "hexahedron24": ((0, 3, 7, 4), (1, 2, 6, 5), (0, 1, 5, 4), (3, 2, 6, 7)),
     "hexahedron27": (
@@ -44,6 +46,16 @@ def family(name: str) -> str:
 def ideal(name: str) -> Array:
     """The ideal cell, nodes of a curved one in the middle of edges and faces."""
     corners = np.array(row_of(name).shape.points)
+    if name in ENRICHED:
+        r, s, t = np.array(row_of(name).places).T / row_of(name).unit
+        if family(name) == "tetra":
+            weights = [1 - r - s - t, r, s, t]
+        elif family(name) == "wedge":
+            weights = [(1 - r - s) * (1 - t), r * (1 - t), s * (1 - t), (1 - r - s) * t, r * t, s * t]
+        else:
+            below = 1 - t
+            weights = [(1 - r) * (1 - s) * below, r * (1 - s) * below, r * s * below, (1 - r) * s * below, t]
+        return np.stack(weights, 1) @ corners
     middles = [corners[list(edge[:2])].mean(0) for edge in row_of(name).edges if len(edge) == 3]
     faces = [corners[list(face)].mean(0) for face in FACE_NODES.get(name.removesuffix("_bezier"), ())]
     return np.array([*corners, *middles, *faces])
@@ -115,6 +127,9 @@ def exponents(name: str) -> list[tuple[int, ...]]:
         "tetra10_bezier": (3,),
         "pyramid13": (5, 5, 3),
         "pyramid14": (5, 5, 3),
+        "tetra15": (9,),
+        "wedge21": (7, 5),
+        "pyramid19": (5, 5, 6),
     }.get(name, (4, 5) if family(name) == "wedge" else (5, 5, 5))
     parts = [
         [e for e in product(range(degree + 1), repeat=size) if sum(e) == degree]

@@ -71,7 +71,8 @@ def bernstein(
     vector = np.empty((3 * n_vectors, BLOCK))
     coefficient = np.empty((n_coefficients, BLOCK))
     cross = np.empty((3, BLOCK))
-    size = np.empty((4, BLOCK))
+    size = np.empty((4, BLOCK))  # of each derivative the largest M, see `Terms`, and room for one
+    length = np.empty((3, BLOCK))  # and the largest vector, by the sum of its components' sizes
     inverse = np.empty(BLOCK)
     scale = np.empty(BLOCK)
     for block in range(nodes.shape[0]):
@@ -103,6 +104,7 @@ def bernstein(
         for direction in range(3):
             for lane in range(BLOCK):
                 size[direction, lane] = 0.0
+                length[direction, lane] = 0.0
             for v in range(terms.direction_start[direction], terms.direction_start[direction + 1]):
                 for row in range(3):
                     for lane in range(BLOCK):
@@ -118,6 +120,9 @@ def bernstein(
                         size[3, lane] += abs(weight) * inverse[lane] * norm[n, lane]
                 for lane in range(BLOCK):
                     size[direction, lane] = max(size[direction, lane], size[3, lane])
+                for lane in range(BLOCK):
+                    norm_1 = abs(vector[3 * v, lane]) + abs(vector[3 * v + 1, lane]) + abs(vector[3 * v + 2, lane])
+                    length[direction, lane] = max(length[direction, lane], norm_1)
         # The product of the three derivatives.
         for k in range(n_coefficients):
             for lane in range(BLOCK):
@@ -140,7 +145,15 @@ def bernstein(
                     )
         for lane in range(min(BLOCK, n_cells - block * BLOCK)):
             cell = block * BLOCK + lane
-            slack = (terms.error * size[0, lane] * size[1, lane] * size[2, lane] + TINY) * scale[lane]
+            d_0, d_1, d_2 = (
+                terms.vector_error * size[0, lane],
+                terms.vector_error * size[1, lane],
+                terms.vector_error * size[2, lane],
+            )
+            v_0, v_1, v_2 = length[0, lane], length[1, lane], length[2, lane]
+            # What the product of three vectors may be off by, each being off by its d.
+            slack = d_0 * (v_1 + d_1) * (v_2 + d_2) + v_0 * d_1 * (v_2 + d_2) + v_0 * v_1 * d_2
+            slack = (1.01 * slack + terms.error * (v_0 + d_0) * (v_1 + d_1) * (v_2 + d_2) + TINY) * scale[lane]
             low, high = math.inf, math.inf
             for k in range(n_coefficients):
                 value = coefficient[k, lane] * scale[lane]

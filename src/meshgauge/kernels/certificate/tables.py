@@ -29,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...cells import BY_NODES, CELL_TYPES, CellType, Shape
+from .enriched import CONTROL
 from .splits import Exponents, Floats, Ints, Splits, multinomials, splits
 
 Weights = Mapping[int, Fraction]  #: node -> weight
@@ -62,7 +63,10 @@ class Terms(NamedTuple):
     term_weight: Floats
     corners: Ints  #: (n_corners,) coefficients that are values of the determinant
     quadratics: Ints  #: (n, 3) coefficients of quadratics on whose minimum the cell's minimum lies; exact if any
-    error: float  #: bound on the rounding of a coefficient, in units of u·M_0·M_1·M_2
+    vector_error: float  #: bound on the rounding of a vector, in units of M: the sum of its differences' weighted sizes
+    error: (
+        float  #: bound on the rounding of a coefficient of such vectors, in units of V_0·V_1·V_2: the largest of each
+    )
     ideal: float  #: determinant of the ideal cell with edges of length 1
     n_coefficients: int
 
@@ -209,6 +213,8 @@ def _sum(parts: Iterable[tuple[Fraction | int, Weights]]) -> Weights:
 def _control(name: str) -> dict[Exponents, Weights]:
     """The map's control points, as sums of the file's nodes."""
     row = row_of(name)
+    if row.kind in CONTROL:
+        return dict(CONTROL[row.kind]())
     shape, n_nodes = _shape(row), row.n_nodes or 0
     own: list[Weights] = [{n: Fraction(1)} for n in range(n_nodes)]
     beside: list[Weights] = [{node: Fraction(weight, 16) for node, weight in weights} for weights in row.beside]
@@ -270,11 +276,13 @@ def tangents(name: str) -> tuple[tuple[int, tuple[Weights, ...]], ...]:
     row = row_of(name)
     shape, control = _shape(row), _control(name)
     corner = [_exponents(shape.simplices, 1, place) for place in shape.reference]
+    some = next(iter(control))
+    degrees = [sum(some[block]) for block in _blocks(shape.simplices) for _ in range(block.start, block.stop)]
     result = []
     for a, *ends in shape.triples:
         own = []
         for end in ends:
-            near = tuple((row.order - 1) * x + y for x, y in zip(corner[a], corner[end], strict=True))
+            near = tuple((d - 1) * x + y for d, x, y in zip(degrees, corner[a], corner[end], strict=True))
             own.append(_sum([(1, control[near]), (-1, {row.corners[a]: Fraction(1)})]))
         result.append((row.corners[a], tuple(own)))
     return tuple(result)
@@ -289,6 +297,7 @@ def _derivative(row: CellType, axis: int) -> Net:
         for n, (block, m) in enumerate((block, m) for block in blocks for m in range(block.stop - block.start - 1))
     }
     first, last = position[axis]
+    degree = next(sum(exponents[block]) for exponents in control for block in blocks if block.start == first)
     net: Net = []
     for exponents in sorted(control, reverse=True):
         if exponents[first] == 0:
@@ -296,7 +305,7 @@ def _derivative(row: CellType, axis: int) -> Net:
         step = list(exponents)
         step[first] -= 1
         step[last] += 1
-        weights = _sum([(row.order, control[tuple(step)]), (-row.order, control[exponents])])
+        weights = _sum([(degree, control[tuple(step)]), (-degree, control[exponents])])
         lower = list(exponents)
         lower[first] -= 1
         if _shape(row).is_collapsed and axis < 2:
@@ -325,6 +334,7 @@ def _differences(row: CellType, axis: int, weights: Weights) -> list[tuple[int, 
             place = row.places[node]
             lines.setdefault(place[:axis] + place[axis + 1 :], []).append(node)
     result = []
+    rest: list[tuple[int, Fraction]] = []
     for line in lines.values():
         line.sort(key=lambda node: row.places[node][axis])
         if apex >= 0 and axis == 2:
@@ -335,6 +345,14 @@ def _differences(row: CellType, axis: int, weights: Weights) -> list[tuple[int, 
                 total += weights[a]
             if total:
                 result.append((a, b, -total))
+        if line[-1] != apex:  # where all lines end, so that nothing is left
+            total += weights.get(line[-1], Fraction(0))
+            rest.append((line[-1], total))
+    if apex in weights and axis < 2:
+        rest.append((apex, weights[apex]))
+    # Of nodes that are no lattice something is left of the lines: it goes from one node to the others.
+    rest = [(node, total) for node, total in rest if total]
+    result += [(rest[0][0], node, total) for node, total in rest[1:]]
     return result
 
 
@@ -386,9 +404,10 @@ def _kernel_terms(
     is_first = np.r_[True, (np.diff(terms.b) != 0) | (np.diff(terms.c) != 0)]
     pair_start = np.flatnonzero(is_first)
     n_terms = np.bincount(terms.coefficient)
-    # Roundings on the way to a coefficient: three vectors (a difference each, their sum, the scaling), the cross
-    # product, the dot product, the weight, the sum of the terms; a few to spare for the bound itself.
-    roundings = 3 * (max(len(v) for v in vectors) + 3) + 8 + int(n_terms.max()) + 8
+    # Roundings of a vector: a difference each, its weight, the scaling, their sum. Of a coefficient: the cross product,
+    # the dot product, the weight, the sum of the terms; a few to spare for the bound itself.
+    of_vector = max(len(v) for v in vectors) + 4
+    roundings = 8 + int(n_terms.max()) + 4
     simplices = _shape(row).simplices
     if row.order == 1 and _shape(row).least_at == "upright edge":
         quadratics = [
@@ -412,6 +431,7 @@ def _kernel_terms(
         term_weight=terms.numerator / terms.denominator,
         corners=corners,
         quadratics=np.array(quadratics, np.int64).reshape(-1, 3),
+        vector_error=1.01 * of_vector * U,
         error=1.01 * roundings * U,
         ideal=_shape(row).k,
         n_coefficients=len(index),
