@@ -91,7 +91,7 @@ class CellType:
     corners: tuple[int, ...] = ()  #: position in the cell of each node of the shape
     order: int = 0  #: of the map from the reference cell, 0 if unknown: what is known is certified inside
     places: tuple[Place, ...] = ()  #: the nodes in the reference cell; then those that the full lattice has beside
-    unit: int = 0  #: places are in units of 1/unit; 0: of 1/order
+    unit: int = 0  #: places are in units of 1/unit and are no lattice; 0: they are one, in units of 1/order
     beside: tuple[Weights, ...] = ()  #: those nodes of the lattice, from the cell's own
     n_middles: int = 0  #: the first so many edges of the shape have a node in the middle, after the corners
     reversal: tuple[int, ...] = ()  #: the nodes numbered in reverse; empty: two reference coordinates exchanged

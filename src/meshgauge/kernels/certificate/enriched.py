@@ -167,9 +167,5 @@ def _pyramid19() -> dict[Exponents, Weights]:
     return control
 
 
-CONTROL: dict[str, Callable[[], dict[Exponents, Weights]]] = {
-    "tetra15": _tetra15,
-    "wedge21": _wedge21,
-    "pyramid19": _pyramid19,
-}
-"""By kind: each control point as a sum of the cell's nodes."""
+CONTROL: dict[int, Callable[[], dict[Exponents, Weights]]] = {15: _tetra15, 19: _pyramid19, 21: _wedge21}
+"""By the number of nodes of cells whose nodes are no lattice: each control point as a sum of the nodes."""

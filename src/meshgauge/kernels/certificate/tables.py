@@ -213,9 +213,9 @@ def _sum(parts: Iterable[tuple[Fraction | int, Weights]]) -> Weights:
 def _control(name: str) -> dict[Exponents, Weights]:
     """The map's control points, as sums of the file's nodes."""
     row = row_of(name)
-    if row.kind in CONTROL:
-        return dict(CONTROL[row.kind]())
     shape, n_nodes = _shape(row), row.n_nodes or 0
+    if row.unit:
+        return dict(CONTROL[n_nodes]())
     own: list[Weights] = [{n: Fraction(1)} for n in range(n_nodes)]
     beside: list[Weights] = [{node: Fraction(weight, 16) for node, weight in weights} for weights in row.beside]
     values: dict[Exponents, Weights] = {
