@@ -85,7 +85,7 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
         quality.worst(500),
         file_report,
         report.FailedFile("x" * 500, "y" * 500),
-        doctor.oriented(backwards),
+        doctor.orient(backwards),
         doctor.hanging(quality),
         diagnosis,
         check.check(quality, rules, path="it"),

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import meshgauge
 from meshgauge import Mesh, measure
 from meshgauge.cells import CELL_TYPES
-from meshgauge.doctor import Numbering, diagnosis, orientation, oriented, reversal
-from meshgauge.doctor.oriented import DEGREES
+from meshgauge.doctor import Numbering, diagnosis, orient, orientation, reversal
+from meshgauge.doctor.orient import DEGREES
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.status import Status
 
@@ -50,10 +50,10 @@ def test_reversed_cells_are_found_and_put_right(name: str, data: st.DataObject) 
     assert found.reversed_cells.tolist() == cells
     assert found.n_tangled == found.n_contradictions == 0
     assert found.is_left_handed == (len(cells) == mesh.n_cells)
-    renumbered, changes = oriented(spoiled)
+    renumbered, changes = orient(spoiled)
     assert changes.cells.tolist() == cells
     assert np.array_equal(renumbered.connectivity, mesh.connectivity)
-    assert oriented(renumbered)[0] is renumbered
+    assert orient(renumbered)[0] is renumbered
 
 
 @pytest.mark.parametrize("name", ["tetra", "wedge", "pyramid", "hexahedron"])
@@ -66,7 +66,7 @@ def test_tangled_cells_are_not_a_matter_of_numbering(name: str) -> None:
     assert np.flatnonzero(found.numbering == Numbering.TANGLED).tolist() == inverted.tolist()
     assert found.n_reversed == 0
     assert "renumbering does not repair" in found.texts[0]
-    after, changes = oriented(mesh)
+    after, changes = orient(mesh)
     assert after is mesh
     assert changes.texts[0].startswith("Left as they are: ")
 
@@ -140,7 +140,7 @@ def test_polyhedra_are_not_judged_by_their_faces() -> None:
     )
     found = orientation(measure(mesh))
     assert found.numbering.tolist() == [Numbering.RIGHT, Numbering.RIGHT]
-    assert oriented(reverse(mesh, [1]))[1].cells.tolist() == [1]
+    assert orient(reverse(mesh, [1]))[1].cells.tolist() == [1]
 
 
 def test_a_cell_on_the_wrong_side_of_a_face_overlaps_and_is_left() -> None:
@@ -148,7 +148,7 @@ def test_a_cell_on_the_wrong_side_of_a_face_overlaps_and_is_left() -> None:
     mesh = Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3), (0, 1, 2, 4)])])
     found = orientation(measure(mesh))
     assert sorted(found.numbering.tolist()) == [Numbering.RIGHT, Numbering.OVERLAPPING]
-    assert oriented(mesh)[0] is mesh
+    assert orient(mesh)[0] is mesh
 
 
 def test_data_stay_and_the_mesh_says_what_was_done() -> None:
@@ -156,7 +156,7 @@ def test_data_stay_and_the_mesh_says_what_was_done() -> None:
     mesh = mesh.replace(
         point_data={"t": np.arange(mesh.n_points)}, cell_data={"m": np.arange(mesh.n_cells)}, notes=("before",)
     )
-    after, changes = oriented(mesh)
+    after, changes = orient(mesh)
     assert np.array_equal(after.points, mesh.points)
     assert np.array_equal(after.point_data["t"], mesh.point_data["t"])
     assert np.array_equal(after.cell_data["m"], mesh.cell_data["m"])
@@ -210,7 +210,7 @@ def test_a_curved_mesh_keeps_its_edges() -> None:
     mesh = Mesh.from_arrays(places, [("tetra10", [range(10)])])
     reversed_ = reverse(mesh, [0])
     assert measure(reversed_).values[0] < 0
-    after, _ = oriented(reversed_)
+    after, _ = orient(reversed_)
     assert np.array_equal(after.connectivity, mesh.connectivity)
 
 
@@ -219,7 +219,7 @@ def test_cells_whose_nodes_are_not_known_are_named_and_left() -> None:
     nodes = cube.connectivity[[4, 5, 6, 7, 0, 1, 2, 3]]  # upside down, hence reversed
     degrees = {DEGREES: np.array([(1.0, 2.0, 1.0)])}
     mesh = Mesh.from_arrays(cube.points, [("lagrange_hexahedron", [nodes])], cell_data=degrees)
-    after, changes = oriented(mesh)
+    after, changes = orient(mesh)
     assert after is mesh
     assert changes.left.tolist() == [0]
     assert "is numbered in reverse and left so" in changes.texts[0]
@@ -267,7 +267,7 @@ def test_real_meshes(file: str, n_reversed: int, n_tangled: int, text: str, shar
     assert (found.n_reversed, found.n_tangled) == (n_reversed, n_tangled)
     assert found.n_contradictions == 0
     assert found.texts[0].startswith(text)
-    after, changes = oriented(mesh)
+    after, changes = orient(mesh)
     assert len(changes.cells) == n_reversed
     again = measure(after)  # of degenerate cells the sign is chance
     assert np.count_nonzero((again.values < 0) & (again.status != Status.DEGENERATE)) == n_tangled

@@ -9,7 +9,7 @@ import pytest
 
 import meshgauge
 from meshgauge import io
-from meshgauge.doctor import diagnosis, oriented
+from meshgauge.doctor import diagnosis, orient
 from meshgauge.mesh import Mesh
 from meshgauge.status import Status
 
@@ -57,7 +57,7 @@ def test_ghosts_are_kept_and_not_looked_at(tmp_path: Path, extension: str, mark:
     found = diagnosis(mesh)
     assert [finding.name for finding in found.findings] == []
     assert found.part_sizes == (n - 2,)
-    after, changes = oriented(mesh)
+    after, changes = orient(mesh)
     assert after is mesh
     assert len(changes.cells) == 0
 

@@ -11,7 +11,7 @@ import pytest
 import meshgauge
 from meshgauge import io
 from meshgauge.cells import BY_NAME, CELL_TYPES, SHAPES, CellType
-from meshgauge.doctor import diagnosis, oriented
+from meshgauge.doctor import diagnosis, orient
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.collapsed import resolve, stands_for
 from meshgauge.quality.flat import volumes
@@ -240,7 +240,7 @@ def test_reversed_bricks_are_renumbered_as_the_bricks_of_the_file() -> None:
     nodes[:8] = nodes[[0, 3, 2, 1, 4, 7, 6, 5]]
     bad = mesh.replace(connectivity=nodes)
     assert meshgauge.measure(bad).values[0] < 0
-    after, _ = oriented(bad)
+    after, _ = orient(bad)
     assert after.type_counts() == {"hexahedron": 4}
     np.testing.assert_allclose(meshgauge.measure(after).values, 1.0, atol=1e-12)
 

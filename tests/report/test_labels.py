@@ -24,7 +24,7 @@ from meshgauge.cli.main import main
 from meshgauge.compare import comparison
 from meshgauge.compare.json import comparison_json
 from meshgauge.compare.text import ComparisonText
-from meshgauge.doctor import diagnosis, oriented
+from meshgauge.doctor import diagnosis, orient
 from meshgauge.doctor.text import DiagnosisText
 from meshgauge.errors import OptionError
 from meshgauge.look import style
@@ -123,7 +123,7 @@ def test_compare_doctor_and_orient_name_them() -> None:
     assert "(node 60; point 5)" in shown(DiagnosisText(found))
     assert found.orientation is not None
     assert found.orientation.blocks[0].labels == (31,)
-    _, changes = oriented(mesh)
+    _, changes = orient(mesh)
     assert changes.labels == (31,)
     assert any("element 31; cell 1" in text for text in changes.texts)
 

@@ -19,7 +19,7 @@ def orient(
     target = inputs.mesh_target([mesh], output, in_place=in_place, what="renumbered") or Path(mesh)
     inputs.check_targets([mesh], files=[output])
 
-    from ..doctor import oriented
+    from .. import doctor
     from ..doctor.text import ChangesLine, ChangesText
     from .batch import Batch
     from .terminal import Output
@@ -28,7 +28,7 @@ def orient(
     batch.require_one_state(mesh)
     before = batch.read(mesh)
     with batch.progress(f"renumbering {mesh}"):
-        after, changes = oriented(before)
+        after, changes = doctor.orient(before)
     if not in_place or after is not before:
         batch.write(target, after, overwrite=in_place)
     if quiet:

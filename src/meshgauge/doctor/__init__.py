@@ -3,8 +3,8 @@
 from .diagnosis import LIMIT, Diagnosis, Finding, diagnosis
 from .hanging import Hanging, hanging
 from .misoriented import misoriented
+from .orient import Changes, orient
 from .orientation import BlockOrientation, Numbering, Orientation, orientation
-from .oriented import Changes, oriented
 from .reversal import reversal
 
 __all__ = [
@@ -19,7 +19,7 @@ __all__ = [
     "diagnosis",
     "hanging",
     "misoriented",
+    "orient",
     "orientation",
-    "oriented",
     "reversal",
 ]

@@ -157,7 +157,7 @@ def _diagnose(before: Quality) -> tuple[str, ...]:
         raise MeshError(
             f"{before.mesh.path or 'the mesh'}: {number_of(n_reversed, 'cell is', 'cells are')} numbered in reverse, "
             "not inverted: moving points would ruin the mesh. Renumber first, with 'meshgauge orient' or "
-            "meshgauge.doctor.oriented"
+            "meshgauge.doctor.orient"
         )
     notes = [one.text for one in result.findings if one.level == "defect" and one.name != "orientation"]
     if n_reversed:

@@ -26,7 +26,7 @@ from .reversal import reversal
 
 @dataclass(frozen=True, eq=False)
 class Changes:
-    """What `oriented` did.
+    """What `orient` did.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Changes:
         }
 
 
-def oriented(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]:
+def orient(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]:
     """The mesh with every cell numbered right-handed that was numbered in reverse, and what was done.
 
     Points, point data and cell data stay as they are; only the order of nodes within cells changes. Cells that are
