@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,14 +21,15 @@ TABLE = MANIFEST.read_text(encoding="utf-8").splitlines() if MANIFEST.is_file() 
 ROWS = list(csv.DictReader(TABLE, delimiter="\t"))
 
 
-def measured(shared: Path, row: dict[str, str]) -> meshgauge.Quality:
-    return meshgauge.measure(meshgauge.read(shared / "meshes" / row["path"]))
+@cache
+def measured(path: Path) -> meshgauge.Quality:
+    return meshgauge.measure(meshgauge.read(path))
 
 
 @pytest.mark.skipif(not ROWS, reason="no folder of real meshes beside the checkout")
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["path"].rpartition("/")[2])
 def test_values_are_those_of_the_oracle(shared: Path, row: dict[str, str]) -> None:
-    quality = measured(shared, row)
+    quality = measured(shared / "meshes" / row["path"])
     mesh = quality.mesh
     n_inverted = n_corners = 0
     curved = False
@@ -58,7 +60,7 @@ def test_values_are_those_of_the_oracle(shared: Path, row: dict[str, str]) -> No
 @pytest.mark.skipif(not ROWS, reason="no folder of real meshes beside the checkout")
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: row["path"].rpartition("/")[2])
 def test_every_solid_cell_has_a_value_or_a_reason(shared: Path, row: dict[str, str]) -> None:
-    quality = measured(shared, row)
+    quality = measured(shared / "meshes" / row["path"])
     solid = np.array([CELL_TYPES[t].dimension == 3 for t in quality.mesh.types.tolist()])
     status = np.array([meshgauge.STATUSES[meshgauge.Status(s)].is_measured for s in quality.status.tolist()])
     np.testing.assert_array_equal(np.isfinite(quality.values), status)

@@ -1,0 +1,63 @@
+"""The layout of the arrays, slices and threads change no value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from metric_cells import N, array_pairs, cell_values, one_by_one, pairs, public_values, random_cells
+
+from meshgauge.cells import SHAPES, Shape
+from meshgauge.mesh import CellIds, connectivity
+from meshgauge.quality.metrics import METRICS, Metric, tetra
+
+pytestmark = pytest.mark.usefixtures("path")
+
+
+@array_pairs
+def test_float32_points_are_taken_at_their_exact_value(row: Metric, shape: Shape) -> None:
+    narrow = random_cells(shape, 200).astype(np.float32)
+    _, cells = one_by_one(narrow)  # type: ignore[arg-type]
+    for ids in (cells, cells.astype(np.int32), cells.astype(np.uint16)):
+        got = public_values(row, shape.name, narrow, ids)  # type: ignore[arg-type]
+        np.testing.assert_array_equal(got, cell_values(row, shape.name, narrow.astype(np.float64)))
+
+
+@array_pairs
+def test_arrays_and_meshes_have_the_same_values(row: Metric, shape: Shape) -> None:
+    x = random_cells(shape, 300)
+    np.testing.assert_array_equal(public_values(row, shape.name, x), cell_values(row, shape.name, x))
+
+
+@pairs
+def test_slices_and_threads_change_nothing(row: Metric, shape: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
+    x = random_cells(shape)
+    whole = cell_values(row, shape.name, x)
+    sizes = cut_into(monkeypatch, 300)
+    for threads in (1, 2):
+        np.testing.assert_array_equal(cell_values(row, shape.name, x, threads), whole)
+    assert {300, N % 300} <= sizes
+
+
+def cut_into(monkeypatch: pytest.MonkeyPatch, size: int) -> set[int]:
+    """Have slices hold so many cells at most; the sizes of those that are then made."""
+    real, sizes = connectivity.chunks, set()
+
+    def chunks(cells: CellIds, at_most: int = size) -> Iterator[CellIds]:
+        for part in real(cells, min(size, at_most)):
+            sizes.add(connectivity.count(part))
+            yield part
+
+    monkeypatch.setattr(connectivity, "chunks", chunks)
+    monkeypatch.setattr(tetra, "CHUNK", size)
+    return sizes
+
+
+def test_more_cells_than_a_slice_holds() -> None:
+    x = random_cells(SHAPES["tetra"])
+    many = np.tile(x, (connectivity.CHUNK // N + 2, 1, 1))
+    one, two = (cell_values(METRICS["jens"], "tetra", many, threads) for threads in (1, 2))
+    np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(one.reshape(-1, N), np.broadcast_to(one[:N], (len(many) // N, N)))
+    np.testing.assert_allclose(one[:N], cell_values(METRICS["jens"], "tetra", x), rtol=1e-9, atol=1e-14)
