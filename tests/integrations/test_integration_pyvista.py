@@ -136,9 +136,11 @@ def test_improve_takes_every_option_of_improve() -> None:
 
 def test_options_of_improve_arrive(grid: pyvista.UnstructuredGrid) -> None:
     given = {
+        "everywhere": True,
         "boundary": "slide",
         "target": 0.3,
         "floor": 0.8,
+        "size_change": 0.2,
         "strict": True,
         "seconds": 5.0,
         "fixed": [1],

@@ -282,7 +282,9 @@ def test_what_cannot_be_improved_is_an_error() -> None:
     ("options", "match"),
     [
         ({"boundary": "free"}, "boundary"),
-        ({"target": 0.0}, "target"),
+        ({"target": 1.0}, "target"),
+        ({"floor": 0.5, "everywhere": False}, "everywhere"),
+        ({"size_change": -0.1}, "size_change"),
         ({"floor": 1.5}, "floor"),
         ({"seconds": -1.0}, "seconds"),
         ({"fixed": [99]}, "outside"),

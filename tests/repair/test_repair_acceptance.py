@@ -48,13 +48,15 @@ def test_cells_that_are_of_no_use_are_counted() -> None:
     assert n_unusable(of([-0.5, -0.5, 0.5], 2)) == 2
 
 
-@pytest.mark.parametrize("options", [{"floor": 0.0}, {"floor": 1.0}, {"target": 0.999}, {"seconds": 1e3}])
+@pytest.mark.parametrize(
+    "options", [{"floor": 0.0}, {"floor": 1.0}, {"target": 0.999}, {"target": 0.0}, {"seconds": 1e3}]
+)
 def test_options_at_their_ends_are_taken(options: dict[str, float]) -> None:
-    assert meshgauge.improve(shaken("hexahedron", 2, 0.2), **options).report.holds  # type: ignore[arg-type]
+    assert meshgauge.improve(shaken("hexahedron", 2, 0.2), everywhere=True, **options).report.holds  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
-    "options", [{"floor": -1e-9}, {"floor": 1.01}, {"target": 0.0}, {"target": 1.0}, {"seconds": 0}]
+    "options", [{"floor": -1e-9}, {"floor": 1.01}, {"target": -1e-9}, {"target": 1.0}, {"seconds": 0}]
 )
 def test_options_beyond_their_ends_are_refused(options: dict[str, float]) -> None:
     with pytest.raises(meshgauge.MeshError, match=next(iter(options))):

@@ -138,9 +138,11 @@ class Gauge:
     def improve(
         self,
         *,
+        everywhere: bool = True,
         boundary: str = "fixed",
         target: float = POOR,
-        floor: float = 0.9,
+        floor: float | None = None,
+        size_change: float = 0.1,
         strict: bool = False,
         seconds: float | None = None,
         fixed: ArrayLike | None = None,
@@ -171,9 +173,11 @@ class Gauge:
 
         improvement = improve(
             from_pyvista(self._dataset),
+            everywhere=everywhere,
             boundary=boundary,
             target=target,
             floor=floor,
+            size_change=size_change,
             strict=strict,
             seconds=seconds,
             fixed=fixed,

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..quality.measure import Quality, measure
 from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is_usable
 from .polyhedral import is_warped
+
+if TYPE_CHECKING:
+    from .sizes import SizeLimits
 
 ROUNDS = 40
 """How often points are put back before all are."""
@@ -23,6 +28,7 @@ def accept(
     strict: bool,
     threads: int | None,
     back: Quality | None = None,
+    sizes: SizeLimits | None = None,
 ) -> tuple[Quality, int]:
     """The quality of the mesh with new points, after putting back those that cost some cell what it may not lose.
 
@@ -37,6 +43,8 @@ def accept(
         ``(n_points, 3)`` where the points are to be.
     back
         What was accepted before, whose points are put back; ``before`` if None.
+    sizes
+        What good cells must keep of their sizes; None: nothing.
 
     Returns
     -------
@@ -48,15 +56,17 @@ def accept(
     old = np.asarray(back.mesh.points, np.float64)
     points = np.where(points == old, old, points)  # a zero keeps its sign
     is_back = np.zeros(len(points), bool)
-    sizes = np.diff(mesh.offsets)
+    n_nodes = np.diff(mesh.offsets)
     metrics = [before.rows[name] for name in before.metrics]
     for _ in range(ROUNDS):
         # Collapsed bricks are what they were measured as already.
         after = measure(mesh.replace(points=points), metrics=metrics, threads=threads, keep_bricks=True)
         cells = violations(before, after, strict=strict) | is_warped(before, points)
+        if sizes is not None:
+            cells |= sizes.passed(points)
         if not cells.any():
             return after, int(np.count_nonzero(is_back))
-        nodes = mesh.connectivity[np.repeat(cells, sizes)]
+        nodes = mesh.connectivity[np.repeat(cells, n_nodes)]
         is_back[nodes[(points[nodes] != old[nodes]).any(axis=1)]] = True
         points[nodes] = old[nodes]
     return back, len(points)
@@ -82,14 +92,28 @@ def _soundness(status: NDArray[np.uint8], purpose: Purpose) -> NDArray[np.int8]:
     return np.where(is_usable(status, purpose), soundness, 0).astype(np.int8)
 
 
-def is_better(after: Quality, before: Quality) -> bool:
-    """Fewer cells that are not usable; of as many a better worst; of an equal worst a better mean."""
+def is_better(after: Quality, before: Quality, target: float | None = None) -> bool:
+    """Fewer cells that are not usable; of as many fewer below a target, if there is one; of as many a better worst; of
+    an equal worst a better mean."""
     counts = n_unusable(after), n_unusable(before)
     worst = float(np.nanmin(after.values)), float(np.nanmin(before.values))
     mean = float(np.nanmean(after.values)), float(np.nanmean(before.values))
     if counts[0] != counts[1]:
         return counts[0] < counts[1]
+    if target is not None:
+        below = (int(np.count_nonzero(is_below(quality, target))) for quality in (after, before))
+        if (difference := next(below) - next(below)) != 0:
+            return difference < 0
     return worst[0] > worst[1] + 1e-9 or (worst[0] >= worst[1] - 1e-12 and mean[0] > mean[1])
+
+
+def is_below(quality: Quality, target: float) -> NDArray[np.bool_]:
+    """``(n_cells,)`` True for solid cells that are not usable, or below the target, unless that is 0."""
+    below = ~is_usable(quality.status, quality.mesh.purpose)
+    if target > 0.0:
+        with np.errstate(invalid="ignore"):
+            below |= (quality.values < target) | np.isnan(quality.values)
+    return np.asarray(below & is_solid(quality.status))
 
 
 def n_unusable(quality: Quality) -> int:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..status import is_usable
 from .acceptance import SAME
@@ -92,7 +91,7 @@ class Promise:
 
     def named_volumes(self, after: Quality) -> dict[str, tuple[float, float]]:
         """Volumes of the regions by name, before and after; empty if there is one."""
-        _, names = regions(self.before.mesh)
+        names = self.constraints.region_names
         old, new = self.volumes(after)
         named = {names[n]: (float(old[n]), float(new[n])) for n in np.flatnonzero((old != 0.0) | (new != 0.0))}
         return named if len(named) > 1 else {}

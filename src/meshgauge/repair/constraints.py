@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +20,9 @@ from ..quality.polyhedra import PolyhedralQuality
 from ..status import is_measured
 from .curved import can_follow
 from .faces import mask_of, nodes_of_faces
+
+if TYPE_CHECKING:
+    from .sizes import SizeLimits
 
 Mask = NDArray[np.bool_]
 
@@ -45,8 +49,12 @@ class Constraints:
     pinned
         ``(n_points,)`` points that never move: asked for by the user, coinciding ones, those of surface and line
         cells inside, of ghost cells and of cells that take no part.
+    region_ids, region_names
+        ``(n_cells,)`` the region of each cell, and the names of the regions.
     notes
         Notes for the report, a sentence each.
+    sizes
+        What good cells must keep of their sizes; None: nothing.
     """
 
     quality: Quality
@@ -56,7 +64,9 @@ class Constraints:
     interface: Mask
     pinned: Mask
     region_ids: NDArray[np.int64]
+    region_names: tuple[str, ...]
     notes: tuple[str, ...]
+    sizes: SizeLimits | None = None
 
     @property
     def fixed(self) -> Mask:
@@ -64,7 +74,12 @@ class Constraints:
         return self.boundary | self.interface | self.pinned
 
 
-def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Constraints:
+def constraints_of(
+    mesh: Mesh,
+    quality: Quality,
+    fixed: ArrayLike | None,
+    named: tuple[NDArray[np.int64], tuple[str, ...]] | None = None,
+) -> Constraints:
     """Find out what may move.
 
     Parameters
@@ -73,6 +88,8 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
         The mesh and what was measured on it.
     fixed
         Further points that must not move: a mask ``(n_points,)``, or ids.
+    named
+        The regions of the cells, and their names; None: those of the mesh.
 
     Raises
     ------
@@ -92,9 +109,9 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
     takes_part &= can
     if mesh.is_ghost is not None:
         takes_part &= ~mesh.is_ghost
-    pinned = _mask_of(fixed, n)
+    pinned = fixed_mask(fixed, n)
     if mesh.is_ghost is not None:
-        pinned |= _shared_with_pieces(mesh, mesh.is_ghost)
+        pinned |= shared_with_pieces(mesh, mesh.is_ghost)
         notes.append("The points of ghost cells stay, and as many layers beside them: other pieces have them.")
     aside = is_solid & ~takes_part
     if mesh.is_ghost is not None:
@@ -114,7 +131,7 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
         count = number_of(faces.n_multiple, "face belongs", "faces belong")
         notes.append(f"{count} to three cells or more: their points stay like the boundary.")
 
-    region_ids, _ = regions(mesh)
+    region_ids, region_names = regions(mesh) if named is None else named
     pairs = faces.pairs()
     between = region_ids[faces.cells[pairs[:, 0]]] != region_ids[faces.cells[pairs[:, 1]]]
     interface = nodes_of_faces(faces, pairs[between, 0]) & ~boundary
@@ -134,7 +151,7 @@ def constraints_of(mesh: Mesh, quality: Quality, fixed: ArrayLike | None) -> Con
         pinned |= together
         count = number_of(n_together, "point coincides", "points coincide")
         notes.append(f"{count} with another: parts that touch there stay together, unmoved.")
-    return Constraints(quality, faces, takes_part, boundary, interface, pinned, region_ids, tuple(notes))
+    return Constraints(quality, faces, takes_part, boundary, interface, pinned, region_ids, region_names, tuple(notes))
 
 
 def can_move(measured: PolyhedralQuality) -> NDArray[np.int64]:
@@ -163,7 +180,7 @@ def _coincident(mesh: Mesh, used: Mask) -> tuple[Mask, int]:
     return held, int(np.count_nonzero(held[twice]))
 
 
-def _shared_with_pieces(mesh: Mesh, is_ghost: Mask) -> Mask:
+def shared_with_pieces(mesh: Mesh, is_ghost: Mask) -> Mask:
     """Points of ghost cells, and of the cells that other pieces have as ghosts: as many layers on this side."""
     owner = np.repeat(np.arange(mesh.n_cells), np.diff(mesh.offsets))
 
@@ -192,7 +209,8 @@ def _tolerance(mesh: Mesh) -> float:
     return max(coincidence.TOLERANCE, PLACES * float(np.spacing(np.float32(largest))) / coincidence.size(mesh.points))
 
 
-def _mask_of(fixed: ArrayLike | None, n: int) -> Mask:
+def fixed_mask(fixed: ArrayLike | None, n: int) -> Mask:
+    """``(n,)`` True for points that a mask or ids name; raises `MeshError` if they do not fit the mesh."""
     if fixed is None:
         return np.zeros(n, bool)
     array = np.asarray(fixed)

@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..doctor.diagnosis import LIMIT, diagnosis
+from ..doctor.points import extent
 from ..errors import MeshError
 from ..look.bands import POOR
 from ..look.style import number_of
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from . import report as records
-from .acceptance import n_unusable, status_counts
+from .acceptance import is_below, n_unusable, status_counts
 from .claims import Promise
-from .constraints import Constraints, constraints_of
+from .constraints import Constraints, constraints_of, fixed_mask
 from .descent import workers
-from .reasons import is_below, reasons, verdict
+from .patch import Patch, patch_around, whole_patch
+from .reasons import reasons, verdict
 from .report import RepairReport
 from .run import Progress
+from .sizes import size_change as change_of_sizes
+from .sizes import size_limits
 from .volumes import volume_and_surface
 from .whole import Options, Outcome, repair
 
@@ -32,6 +36,9 @@ BOUNDARIES = ("fixed", "slide")
 
 REVERSED = 0.5
 """Share of the invalid cells from which on those numbered in reverse are believed: in a tangle a few look so."""
+
+FLOOR, SIZE_CHANGE = 0.9, 0.1
+"""The share of the worst quality that raising the mean keeps, and by which sizes of good cells may change."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -70,9 +77,11 @@ class Improvement:
 def improve(
     mesh: Mesh,
     *,
+    everywhere: bool = True,
     boundary: str = "fixed",
     target: float = POOR,
-    floor: float = 0.9,
+    floor: float | None = None,
+    size_change: float = SIZE_CHANGE,
     strict: bool = False,
     seconds: float | None = None,
     fixed: ArrayLike | None = None,
@@ -94,13 +103,20 @@ def improve(
     mesh
         Any mesh. Cells of high order take no part, nor do polyhedra with hanging nodes: their points stay. Faces of
         other polyhedra are kept as flat as they are, or within a hundredth of their radius.
+    everywhere
+        False: only points near cells that are invalid or below the target move, in rings that grow while it helps; all
+        else stays to the last bit. True: all points move, and the worst and the mean of the whole mesh rise.
     boundary
         "fixed": points of the boundary stay to the last bit. "slide": they move on the surface that the boundary is
         now, edges of it along themselves, corners not at all; if that is not better, the result for "fixed" stands.
     target
-        J_ENS in (0, 1) that every cell should have; cells that stay below it are listed with the reason.
+        J_ENS in [0, 1) that every cell should have; cells that stay below it are listed with the reason. 0: invalid
+        cells only.
     floor
-        In [0, 1]: the share of the worst quality that raising the mean must keep.
+        With ``everywhere``: the share in [0, 1] of the worst quality that raising the mean must keep; None: 0.9.
+    size_change
+        Without ``everywhere``: by which share a cell of J_ENS 0.9 or more may change its volume, and its height if it
+        is a wedge or hexahedron whose longest edge is more than five times its shortest.
     strict
         No cell ends with less than it began with.
     seconds
@@ -132,23 +148,43 @@ def improve(
         If there is nothing to improve: no solid cell that can be measured; if cells are numbered in reverse, which
         moving points would ruin; if a parameter is out of its range.
     """
-    _check(boundary, target, floor, seconds, surface)
+    options = Options(
+        boundary=boundary,
+        target=target,
+        floor=FLOOR if floor is None else floor,
+        strict=strict,
+        seconds=seconds,
+        surface=surface,
+        feature_angle=feature_angle,
+        threads=threads,
+        everywhere=everywhere,
+        size_change=size_change,
+    )
+    _check(options, floor)
     start = time.monotonic()
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
-    mesh = before.mesh
-    faults = _diagnose(before)
-    constraints = constraints_of(mesh, before, fixed)
-    options = Options(boundary, target, floor, strict, seconds, surface, feature_angle, threads)
+    held = fixed_mask(fixed, mesh.n_points)
+    if everywhere:
+        patch = whole_patch(before)
+    else:
+        bad = is_below(before, target)
+        patch = patch_around(before, bad, is_whole=options.slides, threads=threads)
+    faults = _diagnose(patch)
+    pinned = patch.pinned | patch.of_points(held)
+    constraints = constraints_of(
+        patch.quality.mesh, patch.quality, pinned, (patch.region_ids, patch.region_names)
+    )  # fmt: skip
     with workers(threads) as team:
-        outcome = repair(before, constraints, options, team, start, progress, should_stop)
-    return _result(before, outcome, constraints, options, faults)
+        outcome = repair(patch.quality, constraints, options, team, start, progress, should_stop)
+    return _result(patch, outcome, constraints, options, faults)
 
 
-def _diagnose(before: Quality) -> tuple[str, ...]:
+def _diagnose(patch: Patch) -> tuple[str, ...]:
     """What is wrong with a mesh that has invalid cells beside their shapes: nothing that moving points can mend.
 
     Raises `MeshError` if cells are numbered in reverse: moving points would invert them to suit their numbering.
     """
+    before = patch.quality
     if n_unusable(before) == 0:
         return ()
     result = diagnosis(before.mesh, before, limit=LIMIT)
@@ -159,37 +195,45 @@ def _diagnose(before: Quality) -> tuple[str, ...]:
             "not inverted: moving points would ruin the mesh. Renumber first, with 'meshgauge orient' or "
             "meshgauge.doctor.orient"
         )
-    notes = [one.text for one in result.findings if one.level == "defect" and one.name != "orientation"]
+    # Of a part of a mesh the numbers of cells and points are its own.
+    others = () if patch.cells is not None else result.findings
+    notes = [one.text for one in others if one.level == "defect" and one.name != "orientation"]
     if n_reversed:
         looks = number_of(n_reversed, "invalid cell looks", "invalid cells look")
         notes.append(f"{looks} numbered in reverse: taken for inverted.")
     return tuple(notes)
 
 
-def _check(boundary: str, target: float, floor: float, seconds: float | None, surface: Any) -> None:
-    if boundary not in BOUNDARIES:
-        raise MeshError(f"boundary is {boundary!r}, expected one of {', '.join(BOUNDARIES)}")
-    if not 0.0 < target < 1.0:
-        raise MeshError(f"target is {target}, expected a quality between 0 and 1")
-    if not 0.0 <= floor <= 1.0:
-        raise MeshError(f"floor is {floor}, expected a share from 0 to 1")
-    if seconds is not None and not seconds > 0.0:
-        raise MeshError(f"seconds is {seconds}, expected a time above 0")
-    if surface is not None and boundary != "slide":
+def _check(options: Options, floor: float | None) -> None:
+    if options.boundary not in BOUNDARIES:
+        raise MeshError(f"boundary is {options.boundary!r}, expected one of {', '.join(BOUNDARIES)}")
+    if not 0.0 <= options.target < 1.0:
+        raise MeshError(f"target is {options.target}, expected a quality from 0 to below 1")
+    if not 0.0 <= options.floor <= 1.0:
+        raise MeshError(f"floor is {options.floor}, expected a share from 0 to 1")
+    if floor is not None and not options.everywhere:
+        raise MeshError("a floor is for raising the mean of all cells: it needs everywhere=True (--everywhere)")
+    if not 0.0 <= options.size_change < np.inf:
+        raise MeshError(f"size_change is {options.size_change}, expected a share of 0 or more")
+    if options.seconds is not None and not options.seconds > 0.0:
+        raise MeshError(f"seconds is {options.seconds}, expected a time above 0")
+    if options.surface is not None and not options.slides:
         raise MeshError("a surface to slide on needs boundary='slide'")
 
 
 def _result(
-    before: Quality, outcome: Outcome, constraints: Constraints, options: Options, faults: tuple[str, ...]
+    patch: Patch, outcome: Outcome, constraints: Constraints, options: Options, faults: tuple[str, ...]
 ) -> Improvement:
-    after, run, limit = outcome.quality, outcome.run, outcome.limit
-    old, new = before.mesh.points, after.mesh.points
-    promise = Promise(before, constraints, options.slides, options.surface is not None, options.strict)
-    n_worse, worse, largest, mean = records.losses(before, after)
-    why = reasons(before, after, constraints, run, limit, slides=options.slides, strict=options.strict)
+    near, near_after, run, limit = patch.quality, outcome.quality, outcome.run, outcome.limit
+    before, after = patch.whole, patch.merge(near_after, threads=options.threads)
+    old, new = near.mesh.points, near_after.mesh.points
+    promise = Promise(near, constraints, options.slides, options.surface is not None, options.strict)
+    n_worse, worse, largest, mean = records.losses(near, near_after)
+    why = reasons(near, near_after, constraints, run, limit, slides=options.slides, strict=options.strict)
     summary = verdict(before, after, options.target, limit.worst, slides=options.slides, broken=outcome.broken)
     volume_before, surface_before = volume_and_surface(constraints.topology, old)
     volume_after, surface_after = volume_and_surface(constraints.topology, new)
+    limits = constraints.sizes or size_limits(near, constraints.topology, run.whole, options.size_change)
     report = RepairReport(
         verdict=summary[1],
         outcome=summary[0],
@@ -198,25 +242,28 @@ def _result(
         after=after.summary(),
         status_before=status_counts(before),
         status_after=status_counts(after),
-        claims=promise.claims(after),
+        claims=(*promise.claims(near_after), *patch.claims(after)),
         ceiling=limit.worst,
         n_below_before=int(np.count_nonzero(is_below(before, options.target))),
         n_below=sum(why.counts.values()),
-        below=why.cells,
+        below=tuple(replace(one, cell=patch.cell(one.cell)) for one in why.cells),
         reasons=why.counts,
         n_worse=n_worse,
-        worse=worse,
+        worse=tuple(replace(one, cell=patch.cell(one.cell)) for one in worse),
         largest_loss=largest,
         mean_loss=mean,
-        displacement=records.displacement(old, new, constraints.boundary, outcome.deviation),
+        displacement=records.displacement(
+            old, new, constraints.boundary, outcome.deviation, extent(before.mesh.points)[1], before.mesh.n_points
+        ),
+        sizes=change_of_sizes(limits, old, new),
         volume=(volume_before, volume_after),
         surface=(surface_before, surface_after),
-        region_volumes=promise.named_volumes(after),
+        region_volumes=promise.named_volumes(near_after),
         history=tuple(run.history),
         seconds=time.monotonic() - run.start,
         evaluations=run.evaluations,
         notes=(*constraints.notes, *faults, *outcome.notes),
-        options={name: getattr(options, name) for name in ("boundary", "target", "floor", "strict", "seconds")},
+        options=options.to_dict(),
     )
     given = before.source
     result = after.mesh if given is before.mesh else given.replace(points=after.mesh.points)

@@ -47,6 +47,12 @@ def face_points(topology: Topology, slots: Ids, *, rings: bool = False) -> tuple
     return points, offsets
 
 
+def half_faces(topology: Topology, cells: Ids) -> tuple[Ids, Ids]:
+    """The half-faces of some cells, one cell after another, and ``(n,)`` how many each has."""
+    counts: Ids = np.diff(topology.starts)[cells]
+    return ragged_positions(topology.starts[cells], counts), counts
+
+
 def next_in_face(offsets: Ids) -> Ids:
     """For each entry of faces one after another the next round its face; ``offsets`` are those of the faces."""
     following = np.arange(int(offsets[-1])) + 1

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..cells import type_name
 from ..look.style import number_of, plural
 from ..mesh.labels import cell_label
 from ..quality.measure import Quality
 from ..status import Status, is_invalid, is_solid, is_usable
-from .acceptance import n_unusable
+from .acceptance import is_below, n_unusable
 from .ceiling import FOUR, THREE, Ceiling
 from .constraints import Constraints
 from .report import NAMED, LimitedCell
@@ -61,14 +60,6 @@ def reasons(
         for n in order
     )  # fmt: skip
     return Reasons(dict(sorted(counts.items(), key=lambda pair: -pair[1])), named)
-
-
-def is_below(quality: Quality, target: float) -> NDArray[np.bool_]:
-    """``(n_cells,)`` True for solid cells that are not usable, or below the target."""
-    with np.errstate(invalid="ignore"):
-        below = (quality.values < target) | np.isnan(quality.values)
-    below |= ~is_usable(quality.status, quality.mesh.purpose)
-    return np.asarray(below & is_solid(quality.status))
 
 
 def _why(

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
-from ..doctor.points import extent
 from ..look.records import brief
 from ..mesh.labels import cell_label
 from ..quality.measure import Quality
 from ..quality.summary import Summary
 from .run import Progress
+
+if TYPE_CHECKING:
+    from .sizes import SizeChange
 
 NAMED = 20
 """Cells that are named one by one."""
@@ -60,6 +62,7 @@ class Displacement:
     """How far points have moved, in the unit of the mesh."""
 
     n_points: int
+    share: float  #: of all points that have moved
     n_boundary: int
     largest: float
     mean: float  #: of those that moved
@@ -102,8 +105,11 @@ class RepairReport:
         Of the cells that lost.
     displacement
         How far points moved.
+    sizes
+        What became of the sizes of cells that were good.
     volume, surface
-        Before and after: the volume inside the boundary and its area.
+        Before and after: the volume inside the boundary and its area; of the cells near bad ones, unless points moved
+        everywhere.
     region_volumes
         The same for the volume of each region, by name; empty if there is one.
     history
@@ -134,6 +140,7 @@ class RepairReport:
     largest_loss: float
     mean_loss: float
     displacement: Displacement
+    sizes: SizeChange
     volume: tuple[float, float]
     surface: tuple[float, float]
     region_volumes: dict[str, tuple[float, float]]
@@ -174,6 +181,7 @@ class RepairReport:
             "below": [asdict(one) for one in self.below],
             "worse": [asdict(one) for one in self.worse],
             "displacement": asdict(self.displacement),
+            "sizes": asdict(self.sizes),
             "volume": list(self.volume),
             "surface": list(self.surface),
             "region_volumes": {name: list(pair) for name, pair in self.region_volumes.items()},
@@ -205,17 +213,22 @@ def losses(before: Quality, after: Quality) -> tuple[int, tuple[WorsenedCell, ..
 
 
 def displacement(
-    before: NDArray[np.floating], after: NDArray[np.floating], boundary: NDArray[np.bool_], deviation: float
+    before: NDArray[np.floating],
+    after: NDArray[np.floating],
+    boundary: NDArray[np.bool_],
+    deviation: float,
+    diagonal: float,
+    n_points: int,
 ) -> Displacement:
-    """Displacements of points; the share is that of the diagonal of the points before."""
+    """Displacements of points, as shares of the diagonal of the mesh, which has so many points."""
     with np.errstate(invalid="ignore"):
         way = np.linalg.norm(np.asarray(after, np.float64) - np.asarray(before, np.float64), axis=1)
     way = np.nan_to_num(way)
-    diagonal = extent(before)[1]
     has_moved = way > 0.0
     largest, at_boundary = float(way.max(initial=0.0)), float(way[boundary].max(initial=0.0))
     return Displacement(
         n_points=int(np.count_nonzero(has_moved)),
+        share=float(np.count_nonzero(has_moved)) / max(n_points, 1),
         n_boundary=int(np.count_nonzero(has_moved & boundary)),
         largest=largest,
         mean=float(way[has_moved].mean()) if has_moved.any() else 0.0,

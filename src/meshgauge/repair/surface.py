@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
+from .components import components
 from .constraints import Constraints
 from .faces import face_centres, face_points, next_in_face
 from .features import hanging, kept_edges, kept_points, patch_labels
@@ -105,7 +106,7 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     smooth = (np.einsum("ij,ij->i", faces.normals[one], faces.normals[two]) >= limit) & (label[one] == label[two])
     is_feature = np.ones(len(edges), bool)
     is_feature[pairs[smooth]] = False
-    patch = _components(faces.n, one[smooth], two[smooth])
+    patch = components(faces.n, one[smooth], two[smooth])
 
     kind = np.full(len(points), INSIDE, np.uint8)
     kind[faces.ids] = FACE
@@ -259,18 +260,4 @@ def _curves(points: Points, kind: NDArray[np.uint8], features: Ids, limit: float
     turn = np.einsum("ij,ij->i", unit(points[at] - points[a]), unit(points[b] - points[at]))
     straight = turn >= limit
     kind[at[straight]] = EDGE
-    return kind, _components(len(features), e[straight], f[straight])
-
-
-def _components(n: int, a: Ids, b: Ids) -> Ids:
-    """``(n,)`` for each item its component, numbered from 0, where a and b belong together."""
-    parent = np.arange(n)
-    while True:
-        ra, rb = parent[a], parent[b]
-        low, high = np.minimum(ra, rb), np.maximum(ra, rb)
-        if np.array_equal(low, high):
-            break
-        np.minimum.at(parent, high, low)
-        while not np.array_equal(parent, jumped := parent[parent]):
-            parent = jumped
-    return np.unique(parent, return_inverse=True)[1].reshape(-1)
+    return kind, components(len(features), e[straight], f[straight])

@@ -24,6 +24,11 @@ def volume_and_surface(faces: Topology, points: NDArray[np.floating]) -> tuple[f
     return float(volumes.sum()), float(areas.sum())
 
 
+def cone_volumes(faces: Topology, slots: Ids, points: NDArray[np.floating], *, rings: bool = True) -> Points:
+    """``(n,)`` volumes of the cones over some half-faces from one point: those of a cell add up to its volume."""
+    return _of_faces(faces, slots, points, rings=rings)[0]
+
+
 def region_volumes(faces: Topology, region_ids: Ids, points: NDArray[np.floating]) -> Points:
     """``(n_regions,)`` the volume of each region, from the faces around it.
 
@@ -125,9 +130,11 @@ def _area_vectors(surface: Surface, points: Points) -> Points:
     return area
 
 
-def _of_faces(faces: Topology, slots: Ids, points: NDArray[np.floating]) -> tuple[Points, Points]:
+def _of_faces(
+    faces: Topology, slots: Ids, points: NDArray[np.floating], *, rings: bool = True
+) -> tuple[Points, Points]:
     """The volume of the cone over each face, from the middle of the faces, and its area; 0 where one is not finite."""
-    ids, offsets = face_points(faces, slots, rings=True)
+    ids, offsets = face_points(faces, slots, rings=rings)
     sizes = np.diff(offsets)
     if not len(ids):
         return np.zeros(0), np.zeros(0)

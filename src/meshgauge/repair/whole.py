@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,15 @@ import numpy as np
 from ..errors import MeshError
 from ..look.style import number_of
 from ..quality.measure import Quality
-from .acceptance import accept, is_better
+from .acceptance import accept, is_below, is_better
 from .ceiling import Ceiling, ceiling
 from .claims import Promise
 from .constraints import Constraints
 from .curved import move_nodes_between
 from .descent import Workers
+from .faces import mask_of
 from .phases.mean import raise_mean
+from .phases.mend import mend, values_of
 from .phases.strict import keep_every_cell
 from .phases.untangle import smooth, untangle
 from .phases.untwist import untwist
@@ -25,9 +27,16 @@ from .phases.worst import raise_worst
 from .polyhedral import corners
 from .problem import Points, problem
 from .run import Progress, Run, begin_run
+from .sizes import size_limits
 
 SHARES = {"untangle": 0.4, "worst": 0.75, "mean": 1.0}
 """When time is limited: by which share of it each phase ends."""
+
+SLIDING_RINGS = 4
+"""Cells around bad ones whose points slide, and move, with them."""
+
+MUCH = 0.2
+"""Share of the cells from which on, if they are bad, there is no mending them one by one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +51,24 @@ class Options:
     surface: Any = None
     feature_angle: float = 40.0
     threads: int | None = None
+    everywhere: bool = True
+    size_change: float = 0.1
 
     @property
     def slides(self) -> bool:
         return self.boundary == "slide"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Those that matter to a reader of the report; what acts only everywhere, or only elsewhere, is None."""
+        return {
+            "everywhere": self.everywhere,
+            "boundary": self.boundary,
+            "target": self.target,
+            "floor": self.floor if self.everywhere else None,
+            "size_change": None if self.everywhere else self.size_change,
+            "strict": self.strict,
+            "seconds": self.seconds,
+        }
 
 
 @dataclass(eq=False)
@@ -103,26 +126,59 @@ def repair(
     of_polyhedra = corners(before)
     polyhedral = of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants
     whole = problem(mesh, constraints.cells, polyhedral, constraints.pinned)
-    if whole.n_cells == 0:
+    if whole.n_cells == 0 and (options.everywhere or mesh.n_cells):
         raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
     run = begin_run(
         constraints, whole, team, options.target, options.floor, start, options.seconds, progress, should_stop
     )
     limit = ceiling(whole, run.base, constraints.fixed[whole.point_ids])
     outcome = Outcome(before, run, limit)
-    promise = Promise(before, constraints, strict=options.strict)
     points = run.base[run.points_of_moving].copy()
     run.record("start", points, now=True)
-    points = _phases(run, points, limit, strict=options.strict)
-    _take_moved(outcome, promise, points, options.threads)
+    if not whole.n_cells:
+        run.record("end", points, now=True)
+        return outcome
+    if options.everywhere:
+        promise = Promise(before, constraints, strict=options.strict)
+        _take_moved(outcome, promise, _phases(run, points, limit, strict=options.strict), options)
+    else:
+        constraints = replace(constraints, sizes=size_limits(before, constraints.topology, whole, options.size_change))
+        promise = Promise(before, constraints, strict=options.strict)
+        _mend(outcome, promise, points, options)
     if not run.stopped:
         better = untwist(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
         outcome.take(better, promise)
     if options.slides and not run.stopped:
+        if not options.everywhere:
+            promise = replace(promise, constraints=_near_bad(outcome, constraints, options))
         _slide(outcome, promise, options)
     reached = np.asarray(outcome.quality.mesh.points, np.float64)
     run.record("end", reached[whole.point_ids[run.points_of_moving]], now=True)
     return outcome
+
+
+def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> Constraints:
+    """The constraints with all points pinned that are not near cells that are bad still."""
+    whole = outcome.run.whole
+    bad = is_below(outcome.quality, options.target)[whole.cell_ids]
+    near = whole.grow(bad, SLIDING_RINGS) if bad.any() else bad
+    corners = whole.corners[np.repeat(near, np.diff(whole.cells))]
+    inside = mask_of(len(constraints.pinned), whole.point_ids[np.unique(corners)])
+    return replace(constraints, pinned=constraints.pinned | ~inside)
+
+
+def _mend(outcome: Outcome, promise: Promise, points: Points, options: Options) -> None:
+    """Mend what is bad; where that is much of the mesh, all of it is improved first."""
+    run, sizes = outcome.run, promise.constraints.sizes
+    assert sizes is not None
+    bad = values_of(run.moving, points) < options.target
+    if np.count_nonzero(bad) > MUCH * run.whole.n_cells:
+        _take_moved(outcome, promise, _phases(run, points, outcome.limit, strict=options.strict), options)
+        points = np.asarray(outcome.quality.mesh.points, np.float64)[run.whole.point_ids[run.points_of_moving]]
+    if not run.stopped:
+        run.phase_end = np.inf
+        moved = mend(run, points, promise.constraints.topology, sizes, strict=options.strict)
+        _take_moved(outcome, promise, moved, options)
 
 
 def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
@@ -152,20 +208,27 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
     return points
 
 
-def _take_moved(outcome: Outcome, promise: Promise, points: Points, threads: int | None) -> None:
+def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Options) -> None:
     """Let the mesh stand with the points that were reached, as far as they are acceptable."""
     before, constraints, run = promise.before, promise.constraints, outcome.run
     mesh = before.mesh
     moved = np.asarray(mesh.points, np.float64).copy()
     moved[run.whole.point_ids[run.points_of_moving]] = points
     moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
-    after, n_back = accept(before, moved, strict=promise.strict, threads=threads)
+    after, n_back = accept(
+        before,
+        moved,
+        strict=promise.strict,
+        threads=options.threads,
+        back=outcome.quality,
+        sizes=constraints.sizes,
+    )
     if n_back:
         count = number_of(
             n_back, "point was put back, since a cell of its own", "points were put back, since a cell of theirs"
         )
         outcome.notes.append(f"{count} would have paid.")
-    if not is_better(after, before):
+    if not is_better(after, outcome.quality, None if options.everywhere else options.target):
         outcome.notes.append("No better mesh was found: the mesh is as it was.")
     else:
         outcome.take(after, promise)

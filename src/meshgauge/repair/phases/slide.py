@@ -133,7 +133,9 @@ def slide(
         points = _with_nodes_between(before, _slide(here, run, surface, kind), constraints, surface)
         if given is None:
             points = restore_volumes(surface, constraints, kind, points)
-        slid, n_back = accept(before, points, strict=promise.strict, threads=threads, back=fixed)
+        slid, n_back = accept(
+            before, points, strict=promise.strict, threads=threads, back=fixed, sizes=constraints.sizes
+        )
         reached = np.asarray(slid.mesh.points, np.float64)
         apart = deviation(surface, reached, is_given=given is not None)
         hold = _points_to_hold(promise, slid, surface, apart.of_faces, size) & (kind != CORNER) & (kind != INSIDE)

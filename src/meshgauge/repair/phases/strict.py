@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...kernels.repair import cells
 from ..problem import Points
@@ -18,12 +19,13 @@ ENOUGH = 1e-3
 """Ends when fewer than this share of the points move in a round."""
 
 
-def keep_every_cell(run: Run, given: Points, reached: Points) -> Points:
+def keep_every_cell(run: Run, given: Points, reached: Points, *, only: NDArray[np.bool_] | None = None) -> Points:
     """Points of ``run.moving`` on the way from those given to those reached, no cell below the J_ENS that it had.
 
     Points whose cells would lose are put back, as long as there are any. From there points go one by one: a cell that
     has gained may give some of it back to its neighbours, so it takes several rounds. Each cell's own value is its
-    barrier from the start; what could only be reached through a worse mesh is not reached.
+    barrier from the start; what could only be reached through a worse mesh is not reached. ``only`` some points go, if
+    it is given.
     """
     # Against all corners of the cells, also those that cannot change.
     whole = run.whole
@@ -44,7 +46,7 @@ def keep_every_cell(run: Run, given: Points, reached: Points) -> Points:
     offsets = np.zeros(whole.n_points + 1, np.int64)
     np.cumsum(np.bincount(pairs // whole.n_cells, minlength=whole.n_points), out=offsets[1:])
     around = pairs % whole.n_cells
-    free = run.points_of_moving[run.freedom.kind == 3]
+    free = run.points_of_moving[run.freedom.kind == 3 if only is None else only]
     for _ in range(SWEEPS):
         n = cells.sweep(
             everywhere,

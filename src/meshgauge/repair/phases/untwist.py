@@ -59,7 +59,7 @@ def untwist(
         moved = np.asarray(mesh.points, np.float64).copy()
         moved[whole.point_ids[local.points_of_moving]] = points
         moved = move_nodes_between(mesh, moved, constraints.cells, here.fixed)
-        better, _ = accept(before, moved, strict=strict, threads=threads, back=after)
+        better, _ = accept(before, moved, strict=strict, threads=threads, back=after, sizes=constraints.sizes)
         if not is_better(better, after):
             break
         after = better

@@ -1,0 +1,142 @@
+"""The cells around bad ones as a mesh of their own, so that a repair costs what is bad, not what is there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..mesh import Mesh
+from ..mesh.cast import read_only
+from ..mesh.polyhedra import ragged_positions
+from ..mesh.regions import regions
+from ..quality.measure import JENS, Quality, measure
+from .constraints import Mask, shared_with_pieces
+from .faces import mask_of
+from .problem import Ids
+from .report import Claim
+
+RINGS = 5
+"""Cells around bad ones whose points may move; those around them are in the patch, too, and stay."""
+
+LARGE = 0.5
+"""Share of all cells from which on a patch is the whole mesh."""
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Some cells of a mesh with all that is at the points that may move.
+
+    Attributes
+    ----------
+    whole
+        What was measured on the mesh given.
+    quality
+        The same for the patch; that of the mesh itself if all cells are in it.
+    cells, points
+        ``(n_cells,)`` and ``(n_points,)`` of the patch: which of the mesh they are; None if it is the mesh itself.
+    pinned
+        ``(n_points,)`` of the patch, points that stay: those at cells that are not near bad ones.
+    region_ids, region_names
+        ``(n_cells,)`` the region of each cell as the mesh has it, and the names of all.
+    """
+
+    whole: Quality
+    quality: Quality
+    cells: Ids | None
+    points: Ids | None
+    pinned: Mask
+    region_ids: Ids
+    region_names: tuple[str, ...]
+
+    def of_points(self, values: Mask) -> Mask:
+        """``(n_points,)`` of the mesh for the points of the patch."""
+        return values if self.points is None else values[self.points]
+
+    def cell(self, cell: int) -> int:
+        """The cell of the mesh that one of the patch is."""
+        return cell if self.cells is None else int(self.cells[cell])
+
+    def merge(self, quality: Quality, *, threads: int | None) -> Quality:
+        """The quality of the mesh with the patch as it was measured after a repair."""
+        if quality is self.quality:
+            return self.whole
+        if self.cells is None or self.points is None:
+            return quality
+        whole = self.whole
+        points = np.array(whole.mesh.points, np.float64)
+        points[self.points] = quality.mesh.points
+        mesh = whole.mesh.replace(points=points)
+        if whole.polyhedra is not None:
+            rows = [whole.rows[name] for name in whole.metrics]
+            return measure(mesh, metrics=rows, threads=threads, keep_bricks=True)
+        status = whole.status.copy()
+        status[self.cells] = quality.status
+        metrics = {name: values.copy() for name, values in whole.metrics.items()}
+        for name, values in metrics.items():
+            values[self.cells] = quality.metrics[name]
+        metrics = {name: read_only(values) for name, values in metrics.items()}
+        return replace(
+            whole, mesh=mesh, values=metrics[JENS], status=read_only(status), metrics=metrics, collapsed_from=None
+        )
+
+    def claims(self, after: Quality) -> tuple[Claim, ...]:
+        """What is promised of the mesh outside the patch, and whether it holds of the mesh after a repair."""
+        if self.points is None:
+            return ()
+        old, new = (np.asarray(one.mesh.points, np.float64).view(np.int64) for one in (self.whole, after))
+        holds = bool(np.isin(np.flatnonzero((old != new).any(axis=1)), self.points).all())
+        n = len(old) - len(self.points)
+        return (
+            Claim("elsewhere", holds, f"all {n:,} points away from bad cells are where they were, to the last bit"),
+        )
+
+
+def whole_patch(quality: Quality) -> Patch:
+    """All of a mesh, no point pinned."""
+    ids, names = regions(quality.mesh)
+    return Patch(quality, quality, None, None, np.zeros(quality.mesh.n_points, bool), ids, names)
+
+
+def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | None) -> Patch:
+    """The cells near some bad ones.
+
+    Parameters
+    ----------
+    quality
+        Of the mesh.
+    bad
+        ``(n_cells,)``.
+    is_whole
+        True if the patch is to be the whole mesh, with all points pinned that are not near bad cells.
+    threads
+        As for `measure`.
+    """
+    mesh = quality.mesh
+    cells, touched = np.flatnonzero(bad), np.zeros(mesh.n_points, bool)
+    for _ in range(RINGS + 1):
+        touched[_nodes(mesh, cells)] = True
+        cells = _cells_at(mesh, touched)
+    whole = whole_patch(quality)
+    if is_whole or len(cells) > LARGE * mesh.n_cells:
+        return replace(whole, pinned=~touched)
+    used = mask_of(mesh.n_points, _nodes(mesh, cells))
+    if mesh.is_ghost is not None:
+        touched &= ~shared_with_pieces(mesh, mesh.is_ghost)
+    part, points = mesh[cells], np.flatnonzero(used)
+    rows = [quality.rows[name] for name in quality.metrics]
+    measured = measure(part, metrics=rows, threads=threads, keep_bricks=True)
+    return Patch(quality, measured, cells, points, ~touched[points], whole.region_ids[cells], whole.region_names)
+
+
+def _nodes(mesh: Mesh, cells: Ids) -> Ids:
+    """Points of some cells, as often as they are named."""
+    starts = np.asarray(mesh.offsets[cells], np.int64)
+    nodes: Ids = mesh.connectivity[ragged_positions(starts, np.asarray(mesh.offsets[cells + 1], np.int64) - starts)]
+    return nodes
+
+
+def _cells_at(mesh: Mesh, points: Mask) -> Ids:
+    """Cells that have one of some points."""
+    entries = np.flatnonzero(points[mesh.connectivity])
+    return np.unique(np.searchsorted(mesh.offsets, entries, side="right") - 1)

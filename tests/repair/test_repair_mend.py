@@ -1,0 +1,284 @@
+"""Repair that moves only what is near bad cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from repair_meshes import curved, grid, on_boundary, shaken
+
+import meshgauge
+from meshgauge import Improvement, Mesh
+from meshgauge.mesh.topology import topology
+from meshgauge.quality.measure import measure
+from meshgauge.repair.acceptance import is_below, n_unusable
+from meshgauge.repair.constraints import constraints_of
+from meshgauge.repair.curved import move_nodes_between
+from meshgauge.repair.patch import patch_around, whole_patch
+from meshgauge.repair.polyhedral import corners
+from meshgauge.repair.problem import problem
+from meshgauge.repair.sizes import SizeLimits, cell_volumes, size_change, size_limits
+
+KINDS = ("tetra", "pyramid", "wedge", "hexahedron", "mixed")
+
+Bits = NDArray[np.int64]
+
+
+def bits(mesh: Mesh) -> Bits:
+    return np.array(mesh.points, np.float64).view(np.int64)
+
+
+def dented(kind: str, n: int, points: tuple[int, ...] = (), by: float = 1.1) -> Mesh:
+    """A mesh of even cells with one inner point, or those named, moved by more than an edge."""
+    mesh = shaken(kind, n, 0.0)
+    moved = np.array(mesh.points)
+    if not points:
+        points = (int(np.argmin(np.linalg.norm(moved - (n - 1), axis=1))),)
+    moved[list(points)] += by * np.array([0.7, 0.6, -0.5])
+    return mesh.replace(points=moved)
+
+
+def mended(mesh: Mesh, **options: object) -> Improvement:
+    return meshgauge.improve(mesh, everywhere=False, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("n", [4, 9])
+@pytest.mark.parametrize("kind", KINDS)
+def test_one_point_gone_astray_is_all_that_moves(kind: str, n: int) -> None:
+    mesh = dented(kind, n)
+    before = measure(mesh)
+    assert n_unusable(before) > 0
+    result = mended(mesh)
+    assert result.report.holds
+    assert n_unusable(result.after) == 0
+    assert not is_below(result.after, 0.2).any()
+    moved = np.flatnonzero((bits(result.mesh) != bits(mesh)).any(axis=1))
+    assert len(moved) == result.report.displacement.n_points <= 3
+    assert np.array_equal(measure(result.mesh).values, result.after.values, equal_nan=True)
+    assert np.array_equal(measure(result.mesh).status, result.after.status)
+
+
+def test_a_point_of_even_cells_goes_back_to_its_place() -> None:
+    mesh = dented("hexahedron", 9)
+    result = mended(mesh)
+    assert np.allclose(result.mesh.points, shaken("hexahedron", 9, 0.0).points, atol=1e-4)
+    assert result.report.sizes.volume <= 1.1
+
+
+def test_a_mesh_without_bad_cells_is_as_it_was() -> None:
+    mesh = shaken("hexahedron", 3, 0.05)
+    result = mended(mesh)
+    assert result.mesh is mesh
+    assert (result.report.outcome, result.report.n_below_before) == ("unchanged", 0)
+
+
+def test_the_target_chooses_cells_and_zero_only_invalid_ones() -> None:
+    mesh = dented("hexahedron", 6, by=0.55)
+    values = measure(mesh).values
+    assert 0.0 < values.min() < 0.9
+    assert mended(mesh, target=0.0).mesh is mesh
+    assert mended(mesh, target=float(values.min())).mesh is mesh
+    better = mended(mesh, target=float(values.min()) + 0.01)
+    assert better.after.values.min() > 0.9  # not where to stop
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_threads_and_the_order_of_cells_are_of_no_matter(kind: str) -> None:
+    mesh = shaken(kind, 5, 0.45, seed=3)
+    one, two = mended(mesh, threads=1), mended(mesh, threads=2)
+    assert np.array_equal(bits(one.mesh), bits(two.mesh))
+    order = np.random.default_rng(0).permutation(mesh.n_cells)
+    nodes = {name: [] for name in mesh.type_counts()}
+    for cell in order:
+        nodes[meshgauge.cells.type_name(int(mesh.types[cell]))].append(mesh.nodes(int(cell)))
+    turned = mended(Mesh.from_arrays(np.asarray(mesh.points), {name: np.array(some) for name, some in nodes.items()}))
+    assert n_unusable(turned.after) == n_unusable(one.after)
+    assert abs(np.nanmean(turned.after.values) - np.nanmean(one.after.values)) < 0.02
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_many_bad_cells_are_mended_and_good_ones_keep_what_they_must(kind: str) -> None:
+    mesh = shaken(kind, 6, 0.42, seed=1)
+    result = mended(mesh)
+    assert result.report.holds
+    assert n_unusable(result.after) == 0
+    assert is_below(result.after, 0.2).sum() <= is_below(result.before, 0.2).sum()
+    assert result.report.sizes.volume <= 1.0 / 0.9 + 1e-6
+    good = result.before.values >= 0.9
+    limits = limits_of(mesh, 0.1)
+    assert set(limits.cells) == set(np.flatnonzero(good))
+    ratio = cell_volumes(limits.topology, limits.cells, result.mesh.points) / limits.volumes
+    assert (abs(ratio - 1.0) <= 0.1 + 1e-6).all()
+
+
+def test_strictly_no_cell_has_less() -> None:
+    for mesh in (dented("hexahedron", 6), shaken("hexahedron", 6, 0.4, seed=2), shaken("tetra", 5, 0.4, seed=2)):
+        result = mended(mesh, strict=True)
+        assert result.report.holds
+        assert (result.after.values >= result.before.values - 1e-12).all()
+    assert n_unusable(mended(dented("hexahedron", 6), strict=True).after) == 0
+
+
+def test_points_that_must_stay_do() -> None:
+    mesh = dented("hexahedron", 6)
+    at = int(np.flatnonzero((bits(mesh) != bits(shaken("hexahedron", 6, 0.0))).any(axis=1))[0])
+    result = mended(mesh, fixed=[at])
+    assert result.report.holds
+    assert np.array_equal(bits(result.mesh)[at], bits(mesh)[at])
+    boundary = on_boundary(mesh, 6)
+    assert np.array_equal(bits(result.mesh)[boundary], bits(mesh)[boundary])
+
+
+def test_interfaces_of_regions_stay() -> None:
+    mesh = shaken("hexahedron", 8, 0.0)
+    at = np.flatnonzero((np.asarray(mesh.points) == (4, 4, 4)).all(axis=1))[0]
+    moved = np.array(mesh.points)
+    moved[at] += (0.0, 0.0, 1.2)
+    material = (np.asarray(mesh.points)[mesh.connectivity.reshape(-1, 8)].mean(axis=1)[:, 0] > 4).astype(np.int64)
+    one = mesh.replace(points=moved, cell_data={"material": material})
+    assert np.array_equal(bits(mended(one).mesh), bits(one))
+    assert n_unusable(mended(mesh.replace(points=moved)).after) == 0
+
+
+def test_clusters_at_the_boundary_and_far_apart_are_each_mended() -> None:
+    mesh = dented("hexahedron", 12, points=(2 * 169 + 2 * 13 + 1, 10 * 169 + 9 * 13 + 6, 169 + 13 + 1))
+    result = mended(mesh)
+    assert n_unusable(result.after) == 0
+    moved = np.flatnonzero((bits(result.mesh) != bits(mesh)).any(axis=1))
+    assert set(moved) >= {2 * 169 + 2 * 13 + 1, 10 * 169 + 9 * 13 + 6, 169 + 13 + 1}
+    assert len(moved) < 12
+
+
+def layers() -> Mesh:
+    """Layers at a wall, the first a hundredth of the width, and two inner points gone astray far from them."""
+    points, hexahedra = grid(8)
+    heights = np.concatenate([[0.0], np.cumsum(0.01 * 2.2 ** np.arange(8))])
+    points[:, 2] = heights[points[:, 2].astype(int)]
+    at = np.flatnonzero((points[:, :2] == (4, 4)).all(axis=1))
+    points[at[6], :2] += 1.2
+    points[at[2], 0] += 1.2
+    return Mesh.from_arrays(points, {"hexahedron": hexahedra})
+
+
+def test_layers_keep_their_heights() -> None:
+    mesh = layers()
+    result = mended(mesh)
+    assert n_unusable(result.before) > 0
+    assert n_unusable(result.after) == 0
+    good = result.before.values >= 0.9
+    nodes = mesh.connectivity.reshape(-1, 8)
+    old, new = (np.linalg.norm(x[nodes[:, 4:]] - x[nodes[:, :4]], axis=2).min(axis=1) for x in (
+        np.asarray(mesh.points), np.asarray(result.mesh.points)))  # fmt: skip
+    assert (abs(new / old - 1.0)[good] <= 0.1 + 1e-6).all()
+
+
+def test_curved_cells_are_mended() -> None:
+    mesh = curved("hexahedron", 4, 0.0, 0.02)
+    moved = np.array(mesh.points)
+    at = int(np.argmin(np.linalg.norm(moved - 2.0, axis=1)))
+    moved[at] += (0.6, 0.5, 0.4)
+    moved = move_nodes_between(mesh, moved, np.ones(mesh.n_cells, bool), np.zeros(mesh.n_points, bool))
+    result = mended(mesh.replace(points=moved))
+    assert result.report.holds
+    assert n_unusable(result.before) > n_unusable(result.after) == 0
+
+
+def test_sliding_moves_only_points_near_bad_cells() -> None:
+    mesh = shaken("hexahedron", 12, 0.0)
+    moved = np.array(mesh.points)
+    at = 5 * 169 + 6 * 13  # on the side z = 0
+    moved[at, 0] += 1.2
+    one = mesh.replace(points=moved)
+    assert n_unusable(mended(one).after) > 0
+    result = mended(one, boundary="slide")
+    assert result.report.holds
+    assert n_unusable(result.after) == 0
+    changed = (bits(result.mesh) != bits(one)).any(axis=1)
+    assert np.linalg.norm(np.asarray(mesh.points)[changed] - moved[at], axis=1).max() < 10.0
+    assert changed.sum() < 0.5 * mesh.n_points
+
+
+def limits_of(mesh: Mesh, share: float) -> SizeLimits:
+    quality = measure(mesh)
+    of_polyhedra = corners(quality)
+    constraints = constraints_of(mesh, quality, None)
+    whole = problem(mesh, constraints.cells, (of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants))
+    return size_limits(quality, constraints.topology, whole, share)
+
+
+def test_sizes_that_pass_their_limits_are_seen() -> None:
+    mesh = shaken("hexahedron", 3, 0.0)
+    limits = limits_of(mesh, 0.1)
+    points = np.array(mesh.points)
+    assert not limits.passed(points).any()
+    points[:, 0] *= 1.099
+    assert not limits.passed(points).any()
+    points[:, 0] *= 1.01
+    assert limits.passed(points).all()
+    change = size_change(limits, mesh.points, points)
+    assert change.n_cells == 27
+    assert change.volume == pytest.approx(1.099 * 1.01)
+    assert change.edge_most == pytest.approx(1.099 * 1.01)
+    thin = np.array(mesh.points) * (1.0, 1.0, 0.1)
+    heights = limits_of(mesh.replace(points=thin), 0.1)
+    assert heights.is_layer.all()
+    assert heights.passed(thin * (1.0 / 1.2, 1.0, 1.2)).all()  # the volume is the same
+    assert not limits.passed(np.array(mesh.points) * (1.0 / 1.2, 1.0, 1.2)).any()  # no layer: its volume only
+
+
+def test_volumes_of_cells_are_those_of_the_mesh() -> None:
+    for kind in KINDS:
+        mesh = shaken(kind, 3, 0.2)
+        volumes = cell_volumes(topology(mesh), np.arange(mesh.n_cells), mesh.points)
+        assert volumes.sum() == pytest.approx(27.0)
+        assert (volumes > 0.0).all()
+
+
+def broken(change: Callable[[NDArray[np.float64]], None]) -> set[str]:
+    """Names of the claims of a patch that do not hold after a change of all points."""
+    mesh = dented("hexahedron", 20)
+    quality = measure(mesh)
+    patch = patch_around(quality, is_below(quality, 0.2), is_whole=False, threads=1)
+    assert patch.points is not None
+    assert len(patch.points) < mesh.n_points
+    points = np.array(mesh.points)
+    change(points)
+    return {claim.name for claim in patch.claims(measure(mesh.replace(points=points))) if not claim.holds}
+
+
+def test_a_point_elsewhere_that_moves_breaks_a_claim() -> None:
+    def far(points: NDArray[np.float64]) -> None:
+        points[0, 0] = -0.0
+
+    def near(points: NDArray[np.float64]) -> None:
+        points[19 * 441 + 19 * 21 + 19] += 0.1
+
+    assert broken(far) == {"elsewhere"}
+    assert broken(near) == set()
+
+
+def test_a_patch_that_is_most_of_the_mesh_is_the_mesh() -> None:
+    mesh = dented("hexahedron", 4)
+    quality = measure(mesh)
+    patch = patch_around(quality, is_below(quality, 0.2), is_whole=False, threads=1)
+    assert patch.cells is None
+    assert patch.quality is quality
+    assert whole_patch(quality).claims(quality) == ()
+
+
+def test_boundary_layers_at_real_size(shared: Path) -> None:
+    mesh = meshgauge.read(shared / "cases" / "layers" / "layers.vtu")
+    result = mended(mesh)
+    assert n_unusable(result.after) == 0
+    assert result.report.displacement.n_points < 100
+    assert result.report.sizes.volume <= 1.1
+    ends = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
+    nodes = mesh.connectivity.reshape(-1, 8)[:, ends]
+    old, new = (np.linalg.norm(np.diff(np.asarray(one.points)[nodes], axis=2)[:, :, 0], axis=2).min(axis=1)
+                for one in (mesh, result.mesh))  # fmt: skip
+    first = old < 2e-5
+    assert first.sum() > 100
+    assert (abs(new / old - 1.0)[first] <= 0.01).all()
