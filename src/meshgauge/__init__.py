@@ -9,10 +9,11 @@ Importing this loads NumPy only; Numba, VTK and the rest are loaded by what need
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ._lazy import door
 from ._version import __version__
+
+TYPE_CHECKING = False
+"""As that of ``typing``, which takes longer to load than all of this: a command that is stopped meanwhile says so."""
 
 if TYPE_CHECKING:
     from . import check as check

@@ -1,15 +1,25 @@
-"""``python -m meshgauge``."""
+"""``python -m meshgauge``, and the program ``meshgauge``."""
 
+import _signal  # type: ignore[import-not-found]  # of the interpreter itself: ``signal`` takes milliseconds in which Ctrl-C would be a traceback
 import sys
 
 
 def run() -> int:
-    """The command line; returns the exit code. Ctrl-C while it is still being loaded is no traceback either."""
+    """The command line as a process; returns the exit code. A signal is no traceback, while all is being loaded too."""
+    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # ends the process without a word
+    from .cli import interrupts, streams
+    from .cli.main import main
+
     try:
-        from .cli.main import main
+        interrupts.install()
+        streams.prepare()
+        streams.set_apart()
+        return main()
     except KeyboardInterrupt:
-        return 130
-    return main()
+        return interrupts.code()
+    finally:
+        interrupts.leave()
 
 
 if __name__ == "__main__":

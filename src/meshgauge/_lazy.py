@@ -6,10 +6,13 @@ lead to a higher floor (``quality.report()``). Imports say everything else; a te
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from importlib import import_module
 from sys import modules as loaded
-from typing import Any
+
+TYPE_CHECKING = False  # see the package's __init__
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from typing import Any
 
 PACKAGE = __package__
 

@@ -292,13 +292,13 @@ def test_undo_data_are_on_the_disk_before_the_mesh_changes(tangled: Path, tmp_pa
     had = path.read_bytes()
 
     def full(path: Path, before: Mesh, written: Mesh) -> int:
-        raise WriteError("disk full")
+        raise WriteError("a full rack")
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(undo_data, "store", full)
         failed = run(path, "--in-place", "--undo", undo)
     assert failed.returncode == 2
-    assert "disk full" in failed.stderr
+    assert "a full rack" in failed.stderr
     assert path.read_bytes() == had
     assert not undo.exists()
     killed = subprocess.run([sys.executable, "-c", KILLED, path, undo], capture_output=True, timeout=60)

@@ -175,7 +175,7 @@ class Batch:
             # The other files are still reported; a message says what happened where a traceback would end all.
             if os.environ.get(TRACEBACK):
                 raise
-            failure = FailedFile(path, f"unexpected {type(error).__name__}: {error}")
+            failure = FailedFile(path, terminal.unexpected(error))
         self.failures.append(failure)
         if self.on_failure is not None:
             self.on_failure(failure)

@@ -92,6 +92,8 @@ def improve(
         emit(f"{mesh}: {result.report.verdict}")
     else:
         Output().show(text.ImproveText(mesh, result.report, output=None if is_refused else str(written)))
+    if stop.exit_code:
+        return stop.exit_code
     if is_refused:
         return REFUSED
     return STILL_INVALID if n_unusable(result.after) else batch.exit_code

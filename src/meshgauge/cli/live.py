@@ -16,6 +16,7 @@ from rich.text import Text
 
 from ..look import style
 from ..look.bands import band
+from . import interrupts
 
 if TYPE_CHECKING:
     from ..repair import Progress
@@ -33,34 +34,43 @@ PHASES = {
 
 
 class Stop:
-    """Set by the first Ctrl-C; the second ends the program."""
+    """Set by the first Ctrl-C, or another signal that asks to stop; the second ends the program."""
 
     def __init__(self) -> None:
-        self.is_asked = False
+        self.number = 0
 
     def __call__(self) -> bool:
-        return self.is_asked
+        return self.number > 0
+
+    @property
+    def exit_code(self) -> int:
+        """Of a program that was asked by another than the one who looks on, who sees the result; 0 else."""
+        return 128 + self.number if self.number not in (0, signal.SIGINT) else 0
 
     def on_signal(self, number: int, frame: FrameType | None) -> None:
-        if self.is_asked:
-            raise KeyboardInterrupt
-        self.is_asked = True
-        with contextlib.suppress(OSError, RuntimeError):  # RuntimeError: the signal came while this very stream wrote
+        if self.number:
+            interrupts.interrupt(number, frame)
+        self.number = number
+        with contextlib.suppress(OSError, ValueError, RuntimeError):  # RuntimeError: this very stream was being written
             print("meshgauge: stopping; the best so far will be written (Ctrl-C again: nothing)", file=sys.stderr)
 
 
 @contextlib.contextmanager
 def stoppable() -> Iterator[Stop]:
-    """A flag that Ctrl-C sets within the ``with`` block."""
+    """A flag that Ctrl-C, and what else asks to stop, sets within the ``with`` block."""
     stop = Stop()
     if threading.current_thread() is not threading.main_thread():  # only there can signals be handled
         yield stop
         return
-    old = signal.signal(signal.SIGINT, stop.on_signal)
+    old = {number: signal.getsignal(number) for number in interrupts.ASKING}
+    for number, handler in old.items():
+        if handler != signal.SIG_IGN:
+            signal.signal(number, stop.on_signal)
     try:
         yield stop
     finally:
-        signal.signal(signal.SIGINT, old)
+        for number, handler in old.items():
+            signal.signal(number, handler)
 
 
 class ProgressLine:

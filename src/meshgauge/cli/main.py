@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
+import errno
 import os
 import sys
 from typing import Annotated
@@ -11,7 +11,8 @@ import typer
 
 from ..errors import MeshgaugeError
 from ..files import sources
-from . import command
+from ..files.standard import unwritten
+from . import command, interrupts, streams, terminal
 from .check import check
 from .compare import compare
 from .doctor import doctor
@@ -23,9 +24,6 @@ from .plot import plot
 from .report import report
 from .terminal import COULD_NOT, DONE, TRACEBACK
 from .view import view
-
-INTERRUPTED = 130
-"""Exit code: what a shell gives for Ctrl-C."""
 
 app = typer.Typer(
     name="meshgauge",
@@ -60,34 +58,47 @@ def _root(
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line; returns the exit code: 0 done, 2 could not, 130 Ctrl-C. Never a traceback."""
-    for stream in (sys.stdout, sys.stderr):
-        # A path or a name that the terminal's encoding does not have must not end the program.
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+    interrupts.forget()
+    streams.prepare()
+    code = _code(arguments)
+    unwritten = streams.flush()
+    return code if unwritten is None else failed(unwritten)
+
+
+def _code(arguments: list[str] | None) -> int:
     try:
         with sources.guard():
             code = app(args=arguments, prog_name="meshgauge", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        return INTERRUPTED
+        return interrupts.code()
     except SystemExit:
         return DONE  # Typer's answer to a pipe that was closed while it printed help
+    except BrokenPipeError:
+        return DONE  # nobody reads any more
     except (MeshgaugeError, OSError) as error:
+        if interrupts.is_asked():
+            return interrupts.code()
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
+            return failed(unwritten(error))  # of the help, which Typer prints
         return failed(str(error))
     except Exception as error:
+        if interrupts.is_asked():  # while a library was loaded or at work
+            return interrupts.code()
         # Typer's usage errors: known by what they do, because their class moved between its versions.
         if hasattr(error, "format_message"):
             command = getattr(getattr(error, "ctx", None), "command_path", "meshgauge")
             return failed(f"{error.format_message()} (see '{command} --help')")
         if os.environ.get(TRACEBACK):
             raise
-        return failed(f"unexpected {type(error).__name__}: {error} (set {TRACEBACK}=1 for the traceback)")
+        return failed(f"{terminal.unexpected(error)} (set {TRACEBACK}=1 for the traceback)")
+    if interrupts.is_asked():  # which Typer takes for Ctrl-C, whatever it was
+        return interrupts.code()
     return code if isinstance(code, int) else DONE
 
 
 def failed(message: str) -> int:
     """Print in one line what could not be done; returns the exit code."""
-    with contextlib.suppress(BrokenPipeError):
-        print(f"meshgauge: error: {' '.join(message.split())}", file=sys.stderr)
+    terminal.warn("error", message)
     return COULD_NOT
 
 

@@ -34,6 +34,7 @@ def plot(
 
     # From here on NumPy, the readers and matplotlib are needed, which `--help` does not wait for.
     from .. import plot as drawing
+    from ..look.style import printable
     from ..plot.figure_file import format_of
     from ..quality.metrics import metric as metric_row
     from ..report.record import short_names
@@ -45,7 +46,7 @@ def plot(
         metric_row(name)
     batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
     paths = batch.states(paths)
-    names = dict(zip(paths, short_names(paths), strict=True))
+    names = dict(zip(paths, map(printable, short_names(paths)), strict=True))
     summaries: dict[str, dict[str, Summary]] = {name: {} for name in targets}
     for path, quality in batch.each(paths, lambda path: batch.measure(path, targets)):
         for name in targets:

@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable, Iterator
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 
+from ..errors import WriteError
+from ..files.standard import drop, unwritten
 from ..look import style
+from .streams import TRACEBACK as TRACEBACK
 
 DONE, COULD_NOT = 0, 2
 """Exit codes of every command."""
-
-TRACEBACK = "MESHGAUGE_TRACEBACK"
-"""Environment variable: set, unexpected errors are shown with their traceback."""
 
 PIPED_WIDTH = 160
 """Columns where there is no terminal: room for every table, so that no data are cut."""
@@ -64,6 +64,8 @@ def emit(text: str) -> bool:
         print(_no_commands(text), flush=True)
     except BrokenPipeError:
         return _close_output()
+    except OSError as error:
+        raise WriteError(unwritten(error)) from error
     return True
 
 
@@ -75,15 +77,25 @@ def _no_commands(text: str) -> str:
 
 
 def _close_output() -> bool:
-    # What is still printed, also when the interpreter flushes at its end, is to go nowhere.
-    with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    drop(sys.stdout)
     return False
 
 
 def warn(kind: str, message: str) -> None:
-    """One line on standard error."""
-    print(f"meshgauge: {kind}: {style.printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
+    """One line on standard error, if that takes any."""
+    try:
+        print(f"meshgauge: {kind}: {style.printable(' '.join(message.split()))}", file=sys.stderr, flush=True)
+    except (OSError, ValueError):  # nobody reads it, or it is full: the exit code still tells
+        drop(sys.stderr)
+
+
+def unexpected(error: BaseException) -> str:
+    """What an error says that is none of ours: its first sentence, without the signatures that bindings of C++ list."""
+    text = " ".join(str(error).split()).split(" The following argument types")[0]
+    return f"unexpected {type(error).__name__}: {style.printable(text, longest=_LONGEST_ERROR)}"
+
+
+_LONGEST_ERROR = 400
 
 
 def in_background(work: Callable[[], None]) -> threading.Thread:

@@ -89,7 +89,7 @@ Cells, their numbering, data and regions stay. Three phases: untangling (only if
 
 [bold]Ctrl-C[/bold] stops at any time and writes the best so far; a second one ends the program, and nothing is written.
 
-Exit codes: 0 no cell is invalid now, 1 some still are (what is better is written), 2 could not, 3 what was reached broke a claim, and nothing was written, 130 interrupted twice.""",
+Exit codes: 0 no cell is invalid now, 1 some still are (what is better is written), 2 could not, 3 what was reached broke a claim, and nothing was written, 130 interrupted twice, 143 terminated (what is better is written).""",
         (
             "meshgauge improve wing.vtu -o better.vtu",
             "meshgauge improve wing.vtu -o better.vtu --boundary slide     [dim]points move on the surface, too[/dim]",

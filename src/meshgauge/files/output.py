@@ -8,19 +8,18 @@ removed by the next one that writes to the same folder.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import re
 import shutil
-import socket
 import stat
 import sys
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from ..errors import WriteError
-from . import sources
+from . import private, sources
+from .resources import no_space
+from .standard import drop, unwritten
 
 STANDARD_OUTPUT = Path("-")
 """Names standard output, for outputs that are text."""
@@ -55,8 +54,15 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False, text: bo
     try:
         with _standard_output(path) if text and path == STANDARD_OUTPUT else _replacing(path, overwrite) as temporary:
             yield temporary
-    except OSError as error:
-        raise WriteError(f"{path}: cannot be written: {error.strerror or error}") from error
+    except Exception as error:
+        if path == STANDARD_OUTPUT:
+            raise
+        full = no_space(error, path)
+        if full is not None:
+            raise WriteError(full) from error
+        if isinstance(error, OSError):
+            raise WriteError(f"{path}: cannot be written: {error.strerror or error}") from error
+        raise
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
@@ -96,9 +102,14 @@ def _replacing(path: Path, overwrite: bool) -> Iterator[Path]:
         with _copy_into(target) as temporary:
             yield temporary
         return
-    with sources.pending(target, overwrite=overwrite), _private_folder(target.parent) as folder:
-        temporary = folder / target.name
-        yield temporary
+    with (
+        sources.pending(target, overwrite=overwrite),
+        private.folder(target.parent) as folder,
+        private.plain_folder(folder) as shown,
+    ):
+        name = target.name if private.is_plain(target.name) else f"output.{target.name.partition('.')[2]}"
+        temporary = folder / name
+        yield shown / name
         if not overwrite:
             sources.check(target)
         _like(temporary, target)
@@ -145,7 +156,7 @@ def _is_stream(target: Path) -> bool:
 def _standard_output(path: Path) -> Iterator[Path]:
     with _scratch("out") as temporary:
         yield temporary
-        with contextlib.suppress(BrokenPipeError):  # nobody reads any more
+        try:
             binary = getattr(sys.stdout, "buffer", None)
             sys.stdout.flush()
             if binary is None:
@@ -154,6 +165,10 @@ def _standard_output(path: Path) -> Iterator[Path]:
                 with temporary.open("rb") as file:
                     shutil.copyfileobj(file, binary)
             sys.stdout.flush()
+        except BrokenPipeError:  # nobody reads any more
+            drop(sys.stdout)
+        except OSError as error:
+            raise WriteError(unwritten(error)) from error
 
 
 @contextlib.contextmanager
@@ -163,8 +178,11 @@ def _copy_into(target: Path) -> Iterator[Path]:
         yield temporary
         if own is not None:
             number = int(own[1] or own[3]) if own[2] is None else _STREAMS[own[2]]
-            if number in (1, 2):
-                (sys.stdout if number == 1 else sys.stderr).flush()
+            if number in (1, 2):  # which may have been moved
+                stream = sys.stdout if number == 1 else sys.stderr
+                stream.flush()
+                with contextlib.suppress(OSError, ValueError):  # of a stream in memory
+                    number = stream.fileno()
             into = os.dup(number)  # opened anew it would begin at its first byte
         else:
             into = os.open(target, os.O_WRONLY)
@@ -174,8 +192,8 @@ def _copy_into(target: Path) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def _scratch(name: str) -> Iterator[Path]:
-    with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
-        yield Path(folder, name)
+    with private.folder() as folder:
+        yield folder / name
 
 
 def _like(temporary: Path, target: Path) -> None:
@@ -207,58 +225,3 @@ def _sync(path: Path) -> None:
             raise error
     finally:
         os.close(number)
-
-
-def _prefix() -> str:
-    """Of the folders that this host makes, so that on a disk of a network no other host's are touched."""
-    host = hashlib.sha256(socket.gethostname().encode("utf-8", "replace")).hexdigest()[:8]
-    return f".meshgauge-{host}-"
-
-
-@contextlib.contextmanager
-def _private_folder(parent: Path) -> Iterator[Path]:
-    """A folder that only this user can enter, locked as long as this process has it, removed at the end."""
-    _remove_leftovers(parent)
-    while True:
-        folder = Path(tempfile.mkdtemp(prefix=_prefix(), dir=parent))
-        lock = _lock(folder, wait=True)
-        if lock is None or folder.exists():  # else another process took it for a leftover just before
-            break
-        os.close(lock)
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-        if lock is not None:
-            os.close(lock)
-
-
-def _remove_leftovers(parent: Path) -> None:
-    """Folders of processes of this host that were killed: nobody holds their lock."""
-    prefix = _prefix()
-    with contextlib.suppress(OSError), os.scandir(parent) as entries:
-        for entry in [e for e in entries if e.name.startswith(prefix)]:
-            lock = _lock(Path(entry.path), wait=False)
-            if lock is not None:
-                shutil.rmtree(entry.path, ignore_errors=True)
-                os.close(lock)
-
-
-def _lock(folder: Path, *, wait: bool) -> int | None:
-    """A descriptor that locks a folder; None if another process has it, it is not ours, or locks are not known."""
-    if os.name != "posix":
-        return None
-    import fcntl
-
-    try:
-        number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    except OSError:
-        return None
-    try:
-        if os.fstat(number).st_uid == os.geteuid():
-            fcntl.flock(number, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-            return number
-    except OSError:
-        pass
-    os.close(number)
-    return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Sequence
 from typing import Any
 from urllib.parse import quote
@@ -96,7 +97,12 @@ def _unreadable(failure: FailedFile, ids: dict[str, int]) -> dict[str, Any]:
 
 
 def _location(path: str) -> dict[str, Any]:
-    return {"physicalLocation": {"artifactLocation": {"uri": quote(relative(path))}, "region": {"startLine": 1}}}
+    return {
+        "physicalLocation": {
+            "artifactLocation": {"uri": quote(os.fsencode(relative(path)))},
+            "region": {"startLine": 1},
+        }
+    }
 
 
 def _related_location(path: str, at: int, cell: FailingCell) -> dict[str, Any]:

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
+import signal
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from . import handover, sandbox
 
+_PARENT_DEATH_SIGNAL = 1
+
 
 def main(request: dict[str, Any]) -> None:
     """Read the file of a request; the result is a mesh, its steps or an error. The process ends without clean-up."""
+    _end_with(int(request["parent"]))
     _limit(float(request["seconds"]), int(request["memory"]))
     from ...errors import ReadError
     from .. import registry
@@ -38,6 +44,15 @@ def main(request: dict[str, Any]) -> None:
             "(--read-memory or MESHGAUGE_READ_GB set another limit)",
         )
     os._exit(0)  # third-party readers may crash once more on their way out
+
+
+def _end_with(parent: int) -> None:
+    """Have the system end this process when the one that asked is gone, however that ended."""
+    if sys.platform != "linux":
+        return
+    ctypes.CDLL(None).prctl(_PARENT_DEATH_SIGNAL, int(signal.SIGKILL), 0, 0, 0)
+    if os.getppid() != parent:  # it ended before
+        os._exit(1)
 
 
 def _limit(seconds: float, memory: int) -> None:

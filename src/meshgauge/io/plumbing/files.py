@@ -5,13 +5,13 @@ from __future__ import annotations
 import contextlib
 import gzip
 import shutil
-import tempfile
 import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from ...errors import ReadError
-from ...files import sources
+from ...files import private, sources
+from ...files.resources import no_space
 from .format import HEAD
 
 _GZIP = b"\x1f\x8b"
@@ -39,12 +39,14 @@ def open_input(path: Path, detect: Callable[[Path, bytes], object] | None = None
     head = _head(path)
     sources.note(path)
     if not head.startswith(_GZIP):
-        yield path, head
+        with private.plain_file(path) as plain, _named(plain, path):
+            yield plain, head
         return
-    with tempfile.TemporaryDirectory(prefix="meshgauge-") as folder:
+    with private.folder() as folder:
         name = path.name[:-3] if path.suffix.lower() == ".gz" else path.name
-        plain = Path(folder, name)
-        try:
+        name = name if private.is_plain(name) else f"mesh.{name.partition('.')[2]}"
+        plain = folder / name
+        with _named(plain, path):
             try:
                 with gzip.open(path, "rb") as packed, plain.open("wb") as file:
                     start = packed.read(HEAD)
@@ -55,10 +57,20 @@ def open_input(path: Path, detect: Callable[[Path, bytes], object] | None = None
             except (gzip.BadGzipFile, EOFError, zlib.error) as error:
                 raise ReadError(f"{path}: not a whole gzip file: {error}") from error
             except OSError as error:
-                raise ReadError(f"{path}: cannot be unpacked in {folder}: {error.strerror or error}") from error
+                reason = f"{path}: cannot be unpacked in {folder}: {error.strerror or error}"
+                raise ReadError(no_space(error, plain) or reason) from error
             yield plain, _head(plain)
-        except ReadError as error:
-            raise ReadError(str(error).replace(str(plain), str(path))) from error
+
+
+@contextlib.contextmanager
+def _named(plain: Path, path: Path) -> Iterator[None]:
+    """Errors of the file that is read name the one that was asked for."""
+    try:
+        yield
+    except ReadError as error:
+        if plain == path:
+            raise
+        raise ReadError(str(error).replace(str(plain), str(path))) from error
 
 
 def _head(path: Path) -> bytes:

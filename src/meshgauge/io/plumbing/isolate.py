@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ...errors import ReadError
+from ...files import private
 from ...mesh import Mesh
 from . import handover
 from .steps import Step, StepChoice
@@ -104,7 +105,7 @@ def _receive(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterat
     if not sys.executable:
         raise ReadError(f"{path}: needs a reader in a process of its own, but this interpreter does not know its path")
     seconds, memory = (limits or Limits()).resolve(path.stat().st_size)
-    with _shared_file() as file, tempfile.TemporaryDirectory(prefix="meshgauge-") as scratch:
+    with _shared_file() as file, private.folder() as scratch:
         request = {
             "sys_path": [str(Path(entry).resolve()) for entry in sys.path],
             "path": str(path.absolute()),
@@ -112,7 +113,8 @@ def _receive(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterat
             **asked,
             "result": file.name if isinstance(file.name, str) else None,
             "fd": file.fileno(),
-            "scratch": scratch,
+            "scratch": str(scratch),
+            "parent": os.getpid(),
             "seconds": seconds,
             "memory": memory,
         }

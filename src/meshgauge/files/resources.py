@@ -1,0 +1,105 @@
+"""What a machine has left, and errors that say so: a full disk or too little memory is not blamed on a file."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+from pathlib import Path
+
+from ..errors import WriteError
+
+_FULL = re.compile(r"no space left on device|disk full|out of disk space|disk quota exceeded", re.IGNORECASE)
+_NO_SPACE = "no space left on"
+_LITTLE = 1 << 16
+"""Bytes: of a disk that has less even small files are cut off."""
+
+
+def no_space(error: BaseException, path: str | os.PathLike[str]) -> str | None:
+    """That there is no room to write a file, if that is what an error comes from; None else.
+
+    Some libraries say so in words of their own, some say only that the file is broken: then the disk is asked.
+    """
+    seen: BaseException | None = error
+    is_full, is_other = False, isinstance(error, OSError) and error.errno is not None
+    while seen is not None:
+        if isinstance(seen, OSError) and seen.errno in (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC)):
+            is_full = True
+        if isinstance(seen, WriteError) and str(seen).startswith(_NO_SPACE):  # of a file that had to be written first
+            return str(seen)
+        is_full |= _FULL.search(str(seen)) is not None
+        seen = seen.__cause__ or seen.__context__
+    place = disk_of(path)
+    if not is_full and not is_other and hasattr(os, "statvfs"):
+        with contextlib.suppress(OSError):
+            left = os.statvfs(place)
+            is_full = left.f_blocks > 0 and left.f_bavail * left.f_frsize < _LITTLE
+    return f"{_NO_SPACE} {place} while writing {os.fspath(path)}" if is_full else None
+
+
+def disk_of(path: str | os.PathLike[str]) -> Path:
+    """Where the file system is mounted that holds a file; a device itself."""
+    place = Path(os.path.realpath(path))
+    with contextlib.suppress(OSError):  # a name that no file can have
+        if place.is_char_device():
+            return place
+    while not os.path.ismount(place) and place != place.parent:
+        place = place.parent
+    return place
+
+
+def free_memory() -> int | None:
+    """Bytes that this process can still take: what is free, and what the system allows it; None where it does not say.
+
+    The least of what is available, of what is left to the control groups of the process, and of the address space that
+    ``ulimit -v`` allows.
+    """
+    limits = [_available(), _address_space(), *_control_groups()]
+    known = [limit for limit in limits if limit is not None]
+    return max(min(known), 0) if known else None
+
+
+def _read(path: str | Path) -> str:
+    try:
+        with open(path, encoding="ascii", errors="replace") as file:
+            return file.read()
+    except OSError:
+        return ""
+
+
+def _available() -> int | None:
+    match = re.search(r"^MemAvailable:\s+(\d+) kB", _read("/proc/meminfo"), re.MULTILINE)
+    return int(match[1]) << 10 if match else None
+
+
+def _address_space() -> int | None:
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
+    used = _read("/proc/self/statm").split()
+    if allowed == resource.RLIM_INFINITY or not used:
+        return None
+    return allowed - int(used[0]) * resource.getpagesize()
+
+
+def _control_groups() -> list[int]:
+    """What each group leaves, from that of the process up; pages of files that it holds can be given back."""
+    left = []
+    for line in _read("/proc/self/cgroup").splitlines():
+        _, kinds, name = (*line.split(":", 2), "", "")[:3]
+        root, limit, usage = "/sys/fs/cgroup", "memory.max", "memory.current"
+        if kinds:
+            if "memory" not in kinds.split(","):
+                continue
+            root, limit, usage = "/sys/fs/cgroup/memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+        folder = Path(root, name.lstrip("/"))
+        while folder.is_relative_to(root):
+            allowed, used = _read(folder / limit).strip(), _read(folder / usage).strip()
+            if allowed.isdigit() and used.isdigit():
+                cached = re.search(r"^(?:total_)?inactive_file (\d+)", _read(folder / "memory.stat"), re.MULTILINE)
+                left.append(int(allowed) - int(used) + (int(cached[1]) if cached else 0))
+            folder = folder.parent
+    return left

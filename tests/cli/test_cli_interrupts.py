@@ -1,0 +1,166 @@
+"""Signals: all is cleaned up, nothing is said, and the exit code names the signal."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meshgauge
+from meshgauge.cli import live
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+
+ASKING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+RUN = "import sys; from meshgauge.__main__ import run; sys.exit(run())"
+AT = """
+import os, signal, sys, time
+import {module} as module
+real = module.{name}
+def stopped(*arguments, **options):
+    for _ in range({times}):
+        os.kill(os.getpid(), {number})
+    time.sleep(0.01)
+    return real(*arguments, **options)
+module.{name} = stopped
+"""
+
+
+def program(module: str, name: str, number: int, times: int = 1) -> str:
+    """The command line, which is sent a signal when it comes to a function."""
+    return AT.format(module=module, name=name, number=int(number), times=times) + RUN
+
+
+def run(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize("number", ASKING)
+def test_reading_and_writing_end_with_the_number(good: Path, tmp_path: Path, number: signal.Signals) -> None:
+    before = good.read_bytes()
+    for place in (("meshgauge.io.reading", "_read"), ("meshgauge.io.plumbing.verify", "check")):
+        done = run(program(*place, number), "report", good, "-q", "--in-place")
+        assert (done.returncode, done.stdout, done.stderr.strip()) == (128 + number, "", "")
+        assert good.read_bytes() == before
+        assert list(tmp_path.iterdir()) == [good]
+
+
+@pytest.mark.parametrize("number", ASKING)
+def test_improve_writes_its_best_so_far(tmp_path: Path, number: signal.Signals) -> None:
+    path, out = tmp_path / "a.vtu", tmp_path / "out.vtu"
+    meshgauge.write(path, tangled())
+    done = run(
+        program("meshgauge.repair.engine", "repair", number), "improve", path, "-o", out, "--undo", tmp_path / "u"
+    )
+    assert "best so far will be written" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.returncode == (128 + number if number != signal.SIGINT else 1)
+    assert "interrupted" in done.stdout
+    assert meshgauge.read(out).n_cells == meshgauge.read(path).n_cells
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.vtu", "out.vtu", "u"]
+    twice = run(program("meshgauge.repair.engine", "repair", number, 2), "improve", path, "-o", tmp_path / "not.vtu")
+    assert twice.returncode == 128 + number
+    assert not (tmp_path / "not.vtu").exists()
+
+
+AT_WORK = ("meshgauge.repair.engine", "repair")
+
+
+def tangled() -> meshgauge.Mesh:
+    axis = np.arange(5.0)
+    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    points += np.random.default_rng(0).uniform(-0.9, 0.9, points.shape)
+    corners = np.stack(np.meshgrid(*[np.arange(4)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    steps = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+    cells = np.stack([(corners + step) @ [25, 5, 1] for step in steps], axis=1)
+    return meshgauge.Mesh.from_arrays(points, [("hexahedron", cells)])
+
+
+def test_what_the_caller_ignores_is_ignored(good: Path) -> None:
+    ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+    done = run(ignoring + program("meshgauge.io.reading", "_read", signal.SIGHUP), "report", good, "-q")
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize("number", ASKING)
+def test_a_flag_within_the_block_and_the_old_handlers_after_it(number: signal.Signals) -> None:
+    before = {one: signal.getsignal(one) for one in ASKING}
+    with live.stoppable() as stop:
+        assert not stop()
+        os.kill(os.getpid(), number)
+        time.sleep(0.01)
+        assert stop()
+    assert stop.exit_code == (0 if number == signal.SIGINT else 128 + number)
+    assert {one: signal.getsignal(one) for one in ASKING} == before
+
+
+def test_loading_the_door_takes_nothing_before_the_guard() -> None:
+    """What is imported before signals are seen to: an interrupt in there would be a traceback."""
+    code = "import sys; old = set(sys.modules); import meshgauge.__main__; print(*sorted(set(sys.modules) - old))"
+    loaded = set(run(code).stdout.split())
+    assert "meshgauge.__main__" in loaded
+    assert not loaded & {"typing", "enum", "signal", "contextlib", "numpy"}
+
+
+READING = """
+import sys
+from pathlib import Path
+import meshgauge.io.plumbing.isolate as isolate
+isolate._START = "import json, sys; r = json.load(sys.stdin); sys.path[:] = r['sys_path']; " + (
+    "from meshgauge.io.plumbing import child; child._end_with(r['parent']); import os, time; "
+    "open({pid!r}, 'w').write(str(os.getpid())); time.sleep(60)"
+)
+isolate.read(Path(sys.argv[1]), "vtk")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the system of Linux ends it")
+def test_the_reader_of_others_ends_with_its_parent(good: Path, tmp_path: Path) -> None:
+    pid = tmp_path / "pid"
+    parent = subprocess.Popen([sys.executable, "-c", READING.replace("{pid!r}", repr(str(pid))), str(good)])
+    wait_for(lambda: pid.exists() and pid.read_text() != "")
+    child = int(pid.read_text())
+    assert is_alive(child)
+    parent.kill()
+    parent.wait()
+    wait_for(lambda: not is_alive(child))
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except OSError:
+        return False
+
+
+def wait_for(condition: object, seconds: float = 20) -> None:
+    end = time.monotonic() + seconds
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+@pytest.mark.long
+def test_at_random_times(good: Path) -> None:
+    rng = random.Random(0)
+    ended = []
+    for n in range(60):
+        process = subprocess.Popen(
+            [sys.executable, "-c", RUN, "report", str(good)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        time.sleep(rng.uniform(0.1, 1.5))
+        process.send_signal(ASKING[n % 3])
+        _, errors = process.communicate(timeout=60)
+        ended.append(process.returncode)
+        assert errors.strip() == ""
+        assert process.returncode in (0, 128 + ASKING[n % 3], -ASKING[n % 3])
+    assert len(set(ended)) > 2
