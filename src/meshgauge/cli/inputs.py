@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import ReadError, WriteError
+
+_PIECE = re.compile(r".*\.\d+\.\d+")
 
 
 def expand(arguments: Iterable[str]) -> list[str]:
@@ -27,7 +30,22 @@ def expand(arguments: Iterable[str]) -> list[str]:
         if not matches:
             raise ReadError(f"{argument}: no file matches this pattern")
         paths.update(dict.fromkeys(matches))
-    return list(paths)
+    return _without_pieces(list(paths))
+
+
+def _without_pieces(paths: list[str]) -> list[str]:
+    """Of the pieces of one mesh the first that is given: it stands for all."""
+    if not any(_PIECE.fullmatch(path) for path in paths):
+        return paths
+    from ..io.formats.exodus import pieces
+
+    kept: list[str] = []
+    taken: set[Path] = set()
+    for path in paths:
+        if Path(path) not in taken:
+            kept.append(path)
+            taken.update(pieces(Path(path)))
+    return kept
 
 
 def check_targets(

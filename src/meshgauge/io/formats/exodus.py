@@ -19,11 +19,12 @@ from ...mesh import Mesh
 from ...mesh.labels import LABEL
 from ..plumbing import face_based
 from ..plumbing.build import Ints, Kind, gather
-from ..plumbing.format import Format
+from ..plumbing.format import HEAD, Format
 from ..plumbing.ids import drop_counts
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
 from ..plumbing.steps import Step, number_steps
+from . import spread
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 
@@ -100,8 +101,26 @@ def steps(path: Path) -> tuple[Step, ...]:
 
 
 def read(path: Path, at: int) -> Mesh:
-    """A block for each element block; cell data ``exodus:block`` is its number. Side and node sets are not cells."""
+    """A block for each element block; cell data ``exodus:block`` is its number. Side and node sets are not cells.
+
+    A piece of a mesh that is spread over files (``x.e.4.0``) is read with the others.
+    """
+    return spread.join(path, lambda file: _read(file, at))
+
+
+def pieces(path: Path) -> tuple[Path, ...]:
+    """The files that are read with one, if it is a piece of a mesh that is spread over files that are all there."""
+    files = spread.all_pieces(path)
+    if not files:
+        return ()
+    with path.open("rb") as file:
+        return files if sniff(file.read(HEAD), path) else ()
+
+
+def _read(path: Path, at: int) -> tuple[Mesh, bool]:
+    """One file, and whether it numbers its nodes."""
     with variables(path) as arrays:
+        has_numbers = "node_num_map" in arrays
         points, is_single = _points(arrays, path)
         parts = []
         for block in _blocks(arrays, path):
@@ -120,13 +139,12 @@ def read(path: Path, at: int) -> Mesh:
     if not any(len(part.types) for part in parts):
         raise ReadError(f"{path}: its element blocks are empty")
     mesh = merge_parts(parts, path=path, points=points)
-    return drop_counts(
-        mesh.replace(
-            point_data=point_data,
-            cell_data={**mesh.cell_data, **cell_numbers},
-            stored="single" if is_single else "double",
-        )
+    mesh = mesh.replace(
+        point_data=point_data,
+        cell_data={**mesh.cell_data, **cell_numbers},
+        stored="single" if is_single else "double",
     )
+    return drop_counts(mesh), has_numbers
 
 
 def _numbers(arrays: dict[str, Variable], name: str, n: int, path: Path) -> dict[str, NDArray[np.int64]]:
