@@ -73,7 +73,7 @@ STATUSES: dict[Status, StatusRow] = {
             "degenerate",
             True,
             Category.DEGENERATE,
-            "no corner is negative, but some is flat: rounding of the stored coordinates could turn its sign",
+            "flat at a corner or inside, and nowhere negative: rounding of the stored coordinates could turn its sign",
         ),
         StatusRow(
             Status.INVERTED_INSIDE,
@@ -154,7 +154,7 @@ def is_invalid(status: Codes, purpose: Purpose = "fem") -> Mask:
 
 
 def is_degenerate(status: Codes) -> Mask:
-    """True for cells that are flat at a corner, or have a point twice."""
+    """True for cells that are flat at a corner or inside, or have a point twice."""
     return np.equal(category(status), Category.DEGENERATE)
 
 

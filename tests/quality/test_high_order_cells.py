@@ -400,3 +400,17 @@ def test_a_node_that_is_drawn_too_far_along_its_edge_turns_the_corner_inside_out
         assert quality.values == pytest.approx([-0.7071], abs=1e-4)
     # As a control point it is within the edge, whose tangent there is short, but right.
     assert measure(separate("bezier_tetra", cell[None])).status.tolist() == [Status.OK]
+
+
+@both_paths
+@pytest.mark.parametrize(
+    ("shift", "status"),
+    [(0.0, Status.DEGENERATE), (1e-13, Status.OK), (-1e-13, Status.INVERTED_INSIDE), (1e-17, Status.DEGENERATE)],
+)
+def test_a_determinant_that_touches_zero_inside(shift: float, status: Status) -> None:
+    """x'(r) = 9 (3 r - 1)² and a little: zero at r = 1/3, which no cut in halves meets."""
+    row = BY_NODES[BY_NAME["lagrange_hexahedron"].vtk_id, 64]
+    places = np.array(row.places)
+    cell = 3.0 * places
+    cell[:, 0] = (np.array([0.0, 1.0, 2.0, 9.0]) + shift * np.arange(4))[places[:, 0]]
+    assert measure(separate(row.name, cell[None])).status.tolist() == [status]

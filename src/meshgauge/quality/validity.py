@@ -18,6 +18,9 @@ from ..mesh.cast import read_only
 from ..mesh.ghosts import without_ghosts
 from ..status import Status
 
+ZERO = 2.0**-50
+"""Least determinant, in units of the ideal cell's, that rounding of coordinates makes of zero."""
+
 Values = NDArray[np.float64]
 Codes = NDArray[np.uint8]
 
@@ -104,7 +107,8 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     mesh, row, part
         Some cells of one type.
     status
-        Theirs, changed in place: OK becomes INVERTED_INSIDE or UNDECIDED where it must.
+        Theirs, changed in place: OK becomes INVERTED_INSIDE or UNDECIDED where it must, and DEGENERATE where the
+        determinant reaches zero as far as coordinates can tell, and is nowhere seen to be negative.
     compiled
         Take the kernels, see `kernels.path`.
     """
@@ -125,7 +129,11 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     else:
         proved = validity(known.kind, mesh.points, ids, compiled=compiled)
     status[ok[proved == Validity.INVALID]] = Status.INVERTED_INSIDE
-    status[ok[proved == Validity.UNDECIDED]] = Status.UNDECIDED
+    undecided = np.flatnonzero(proved == Validity.UNDECIDED)
+    status[ok[undecided]] = Status.UNDECIDED
+    if len(undecided) and known is not None:
+        least = bounds(known.kind, mesh.points, ids[undecided]).upper
+        status[ok[undecided[least <= ZERO]]] = Status.DEGENERATE
 
 
 def _corners_decide(row: CellType) -> bool:

@@ -19,6 +19,9 @@ from .tables import INVALID, UNDECIDED, VALID, Table, table
 
 Vector = tuple[int, int, int]
 
+_SMALL_BITS = 60
+"""The least value is small if it is below 2^-60 of the cube of the cell's size: far below what rounding leaves."""
+
 
 class Proof(NamedTuple):
     """What is proved of one cell, and bounds on the minimum in units of the ideal cell of the same edge length."""
@@ -68,15 +71,18 @@ def exact(name: str, nodes: Sequence[Sequence[float]], max_splits: int) -> Proof
     square = Fraction(sum(w * _distance2(points[a], points[b]) for a, b, w in whole.edges), whole.edge_unit)
     unit = whole.term_unit * whole.vector_unit**3
     corners = row.terms.corners.tolist()
-    status, low, high = _decide(row, whole, coefficients, corners, max_splits)
     ideal = row.terms.ideal
+    # Where the least value is smaller than this, it may be zero: it is no longer looked for with ever longer numbers.
+    size = square.numerator.bit_length() - square.denominator.bit_length()
+    small = Fraction(2) ** (3 * size // 2 - _SMALL_BITS) * unit
+    status, low, high = _decide(row, whole, coefficients, corners, max_splits, small)
     return Proof(status, _ratio(low / unit, square, ideal, -1), _ratio(high / unit, square, ideal, 1))
 
 
 def _decide(
-    row: Table, whole: Whole, coefficients: list[int], corners: list[int], max_splits: int
+    row: Table, whole: Whole, coefficients: list[int], corners: list[int], max_splits: int, small: Fraction
 ) -> tuple[int, Fraction, Fraction]:
-    """The decision, and bounds in the coefficients' unit."""
+    """The decision, and bounds in the coefficients' unit; open once the least value that was seen is ``small``."""
     low, high = Fraction(min(coefficients)), Fraction(min(coefficients[c] for c in corners))
     if len(row.terms.quadratics):
         minima = [_quadratic_minimum(*(coefficients[k] for k in q)) for q in row.terms.quadratics.tolist()]
@@ -88,7 +94,7 @@ def _decide(
     # Depth first; every cut multiplies by a common unit, which each part carries along.
     parts, n_splits = [(coefficients, 1)], 0
     done = Fraction(min(coefficients[c] for c in corners))
-    while high > 0 and parts and whole.children and n_splits < max_splits:
+    while high > small and parts and whole.children and n_splits < max_splits:
         n_splits += 1
         parent, unit = parts.pop()
         option = _option(row, parent)
