@@ -193,6 +193,32 @@ def test_labels_that_a_format_cannot_hold_are_counted_anew(tmp_path: Path, exten
     assert mesh.cell_data.get("label", np.array([1, 2])).tolist() in ([1, 2], [5.0, 5.0])
 
 
+def test_numbers_in_med(tmp_path: Path) -> None:
+    """Cells are kept by type: their numbers go with them, and are no field."""
+    h5py = pytest.importorskip("h5py")
+    pytest.importorskip("meshio")
+    mesh = meshgauge.Mesh.from_arrays(
+        POINTS,
+        [("tetra", CELLS[:1]), ("pyramid", [(0, 1, 4, 2, 3)]), ("tetra", CELLS[1:])],
+        point_data={"label": np.array(NODES)},
+        cell_data={"label": np.array([7000, 8, 31])},
+    )
+    path = tmp_path / "a.med"
+    assert io.write(path, mesh) == ("The format keeps cells by type: their order changed.",)
+    back = io.read(path)
+    assert dict(zip(back.cell_data["label"].tolist(), np.diff(back.offsets).tolist(), strict=True)) == {
+        7000: 4, 31: 4, 8: 5,
+    }  # fmt: skip
+    assert back.point_data["label"].tolist() == NODES
+    with h5py.File(path) as file:
+        step = next(iter(file["ENS_MAA/mesh"].values()))
+        assert step["NOE/NUM"][...].tolist() == NODES
+        assert step["MAI/TE4/NUM"][...].tolist() == [7000, 31]
+        assert list(file.get("CHA", ())) == []
+    io.write(path, mesh.replace(cell_data={"label": np.array([5, 5, 0])}))
+    assert sorted(io.read(path).cell_data["label"].tolist()) == [0, 5, 5]
+
+
 def test_others_read_the_numbers(tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
     io.write(tmp_path / "a.msh", labelled())

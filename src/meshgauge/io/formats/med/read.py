@@ -5,7 +5,7 @@ Own, because meshio takes MED's order of nodes for VTK's, which turns every cell
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL, counts_from
 from ....mesh.regions import named_regions
-from ...plumbing import budget, face_based, meshio, within
+from ...plumbing import budget, face_based, meshio, within, writing
 from ...plumbing.build import Ints, Kind, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import drop_counts
@@ -285,17 +285,21 @@ def _text(value: Any) -> str:
 
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    """By meshio's writer, in MED's order of nodes; regions become groups of cells."""
+    """By meshio's writer, in MED's order of nodes; regions become groups of cells, labels the file's numbers."""
     import h5py
 
     regions = named_regions(mesh)
     ids, names = regions if regions is not None else (np.zeros(mesh.n_cells, np.int64), ())
-    data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY)}
+    labels = [_to_write(mesh.cell_data, mesh.n_cells), _to_write(mesh.point_data, mesh.n_points)]
+    data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY) and (k != LABEL or labels[0] is None)}
+    point_data = {k: v for k, v in mesh.point_data.items() if k != LABEL or labels[1] is None}
     fields = {k: v for k, v in mesh.field_data.items() if k not in (f"{GROUP}:names", *names)}
-    kept = mesh.replace(cell_data=data, field_data=fields)
+    kept = mesh.replace(cell_data=data, field_data=fields, point_data=point_data)
     has_groups = regions is not None
     families = {_FAMILY: (-1 - ids).astype(np.int64)} if has_groups else {}
-    source = meshio.from_mesh(kept.replace(cell_data={**data, **families}), by_type=True)
+    numbers = {_NUMBERS: labels[0]} if labels[0] is not None else {}
+    source = meshio.from_mesh(kept.replace(cell_data={**data, **families, **numbers}), by_type=True)
+    of_blocks = source.cell_data.pop(_NUMBERS, [])
     for block in source.cells:
         code = BY_NAME.get(block.type)
         order = KINDS[code].order if code is not None else ()
@@ -309,9 +313,28 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     with h5py.File(path, "r+") as file:
         for one in file["ENS_MAA"].values():
             one.attrs["DES"] = np.bytes_("Written by meshgauge")
+            step = next(iter(one.values()))
+            for block, own in zip(source.cells, of_blocks, strict=False):
+                _number(step["MAI"][BY_NAME[block.type]], "NOD", own)
+            if labels[1] is not None:
+                _number(step["NOE"], "COO", labels[1])
     return (*order_note, *lost)
 
 
+def _to_write(data: Mapping[str, NDArray[Any]], n: int) -> Ints | None:
+    """Labels, if they are numbers that the format can have."""
+    numbers = writing.numbers(data, n, 2**31 - 1)
+    return numbers if np.array_equal(numbers, data.get(LABEL, ())) and n else None
+
+
+def _number(group: Any, beside: str, numbers: Ints) -> None:
+    """Put the numbers of cells or points beside their nodes or coordinates, marked as those are."""
+    made = group.create_dataset("NUM", data=numbers.astype(np.int32))
+    made.attrs["CGT"], made.attrs["NBR"] = group[beside].attrs["CGT"], group[beside].attrs["NBR"]
+
+
 _FAMILY = "cell_tags"  # as meshio calls it
+_NUMBERS = "NUM"
+"""Under this name the numbers of cells are put in order with them."""
 
 MED = Format("med", "MED", (".med",), sniff, read, write=write, by_content=False)
