@@ -120,3 +120,15 @@ def test_two_zones_that_number_their_faces_alike(tmp_path: Path) -> None:
     found = inward(meshgauge.read(path))
     assert found.faces.tolist() == [2, 2]
     assert found.cells.tolist() == [[0, -1], [1, -1]]
+
+
+def test_cells_whose_faces_all_point_inward_are_turned_in_the_file(tmp_path: Path) -> None:
+    """Nothing writes such files, so that renumbering is no remedy that could be named alone."""
+    mesh = row_of_cubes()
+    mirrored = mesh.replace(points=mesh.points * (1, 1, -1), purpose="fv")
+    finding = diagnosis(mirrored).finding("orientation")
+    assert finding is not None
+    assert "all of theirs point inward and have to be turned there" in finding.text
+    finding = diagnosis(mirrored.replace(purpose="fem")).finding("orientation")
+    assert finding is not None
+    assert finding.text.endswith("with valid shapes: run `meshgauge orient`.")

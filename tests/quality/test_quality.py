@@ -119,7 +119,7 @@ def test_every_status() -> None:
     assert one(TETRA[:3], "triangle").status.tolist() == [Status.NOT_SOLID]
     assert one(CUBE, "convex_point_set").status.tolist() == [Status.UNSUPPORTED]
     assert one(TETRA, "lagrange_tetra").status.tolist() == [Status.OK]
-    of_high_order = np.vstack([TETRA, np.repeat(TETRA.mean(axis=0)[None], 11, axis=0)])
+    of_high_order = np.vstack([TETRA, np.repeat(TETRA.mean(axis=0)[None], 13, axis=0)])
     assert one(of_high_order, "lagrange_tetra").status.tolist() == [Status.UNDECIDED]
 
 

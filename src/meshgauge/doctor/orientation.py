@@ -27,7 +27,7 @@ from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import BOUNDARY, SAME, Topology, topology
 from ..quality import arrays
 from ..quality.measure import Quality
-from ..status import Status, is_degenerate
+from ..status import Purpose, Status, is_degenerate
 from .points import extent
 from .reversal import reversal
 
@@ -344,11 +344,18 @@ def _blocks(
                 n_undecided=counts[Numbering.UNDECIDED],
                 cells=tuple(cells[:EXAMPLES].tolist()),
                 labels=cell_labels(mesh, cells[:EXAMPLES].tolist()),
-                text=_sentence(int(vtk_id), n_cells, counts, where, is_mirrored),
+                text=_sentence(int(vtk_id), n_cells, counts, where, is_mirrored, mesh.purpose),
             )
 
 
-def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_mirrored: bool) -> str:
+_REMEDIES: dict[Purpose, str] = {
+    "fem": "run `meshgauge orient`",
+    "fv": "where a file gives cells by faces, all of theirs point inward and have to be turned there; else run "
+    "`meshgauge orient`",
+}
+
+
+def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_mirrored: bool, purpose: Purpose) -> str:
     kind = type_name(vtk_id)
     clauses: list[str] = []
 
@@ -364,7 +371,7 @@ def _sentence(vtk_id: int, n_cells: int, counts: list[int], where: str, is_mirro
             clauses.append(f"{n:,} of {n_cells:,} {kind} cells{where} {one if n == 1 else several}")
 
     why = _custom(vtk_id, n_cells, counts[Numbering.REVERSED], is_mirrored)
-    end = f"numbered in reverse{why}, with valid shapes: run `meshgauge orient`"
+    end = f"numbered in reverse{why}, with valid shapes: {_REMEDIES[purpose]}"
     clause(Numbering.REVERSED, f"is {end}", f"are {end}")
     end = "numbered in reverse and inverted besides, so that `meshgauge orient` repairs only the numbering"
     clause(Numbering.REVERSED_TANGLED, f"is {end}", f"are {end}")
