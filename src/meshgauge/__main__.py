@@ -8,9 +8,12 @@ def run() -> int:
     """The command line as a process; returns the exit code. A signal is no traceback, while all is being loaded too."""
     if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
         _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # ends the process without a word
-    from .cli import interrupts, streams
-    from .cli.main import main
-
+    try:
+        from .cli import interrupts, streams
+        from .cli.main import main
+    except (MemoryError, ImportError, OSError) as error:  # too little memory is many errors
+        print(f"meshgauge: error: cannot be loaded, for want of memory or as it is not whole: {error}", file=sys.stderr)
+        return 2
     try:
         interrupts.install()
         streams.prepare()

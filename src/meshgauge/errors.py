@@ -21,6 +21,10 @@ class WriteError(MeshgaugeError):
     """A file could not be written; nothing was left half-written and no input was touched."""
 
 
+class ResourceError(MeshgaugeError, MemoryError):
+    """Too little memory is free, or allowed, for what is asked."""
+
+
 class MetricError(MeshgaugeError, ValueError):
     """No such metric, or it is not defined for what was asked."""
 

@@ -199,7 +199,7 @@ def _choice(text: str | None) -> StepChoice:
 
 def _reason(path: str, error: BaseException) -> str:
     """Why, without the name of the file in front, which every message carries already."""
-    if isinstance(error, MemoryError):
+    if isinstance(error, MemoryError) and not isinstance(error, MeshgaugeError):
         return "does not fit into memory"
     if isinstance(error, OSError):
         return error.strerror or str(error)

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from ..errors import MeshgaugeError
-from ..files import sources
+from ..files import resources, sources
 from ..files.standard import unwritten
 from . import command, interrupts, streams, terminal
 from .check import check
@@ -67,6 +67,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _code(arguments: list[str] | None) -> int:
     try:
+        resources.require(32 << 20, "the program", address_space=192 << 20)
         with sources.guard():
             code = app(args=arguments, prog_name="meshgauge", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):

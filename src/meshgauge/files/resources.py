@@ -8,7 +8,7 @@ import os
 import re
 from pathlib import Path
 
-from ..errors import WriteError
+from ..errors import ResourceError, WriteError
 
 _FULL = re.compile(r"no space left on device|disk full|out of disk space|disk quota exceeded", re.IGNORECASE)
 _NO_SPACE = "no space left on"
@@ -58,6 +58,32 @@ def free_memory() -> int | None:
     limits = [_available(), _address_space(), *_control_groups()]
     known = [limit for limit in limits if limit is not None]
     return max(min(known), 0) if known else None
+
+
+def require(n_bytes: int, what: str, *, address_space: int = 0) -> None:
+    """Raise `ResourceError` if less is left than something needs: libraries end the process, or loop, where it is.
+
+    Parameters
+    ----------
+    n_bytes
+        Of memory.
+    what
+        Needs it.
+    address_space
+        Bytes that have to be free where it is limited (``ulimit -v``): more than are ever used.
+    """
+    left, allowed = free_memory(), _address_space()
+    if left is not None and left < n_bytes:
+        raise ResourceError(f"too little memory: {what} takes {_size(n_bytes)}, {_size(left)} are free or allowed")
+    if allowed is not None and allowed < address_space:
+        raise ResourceError(
+            f"too little memory: {what} takes {_size(address_space)} of address space, {_size(max(allowed, 0))} are "
+            "allowed (ulimit -v)"
+        )
+
+
+def _size(n_bytes: int) -> str:
+    return f"{n_bytes / 2**30:.3g} GB"
 
 
 def _read(path: str | Path) -> str:

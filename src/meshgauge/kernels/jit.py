@@ -10,9 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-import numba
+from ..files import resources
 
-from .cache_folder import cache_folder
+resources.require(128 << 20, "compiling kernels", address_space=768 << 20)  # LLVM ends the process, or never returns
+import numba  # noqa: E402
+
+from .cache_folder import cache_folder  # noqa: E402
 
 _HELPER: dict[str, Any] = {
     "error_model": "numpy",

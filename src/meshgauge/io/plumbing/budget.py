@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ...errors import ReadError
 from ...files import sources
+from ...files.resources import free_memory
 
 DENSEST = 1100
 """Bytes that one packed byte can stand for: zlib packs 1032 zero bytes into one."""
@@ -42,6 +43,9 @@ LIMITS = {
 }
 """What is drawn. An array may be counted more than once: where many names stand for one place of the file, the file
 holds it once and memory would hold it as often as it is named; text as often as it is included."""
+
+_LARGE = 32 << 20
+"""Bytes from which on the system is asked what is free."""
 
 Fail = Callable[[str], ReadError]
 """Makes the error from a message, with the place in the file."""
@@ -82,6 +86,13 @@ class Budget:
             If it is more than is left, or the time is up; it says for what (``name``), how much, and what is allowed.
         """
         self.drawn[what] += n
+        if n >= _LARGE and "bytes" in LIMITS[what].unit:
+            left = free_memory()
+            if left is not None and n > left:
+                raise (fail or self._fail)(
+                    f"{f'{name}: ' if name else ''}takes {n / 2**30:.3g} GB of memory, of which {left / 2**30:.3g} GB "
+                    "are free or allowed"
+                )
         spent = time.thread_time() - self._start
         if n < 0 or self.drawn[what] > LIMITS[what].least:  # else no size is looked up
             self._check(what, self.drawn[what] if n >= 0 else n, name, fail)
