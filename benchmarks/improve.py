@@ -44,7 +44,7 @@ def row(name: str, mesh: meshgauge.Mesh, threads: int | None) -> str:
     columns = []
     for way in WAYS:
         start = seconds()
-        result = meshgauge.improve(mesh, threads=threads, **way)  # type: ignore[arg-type]
+        result = meshgauge.improve(mesh, threads=threads, everywhere=True, **way)  # type: ignore[arg-type]
         spent = seconds() - start
         after, left = result.after.summary().all, sum(result.report.status_after.values())
         left -= result.report.status_after.get("ok", 0) + result.report.status_after.get("undecided", 0)
@@ -63,7 +63,7 @@ def main() -> None:
     options = parser.parse_args()
     for _, small in made(200):
         for way in WAYS:
-            meshgauge.improve(small, **way)  # type: ignore[arg-type]
+            meshgauge.improve(small, everywhere=True, **way)  # type: ignore[arg-type]
     print(versions())
     print("| mesh | cells | before | ceiling | fixed, floor 0.9 | fixed, floor 1 | sliding, floor 1 | peak |")
     print("|---|---:|---|---:|---|---|---|---:|")

@@ -23,7 +23,7 @@ def worst(quality: meshgauge.Quality) -> float:
 def test_tangled_meshes_are_repaired(kind: str) -> None:
     mesh = shaken(kind, 4, 0.5)
     assert worst(meshgauge.measure(mesh)) < 0.0
-    result = meshgauge.improve(mesh)
+    result = meshgauge.improve(mesh, everywhere=True)
     assert (result.after.status == Status.OK).all()
     assert worst(result.after) > (0.9 if kind == "hexahedron" else 0.15)
     assert result.report.holds
@@ -34,7 +34,7 @@ def test_tangled_meshes_are_repaired(kind: str) -> None:
 
 
 def test_cells_inverted_inside_are_untwisted() -> None:
-    result = meshgauge.improve(shaken("mixed", 4, 0.6))
+    result = meshgauge.improve(shaken("mixed", 4, 0.6), everywhere=True)
     assert "untwist" in {moment.phase for moment in result.history}
     assert (result.after.status == Status.OK).all()
 
@@ -46,7 +46,7 @@ def test_nothing_is_untwisted_where_no_cell_is_twisted(monkeypatch: pytest.Monke
     monkeypatch.setattr(untwist, "raise_worst", refuse)
     mesh = shaken("wedge", 3, 0.3)
     assert Status.INVERTED_INSIDE not in meshgauge.measure(mesh).status
-    assert (meshgauge.improve(mesh).after.status == Status.OK).all()
+    assert (meshgauge.improve(mesh, everywhere=True).after.status == Status.OK).all()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -54,7 +54,7 @@ def test_valid_meshes_stay_valid_and_their_worst_does_not_fall(kind: str) -> Non
     mesh = shaken(kind, 4, 0.15, seed=3)
     before = meshgauge.measure(mesh)
     assert (before.status == Status.OK).all()
-    result = meshgauge.improve(mesh)
+    result = meshgauge.improve(mesh, everywhere=True)
     assert (result.after.status == Status.OK).all()
     assert worst(result.after) >= worst(before)
     assert np.nanmean(result.after.values) > np.nanmean(before.values)
@@ -63,7 +63,7 @@ def test_valid_meshes_stay_valid_and_their_worst_does_not_fall(kind: str) -> Non
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("by", [0.15, 0.6])
 def test_strict_makes_no_cell_worse(kind: str, by: float) -> None:
-    result = meshgauge.improve(shaken(kind, 3, by, seed=5), strict=True)
+    result = meshgauge.improve(shaken(kind, 3, by, seed=5), strict=True, everywhere=True)
     assert (result.after.values >= result.before.values - 1e-12).all()
     assert result.report.n_worse == 0
     assert result.report.holds
@@ -71,7 +71,7 @@ def test_strict_makes_no_cell_worse(kind: str, by: float) -> None:
 
 def test_the_number_of_threads_changes_nothing() -> None:
     mesh = shaken("mixed", 5, 0.6)
-    one, two = (meshgauge.improve(mesh, threads=n).mesh.points for n in (1, 2))
+    one, two = (meshgauge.improve(mesh, threads=n, everywhere=True).mesh.points for n in (1, 2))
     assert one.tobytes() == two.tobytes()
 
 
@@ -81,7 +81,7 @@ def test_sliding_is_never_worse_and_stays_on_the_surface() -> None:
     side = (points[:, 2] == 0.0) & (points[:, :2] > 0).all(axis=1) & (points[:, :2] < 4).all(axis=1)
     points[side, :2] += np.random.default_rng(1).uniform(-0.4, 0.4, (int(side.sum()), 2))
     mesh = mesh.replace(points=points)
-    fixed, slid = meshgauge.improve(mesh), meshgauge.improve(mesh, boundary="slide")
+    fixed, slid = meshgauge.improve(mesh, everywhere=True), meshgauge.improve(mesh, boundary="slide", everywhere=True)
     assert worst(slid.after) > worst(fixed.after) + 0.05
     assert slid.report.displacement.n_boundary > 0
     at = on_boundary(mesh, 4)
@@ -95,7 +95,7 @@ def test_sliding_is_never_worse_and_stays_on_the_surface() -> None:
 
 def test_a_perfect_mesh_is_returned_as_it_is() -> None:
     mesh = shaken("hexahedron", 3, 0.0)
-    result = meshgauge.improve(mesh)
+    result = meshgauge.improve(mesh, everywhere=True)
     assert result.mesh is mesh
     assert result.report.outcome == "unchanged"
     assert result.undo() is mesh
@@ -103,7 +103,7 @@ def test_a_perfect_mesh_is_returned_as_it_is() -> None:
 
 def test_fixed_points_that_leave_no_way_are_named() -> None:
     mesh = shaken("tetra", 3, 0.9)
-    result = meshgauge.improve(mesh, fixed=np.ones(mesh.n_points, bool))
+    result = meshgauge.improve(mesh, fixed=np.ones(mesh.n_points, bool), everywhere=True)
     assert result.mesh.points.tobytes() == mesh.points.tobytes()
     report = result.report
     assert report.outcome == "unchanged"
@@ -116,7 +116,7 @@ def test_the_ceiling_is_kept() -> None:
     mesh = shaken("tetra", 4, 0.1)
     points = np.array(mesh.points)
     points[0] = 0.35, 0.35, 0.35  # the corner of the cube pushed in: its cells have fixed corners
-    result = meshgauge.improve(mesh.replace(points=points), floor=1.0)
+    result = meshgauge.improve(mesh.replace(points=points), floor=1.0, everywhere=True)
     assert result.report.ceiling < 1.0
     assert worst(result.after) <= result.report.ceiling + 1e-9
 
@@ -126,7 +126,7 @@ def test_data_and_regions_stay_and_so_do_the_faces_between_regions() -> None:
     material = (np.arange(mesh.n_cells) >= mesh.n_cells // 2).astype(np.int32)
     mesh = mesh.replace(cell_data={"material": material}, point_data={"t": np.arange(float(mesh.n_points))})
     between = np.intersect1d(*(mesh.connectivity.reshape(-1, 8)[material == m].ravel() for m in (0, 1)))
-    result = meshgauge.improve(mesh)
+    result = meshgauge.improve(mesh, everywhere=True)
     np.testing.assert_array_equal(result.mesh.points[between], mesh.points[between])
     assert result.report.displacement.n_points > 0
     assert result.mesh.cell_data["material"] is not None
@@ -138,7 +138,7 @@ def test_points_that_coincide_stay_together() -> None:
     points = np.concatenate([left.points, np.asarray(right.points) + np.array((3.0, 0.0, 0.0))])
     cells_ = np.concatenate([left.connectivity, right.connectivity + left.n_points]).reshape(-1, 8)
     mesh = Mesh.from_arrays(points, {"hexahedron": cells_})
-    result = meshgauge.improve(mesh, boundary="slide")
+    result = meshgauge.improve(mesh, boundary="slide", everywhere=True)
     seam = np.flatnonzero(points[:, 0] == 3.0)
     np.testing.assert_array_equal(result.mesh.points[seam], points[seam])
     assert any("coincide" in note for note in result.report.notes)
@@ -147,7 +147,7 @@ def test_points_that_coincide_stay_together() -> None:
 def test_a_fixed_node_between_corners_stays_and_counts_in_its_cells() -> None:
     mesh = curved("tetra", 4, 0.15, 0.02)
     keep = np.random.default_rng(1).random(mesh.n_points) < 0.3
-    result = meshgauge.improve(mesh, fixed=keep)
+    result = meshgauge.improve(mesh, fixed=keep, everywhere=True)
     np.testing.assert_array_equal(result.mesh.points[keep], mesh.points[keep])
     assert result.report.holds
     assert worst(result.after) > worst(result.before)
@@ -156,7 +156,7 @@ def test_a_fixed_node_between_corners_stays_and_counts_in_its_cells() -> None:
 
 @pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron"])
 def test_curved_cells_are_raised_as_they_are_measured(kind: str) -> None:
-    result = meshgauge.improve(curved(kind, 4, 0.2, 0.1))
+    result = meshgauge.improve(curved(kind, 4, 0.2, 0.1), everywhere=True)
     assert worst(result.after) > worst(result.before) + 0.05
     assert (result.after.status == Status.OK).all()
     assert worst(result.after) <= result.report.ceiling + 1e-9
@@ -166,7 +166,7 @@ def test_the_ceiling_counts_curved_edges() -> None:
     mesh = curved("tetra", 1, 0.0, 0.0)
     points = np.array(mesh.points)
     points[8:] += np.random.default_rng(0).uniform(-0.08, 0.08, points[8:].shape)
-    result = meshgauge.improve(mesh.replace(points=points), fixed=np.ones(len(points), bool))
+    result = meshgauge.improve(mesh.replace(points=points), fixed=np.ones(len(points), bool), everywhere=True)
     assert result.report.ceiling == pytest.approx(worst(result.after), abs=1e-9)
 
 
@@ -180,7 +180,7 @@ def test_nodes_between_corners_follow() -> None:
     middles = points[unique].mean(axis=1)
     curved = np.concatenate([tetra, len(points) + inverse.reshape(len(edges), -1).T], axis=1)
     mesh = Mesh.from_arrays(np.concatenate([points, middles]), {"tetra10": curved})
-    result = meshgauge.improve(mesh)
+    result = meshgauge.improve(mesh, everywhere=True)
     assert worst(result.after) > worst(result.before)
     moved = np.asarray(result.mesh.points)
     assert not np.array_equal(moved[13], mesh.points[13])
@@ -191,7 +191,7 @@ def test_nodes_between_corners_follow() -> None:
 def test_single_precision_is_kept_in_value() -> None:
     mesh = shaken("hexahedron", 3, 0.5)
     single = mesh.replace(points=np.asarray(mesh.points, np.float32))
-    result = meshgauge.improve(single)
+    result = meshgauge.improve(single, everywhere=True)
     assert (result.after.status == Status.OK).all()
     at = on_boundary(mesh, 3)
     np.testing.assert_array_equal(result.mesh.points[at], single.points[at])
@@ -200,17 +200,17 @@ def test_single_precision_is_kept_in_value() -> None:
 def test_time_and_stop_give_the_best_so_far() -> None:
     mesh = shaken("tetra", 6, 0.3)
     asked = []
-    stopped = meshgauge.improve(mesh, should_stop=lambda: bool(asked.append(0)) or len(asked) > 10)
+    stopped = meshgauge.improve(mesh, should_stop=lambda: bool(asked.append(0)) or len(asked) > 10, everywhere=True)
     assert stopped.report.stopped == "interrupted"
     assert stopped.report.holds
-    short = meshgauge.improve(mesh, seconds=1e-6)
+    short = meshgauge.improve(mesh, seconds=1e-6, everywhere=True)
     assert short.report.stopped == "time"
     assert worst(short.after) >= worst(short.before)
 
 
 def test_progress_is_reported() -> None:
     moments: list[meshgauge.repair.Progress] = []
-    result = meshgauge.improve(shaken("wedge", 4, 0.6), progress=moments.append)
+    result = meshgauge.improve(shaken("wedge", 4, 0.6), progress=moments.append, everywhere=True)
     assert result.history == tuple(moments)
     assert (moments[0].phase, moments[-1].phase) == ("start", "end")
     assert moments[0].n_inverted > 0 == moments[-1].n_inverted
@@ -219,28 +219,30 @@ def test_progress_is_reported() -> None:
 
 def test_fixed_points_by_ids_and_by_mask() -> None:
     mesh = shaken("hexahedron", 3, 0.3)
-    free = meshgauge.improve(mesh)
+    free = meshgauge.improve(mesh, everywhere=True)
     moved = np.flatnonzero((np.asarray(free.mesh.points) != mesh.points).any(axis=1))
     assert len(moved) == 8
     chosen = moved[[0, 7]]
     mask = np.zeros(mesh.n_points, bool)
     mask[chosen] = True
-    by_ids, by_mask = (np.asarray(meshgauge.improve(mesh, fixed=one).mesh.points) for one in (chosen.tolist(), mask))
+    by_ids, by_mask = (
+        np.asarray(meshgauge.improve(mesh, fixed=one, everywhere=True).mesh.points) for one in (chosen.tolist(), mask)
+    )
     np.testing.assert_array_equal(by_ids, by_mask)
     np.testing.assert_array_equal(by_ids[chosen], mesh.points[chosen])
     assert (by_ids[moved[3]] != mesh.points[moved[3]]).any()
-    none = meshgauge.improve(mesh, fixed=np.empty(0, np.int64)).mesh
+    none = meshgauge.improve(mesh, fixed=np.empty(0, np.int64), everywhere=True).mesh
     np.testing.assert_array_equal(none.points, free.mesh.points)
     for wrong in ([-1], [mesh.n_points], [0, mesh.n_points]):
         with pytest.raises(MeshError, match="id is outside"):
-            meshgauge.improve(mesh, fixed=wrong)
+            meshgauge.improve(mesh, fixed=wrong, everywhere=True)
 
 
 def test_cells_that_are_not_finite_are_left_alone() -> None:
     mesh = shaken("hexahedron", 3, 0.3)
     points = np.array(mesh.points)
     points[0] = np.nan
-    result = meshgauge.improve(mesh.replace(points=points))
+    result = meshgauge.improve(mesh.replace(points=points), everywhere=True)
     assert np.isnan(result.mesh.points[0]).all()
     assert result.report.status_after["non_finite"] == 1
     assert "takes no part" in " ".join(result.report.notes)
@@ -260,7 +262,7 @@ def test_polyhedra_keep_their_faces_flat() -> None:
     poly = Polyhedra(6 * np.arange(n + 1), np.arange(6 * n), 4 * np.arange(6 * n + 1), flat)
     types = np.full(n, 42, np.uint8)
     solid = Mesh(mesh.points, types, mesh.offsets, mesh.connectivity, polyhedra=poly)
-    result = meshgauge.improve(solid)
+    result = meshgauge.improve(solid, everywhere=True)
     assert result.report.displacement.n_points > 0
     assert worst(result.after) > worst(result.before)
     was, now = _warps(poly, np.asarray(mesh.points)), _warps(poly, np.asarray(result.mesh.points))
@@ -270,12 +272,12 @@ def test_polyhedra_keep_their_faces_flat() -> None:
 def test_what_cannot_be_improved_is_an_error() -> None:
     surface = Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], {"triangle": [(0, 1, 2)]})
     with pytest.raises(MeshError, match="no solid cell"):
-        meshgauge.improve(surface)
+        meshgauge.improve(surface, everywhere=True)
     mesh = shaken("hexahedron", 2, 0.0)
     backwards = mesh.connectivity.reshape(-1, 8).copy()
     backwards[0] = backwards[0, [0, 3, 2, 1, 4, 7, 6, 5]]
     with pytest.raises(MeshError, match="numbered in reverse"):
-        meshgauge.improve(Mesh.from_arrays(mesh.points, {"hexahedron": backwards}))
+        meshgauge.improve(Mesh.from_arrays(mesh.points, {"hexahedron": backwards}), everywhere=True)
 
 
 @pytest.mark.parametrize(
@@ -283,7 +285,6 @@ def test_what_cannot_be_improved_is_an_error() -> None:
     [
         ({"boundary": "free"}, "boundary"),
         ({"target": 1.0}, "target"),
-        ({"floor": 0.5, "everywhere": False}, "everywhere"),
         ({"size_change": -0.1}, "size_change"),
         ({"floor": 1.5}, "floor"),
         ({"seconds": -1.0}, "seconds"),
@@ -294,14 +295,19 @@ def test_what_cannot_be_improved_is_an_error() -> None:
 )
 def test_parameters_out_of_range(options: dict[str, object], match: str) -> None:
     with pytest.raises(MeshError, match=match):
-        meshgauge.improve(shaken("hexahedron", 2, 0.1), **options)
+        meshgauge.improve(shaken("hexahedron", 2, 0.1), everywhere=True, **options)
+
+
+def test_a_floor_needs_all_cells() -> None:
+    with pytest.raises(MeshError, match="everywhere"):
+        meshgauge.improve(shaken("hexahedron", 2, 0.1), floor=0.5)
 
 
 @settings(max_examples=15, deadline=None)
 @given(st.sampled_from(KINDS), st.floats(0.0, 1.2), st.integers(0, 1000), st.booleans())
 def test_never_worse(kind: str, by: float, seed: int, slides: bool) -> None:
     mesh = shaken(kind, 2, by, seed)
-    result = meshgauge.improve(mesh, boundary="slide" if slides else "fixed")
+    result = meshgauge.improve(mesh, boundary="slide" if slides else "fixed", everywhere=True)
     was, now = result.before, result.after
     assert ((was.status != Status.OK) | (now.status == Status.OK)).all()
     assert int((now.status != Status.OK).sum()) <= int((was.status != Status.OK).sum())

@@ -60,7 +60,7 @@ def test_options_at_their_ends_are_taken(options: dict[str, float]) -> None:
 )
 def test_options_beyond_their_ends_are_refused(options: dict[str, float]) -> None:
     with pytest.raises(meshgauge.MeshError, match=next(iter(options))):
-        meshgauge.improve(shaken("hexahedron", 2, 0.2), **options)  # type: ignore[arg-type]
+        meshgauge.improve(shaken("hexahedron", 2, 0.2), everywhere=True, **options)  # type: ignore[arg-type]
 
 
 def test_cells_that_lost_are_the_ones_named() -> None:
@@ -74,7 +74,7 @@ def test_cells_that_lost_are_the_ones_named() -> None:
     ("outcome", "n_below", "mark"), [("improved", 0, "✓"), ("improved", 3, "!"), ("refused", 0, "✗")]
 )
 def test_the_mark_of_the_verdict(outcome: str, n_below: int, mark: str) -> None:
-    report = meshgauge.improve(shaken("hexahedron", 2, 0.2)).report
+    report = meshgauge.improve(shaken("hexahedron", 2, 0.2), everywhere=True).report
     assert report.after.all.n_invalid == 0
     out = io.StringIO()
     Console(file=out, width=200).print(verdict_line(dataclasses.replace(report, outcome=outcome, n_below=n_below)))

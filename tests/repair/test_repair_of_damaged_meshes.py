@@ -12,7 +12,7 @@ from meshgauge import Status
 
 
 def improved(shared: Path, name: str, **options: object) -> meshgauge.Improvement:
-    result = meshgauge.improve(meshgauge.read(shared / "repair" / f"{name}.vtk"), **options)  # type: ignore[arg-type]
+    result = meshgauge.improve(meshgauge.read(shared / "repair" / f"{name}.vtk"), everywhere=True, **options)  # type: ignore[arg-type]
     assert result.report.holds
     assert (result.after.status == Status.OK).all()
     return result

@@ -137,7 +137,7 @@ def test_the_sign_of_a_zero_is_a_bit_too() -> None:
 def test_a_point_that_stays_keeps_the_signs_of_its_zeros() -> None:
     mesh = shaken("hexahedron", 3, 0.3)
     points = np.where(mesh.points == 0.0, -0.0, mesh.points)
-    result = meshgauge.improve(mesh.replace(points=points))
+    result = meshgauge.improve(mesh.replace(points=points), everywhere=True)
     assert result.report.holds
     stays = result.mesh.points == points
     assert stays.any()
@@ -170,7 +170,7 @@ def test_the_volume_of_the_whole_and_of_each_region_is_claimed(slides: bool, mos
 
 def test_a_step_that_breaks_a_claim_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = shaken("hexahedron", 4, 0.4)
-    good = meshgauge.improve(mesh)
+    good = meshgauge.improve(mesh, everywhere=True)
     real = Promise.claims
 
     def as_if_moved(self: Promise, after: Quality) -> tuple[Claim, ...]:
@@ -178,7 +178,7 @@ def test_a_step_that_breaks_a_claim_is_taken_back(monkeypatch: pytest.MonkeyPatc
         return tuple(dataclasses.replace(one, holds=one.holds and not wrong) for one in real(self, after))
 
     monkeypatch.setattr(Promise, "claims", as_if_moved)
-    result = meshgauge.improve(mesh, boundary="slide")
+    result = meshgauge.improve(mesh, boundary="slide", everywhere=True)
     assert result.report.outcome == "improved"
     np.testing.assert_array_equal(result.mesh.points, good.mesh.points)
     assert any("taken back" in note for note in result.report.notes)
@@ -193,7 +193,7 @@ def test_what_broke_a_claim_is_refused_if_nothing_else_was_reached(monkeypatch: 
         return tuple(dataclasses.replace(one, holds=one.holds and same) for one in real(self, after))
 
     monkeypatch.setattr(Promise, "claims", never)
-    result = meshgauge.improve(mesh)
+    result = meshgauge.improve(mesh, everywhere=True)
     assert result.mesh is mesh
     assert result.report.outcome == "refused"
     assert result.report.holds
@@ -209,7 +209,7 @@ def test_points_of_surface_and_line_cells_inside_stay() -> None:
     cells = mesh.connectivity.reshape(-1, 8)
     both = Mesh.from_arrays(mesh.points, [("hexahedron", cells), ("quad", [quad]), ("line", [line])])
     for boundary in ("fixed", "slide"):
-        result = meshgauge.improve(both, boundary=boundary)
+        result = meshgauge.improve(both, boundary=boundary, everywhere=True)
         np.testing.assert_array_equal(result.mesh.points[[*quad, *line]], mesh.points[[*quad, *line]])
         assert (result.mesh.points[inside] != mesh.points[inside]).any()
         assert "6 points inside belong to surface, line or vertex cells and stay." in result.report.notes
@@ -217,12 +217,12 @@ def test_points_of_surface_and_line_cells_inside_stay() -> None:
 
 def test_the_surface_is_left_by_no_more_than_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh, edge = pipe(4), 0.4  # about the length of an edge on the surface
-    free = meshgauge.improve(mesh, boundary="slide")
-    fixed = meshgauge.improve(mesh)
+    free = meshgauge.improve(mesh, boundary="slide", everywhere=True)
+    fixed = meshgauge.improve(mesh, everywhere=True)
     assert np.nanmin(free.after.values) > np.nanmin(fixed.after.values) + 0.05
     assert 0.02 * edge < free.report.displacement.deviation < 0.2 * edge
     monkeypatch.setattr(slide, "DEVIATION", 0.02)
-    kept = meshgauge.improve(mesh, boundary="slide")
+    kept = meshgauge.improve(mesh, boundary="slide", everywhere=True)
     assert kept.report.displacement.deviation <= 0.02 * edge
 
 
@@ -242,7 +242,7 @@ def test_two_points_of_one_cell_that_coincide_are_parted(boundary: str) -> None:
     points = np.array(mesh.points)
     at = [int(np.flatnonzero((points == place).all(axis=1))[0]) for place in ((2, 2, 2), (2, 2, 1))]
     points[at[0]] = points[at[1]]
-    result = meshgauge.improve(mesh.replace(points=points), boundary=boundary)
+    result = meshgauge.improve(mesh.replace(points=points), boundary=boundary, everywhere=True)
     assert int((result.before.status != Status.OK).sum()) == 4
     assert (result.after.status == Status.OK).all()
     assert result.after.values.min() > 0.999
@@ -266,7 +266,7 @@ def unmerged(dtype: type) -> Mesh:
 def test_points_that_coincide_within_rounding_stay_together(dtype: type, boundary: str) -> None:
     mesh = unmerged(dtype)
     seam = np.flatnonzero(np.abs(mesh.points[:, 0] - 3.0) < 1e-3)
-    result = meshgauge.improve(mesh, boundary=boundary)
+    result = meshgauge.improve(mesh, boundary=boundary, everywhere=True)
     np.testing.assert_array_equal(result.mesh.points[seam], mesh.points[seam])
     assert "16 points coincide with another" in " ".join(result.report.notes)
     assert result.report.displacement.n_points > 0
@@ -299,7 +299,7 @@ def test_points_of_ghost_cells_stay_so_that_pieces_fit(boundary: str) -> None:
         piece = Mesh.from_arrays(
             whole.points[ids], {"hexahedron": local.reshape(-1, 8)}, cell_data={"vtkGhostType": ghost}
         )
-        result = meshgauge.improve(piece, boundary=boundary)
+        result = meshgauge.improve(piece, boundary=boundary, everywhere=True)
         assert result.report.displacement.n_points > 0
         points = np.full((whole.n_points, 3), np.nan)
         points[ids] = result.mesh.points
@@ -311,7 +311,7 @@ def test_points_of_ghost_cells_stay_so_that_pieces_fit(boundary: str) -> None:
 
 def test_nodes_between_corners_belong_to_the_boundary() -> None:
     mesh = curved("tetra", 3, 0.1, 0.05)
-    result = meshgauge.improve(mesh)
+    result = meshgauge.improve(mesh, everywhere=True)
     at = ((mesh.points == 0.0) | (mesh.points == 3.0)).any(axis=1)
     n = int(at.sum())
     assert f"the {n:,} points that must stay" in result.report.claims[0].text

@@ -82,16 +82,17 @@ Finds cells that are numbered in reverse, distinguished from cells that are real
 Exit codes: 0 done, 2 some file could not be read, 130 interrupted.""",
     ),
     "improve": Text(
-        "Repair: untangle a mesh and raise its worst cells.",
-        """Repair a mesh: move its points so that no cell is inverted, the worst are as good as they can be, and the mean is high.
+        "Repair: mend the bad cells of a mesh, or raise all.",
+        """Repair a mesh: mend the cells that are invalid or below the target by moving points near them; all else stays to the last bit.
 
-Cells, their numbering, data and regions stay. Three phases: untangling (only if a cell is inverted), raising the worst, raising the mean. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
+Points move in rings around bad cells that grow only while it helps, and good cells keep their sizes. With [bold]--everywhere[/bold] all points move: the worst cells are made as good as they can be, and the mean is raised. Cells, their numbering, data and regions stay. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
 
 [bold]Ctrl-C[/bold] stops at any time and writes the best so far; a second one ends the program, and nothing is written.
 
 Exit codes: 0 no cell is invalid now, 1 some still are (what is better is written), 2 could not, 3 what was reached broke a claim, and nothing was written, 130 interrupted twice, 143 terminated (what is better is written).""",
         (
             "meshgauge improve wing.vtu -o better.vtu",
+            "meshgauge improve wing.vtu -o better.vtu --everywhere         [dim]raise the worst and the mean of all[/dim]",
             "meshgauge improve wing.vtu -o better.vtu --boundary slide     [dim]points move on the surface, too[/dim]",
             "meshgauge improve wing.vtu -o better.vtu --undo undo.npz --html page.html",
             "meshgauge improve better.vtu -o wing.vtu --restore undo.npz   [dim]take it back, to the last bit[/dim]",

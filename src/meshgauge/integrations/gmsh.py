@@ -116,11 +116,13 @@ def view(quality: Quality, metric: str = JENS) -> int:
     return tag
 
 
-def improve(*, boundary: str = "fixed", seconds: float | None = None) -> Quality:
+def improve(*, everywhere: bool = False, boundary: str = "fixed", seconds: float | None = None) -> Quality:
     """Improve the current model by moving its nodes, which are written back; returns the quality reached.
 
     Parameters
     ----------
+    everywhere
+        True: all nodes move, not only those near bad cells. See `meshgauge.improve`.
     boundary
         "fixed": nodes of the boundary stay; "slide": they move on it. See `meshgauge.improve`.
     seconds
@@ -133,7 +135,7 @@ def improve(*, boundary: str = "fixed", seconds: float | None = None) -> Quality
     """
     from ..repair import improve as improve_mesh
 
-    after = improve_mesh(mesh(), boundary=boundary, seconds=seconds).mesh
+    after = improve_mesh(mesh(), everywhere=everywhere, boundary=boundary, seconds=seconds).mesh
     put(after)
     return measure_mesh(after)
 

@@ -138,7 +138,7 @@ class Gauge:
     def improve(
         self,
         *,
-        everywhere: bool = True,
+        everywhere: bool = False,
         boundary: str = "fixed",
         target: float = POOR,
         floor: float | None = None,

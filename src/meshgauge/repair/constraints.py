@@ -55,6 +55,8 @@ class Constraints:
         Notes for the report, a sentence each.
     sizes
         What good cells must keep of their sizes; None: nothing.
+    away
+        ``(n_points,)`` those of the pinned that stay only since no bad cell is near; None: there are none.
     """
 
     quality: Quality
@@ -67,11 +69,17 @@ class Constraints:
     region_names: tuple[str, ...]
     notes: tuple[str, ...]
     sizes: SizeLimits | None = None
+    away: Mask | None = None
 
     @property
     def fixed(self) -> Mask:
         """``(n_points,)`` points that do not move as long as the boundary is fixed."""
         return self.boundary | self.interface | self.pinned
+
+    @property
+    def bounding(self) -> Mask:
+        """``(n_points,)`` points that could not move either if all were to be improved."""
+        return self.fixed if self.away is None else self.fixed & ~self.away
 
 
 def constraints_of(

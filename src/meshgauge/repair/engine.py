@@ -77,7 +77,7 @@ class Improvement:
 def improve(
     mesh: Mesh,
     *,
-    everywhere: bool = True,
+    everywhere: bool = False,
     boundary: str = "fixed",
     target: float = POOR,
     floor: float | None = None,
@@ -170,10 +170,13 @@ def improve(
         bad = is_below(before, target)
         patch = patch_around(before, bad, is_whole=options.slides, threads=threads)
     faults = _diagnose(patch)
-    pinned = patch.pinned | patch.of_points(held)
     constraints = constraints_of(
-        patch.quality.mesh, patch.quality, pinned, (patch.region_ids, patch.region_names)
-    )  # fmt: skip
+        patch.quality.mesh,
+        patch.quality,
+        patch.pinned | patch.of_points(held),
+        (patch.region_ids, patch.region_names),
+    )
+    constraints = replace(constraints, away=patch.pinned & ~patch.of_points(held))
     with workers(threads) as team:
         outcome = repair(patch.quality, constraints, options, team, start, progress, should_stop)
     return _result(patch, outcome, constraints, options, faults)
@@ -202,6 +205,21 @@ def _diagnose(patch: Patch) -> tuple[str, ...]:
         looks = number_of(n_reversed, "invalid cell looks", "invalid cells look")
         notes.append(f"{looks} numbered in reverse: taken for inverted.")
     return tuple(notes)
+
+
+def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]:
+    """What else could help."""
+    if options.everywhere:
+        return ()
+    if not is_below(before, options.target).any():
+        what = "invalid" if options.target == 0.0 else f"invalid or below {options.target:g}"
+        return (f"No cell is {what}: nothing is to be mended. To raise the worst and the mean of all: --everywhere.",)
+    if not is_below(after, options.target).any():
+        return ()
+    hints = ["moving all points (--everywhere)", f"sizes that may change by more than {100 * options.size_change:g} %"]
+    if not options.slides:
+        hints.append("a boundary whose points move on it (--boundary slide)")
+    return (f"More cells may be mended by {', '.join(hints[:-1])} or {hints[-1]}.",)
 
 
 def _check(options: Options, floor: float | None) -> None:
@@ -262,7 +280,7 @@ def _result(
         history=tuple(run.history),
         seconds=time.monotonic() - run.start,
         evaluations=run.evaluations,
-        notes=(*constraints.notes, *faults, *outcome.notes),
+        notes=(*constraints.notes, *faults, *outcome.notes, *_hints(before, after, options)),
         options=options.to_dict(),
     )
     given = before.source

@@ -127,7 +127,10 @@ def _by_type(rows: list[tuple[str, Tally, Tally]], *, ascii_only: bool, bars: bo
 def below(report: RepairReport) -> Iterator[RenderableType]:
     """The cells below the target, by reason, and the worst of them."""
     target = report.options.get("target")
-    yield Text(f"still invalid or below {target:g}: {style.plural(report.n_below, 'cell')}", "bold")
+    what = f"invalid or below {target:g}" if target else "invalid"
+    yield Text(
+        f"still {what}: {style.plural(report.n_below, 'cell')} ({style.number(report.n_below_before)} before)", "bold"
+    )
     yield _lines((style.number(n), why, "") for why, n in sorted(report.reasons.items(), key=lambda item: -item[1]))
     table = new_table("cell", "type", "quality", "at most")
     table.columns[1].justify = "left"
@@ -152,22 +155,43 @@ def worse(report: RepairReport) -> Iterator[RenderableType]:
 def cost(report: RepairReport) -> Iterator[RenderableType]:
     """How far points moved, what became of volume and surface, and the time."""
     moved = report.displacement
-    lines = [f"{style.plural(moved.n_points, 'point')} moved, by at most {moved.largest:.4g} "
-             f"({100 * moved.largest_share:.2g} % of the diagonal)"]  # fmt: skip
+    lines = [
+        f"{style.plural(moved.n_points, 'point')} moved ({share(moved.share)} of all), by at most {moved.largest:.4g} "
+        f"({share(moved.largest_share)} of the diagonal)"
+    ]
     if moved.n_boundary:
         lines.append(
             f"{style.number(moved.n_boundary)} of them on the boundary, by at most {moved.boundary_largest:.4g}; "
             f"it is at most {moved.deviation:.3g} ({100 * moved.deviation_share:.2g} % of the diagonal) off the old one"
         )
+    if report.sizes.n_cells and moved.n_points:
+        lines.append(sizes(report))
+    is_local = not report.options.get("everywhere", True)
     for name, (was, now) in (("volume", report.volume), ("surface", report.surface)):
+        if is_local and not moved.n_points:
+            break
         change = f"{100 * (now - was) / was:+.2g} %" if was and abs(now - was) > ROUNDING * abs(was) else "unchanged"
-        lines.append(f"{name} {now:.6g} ({change})")
+        lines.append(f"{name}{' near bad cells' if is_local else ''} {now:.6g} ({change})")
     if report.ceiling < 1.0:
         lines.append(f"with these points fixed the worst cell can have at most {style.quality(report.ceiling)}")
     stopped = {"time": ", stopped when the time was up", "interrupted": ", interrupted"}.get(report.stopped, "")
     lines.append(f"{report.seconds:.1f} s, {style.plural(report.evaluations, 'evaluation')}{stopped}")
     yield Text("cost", "bold")
     yield _lines(("-", line, "dim") for line in lines)
+
+
+def share(part: float) -> str:
+    """A share in per cent."""
+    return f"{100 * part:.2g} %"
+
+
+def sizes(report: RepairReport) -> str:
+    """What became of the sizes of cells that were good, as a line."""
+    one = report.sizes
+    return (
+        f"of {style.plural(one.n_cells, 'cell')} that had 0.9 or more, volumes changed by a factor of at most "
+        f"{one.volume:.3g} (99 %: {one.volume_most:.3g}), edges of {one.edge:.3g} (99 %: {one.edge_most:.3g})"
+    )
 
 
 def claims(report: RepairReport, *, ascii_only: bool) -> Iterator[RenderableType]:

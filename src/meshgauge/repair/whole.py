@@ -48,11 +48,11 @@ class Options:
     floor: float
     strict: bool
     seconds: float | None
-    surface: Any = None
-    feature_angle: float = 40.0
-    threads: int | None = None
-    everywhere: bool = True
-    size_change: float = 0.1
+    surface: Any
+    feature_angle: float
+    threads: int | None
+    everywhere: bool
+    size_change: float
 
     @property
     def slides(self) -> bool:
@@ -131,7 +131,7 @@ def repair(
     run = begin_run(
         constraints, whole, team, options.target, options.floor, start, options.seconds, progress, should_stop
     )
-    limit = ceiling(whole, run.base, constraints.fixed[whole.point_ids])
+    limit = ceiling(whole, run.base, constraints.bounding[whole.point_ids])
     outcome = Outcome(before, run, limit)
     points = run.base[run.points_of_moving].copy()
     run.record("start", points, now=True)

@@ -28,14 +28,34 @@ class Boundaries(StrEnum):
 class Goal:
     """What to reach: keyword arguments of `meshgauge.improve` under the same names."""
 
+    everywhere: Annotated[
+        bool, option("--everywhere", None, "Move all points: raise the worst and the mean of the whole mesh.", WHAT)
+    ] = False
     boundary: Annotated[Boundaries, option("--boundary", None, "Points of the boundary stay, or move on it.", WHAT)] = (
         Boundaries.fixed
     )
-    target: Annotated[float, option("--target", "Q", "J_ENS that every cell should have.", WHAT)] = POOR
+    target: Annotated[
+        float, option("--target", "Q", "Cells below this J_ENS are mended; 0: invalid ones only.", WHAT)
+    ] = POOR
     floor: Annotated[
+        float | None,
+        option(
+            "--floor",
+            "SHARE",
+            "With --everywhere: share of the worst quality that raising the mean keeps; 1: all of it.",
+            WHAT,
+            default="0.9",
+        ),
+    ] = None
+    size_change: Annotated[
         float,
-        option("--floor", "SHARE", "Share of the worst quality that raising the mean keeps; 1: all of it.", WHAT),
-    ] = 0.9
+        option(
+            "--size-change",
+            "SHARE",
+            "By how much volumes and heights of good cells may change; not with --everywhere.",
+            WHAT,
+        ),
+    ] = 0.1
     strict: Annotated[bool, option("--strict", None, "No cell ends worse than it began.", WHAT)] = False
     seconds: Annotated[float | None, option("--time", "S", "Stop after these seconds.", WHAT, default="no limit")] = (
         None
