@@ -63,6 +63,9 @@ OPERATORS = (
 )  # fmt: skip
 
 
+SURVIVED, CAUGHT, HUNG = "SURVIVED", "caught", "hung"
+
+
 @dataclass(frozen=True)
 class Mutant:
     """One error: what is put where."""
@@ -88,27 +91,29 @@ def main() -> int:
     folders = {name: tests for name, tests in TESTS.items() if not args.folders or name.startswith(tuple(args.folders))}
     mutants = draw(folders, args.n, args.seed)
     copies: SimpleQueue[Path] = SimpleQueue()
-    survivors, start = [], time.monotonic()
+    survivors, n_hung, start = [], 0, time.monotonic()
     with tempfile.TemporaryDirectory(prefix="mutants-") as scratch:
         for n in range(args.jobs):
             copies.put(_copy(Path(scratch) / str(n)))
 
-        def work(mutant: Mutant) -> tuple[Mutant, bool]:
+        def work(mutant: Mutant) -> tuple[Mutant, str]:
             copy = copies.get()
             try:
-                return mutant, survives(mutant, copy, args.seconds)
+                return mutant, fate(mutant, copy, args.seconds)
             finally:
                 copies.put(copy)
 
         with ThreadPoolExecutor(args.jobs) as pool:
-            for n, (mutant, has_survived) in enumerate(pool.map(work, mutants), 1):
-                if has_survived:
+            for n, (mutant, state) in enumerate(pool.map(work, mutants), 1):
+                if state == SURVIVED:
                     survivors.append(mutant)
-                state = "SURVIVED" if has_survived else "caught"
+                n_hung += state == HUNG
                 where = f"{mutant.file}:{mutant.line}"
                 print(f"{n:4d}/{len(mutants)}  {state:8s}  {where:45s} {mutant.before} -> {mutant.after}", flush=True)
     share = len(survivors) / max(len(mutants), 1)
     print(f"{len(survivors)} of {len(mutants)} survived: {share:.1%}, in {time.monotonic() - start:.0f} s")
+    if n_hung:
+        print(f"{n_hung} took longer than {args.seconds:.0f} s, counted as caught: on a busy machine try them again")
     if args.out is not None:
         lines = (f"{m.file}:{m.line}\t{m.operator}\t{m.before}\t{m.after}" for m in survivors)
         args.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -191,14 +196,14 @@ def _lines_that_act(code: str) -> set[int]:
     return lines
 
 
-def survives(mutant: Mutant, copy: Path, seconds: float) -> bool:
-    """True if the tests of its folder pass with the error in."""
+def fate(mutant: Mutant, copy: Path, seconds: float) -> str:
+    """Whether the tests of its folder pass with the error in, fail, or are not done in time."""
     path = copy / PACKAGE / mutant.file
     original = path.read_text(encoding="utf-8")
     path.write_text(mutant.code, encoding="utf-8")
     _drop_caches(copy, mutant.file)
     try:
-        return _passes(copy, test_files(copy, mutant), seconds)
+        return _run(copy, test_files(copy, mutant), seconds)
     finally:
         path.write_text(original, encoding="utf-8")
         _drop_caches(copy, mutant.file)
@@ -221,14 +226,14 @@ def test_files(copy: Path, mutant: Mutant) -> list[str]:
     return [str(path.relative_to(copy)) for path in sorted(files, key=fit, reverse=True)]
 
 
-def _passes(copy: Path, tests: list[str], seconds: float) -> bool:
+def _run(copy: Path, tests: list[str], seconds: float) -> str:
     environment = {**os.environ, "PYTHONPATH": str(copy / "src"), "NUMBA_CACHE_DIR": str(copy / "numba")}
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
     try:
         done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=seconds)
     except subprocess.TimeoutExpired:
-        return False
-    return done.returncode == 0
+        return HUNG
+    return SURVIVED if done.returncode == 0 else CAUGHT
 
 
 def _copy(folder: Path) -> Path:
