@@ -34,7 +34,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = Path("src/meshgauge")
 
 TESTS = {
-    "quality": ("tests/quality",),
+    "quality": ("tests/quality", "tests/test_python_api.py", "tests/test_status.py"),
     "check": ("tests/check",),
     "repair": ("tests/repair", "tests/cli/test_cli_improve.py"),
     "io/plumbing": ("tests/io",),

@@ -13,6 +13,7 @@ from check_meshes import measured
 from rich.console import Console
 
 from meshgauge.check import Check, check, rule
+from meshgauge.check.output import markdown as markdown_output
 from meshgauge.check.output.github import github
 from meshgauge.check.output.gitlab import gitlab
 from meshgauge.check.output.json import checks_json
@@ -175,6 +176,14 @@ def test_markdown_shows_names_as_they_are(checks: list[Check]) -> None:
     assert "| 1 | tetra | -0.7071 | inverted |" in text
     assert "and 1 more" in text
     assert markdown(checks[1:2]).startswith("## ✅ Mesh quality: 1 of 1 passes\n")
+
+
+def test_markdown_says_how_many_meshes_it_does_not_show(checks: list[Check], monkeypatch: pytest.MonkeyPatch) -> None:
+    broken = [check for check in checks if not check.is_passed]
+    monkeypatch.setattr(markdown_output, "MOST", len(broken))
+    assert "not shown here" not in markdown(checks, FAILED)
+    monkeypatch.setattr(markdown_output, "MOST", len(broken) - 1)
+    assert markdown(checks, FAILED).endswith("Meshes with broken rules that are not shown here: 1\n")
 
 
 @pytest.mark.parametrize("width", [60, 80, 160])

@@ -145,11 +145,12 @@ def test_fixed_points_by_data_region_and_box(tangled: Path, tmp_path: Path) -> N
     meshgauge.write(two, grid(5, 0.8).replace(cell_data={"material": np.arange(125) // 75}))
     mesh = meshgauge.read(two)
     of_cells, names = meshgauge.regions(mesh)
-    run(two, "-o", out, "--fixed-region", names[1])
-    used = np.unique(mesh.connectivity.reshape(-1, 8)[of_cells == 1])
-    after = meshgauge.read(out).points
-    np.testing.assert_array_equal(after[used], mesh.points[used])
-    assert (after != mesh.points).any()
+    for region, name in enumerate(names):
+        run(two, "-o", out, "--fixed-region", name)
+        used = np.unique(mesh.connectivity.reshape(-1, 8)[of_cells == region])
+        after = meshgauge.read(out).points
+        np.testing.assert_array_equal(after[used], mesh.points[used])
+        assert (after != mesh.points).any()
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from repair_meshes import curved, pipe, shaken
 
 import meshgauge
 from meshgauge import Mesh, Quality, Status, measure
+from meshgauge.repair import constraints
 from meshgauge.repair.acceptance import accept
 from meshgauge.repair.claims import Promise
 from meshgauge.repair.constraints import Constraints, constraints_of
@@ -328,3 +329,11 @@ def test_what_gets_worse_is_in_the_verdict() -> None:
     _, text = verdict(lower, before, 0.35, 1.0, slides=True, broken=())
     assert "fallen" not in text
     assert "More cells" not in text
+
+
+def test_points_coincide_alike_in_any_unit() -> None:
+    """A few units in the last place of single precision, as a share of the size of the mesh."""
+    mesh = shaken("tetra", 2, 0.1).replace(stored="single")
+    shares = {constraints._tolerance(mesh.replace(points=2.0**power * mesh.points)) for power in (-20, 0, 20)}
+    assert len(shares) == 1
+    assert 2.0**-24 < shares.pop() < 2.0**-18
