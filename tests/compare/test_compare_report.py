@@ -97,7 +97,7 @@ def test_two_meshes(tmp_path: Path, capsys: Captured) -> None:
     assert err == ""
     assert "Of 3 corresponding cells 2 are better, 1 worse and 0 equal; 1 became valid. 3 points moved" in out
     assert "b.msh is better in invalid cells (0 against 1), min" in out
-    assert re.search(r"^ 0 +tetra +0\.707 +0\.\d{3} +ok", out, re.MULTILINE)
+    assert re.search(r"^ element 1 \(cell 0\) +tetra +0\.707 +0\.\d{3} +ok", out, re.MULTILINE)
     assert main(["compare", a, b, "-q"]) == 0
     assert capsys.readouterr().out.count("\n") == 3
 

@@ -168,7 +168,8 @@ TEXTS: dict[str, dict[str, str]] = {
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
        "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
-       "vtk", "lsdyna")  # fmt: skip
+       "lsdyna",
+       "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
 

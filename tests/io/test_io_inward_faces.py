@@ -17,6 +17,7 @@ from meshgauge.cells import IS_SOLID
 from meshgauge.check import State, check
 from meshgauge.doctor import diagnosis
 from meshgauge.doctor.inward import inward
+from meshgauge.mesh.labels import cell_label
 
 h5py = pytest.importorskip("h5py")
 
@@ -98,7 +99,10 @@ def test_the_face_is_named_with_its_cells(kind: str, face: int, tmp_path: Path) 
     assert list(found.cells_of(0)) == cells
     finding = diagnosis(mesh).finding("misoriented_faces")
     assert finding is not None
-    assert f"face {face + first} of cell" in finding.text
+    cell = (
+        f"cell {cells[0]}" if kind.startswith("fluent") else f"element {cell_label(mesh, cells[0])} (cell {cells[0]})"
+    )
+    assert f"(face {face + first} of {cell}" in finding.text
     quality = meshgauge.measure(mesh)
     assert quality.values[solid] == pytest.approx(1.0)
     outcome = check(quality, ["nothing misoriented"]).outcomes[0]
