@@ -12,6 +12,7 @@ import meshgauge
 from meshgauge import io
 from meshgauge.cells import BY_NAME
 from meshgauge.errors import ReadError
+from meshgauge.mesh.regions import regions
 
 CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 
@@ -57,7 +58,7 @@ def test_a_brick(tmp_path: Path, element: str) -> None:
     assert mesh.type_counts() == {"hexahedron": 1}
     assert (mesh.cell_data["label"].tolist(), mesh.cell_data["lsdyna:part"].tolist()) == ([7000], [3])
     assert mesh.point_data["label"].tolist() == list(BRICK)
-    assert ([block.name for block in mesh.blocks], mesh.notes) == (["steel"], ())
+    assert (regions(mesh)[1], mesh.notes) == (("steel",), ())
     assert meshgauge.measure(mesh).values.tolist() == [1.0]
 
 
@@ -126,7 +127,8 @@ def test_parts_shells_beams_and_what_is_no_cell(tmp_path: Path) -> None:
     )
     assert mesh.type_counts() == {"line": 1, "triangle": 1, "quad": 1, "hexahedron": 1}
     assert mesh.cell_data["label"].tolist() == [9, 4, 5, 6]
-    assert [(b.name, b.start, b.stop) for b in mesh.blocks] == [("part 2", 0, 1), ("\u00fc plate", 1, 3), ("rod", 3, 4)]
+    assert mesh.cell_data["lsdyna:part"].tolist() == [2, 3, 3, 4]
+    assert regions(mesh) == (pytest.approx([0, 1, 1, 2]), ("part 2", "\u00fc plate", "rod"))
     assert mesh.notes == ("No cells, and left out: *ELEMENT_SHELL_COMPOSITE, *ELEMENT_SPH.",)
 
 
@@ -187,3 +189,11 @@ def test_what_another_writes(tmp_path: Path) -> None:
     assert quality.mesh.type_counts() == mesh.type_counts()
     assert float(quality.values.min()) == pytest.approx(1)
     assert quality.mesh.counted == ("cells", "points")
+
+
+def test_parts_of_one_title_are_told_apart(tmp_path: Path) -> None:
+    elements = fields(1, 5, *BRICK) + fields(2, 9, *BRICK)
+    mesh = read(tmp_path, nodes(), "*ELEMENT_SOLID\n", elements, "*PART\na\n         5\na\n         9\n")
+    assert regions(mesh)[1] == ("a (5)", "a (9)")
+    io.write(tmp_path / "a.vtu", mesh)
+    assert regions(io.read(tmp_path / "a.vtu"))[1] == ("a (5)", "a (9)")

@@ -166,8 +166,12 @@ def _partition(mesh: Mesh, name: str, values: NDArray[Any]) -> _Partition | None
 
 
 def _known_names(mesh: Mesh, name: str) -> dict[int, str]:
-    """Names of numbers: Gmsh's physical groups of solids, and lists kept as field data ``<name>:names``, from 1 on."""
+    """Names of numbers: Gmsh's physical groups of solids, and lists kept as field data ``<name>:names``, of the numbers
+    in ``<name>:numbers``, or from 1 on."""
     listed = mesh.field_data.get(f"{name}:names")
+    numbers = mesh.field_data.get(f"{name}:numbers")
+    if listed is not None and numbers is not None and numbers.shape == listed.shape and numbers.dtype.kind in "iu":
+        return dict(zip(numbers.ravel().tolist(), map(str, listed.ravel().tolist()), strict=True))
     if listed is not None:
         return {0: f"no {name.split(':')[-1]}", **{n: str(v) for n, v in enumerate(listed.ravel().tolist(), 1)}}
     if name != "gmsh:physical":

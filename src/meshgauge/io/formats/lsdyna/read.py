@@ -1,4 +1,4 @@
-"""LS-DYNA keyword files (.k, .key, .dyn): nodes, solids, thick shells, shells, beams; parts are blocks.
+"""LS-DYNA keyword files (.k, .key, .dyn): nodes, solids, thick shells, shells, beams; parts with their titles.
 
 Own, because meshio++ keeps no numbers of elements and nodes, splits bricks with repeated nodes, and reads no includes.
 """
@@ -6,15 +6,19 @@ Own, because meshio++ keeps no numbers of elements and nodes, splits bricks with
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL
-from ...plumbing.build import Ints, Kind, gather, runs
+from ...plumbing import budget
+from ...plumbing.build import Ints, Kind, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index, drop_counts
 from ...plumbing.nodes import NodeTable
@@ -60,8 +64,8 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path) -> Mesh:
-    """Parts are blocks, and cell data ``lsdyna:part``. Bricks with repeated nodes stay bricks, but for those whose last
-    five nodes are one, which is how LS-DYNA writes a tetrahedron.
+    """Parts are cell data ``lsdyna:part``, their titles field data. Bricks with repeated nodes stay bricks, but for those
+    whose last five nodes are one, which is how LS-DYNA writes a tetrahedron.
 
     Raises
     ------
@@ -194,14 +198,24 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         cells.types,
         cells.offsets,
         nodes,
-        blocks=runs(heads[:, 2], lambda number: content.names.get(number, f"part {number}")),
         point_data={LABEL: labels},
         cell_data={LABEL: heads[:, 1].copy(), PART: heads[:, 2].copy()},
+        field_data=_names(content),
         path=str(path),
         notes=(f"{note}.",) if note else (),
         copy=False,
     )
     return drop_counts(mesh)
+
+
+def _names(content: _Content) -> dict[str, NDArray[Any]]:
+    """The titles of the parts, with their numbers; those of several parts have the number behind them."""
+    if not content.names:
+        return {}
+    n = Counter(content.names.values())
+    titles = [title if n[title] == 1 else f"{title} ({number})" for number, title in content.names.items()]
+    budget.draw_names(titles, "the titles of parts")
+    return {f"{PART}:names": np.array(titles), f"{PART}:numbers": np.array(list(content.names), np.int64)}
 
 
 def _list(content: _Content, before: str) -> str:
