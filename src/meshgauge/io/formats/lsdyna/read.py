@@ -64,8 +64,8 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def read(path: Path) -> Mesh:
-    """Parts are cell data ``lsdyna:part``, their titles field data. Bricks with repeated nodes stay bricks, but for those
-    whose last five nodes are one, which is how LS-DYNA writes a tetrahedron.
+    """Parts are cell data ``lsdyna:part``, their titles field data. Bricks with repeated nodes stay bricks, but for
+    those whose last five nodes are one, which is how LS-DYNA writes a tetrahedron.
 
     Raises
     ------
