@@ -130,7 +130,7 @@ def test_packed_pieces_are_read(tmp_path: Path) -> None:
 
 
 SANDBOX = """
-import sys
+import os, sys
 from pathlib import Path
 from meshgauge.io.plumbing import child, sandbox
 here, away, how = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
@@ -139,7 +139,8 @@ if how == "child":
     confine = sandbox.confine
     registry.read_here = lambda *_: (print((here / "a.vtu").read_text()), away.read_text())
     child.main({"seconds": 60, "memory": 8 << 30, "fd": None, "result": str(here / "out"), "path": str(here / "a.vtu"),
-                "name": "a.vtu", "format": "vtu", "step": None, "scratch": sys.argv[4]})
+                "name": "a.vtu", "format": "vtu", "step": None, "scratch": sys.argv[4], "roots": [],
+                "parent": os.getppid()})
 sandbox.confine([here], scratch=sys.argv[4], uses_kernel=how == "kernel")
 (Path(sys.argv[4]) / "new").write_text("x")
 (Path(sys.argv[4]) / "new").unlink()

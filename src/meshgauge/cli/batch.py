@@ -70,7 +70,8 @@ class Batch:
     @property
     def _limits(self) -> Limits:
         memory = self.reading.read_memory
-        return Limits(self.reading.read_seconds, None if memory is None else int(memory * 2**30))
+        roots = tuple(self.reading.include_root or ())
+        return Limits(self.reading.read_seconds, None if memory is None else int(memory * 2**30), roots)
 
     def states(self, paths: Iterable[str], *, every: bool = False) -> list[str]:
         """The files, and in place of one that holds several time steps each of them, where ``--step all`` asks for it.

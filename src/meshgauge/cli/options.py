@@ -103,6 +103,15 @@ ReadSeconds = Annotated[
         default="60 and 1 a MB",
     ),
 ]
+IncludeRoot = Annotated[
+    list[Path] | None,
+    option(
+        "--include-root",
+        "DIR",
+        "Let mesh files name others of this folder too; may be repeated.",
+        READING,
+    ),
+]
 ReadMemory = Annotated[
     float | None,
     option(
@@ -168,3 +177,4 @@ class Reading:
     displacement: Displacement = None
     read_seconds: ReadSeconds = None
     read_memory: ReadMemory = None
+    include_root: IncludeRoot = None

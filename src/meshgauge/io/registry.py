@@ -115,7 +115,7 @@ def detect(path: Path, head: bytes) -> Format:
 
 def read(chosen: Format, path: Path, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Mesh:
     """Read a file, or one of its time steps: by our own reader here, else by that of others in a process of its own."""
-    with budget.of(path, (limits or isolate.Limits()).seconds_given):
+    with budget.of(path, *(limits or isolate.Limits()).given):
         mesh = _own(chosen, path, choice)
     if mesh is None and chosen.is_foreign:
         mesh = isolate.read(path, chosen.name, limits, choice)
@@ -194,7 +194,7 @@ def _state(
 def steps(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Step, ...]:
     """The time steps of a file; none or one if it holds a single state."""
     if chosen.steps is not None:
-        with budget.of(path, (limits or isolate.Limits()).seconds_given):
+        with budget.of(path, *(limits or isolate.Limits()).given):
             return _call_reader(chosen, path, chosen.steps) or ()
     if chosen.foreign_steps is not None:
         return isolate.steps(path, chosen.name, limits)

@@ -60,10 +60,12 @@ class Budget:
         The file, for the error; more that are read are noted in `sources`.
     seconds
         Of processor time, in place of those by the size of the file.
+    roots
+        Folders from which, beside that of the file, others may be read that it names; resolved.
     """
 
-    def __init__(self, path: Path, seconds: float | None = None) -> None:
-        self.path, self.seconds = path, seconds
+    def __init__(self, path: Path, seconds: float | None = None, roots: Sequence[Path] = ()) -> None:
+        self.path, self.seconds, self.roots = path, seconds, tuple(roots)
         self.files = {os.path.realpath(path)}
         self.drawn: Counter[str] = Counter()
         self._start = time.thread_time()
@@ -118,14 +120,14 @@ _current: ContextVar[Budget | None] = ContextVar("budget", default=None)
 
 
 @contextlib.contextmanager
-def of(path: Path, seconds: float | None = None) -> Iterator[Budget]:
+def of(path: Path, seconds: float | None = None, roots: Sequence[Path] = ()) -> Iterator[Budget]:
     """The budget of what is read in this block: that of the file that names this one, or a new one."""
     outer = _current.get()
     if outer is not None:
         outer.files.add(os.path.realpath(path))
         yield outer
         return
-    budget = Budget(path, seconds)
+    budget = Budget(path, seconds, roots)
     token = _current.set(budget)
     try:
         yield budget
@@ -138,6 +140,12 @@ def draw(what: str, n: int, name: str = "", fail: Fail | None = None) -> None:
     budget = _current.get()
     if budget is not None:
         budget.draw(what, n, name, fail)
+
+
+def roots() -> tuple[Path, ...]:
+    """Folders from which, beside that of the file, others may be read that it names."""
+    budget = _current.get()
+    return () if budget is None else budget.roots
 
 
 def draw_names(names: Sequence[str | bytes], what: str) -> None:

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from . import handover, sandbox
+from . import budget, handover, sandbox
 
 _PARENT_DEATH_SIGNAL = 1
 
@@ -26,14 +26,16 @@ def main(request: dict[str, Any]) -> None:
     target = os.fdopen(request["fd"], "w+b") if request["result"] is None else open(request["result"], "r+b")  # noqa: SIM115
     path = Path(request["path"])
     tempfile.tempdir = request["scratch"]
+    roots = [Path(root) for root in request["roots"]]
     folders = {path.resolve()} if path.is_dir() else {path.parent, path.resolve().parent}
-    sandbox.confine(folders, scratch=request["scratch"])
+    sandbox.confine([*folders, *roots], scratch=request["scratch"])
     try:
         chosen = registry.format_named(request["format"])
-        if request.get("lists"):
-            handover.dump_steps(target, registry.steps_here(chosen, path))
-        else:
-            handover.dump(target, registry.read_here(chosen, path, request["step"]))
+        with budget.of(path, roots=roots):
+            if request.get("lists"):
+                handover.dump_steps(target, registry.steps_here(chosen, path))
+            else:
+                handover.dump(target, registry.read_here(chosen, path, request["step"]))
     except ReadError as error:
         handover.dump_error(target, str(error).replace(str(path), request["name"]))
     except MemoryError:

@@ -37,8 +37,8 @@ class Includes:
             If it is missing, outside the folder, is being read already, or is one too many.
         """
         target = (self.folder / name.replace("\\", "/")).resolve()
-        if not target.is_relative_to(self.folder):
-            raise fail(f"includes {target}, which is outside its folder")
+        if not any(target.is_relative_to(folder) for folder in (self.folder, *budget.roots())):
+            raise fail(f"includes {target}, which is outside its folder (--include-root allows more)")
         if not target.is_file():
             raise fail(f"includes {target.name}, which does not exist")
         if target in self._open:

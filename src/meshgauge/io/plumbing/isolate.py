@@ -43,10 +43,18 @@ class Limits:
     memory
         Bytes of address space, which is more than it holds in memory; not enforced on Windows and macOS. By the size
         of the file if None.
+    include_roots
+        Folders from which, beside that of the file, others may be read that it names; none else.
     """
 
     seconds: float | None = None
     memory: int | None = None
+    include_roots: tuple[Path, ...] = ()
+
+    @property
+    def given(self) -> tuple[float | None, tuple[Path, ...]]:
+        """What a budget is made of: `seconds_given`, and the folders resolved."""
+        return self.seconds_given, tuple(Path(root).resolve() for root in self.include_roots)
 
     @property
     def seconds_given(self) -> float | None:
@@ -117,6 +125,7 @@ def _receive(path: Path, asked: dict[str, Any], limits: Limits | None) -> Iterat
             "parent": os.getpid(),
             "seconds": seconds,
             "memory": memory,
+            "roots": [str(root) for root in (limits or Limits()).given[1]],
         }
         code = _run(request, seconds, str(path))
         if code != 0:

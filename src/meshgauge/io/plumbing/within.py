@@ -20,13 +20,13 @@ _DEEPEST = 8
 def check(path: Path, names: Iterable[str]) -> None:
     """Raise `ReadError` if a name, taken from the folder of the file, is of a file elsewhere; the others are noted as
     read."""
-    folders = {path.parent.resolve(), path.resolve().parent}
+    folders = {path.parent.resolve(), path.resolve().parent, *budget.roots()}
     for name in names:
         if _SCHEME.match(name):
             raise ReadError(f"{path}: refers to {name}, which is not fetched")
         target = (path.parent / name).resolve()
         if not any(target.is_relative_to(folder) for folder in folders):
-            raise ReadError(f"{path}: refers to {target}, which is outside its folder")
+            raise ReadError(f"{path}: refers to {target}, which is outside its folder (--include-root allows more)")
         # EnSight numbers the files of time steps in place of stars.
         for file in path.parent.glob(re.sub(r"\*+", "*", name)) if "*" in name else [target]:
             sources.note(file)
