@@ -13,6 +13,8 @@ from io_meshes import mesh_of
 
 from meshgauge import io
 from meshgauge.errors import ReadError, WriteError
+from meshgauge.io import registry
+from meshgauge.io.plumbing.format import Format
 from meshgauge.mesh import Mesh
 
 WRITABLE = (".vtu", ".vtk", ".vtkhdf", ".msh", ".mesh", ".meshb")
@@ -171,3 +173,18 @@ def test_reading_vtu_loads_neither_pyvista_nor_meshio(tmp_path: Path) -> None:
     code = f"import sys, meshgauge.io as i; i.read({str(tmp_path / 'a.vtu')!r}); {loaded}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyError, OSError, ValueError])
+def test_a_damaged_beginning_is_no_error_of_a_library(
+    error: type[Exception], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HDF5 raises RuntimeError where the tables of a group are damaged, already when a format looks for its mark."""
+
+    def sniff(head: bytes, path: Path) -> bool:
+        raise error("bad local heap signature")
+
+    monkeypatch.setattr(registry, "ALL", (Format("x", "X", (".x",), sniff),))
+    (tmp_path / "a.x").write_bytes(b"\x89HDF")
+    with pytest.raises(ReadError, match=r"a\.x: does not begin as"):
+        io.read(tmp_path / "a.x")

@@ -51,3 +51,21 @@ def test_the_secret_is_random_and_in_a_file_that_only_the_user_reads() -> None:
     if os.name == "posix":
         assert stat.S_IMODE(page.stat().st_mode) == 0o600
         assert stat.S_IMODE(page.parent.stat().st_mode) == 0o700
+
+
+def test_browsers_set_controls_only() -> None:
+    pytest.importorskip("wslink", reason="the extra 'view' is not installed")
+
+    class Protocol:
+        def __init__(self) -> None:
+            self.state: dict[str, object] = {}
+
+        def update_state(self, changes: list[dict[str, object]]) -> None:
+            self.state.update({str(change["key"]): change.get("value") for change in changes})
+
+    protocol = Protocol()
+    guard.only_controls(protocol, ("quality", "theme"))
+    protocol.update_state([{"key": "quality", "value": 1}, {"key": "names", "value": "<b>"}, {"value": 2}])
+    assert protocol.state == {"quality": 1}
+    exported = type(protocol).update_state
+    assert vars(exported)["_wslinkuris"][0]["uri"] == "trame.state.update", "wslink finds this one"

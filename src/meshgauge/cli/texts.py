@@ -130,7 +130,7 @@ Exit codes: 0 done, 2 some file could not be read or the picture not drawn, 130 
 
 Cells are coloured by quality (J_ENS) and can be filtered by quality, type, status and region; slice the mesh, peel layers of cells off it, click a cell to see its nodes, and fly to the worst ones. The page's address brings the same view back. Two meshes share one camera and the same filters.
 
-The program draws and the browser shows: nothing leaves this machine, and only its user can connect. End it with Ctrl-C. Needs [bold]pip install 'meshgauge\\[view]'[/bold]; --screenshot does not.
+The program draws and the browser shows: nothing leaves this machine, and only its user can connect. It ends with Ctrl-C, or ten minutes after its last page was closed (--idle). Needs [bold]pip install 'meshgauge\\[view]'[/bold]; --screenshot does not.
 
 Exit codes: 0 done, 2 some file could not be read or nothing can be drawn, 130 interrupted.""",
         (

@@ -80,8 +80,10 @@ def _serve(models: Sequence[Model], window: Window, link: str) -> None:
     """Run the web application until Ctrl-C."""
     from ..view.app import App
 
+    after = f", or {window.idle} seconds without an open page" if window.idle else ""
+
     def ready(address: str) -> None:
-        print(f"{address}\nOpen it in a browser on this machine. Ctrl-C ends the program.", flush=True)
+        print(f"{address}\nOpen it in a browser on this machine. Ctrl-C ends the program{after}.", flush=True)
         if window.browser and _has_windows():
             import webbrowser
 
@@ -89,7 +91,7 @@ def _serve(models: Sequence[Model], window: Window, link: str) -> None:
 
             webbrowser.open(redirect_page(address).as_uri())
 
-    App(models, link=link).run(port=window.port, ready=ready)
+    App(models, link=link).run(port=window.port, ready=ready, idle=window.idle)
 
 
 def _has_windows() -> bool:

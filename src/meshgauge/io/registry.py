@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from contextvars import ContextVar
 from pathlib import Path
@@ -104,8 +105,9 @@ def detect(path: Path, head: bytes) -> Format:
     if not head and extension != ".foam":  # that file only marks its folder
         raise ReadError(f"{path}: is empty (0 bytes)")
     for chosen in (*here, *(f for f in ALL if f.by_content)):
-        if chosen.sniff(head, path):
-            return chosen
+        with contextlib.suppress(OSError, RuntimeError, KeyError, ValueError):  # of HDF5, of a damaged file
+            if chosen.sniff(head, path):
+                return chosen
     if here:
         expected = " or ".join(f.title for f in here)
         raise ReadError(f"{path}: does not begin as a file with the extension {extension} does ({expected})")

@@ -70,8 +70,11 @@ class App:
         state.change(*CONTROLS)(self._on_change)
         state.change("theme")(self._on_theme)
 
-    def run(self, *, port: int, ready: Callable[[str], None]) -> None:
-        """Serve until interrupted; ``ready`` is called with the address. Raises OSError if the port is taken."""
+    def run(self, *, port: int, ready: Callable[[str], None], idle: int = 0) -> None:
+        """Serve until interrupted, or ``idle`` seconds without any page (0: never end); ``ready`` gets the address.
+
+        Raises OSError if the port is taken.
+        """
         # A browser that closes while a picture is on its way is no error.
         for name in ("aiohttp", "asyncio", "wslink"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -80,13 +83,19 @@ class App:
         server = self.server
         for name, value in guard.HEADERS.items():
             server.http_headers.set_header(name, value)
+        server.add_protocol_to_configure(lambda protocol: guard.only_controls(protocol, (*CONTROLS, "theme")))
         server.controller.on_server_bind.add(lambda web: web.app.middlewares.append(guard.middleware()))
         server.controller.on_server_ready.add(
             lambda **_: ready(f"http://{guard.HOST}:{server.port}/{self.path}/index.html")
         )
         server.controller.on_server_start.add(self._hide)
         server.start(
-            port=port, host=guard.HOST, timeout=0, open_browser=False, show_connection_info=False, disable_logging=True
+            port=port,
+            host=guard.HOST,
+            timeout=idle,
+            open_browser=False,
+            show_connection_info=False,
+            disable_logging=True,
         )
 
     def _hide(self, server: Any) -> None:

@@ -12,7 +12,7 @@ import os
 import secrets
 import shutil
 import tempfile
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +78,21 @@ def is_addressed(headers: Mapping[str, str], port: int) -> bool:
     places = {f"{name}:{port}" for name in (HOST, "localhost")}
     origin = headers.get("Origin")
     return headers.get("Host") in places and (origin is None or origin in {f"http://{place}" for place in places})
+
+
+def only_controls(protocol: Any, names: Iterable[str]) -> None:
+    """Have trame's protocol take from browsers changes of these values only: all others are but shown there."""
+    from wslink import register as export  # type: ignore[import-untyped]
+
+    allowed = frozenset(names)
+    kind: Any = type(protocol)
+
+    class Guarded(kind):  # type: ignore[misc]  # a class that is known here only
+        @export("trame.state.update")  # type: ignore[untyped-decorator]
+        def update_state(self, changes: list[dict[str, Any]]) -> None:
+            super().update_state([change for change in changes if change.get("key") in allowed])
+
+    protocol.__class__ = Guarded  # which wslink asks for its methods
 
 
 def redirect_page(address: str) -> Path:

@@ -24,6 +24,9 @@ class Window:
     cell: options.Cell = None
     port: Annotated[int, option("--port", "N", "Listen on this port; 0: any that is free.", least=0, most=65535)] = 0
     browser: Annotated[bool, option("--browser/--no-browser", None, "Open the browser.")] = True
+    idle: Annotated[
+        int, option("--idle", "S", "End after so many seconds without an open page; 0: never.", least=0, most=10**6)
+    ] = 600
     screenshot: Annotated[
         Path | None, option("--screenshot", "PNG", "Write a picture of the view instead, and end.")
     ] = None
