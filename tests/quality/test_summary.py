@@ -327,3 +327,10 @@ def test_a_histogram_has_20_bins_unless_asked_otherwise() -> None:
     assert counts.sum() == tally.n_measured
     for default, asked in zip((edges, counts), tally.histogram(20), strict=True):
         np.testing.assert_array_equal(default, asked)
+
+
+def test_only_types_that_cannot_be_told_inside_are_known_at_their_corners_only() -> None:
+    names = ["lagrange_pyramid", "lagrange_pyramid", "tetra10", "hexahedron"]
+    types = np.array([BY_NAME[name].vtk_id for name in names], np.uint8)
+    status = np.array([Status.UNDECIDED, Status.OK, Status.UNDECIDED, Status.UNDECIDED], np.uint8)
+    assert summarise(np.ones(4), status, types).corners_only == {"lagrange_pyramid": 1}

@@ -16,7 +16,7 @@ def mixed() -> FileReport:
         "tetra": [0.5, 0.1, -0.25, 0.0, np.nan],
         "quad": [np.nan, np.nan],
         "hexahedron": [1.0, 0.9],
-        "pyramid19": [0.8],
+        "lagrange_pyramid": [0.8],
     }
     other = summary_of("aspect_ratio_gamma", tetra=[1.0, 2.0, np.inf], hexahedron=[np.nan])
     one = report_of("dir/mixed.vtu", worst=2, **values)

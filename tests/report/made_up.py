@@ -12,11 +12,11 @@ from meshgauge.report import FileReport
 
 def summary_of(metric: str = "jens", **values: list[float]) -> Summary:
     """A summary of cells of these types and values; NaN is a cell with a NaN coordinate, or not solid.
-    Of pyramid19 only the corners are known."""
+    Of lagrange_pyramid only the corners are known."""
     v = np.concatenate([np.asarray(x, float) for x in values.values()]) if values else np.empty(0)
     types = np.repeat(np.array([BY_NAME[t].vtk_id for t in values], np.uint8), [len(x) for x in values.values()])
     flat = np.isin(types, [BY_NAME["quad"].vtk_id])
-    curved = np.isin(types, [BY_NAME["pyramid19"].vtk_id])
+    curved = np.isin(types, [BY_NAME["lagrange_pyramid"].vtk_id])
     status = np.select([flat, np.isnan(v), v < 0, v == 0, curved], [5, 3, 1, 2, 8], 0).astype(np.uint8)
     return summarise(v, status, types, metric)
 

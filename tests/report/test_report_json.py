@@ -99,14 +99,14 @@ def test_a_real_report_is_what_the_document_says() -> None:
 
 def test_numbers_are_those_of_the_summary(mixed: FileReport) -> None:
     file = strict(dumps([mixed], bins=4))["files"][0]
-    assert list(file["cell_types"]) == ["tetra", "hexahedron", "pyramid19"]
+    assert list(file["cell_types"]) == ["tetra", "hexahedron", "lagrange_pyramid"]
     every = file["all"]
     assert (every["n_cells"], every["n_measured"]) == (8, 7)
     assert [every[f"n_{what}"] for what in ("invalid", "degenerate", "undecided", "poor", "good")] == [1, 1, 1, 1, 3]
     assert every["min"] == -0.25
     assert every["histogram"] == {"edges": [-1.0, -0.5, 0.0, 0.5, 1.0], "counts": [0, 1, 2, 4]}
     assert file["not_measured"] == {"quad": {"not_solid": 2}, "tetra": {"non_finite": 1}}
-    assert file["corners_only"] == {"pyramid19": 1}
+    assert file["corners_only"] == {"lagrange_pyramid": 1}
     assert file["other_metrics"][0]["all"]["max"] is None  # infinite
 
 

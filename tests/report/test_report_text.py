@@ -36,7 +36,7 @@ def test_everything_is_there_at_any_width(mixed: FileReport, width: int) -> None
         "10 cells",
         "1 of 7 cells is inverted",
         "not measured: 2 quad",
-        "not known inside: 1 pyramid19",
+        "not known inside: 1 lagrange_pyramid",
     ):
         assert part in flat
     for part in ("a note", "aspect_ratio_gamma", "worst 2 cells", "-0.250", "0.1 … 0.2"):
