@@ -85,6 +85,15 @@ def test_the_target_chooses_cells_and_zero_only_invalid_ones() -> None:
     assert better.after.values.min() > 0.9  # not where to stop
 
 
+def test_invalid_cells_alone_become_good_ones() -> None:
+    mesh = shaken("hexahedron", 8, 0.3, seed=4)
+    result = mended(mesh, target=0.0)
+    was_invalid = result.before.values <= 0.0
+    assert 0 < was_invalid.sum() < 20
+    assert result.after.values[was_invalid].min() > 0.15
+    assert is_below(result.after, 0.2).sum() < is_below(result.before, 0.2).sum()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_threads_and_the_order_of_cells_are_of_no_matter(kind: str) -> None:
     mesh = shaken(kind, 5, 0.45, seed=3)

@@ -251,7 +251,7 @@ def _result(
     summary = verdict(before, after, options.target, limit.worst, slides=options.slides, broken=outcome.broken)
     volume_before, surface_before = volume_and_surface(constraints.topology, old)
     volume_after, surface_after = volume_and_surface(constraints.topology, new)
-    limits = constraints.sizes or size_limits(near, constraints.topology, run.whole, options.size_change)
+    limits = outcome.sizes or size_limits(near, constraints.topology, run.whole, options.size_change)
     report = RepairReport(
         verdict=summary[1],
         outcome=summary[0],

@@ -27,7 +27,7 @@ from .phases.worst import raise_worst
 from .polyhedral import corners
 from .problem import Points, problem
 from .run import Progress, Run, begin_run
-from .sizes import size_limits
+from .sizes import SizeLimits, size_limits
 
 SHARES = {"untangle": 0.4, "worst": 0.75, "mean": 1.0}
 """When time is limited: by which share of it each phase ends."""
@@ -89,6 +89,8 @@ class Outcome:
         Texts of the claims for which a step was taken back.
     deviation
         Of the boundary from the surface that it was, where it slid.
+    sizes
+        What good cells had, and must keep; None if nothing must be kept.
     """
 
     quality: Quality
@@ -97,6 +99,7 @@ class Outcome:
     notes: list[str] = field(default_factory=list)
     broken: list[str] = field(default_factory=list)
     deviation: float = 0.0
+    sizes: SizeLimits | None = None
 
     def take(self, quality: Quality, promise: Promise) -> bool:
         """Let a mesh stand if it holds what is promised, else note why it was taken back."""
@@ -142,7 +145,8 @@ def repair(
         promise = Promise(before, constraints, strict=options.strict)
         _take_moved(outcome, promise, _phases(run, points, limit, strict=options.strict), options)
     else:
-        constraints = replace(constraints, sizes=size_limits(before, constraints.topology, whole, options.size_change))
+        outcome.sizes = size_limits(before, constraints.topology, whole, options.size_change)
+        constraints = replace(constraints, sizes=outcome.sizes)
         promise = Promise(before, constraints, strict=options.strict)
         _mend(outcome, promise, points, options)
     if not run.stopped:

@@ -278,14 +278,14 @@ def _shortest(place: Float64Array, points: Float64Array, corners: Int32Array, li
 
 
 @fused_inlined
-def _n_below(points: Float64Array, shape: Shape, links: Links, p: int, enough: float) -> int:
-    """How many of the cells at a point are below a value."""
+def _n_below(points: Float64Array, shape: Shape, links: Links, p: int, enough: Float64Array) -> int:
+    """How many of the cells at a point are below what is enough for each."""
     corners, kinds, bends, constants, cells = shape
     n = 0
     for a in range(links[3][p], links[3][p + 1]):
         e = links[4][a]
         least, folded = _values(points, corners, kinds, bends, constants, cells[e], cells[e + 1])
-        if min(least, folded) < enough:
+        if min(least, folded) < enough[e]:
             n += 1
     return n
 
@@ -328,7 +328,7 @@ def ascend(
     sharpness: float,
     least_gain: float,
     has_moved: BoolArray,
-    enough: float,
+    enough: Float64Array,
     mended: Int64Array,
     is_trial: bool,
 ) -> None:
@@ -363,7 +363,7 @@ def ascend(
         ``(n_points,)`` is made True for points that moved.
     enough, mended, is_trial
         In a trial each point is put back at once, and ``mended``, ``(n_points,)``, receives by how many fewer of its
-        cells would be below enough if it alone moved.
+        cells would be below what is enough for each, ``(n_cells,)``, if it alone moved.
     """
     most = 1
     for p in free:

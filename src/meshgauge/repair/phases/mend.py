@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernels.repair import cells as kernels
+from ...look.bands import POOR
 from ...mesh.topology import Topology
 from ..components import components
 from ..faces import face_points, half_faces
@@ -58,7 +59,7 @@ class _Local:
     limits: SizeLimits
     is_free: Mask
     had: Points  #: what each cell had in the mesh given
-    enough: float  #: cells below it are bad
+    enough: Points  #: ``(n_cells,)`` cells below it are bad: what bad ones are to reach, and others to keep
 
     def values(self, points: Points) -> Points:
         """See `values_of`."""
@@ -157,12 +158,13 @@ def values_of(part: Problem, points: Points) -> Points:
 def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, strict: bool) -> Points:
     """Points of ``run.moving`` with its bad cells better, if they can be; as few as need be have moved.
 
-    First the points move whose cells are all bad, or as many as of no other point; then all points of bad cells; then
-    those of rings around them, until a group of bad cells is mended, or rings have stopped to help. A group that a ring
+    First the points move that would mend the most bad cells alone; then all points of bad cells; then those of rings
+    around them, until a group of bad cells is mended, or rings have stopped to help. A group that a ring
     does not help is put back. Then the mean of the cells at points that have moved is raised.
 
-    No cell that reaches the target falls below it but for one that is inverted, and none below the worst that there
-    was. Sizes stay within their limits at every step. With ``strict`` points go back as far as no cell has lost.
+    Bad cells are to reach the target, at least `POOR`. No cell that has that falls below it but for one that is
+    inverted, and none below the worst that there was. Sizes stay within their limits at every step. With ``strict``
+    points go back as far as no cell has lost.
 
     Parameters
     ----------
@@ -178,6 +180,7 @@ def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, st
     part = run.moving
     if part.n_cells == 0:
         return points
+    had, well = values_of(part, points), max(run.target, POOR)
     local = _Local(
         run=run,
         part=part,
@@ -185,8 +188,8 @@ def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, st
         sizes=limits.rows(part),
         limits=limits,
         is_free=run.freedom.kind == 3,
-        had=values_of(part, points),
-        enough=max(run.target, LEAST_TARGET),
+        had=had,
+        enough=np.where(had < max(run.target, LEAST_TARGET), well, np.minimum(had, well)) - ROUNDING,
     )
     given, points = points, points.copy()
     _grow(local, points, 0)
@@ -204,7 +207,7 @@ def _grow(local: _Local, points: Points, first: int) -> None:
     failures = np.zeros(local.part.n_cells, np.int64)
     for level in range(first, RINGS + 2):
         values = local.values(points)
-        bad = (values < local.enough) & (failures < PATIENCE)
+        bad = (values < local.enough - ROUNDING) & (failures < PATIENCE)
         if not bad.any() or local.run.is_over():
             return
         ids = local.culprits(points, bad) if level == 0 else local.points_of(local.part.grow(bad, level - 1))
@@ -229,8 +232,9 @@ def _has_helped(local: _Local, of_cell: Ids, before: Points, after: Points) -> M
     def count(chosen: Mask) -> Ids:
         return np.bincount(group[chosen], minlength=n)
 
-    inverted, n_bad = (count(now <= limit) - count(was <= limit) for limit in (0.0, local.enough - ROUNDING))
-    gain = np.bincount(group, np.where(was < local.enough, np.minimum(now, local.enough) - was, 0.0), minlength=n)
+    enough = local.enough[mine]
+    inverted, n_bad = (count(now <= limit) - count(was <= limit) for limit in (0.0, enough - ROUNDING))
+    gain = np.bincount(group, np.where(was < enough, np.minimum(now, enough) - was, 0.0), minlength=n)
     worst = np.ones((2, n))
     for values, least in zip((was, now), worst, strict=True):
         np.minimum.at(least, group, values)
@@ -299,16 +303,21 @@ def _links(part: Problem, topology: Topology) -> kernels.Links:
 
 def _parallelograms(part: Problem, topology: Topology) -> tuple[Ids, Ids]:
     """For each point of a face of four: the two beside it and the one opposite, ``(n, 3)``, by point; and the point."""
-    ids, offsets = face_points(topology, half_faces(topology, part.cell_ids)[0])
+    slots, _ = half_faces(topology, part.cell_ids)
+    mates = np.asarray(topology.mates, np.int64)[slots]
+    is_here = np.zeros(topology.mesh.n_cells, bool)
+    is_here[part.cell_ids] = True
+    # Of the two sides of a face one says it all.
+    is_first = (mates < 0) | (slots < mates) | ~is_here[np.asarray(topology.cells, np.int64)[np.maximum(mates, 0)]]
+    ids, offsets = face_points(topology, slots[is_first])
     quads = offsets[:-1][np.diff(offsets) == 4]
     at = np.full(topology.mesh.n_points, -1, np.int64)
     at[part.point_ids] = np.arange(part.n_points)
     rings = at[ids[quads[:, None] + np.arange(4)]]
     rings = rings[(rings >= 0).all(axis=1)]
     turns = np.concatenate([np.roll(rings, -m, axis=1) for m in range(4)])
-    turns[:, [1, 3]] = np.sort(turns[:, [1, 3]], axis=1)
-    turns = np.unique(turns[:, [0, 1, 3, 2]], axis=0)
-    return np.ascontiguousarray(turns[:, 1:]), turns[:, 0]
+    turns = turns[np.argsort(turns[:, 0], kind="stable")]
+    return np.ascontiguousarray(turns[:, [1, 3, 2]]), turns[:, 0]
 
 
 def _offsets(sorted_or_not: Ids, n: int) -> Ids:
