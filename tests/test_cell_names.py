@@ -23,6 +23,7 @@ EXEMPT = {
     "io/plumbing/face_based.py": "a table of surface cells by their number of points",
     "io/plumbing/writing.py": "pixels and voxels, which are VTK's alone, as what other formats have",
     "quality/metrics/verdict_library.py": "a row names the shapes that Verdict has a measure for",
+    "repair/rejoined.py": "the one type whose points can be joined anew",
     "quality/metrics/tetra.py": "a row names the one shape that it is defined for",
 }
 """Where names may stand, and why."""

@@ -141,6 +141,8 @@ def test_options_of_improve_arrive(grid: pyvista.UnstructuredGrid) -> None:
         "target": 0.3,
         "floor": 0.8,
         "size_change": 0.2,
+        "topology": False,
+        "objective": "dihedral",
         "strict": True,
         "seconds": 5.0,
         "fixed": [1],

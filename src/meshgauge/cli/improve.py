@@ -15,6 +15,10 @@ STILL_INVALID, REFUSED = 1, 3
 """Exit codes: some cell is still invalid, and what was reached broke a claim."""
 
 
+WHOLE = (".vtu", ".vtk", ".vtkhdf")
+"""Formats that hold all of a mesh, so that one with other cells may take the place of a file."""
+
+
 def improve(
     mesh: options.OneMesh,
     *,
@@ -41,13 +45,18 @@ def improve(
     written = inputs.mesh_target([mesh], output, in_place=in_place, what="better") or Path(mesh)
     read = [mesh, *(str(path) for path in (constraints.surface, restore) if path is not None)]
     inputs.check_targets(read, texts=[html], files=[output, undo])  # before an hour of work, not after
+    if goal.topology and in_place and written.suffix.lower() not in WHOLE:
+        raise MeshgaugeError(
+            f"{written}: --topology makes other cells, and sets, loads and steps of this format would be lost: "
+            f"--in-place takes {', '.join(WHOLE)} only; write another file with -o"
+        )
 
     from .. import repair
     from ..files.output import write_text
     from ..repair import text
     from ..repair.acceptance import n_unusable
     from ..repair.page import improve_page
-    from ..repair.undo import restore_points, store
+    from ..repair.undo import restore_mesh, store, store_mesh
     from . import live
     from .batch import Batch
     from .terminal import Output, emit
@@ -58,7 +67,7 @@ def improve(
     batch.require_one_state(mesh)
     before = batch.read(mesh)
     if restore is not None:
-        batch.write(written, restore_points(restore, before), overwrite=in_place)
+        batch.write(written, restore_mesh(restore, before), overwrite=in_place)
         if not quiet:
             emit(f"{written}: points are where they were")
         return batch.exit_code
@@ -78,7 +87,8 @@ def improve(
             )
         is_refused = result.report.outcome == "refused"
         if not is_refused:
-            keep = None if undo is None else partial(store, undo, before)
+            has_same_cells = result.report.reconnection is None
+            keep = None if undo is None else partial(store if has_same_cells else store_mesh, undo, before)
             if not in_place or result.mesh is not before:
                 batch.write(written, result.mesh, overwrite=in_place, before_replacing=keep)
             elif keep is not None:

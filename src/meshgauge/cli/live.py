@@ -29,6 +29,7 @@ PHASES = {
     "mean": "raising the mean",
     "strict": "keeping every cell",
     "slide": "sliding",
+    "topology": "joining tetrahedra anew",
     "end": "done",
 }
 

@@ -85,7 +85,7 @@ Exit codes: 0 done, 2 some file could not be read, 130 interrupted.""",
         "Repair: mend the bad cells of a mesh, or raise all.",
         """Repair a mesh: mend the cells that are invalid or below the target by moving points near them; all else stays to the last bit.
 
-Points move in rings around bad cells that grow only while it helps, and good cells keep their sizes. With [bold]--everywhere[/bold] all points move: the worst cells are made as good as they can be, and the mean is raised. Cells, their numbering, data and regions stay. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
+Points move in rings around bad cells that grow only while it helps, and good cells keep their sizes. With [bold]--everywhere[/bold] all points move: the worst cells are made as good as they can be, and the mean is raised. Cells, their numbering, data and regions stay; with [bold]--topology[/bold] tetrahedra are joined anew. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
 
 [bold]Ctrl-C[/bold] stops at any time and writes the best so far; a second one ends the program, and nothing is written.
 
@@ -94,6 +94,7 @@ Exit codes: 0 no cell is invalid now, 1 some still are (what is better is writte
             "meshgauge improve wing.vtu -o better.vtu",
             "meshgauge improve wing.vtu -o better.vtu --everywhere         [dim]raise the worst and the mean of all[/dim]",
             "meshgauge improve wing.vtu -o better.vtu --boundary slide     [dim]points move on the surface, too[/dim]",
+            "meshgauge improve wing.vtu -o better.vtu --topology           [dim]tetrahedra are joined anew, too[/dim]",
             "meshgauge improve wing.vtu -o better.vtu --undo undo.npz --html page.html",
             "meshgauge improve better.vtu -o wing.vtu --restore undo.npz   [dim]take it back, to the last bit[/dim]",
         ),

@@ -143,6 +143,8 @@ class Gauge:
         target: float = POOR,
         floor: float | None = None,
         size_change: float = 0.1,
+        topology: bool = False,
+        objective: str = "jens",
         strict: bool = False,
         seconds: float | None = None,
         fixed: ArrayLike | None = None,
@@ -178,6 +180,8 @@ class Gauge:
             target=target,
             floor=floor,
             size_change=size_change,
+            topology=topology,
+            objective=objective,
             strict=strict,
             seconds=seconds,
             fixed=fixed,
@@ -188,6 +192,8 @@ class Gauge:
             threads=threads,
             keep_bricks=keep_bricks,
         )
+        if topology:
+            return Improved(improvement.mesh.to_pyvista(), improvement.report)
         copy = self._dataset.copy()
         copy.points = np.array(improvement.mesh.points)
         return Improved(copy, improvement.report)

@@ -19,11 +19,13 @@ from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from . import report as records
 from .acceptance import is_below, n_unusable, status_counts
+from .alternate import Way, alternate
 from .claims import Promise
-from .constraints import Constraints, constraints_of, fixed_mask
+from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
 from .patch import Patch, patch_around, whole_patch
 from .reasons import reasons, verdict
+from .reconnection import OBJECTIVES
 from .report import RepairReport
 from .run import Progress
 from .sizes import size_change as change_of_sizes
@@ -82,6 +84,8 @@ def improve(
     target: float = POOR,
     floor: float | None = None,
     size_change: float = SIZE_CHANGE,
+    topology: bool = False,
+    objective: str = OBJECTIVES[0],
     strict: bool = False,
     seconds: float | None = None,
     fixed: ArrayLike | None = None,
@@ -117,8 +121,14 @@ def improve(
     size_change
         Without ``everywhere``: by which share a cell of J_ENS 0.9 or more may change its volume, and its height if it
         is a wedge or hexahedron whose longest edge is more than five times its shortest.
+    topology
+        True: tetrahedra are joined anew, too (flips, removal of edges and faces, collapses, new points), in turn with
+        moving points. Faces of the boundary, between regions and to cells of other types stay. The mesh has other
+        cells then; its data ``meshgauge:old_point`` and ``meshgauge:old_cell`` tell which each was, -1 if it is new.
+    objective
+        With ``topology``: what joining anew raises: "jens", or "dihedral", the least sine of the dihedral angles.
     strict
-        No cell ends with less than it began with.
+        No cell ends with less than it began with; no new one has less than the worst had.
     seconds
         Time after which the best so far is the result; None: no limit.
     fixed
@@ -159,11 +169,24 @@ def improve(
         threads=threads,
         everywhere=everywhere,
         size_change=size_change,
+        topology=topology,
+        objective=objective,
     )
     _check(options, floor)
     start = time.monotonic()
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
     held = fixed_mask(fixed, mesh.n_points)
+    if topology:
+
+        def move(mesh: Mesh, fixed: Mask, seconds: float | None) -> Improvement:
+            return improve(
+                mesh, everywhere=everywhere, boundary=boundary, target=target, floor=floor, size_change=size_change,
+                strict=strict, seconds=seconds, fixed=fixed, surface=surface, feature_angle=feature_angle,
+                progress=progress, should_stop=should_stop, threads=threads, keep_bricks=keep_bricks,
+            )  # fmt: skip
+
+        way = Way(move, options, progress, should_stop)
+        return Improvement(*alternate(before, held, way))
     if everywhere:
         patch = whole_patch(before)
     else:
@@ -235,6 +258,8 @@ def _check(options: Options, floor: float | None) -> None:
         raise MeshError(f"size_change is {options.size_change}, expected a share of 0 or more")
     if options.seconds is not None and not options.seconds > 0.0:
         raise MeshError(f"seconds is {options.seconds}, expected a time above 0")
+    if options.objective not in OBJECTIVES:
+        raise MeshError(f"objective is {options.objective!r}, expected one of {', '.join(OBJECTIVES)}")
     if options.surface is not None and not options.slides:
         raise MeshError("a surface to slide on needs boundary='slide'")
 

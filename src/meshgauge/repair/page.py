@@ -14,6 +14,7 @@ from ..report.html.charts import histograms, lowest
 from ..report.html.page import page
 from ..report.html.section import BUDGET, Section, section
 from ..report.verdict import verdict
+from .alternate import OLD_CELL, OLD_POINT
 from .page_progress import progress_chart
 from .page_report import claims, history, tree
 
@@ -49,7 +50,7 @@ def improve_page(report: Any, before: Quality, after: Quality, *, title: str = "
         entries have ``seconds`` and ``worst`` (``mean`` and ``phase`` as well), its ``claims`` are listed if they have
         ``holds``, ``name`` and ``text``, its ``verdict`` leads; every other key is shown as it is.
     before, after
-        Of the same cells: only the points may differ.
+        Of the same cells, other points; or with data that tell which of them stayed, as `alternate` makes them.
     title
         Of the page; by default the name of the file.
     bins
@@ -65,12 +66,13 @@ def improve_page(report: Any, before: Quality, after: Quality, *, title: str = "
 
 def improve_section(report: Any, before: Quality, after: Quality, *, bins: int = 20, budget: int = BUDGET) -> Section:
     """A section about one improvement; parameters and errors as `improve_page`."""
-    if not np.array_equal(before.mesh.connectivity, after.mesh.connectivity):
+    is_same = not _has_other_cells(before, after)
+    if not is_same and OLD_CELL not in after.mesh.cell_data:
         raise MeshError("before and after have different cells, expected the same with other points")
     plain = report.to_dict() if hasattr(report, "to_dict") else report
     plain = dict(plain) if isinstance(plain, Mapping) else {}
     path = before.mesh.path or after.mesh.path or "mesh"
-    made = section(after, FileReport.of(after, path=path), bins=bins, budget=budget, before=before)
+    made = section(after, FileReport.of(after, path=path), bins=bins, budget=budget, before=before if is_same else None)
     was, now = before.summary(), made.summary
     start = min(lowest(was, bins), lowest(now, bins))
     return replace(
@@ -91,11 +93,18 @@ def improve_section(report: Any, before: Quality, after: Quality, *, bins: int =
 
 
 def change(before: Quality, after: Quality) -> Change:
-    """Compare every cell and every point with itself."""
+    """Compare every cell and every point with itself; those that only one of the two has are left out."""
+    cells, points = after.mesh.cell_data.get(OLD_CELL), after.mesh.point_data.get(OLD_POINT)
+    was, now = before.values, after.values
+    old, new = np.asarray(before.mesh.points, np.float64), np.asarray(after.mesh.points, np.float64)
+    if cells is not None and points is not None and _has_other_cells(before, after):
+        was, now, ids = was[cells[cells >= 0]], now[cells >= 0], cells[cells >= 0]
+        old, new = old[points[points >= 0]], new[points >= 0]
+    else:
+        ids = np.arange(len(was))
     with np.errstate(invalid="ignore", over="ignore"):
-        gain = after.values - before.values
-        way = np.linalg.norm(after.mesh.points.astype(np.float64) - before.mesh.points.astype(np.float64), axis=1)
-        finite = before.mesh.points[np.isfinite(before.mesh.points).all(axis=1)].astype(np.float64)
+        gain, way = now - was, np.linalg.norm(new - old, axis=1)
+        finite = old[np.isfinite(old).all(axis=1)]
         diagonal = float(np.linalg.norm(np.ptp(finite, axis=0))) if len(finite) else 0.0
     measured = gain[~np.isnan(gain)]
     worst = int(np.nanargmin(gain)) if len(measured) and measured.min() < 0 else -1
@@ -104,11 +113,15 @@ def change(before: Quality, after: Quality) -> Change:
         n_better=int(np.count_nonzero(measured > 0)),
         n_same=int(np.count_nonzero(measured == 0)),
         n_worse=int(np.count_nonzero(measured < 0)),
-        cell=worst,
-        was=float(before.values[worst]) if worst >= 0 else np.nan,
-        now=float(after.values[worst]) if worst >= 0 else np.nan,
+        cell=int(ids[worst]) if worst >= 0 else -1,
+        was=float(was[worst]) if worst >= 0 else np.nan,
+        now=float(now[worst]) if worst >= 0 else np.nan,
         n_moved=int(np.count_nonzero(way > 0)),
         n_points=len(way),
         farthest=farthest,
         share=farthest / diagonal if diagonal else 0.0,
     )
+
+
+def _has_other_cells(before: Quality, after: Quality) -> bool:
+    return not np.array_equal(before.mesh.connectivity, after.mesh.connectivity)

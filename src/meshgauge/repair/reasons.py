@@ -105,7 +105,7 @@ def verdict(
     bad = [n_unusable(q) for q in (before, after)]
     flaw = [_flaw(q, n) for q, n in zip((before, after), bad, strict=True)]
     worst = [float(np.nanmin(q.values)) for q in (before, after)]
-    mean = [float(np.nanmean(q.values[solid])) for q in (before, after)]
+    mean = [float(np.nanmean(q.values[is_solid(q.status)])) for q in (before, after)]
     if np.array_equal(before.mesh.points, after.mesh.points):
         if broken:
             return "refused", f"Nothing was changed, since a claim would not have held: {broken[0]}."

@@ -49,6 +49,17 @@ class WorsenedCell:
 
 
 @dataclass(frozen=True, slots=True)
+class CellChanges:
+    """Which cells were replaced by others: tetrahedra whose points were joined anew."""
+
+    n_cells: tuple[int, int]  #: before and after
+    n_new_cells: int
+    n_new_points: int
+    n_gone_points: int  #: of the mesh given, that no cell has any more
+    operations: dict[str, int]  #: how often each was done: edges removed, faces removed, points moved, ...
+
+
+@dataclass(frozen=True, slots=True)
 class Claim:
     """Something that was checked on the result, after it was made."""
 
@@ -149,6 +160,7 @@ class RepairReport:
     evaluations: int
     notes: tuple[str, ...]
     options: dict[str, Any]
+    reconnection: CellChanges | None = None
 
     __repr__ = brief
 
@@ -182,6 +194,7 @@ class RepairReport:
             "worse": [asdict(one) for one in self.worse],
             "displacement": asdict(self.displacement),
             "sizes": asdict(self.sizes),
+            "reconnection": None if self.reconnection is None else asdict(self.reconnection),
             "volume": list(self.volume),
             "surface": list(self.surface),
             "region_volumes": {name: list(pair) for name, pair in self.region_volumes.items()},

@@ -108,10 +108,11 @@ def _by_type(rows: list[tuple[str, Tally, Tally]], *, ascii_only: bool, bars: bo
     table = new_table("cells", *names)
     table.columns[1].justify = "left"
     for name, *pair in rows:
+        is_other = pair[0].n_cells != pair[1].n_cells
         for when, tally in zip(("before", "after"), pair, strict=True):
             at = tally.quantiles()
             table.add_row(
-                Text(f"{style.number(tally.n_cells)} {name}" if when == "before" else "", "bold"),
+                Text(f"{style.number(tally.n_cells)} {name}" if tally is pair[0] or is_other else "", "bold"),
                 Text(when, "dim"),
                 count(tally.n_invalid, "invalid"),
                 count(tally.n_poor, "poor"),
@@ -159,6 +160,10 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
         f"{style.plural(moved.n_points, 'point')} moved ({share(moved.share)} of all), by at most {moved.largest:.4g} "
         f"({share(moved.largest_share)} of the diagonal)"
     ]
+    if (joined := report.reconnection) is not None:
+        cells, done = joined.n_cells, [f"{style.number(n)} {what}" for what, n in joined.operations.items() if n]
+        lines.insert(0, f"tetrahedra joined anew: {style.number(cells[0])} → {style.number(cells[1])} cells, "
+                        f"{style.number(joined.n_new_cells)} of them new; {', '.join(done)}")  # fmt: skip
     if moved.n_boundary:
         lines.append(
             f"{style.number(moved.n_boundary)} of them on the boundary, by at most {moved.boundary_largest:.4g}; "

@@ -53,6 +53,8 @@ class Options:
     threads: int | None
     everywhere: bool
     size_change: float
+    topology: bool
+    objective: str
 
     @property
     def slides(self) -> bool:
@@ -67,6 +69,8 @@ class Options:
             "floor": self.floor if self.everywhere else None,
             "size_change": None if self.everywhere else self.size_change,
             "strict": self.strict,
+            "topology": self.topology,
+            "objective": self.objective if self.topology else None,
             "seconds": self.seconds,
         }
 

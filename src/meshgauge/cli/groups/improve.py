@@ -24,6 +24,13 @@ class Boundaries(StrEnum):
     slide = "slide"
 
 
+class Objectives(StrEnum):
+    """What joining tetrahedra anew raises."""
+
+    jens = "jens"
+    dihedral = "dihedral"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Goal:
     """What to reach: keyword arguments of `meshgauge.improve` under the same names."""
@@ -56,6 +63,12 @@ class Goal:
             WHAT,
         ),
     ] = 0.1
+    topology: Annotated[
+        bool, option("--topology", None, "Join tetrahedra anew, too: other cells, the same boundary.", WHAT)
+    ] = False
+    objective: Annotated[
+        Objectives, option("--objective", None, "With --topology: what joining anew raises.", WHAT)
+    ] = Objectives.jens
     strict: Annotated[bool, option("--strict", None, "No cell ends worse than it began.", WHAT)] = False
     seconds: Annotated[float | None, option("--time", "S", "Stop after these seconds.", WHAT, default="no limit")] = (
         None
@@ -63,7 +76,7 @@ class Goal:
 
     def arguments(self) -> dict[str, Any]:
         """As keyword arguments of `meshgauge.improve`."""
-        return asdict(self) | {"boundary": self.boundary.value}
+        return asdict(self) | {"boundary": self.boundary.value, "objective": self.objective.value}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

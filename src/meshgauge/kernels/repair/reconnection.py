@@ -1,0 +1,240 @@
+"""Passes over tetrahedra that join their points anew, and sweeps over points that move them.
+
+Each operation is done only if what it raises gains. None touches a face that has one tetrahedron only or lies between
+two regions, none makes an edge or a face that is there already, and all keep the signed volume: the outer faces of what
+is replaced stay.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from ..arrays import Int64Array
+from ..jit import inlined, kernel
+from .cavities import collapse, insertion
+from .flips import edge_removal, face_removal
+from .tetrahedra import FIXED, LEAST, MEAN, NOW, Id, Scratch, Tetrahedra, quality_at, quality_of
+
+
+@kernel
+def raise_least(t: Tetrahedra, s: Scratch, order: Int64Array, threshold: float, gain: float, done: Int64Array) -> int:
+    """Try all operations on cells below a threshold, in their order; each cell is changed at most once.
+
+    Parameters
+    ----------
+    t, s
+        The cells, changed in place, and room to work.
+    order
+        Cells.
+    gain
+        What the least quality of the cells that an operation replaces must gain.
+    done
+        ``(5,)`` counts of edge removals, face removals, ascents, collapses and insertions: added to.
+
+    Returns the number of cells that were changed.
+    """
+    n_changed = 0
+    for cell in order:
+        if t.nodes[cell, 0] < 0 or not t.quality[cell] < threshold or t.changed[cell] == t.counts[NOW]:
+            continue
+        if _connect(t, s, cell, LEAST, 0.0, 0.0, gain, done):
+            n_changed += 1
+            continue
+        moved = False
+        for m in range(4):
+            point = np.int64(t.nodes[cell, m])
+            if t.marks[point] & FIXED == 0 and _ascent(t, s, point, gain):
+                done[2] += 1
+                moved = True
+        if moved or _collapse_one(t, s, cell, LEAST, 0.0, 0.0, gain, done):
+            n_changed += 1
+        elif insertion(t, s, cell, gain):
+            done[4] += 1
+            n_changed += 1
+    return n_changed
+
+
+@kernel
+def raise_mean(
+    t: Tetrahedra, s: Scratch, order: Int64Array, mean: float, floor: float, gain: float, done: Int64Array
+) -> int:
+    """Remove edges and faces, and collapse edges, where the sum of quality over the mean gains.
+
+    Parameters
+    ----------
+    mean
+        Of all cells: what a cell more must be worth.
+    floor
+        No operation leaves a cell below this that is below what the operation replaces.
+
+    The others are as for `raise_least`.
+    """
+    n_changed = 0
+    for cell in order:
+        if t.nodes[cell, 0] < 0 or t.changed[cell] == t.counts[NOW]:
+            continue
+        if _connect(t, s, cell, MEAN, mean, floor, gain, done) or _collapse_one(
+            t, s, cell, MEAN, mean, floor, gain, done
+        ):
+            n_changed += 1
+    return n_changed
+
+
+@inlined
+def _connect(
+    t: Tetrahedra, s: Scratch, cell: Id, mode: int, mean: float, floor: float, gain: float, done: Int64Array
+) -> bool:
+    for i in range(4):
+        for j in range(i):
+            a, b = np.int64(t.nodes[cell, i]), np.int64(t.nodes[cell, j])
+            if edge_removal(t, s, a, b, mode, mean, floor, gain):
+                done[0] += 1
+                return True
+    t.tried[cell] = t.counts[NOW]
+    for f in range(4):
+        if face_removal(t, s, cell, f, mode, mean, floor, gain):
+            done[1] += 1
+            return True
+    return False
+
+
+@inlined
+def _collapse_one(
+    t: Tetrahedra, s: Scratch, cell: Id, mode: int, mean: float, floor: float, gain: float, done: Int64Array
+) -> bool:
+    for i in range(4):
+        for j in range(4):
+            if i != j:
+                a, b = np.int64(t.nodes[cell, i]), np.int64(t.nodes[cell, j])
+                if collapse(t, s, a, b, mode, mean, floor, gain):
+                    done[3] += 1
+                    return True
+    return False
+
+
+@inlined
+def _star(t: Tetrahedra, point: Id, x: float, y: float, z: float, stop: float) -> float:
+    """The least quality of the cells at a point if it stood at x y z; below ``stop`` as soon as it is known to be."""
+    least = 3.0
+    corner = t.heads[point]
+    while corner >= 0:
+        n = t.nodes[corner >> 2]
+        m = corner & 3
+        if m == 0:
+            q = quality_at(x, y, z, t.points, n[1], n[2], n[3], t.objective)
+        elif m == 1:
+            q = quality_at(x, y, z, t.points, n[0], n[3], n[2], t.objective)
+        elif m == 2:
+            q = quality_at(x, y, z, t.points, n[0], n[1], n[3], t.objective)
+        else:
+            q = quality_at(x, y, z, t.points, n[0], n[2], n[1], t.objective)
+        if q < least:
+            least = q
+            if least <= stop:
+                return least
+        corner = t.after[corner]
+    return least
+
+
+@inlined
+def _ascent(t: Tetrahedra, s: Scratch, point: Id, gain: float) -> bool:
+    """Move a point to where the least quality of its cells is higher, by a search with shrinking steps."""
+    x, y, z = t.points[point, 0], t.points[point, 1], t.points[point, 2]
+    had = 3.0
+    corner = t.heads[point]
+    while corner >= 0:
+        had = min(had, t.quality[corner >> 2])
+        corner = t.after[corner]
+    best, step = had, 0.15 * t.sizes[point]
+    end = 0.06 * step
+    while step > end:
+        moved = False
+        for d in range(len(s.directions)):
+            a, b, c = x + step * s.directions[d, 0], y + step * s.directions[d, 1], z + step * s.directions[d, 2]
+            q = _star(t, point, a, b, c, best + 1e-9)
+            if q > best + 1e-9:
+                best, x, y, z, moved = q, a, b, c, True
+        if not moved:
+            step *= 0.5
+    if not best > had + gain:
+        return False
+    t.points[point, 0], t.points[point, 1], t.points[point, 2] = x, y, z
+    corner = t.heads[point]
+    while corner >= 0:
+        n = t.nodes[corner >> 2]
+        t.quality[corner >> 2] = quality_of(t, n[0], n[1], n[2], n[3])
+        corner = t.after[corner]
+    return True
+
+
+@inlined
+def _sum(t: Tetrahedra, point: Id, x: float, y: float, z: float, bound: float) -> float:
+    """The sum of quality over the cells at a point if it stood at x y z; -inf if one is below the bound."""
+    total = 0.0
+    corner = t.heads[point]
+    while corner >= 0:
+        n = t.nodes[corner >> 2]
+        m = corner & 3
+        if m == 0:
+            q = quality_at(x, y, z, t.points, n[1], n[2], n[3], t.objective)
+        elif m == 1:
+            q = quality_at(x, y, z, t.points, n[0], n[3], n[2], t.objective)
+        elif m == 2:
+            q = quality_at(x, y, z, t.points, n[0], n[1], n[3], t.objective)
+        else:
+            q = quality_at(x, y, z, t.points, n[0], n[2], n[1], t.objective)
+        if q < bound:
+            return -np.inf
+        total += q
+        corner = t.after[corner]
+    return total
+
+
+@kernel
+def smooth(t: Tetrahedra, order: Int64Array, floor: float) -> float:
+    """Move each point up the gradient of the sum of its cells; none falls below their least, or below a floor.
+
+    Returns how much the sum has gained.
+    """
+    gained = 0.0
+    for point in order:
+        if t.marks[point] & FIXED or t.heads[point] < 0:
+            continue
+        x, y, z = t.points[point, 0], t.points[point, 1], t.points[point, 2]
+        least, total = 3.0, 0.0
+        corner = t.heads[point]
+        while corner >= 0:
+            least = min(least, t.quality[corner >> 2])
+            total += t.quality[corner >> 2]
+            corner = t.after[corner]
+        h = 1e-3 * t.sizes[point]
+        gx = _sum(t, point, x + h, y, z, -2.0) - _sum(t, point, x - h, y, z, -2.0)
+        gy = _sum(t, point, x, y + h, z, -2.0) - _sum(t, point, x, y - h, z, -2.0)
+        gz = _sum(t, point, x, y, z + h, -2.0) - _sum(t, point, x, y, z - h, -2.0)
+        norm = sqrt(gx * gx + gy * gy + gz * gz)
+        if not norm > 0.0:
+            continue
+        bound = min(least, floor)
+        step, best, factor = 0.2 * t.sizes[point] / norm, total, 0.0
+        for _ in range(5):
+            q = _sum(t, point, x + step * gx, y + step * gy, z + step * gz, bound)
+            if q > best:
+                best, factor = q, step
+            elif factor > 0.0:
+                break
+            step *= 0.5
+        if factor > 0.0 and best > total + 1e-6:
+            gained += best - total
+            t.points[point, 0], t.points[point, 1], t.points[point, 2] = (
+                x + factor * gx,
+                y + factor * gy,
+                z + factor * gz,
+            )
+            corner = t.heads[point]
+            while corner >= 0:
+                n = t.nodes[corner >> 2]
+                t.quality[corner >> 2] = quality_of(t, n[0], n[1], n[2], n[3])
+                corner = t.after[corner]
+    return gained

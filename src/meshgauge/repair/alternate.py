@@ -1,0 +1,375 @@
+"""Repair that joins tetrahedra anew and moves points, in turn; what is promised is checked from first to last."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..doctor.points import extent
+from ..mesh import Mesh
+from ..mesh.regions import regions
+from ..mesh.topology import Topology, topology
+from ..quality.measure import Quality, measure
+from ..status import is_usable
+from . import report as records
+from .acceptance import SAME, is_below, is_better, n_unusable, status_counts
+from .claims import UNCHANGED
+from .constraints import Constraints, constraints_of
+from .faces import face_points
+from .reasons import verdict
+from .reconnection import OBJECTIVES, OPERATIONS, reconnect
+from .report import CellChanges, Claim, RepairReport
+from .run import Progress
+from .sizes import GOOD
+from .volumes import KEPT, cone_volumes, volume_and_surface
+from .whole import Options
+
+Mask = NDArray[np.bool_]
+Ids = NDArray[np.int64]
+
+CYCLES = 3
+"""The most times that tetrahedra are joined anew and points are moved after it."""
+
+RINGS = 2
+"""Cells around bad ones that may change, unless all may."""
+
+ENOUGH = 1e-3
+"""A cycle that gives neither the worst nor the mean more than this is the last."""
+
+OLD_POINT, OLD_CELL = "meshgauge:old_point", "meshgauge:old_cell"
+"""Point and cell data of the result: which of the mesh given each is, -1 if it is new."""
+
+
+class Moved(Protocol):
+    """What moving points has reached: an `Improvement`."""
+
+    @property
+    def mesh(self) -> Mesh: ...
+    @property
+    def after(self) -> Quality: ...
+    @property
+    def report(self) -> RepairReport: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """How to go about it.
+
+    Attributes
+    ----------
+    move
+        Moves the points of a mesh, but for those of a mask; in at most so many seconds.
+    options
+        As the user asked.
+    """
+
+    move: Callable[[Mesh, Mask, float | None], Moved]
+    options: Options
+    progress: Callable[[Progress], object] | None = None
+    should_stop: Callable[[], bool] | None = None
+
+
+@dataclass(eq=False)
+class _State:
+    """The mesh as it stands, and which of the first its points and cells are."""
+
+    mesh: Mesh
+    quality: Quality
+    old_points: Ids
+    old_cells: Ids
+    done: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OPERATIONS, 0))
+    history: list[Progress] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    evaluations: int = 0
+
+
+def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Quality, RepairReport]:
+    """The mesh that was reached, what was measured before and after, and the report on all of it.
+
+    Parameters
+    ----------
+    before
+        Of the mesh given.
+    fixed
+        ``(n_points,)`` points that the user wants to stay.
+    way
+        How to go about it.
+    """
+    start = time.monotonic()
+    given = before.source
+    first = constraints_of(before.mesh, before, fixed)
+    state = _State(given, before, np.arange(given.n_points), np.arange(given.n_cells))
+    last: Moved | None = None
+
+    def left() -> float | None:
+        return None if way.options.seconds is None else max(way.options.seconds - (time.monotonic() - start), 1e-3)
+
+    def is_over() -> bool:
+        return (way.should_stop is not None and way.should_stop()) or (
+            way.options.seconds is not None and left() == 1e-3
+        )
+
+    def move() -> Moved:
+        moved = way.move(state.mesh, _now(fixed, state.old_points), left())
+        state.mesh, state.quality = moved.mesh, moved.after
+        offset = time.monotonic() - start - moved.report.seconds
+        state.history += [replace(one, seconds=one.seconds + offset) for one in moved.report.history]
+        state.notes += [note for note in moved.report.notes if note not in state.notes]
+        state.evaluations += moved.report.evaluations
+        return moved
+
+    if n_unusable(before):
+        last = move()
+    for _ in range(CYCLES):
+        if is_over():
+            break
+        had = _standing(state.quality)
+        if not _join(state, before, first, fixed, way, start, is_over):
+            break
+        last = move()
+        if max(now - was for now, was in zip(_standing(state.quality), had, strict=True)) < ENOUGH:
+            break
+    if last is None:
+        last = move()
+    report, after = _report(before, first, state, last, way, start), state.quality
+    given, of_bricks = after.mesh, after.collapsed_from
+    after = replace(
+        after,
+        mesh=numbered(given, state.old_points, state.old_cells),
+        collapsed_from=None if of_bricks is None else numbered(of_bricks, state.old_points, state.old_cells),
+    )
+    return after.source, before, after, report
+
+
+def _join(
+    state: _State,
+    before: Quality,
+    first: Constraints,
+    fixed: Mask,
+    way: Way,
+    start: float,
+    is_over: Callable[[], bool],
+) -> bool:
+    """Join tetrahedra anew in the mesh as it stands; False if nothing changes, or if it would break a promise."""
+    quality = state.quality
+    near = None
+    if not way.options.everywhere:
+        near = _near(quality, is_below(quality, way.options.target)) & ~(quality.values >= GOOD)
+    constraints = constraints_of(quality.mesh, quality, _now(fixed, state.old_points))
+
+    def progress(worst: float, mean: float) -> None:
+        if way.progress is not None:
+            seconds = time.monotonic() - start
+            way.progress(Progress("topology", seconds, worst, mean, 0, state.evaluations))
+
+    joined = reconnect(
+        state.mesh,
+        constraints,
+        cells=near,
+        objective=way.options.objective,
+        progress=progress,
+        should_stop=is_over,
+        strict=way.options.strict,
+    )
+    if joined is None:
+        return False
+    rows = [before.rows[name] for name in before.metrics]
+    after = measure(joined.mesh, metrics=rows, threads=way.options.threads, keep_bricks=before.mesh is before.source)
+    old_points, old_cells = _through(state.old_points, joined.old_points), _through(state.old_cells, joined.old_cells)
+    checked = claims(before, first, after, old_points, old_cells, way)
+    broken = [one.text for one in checked if not one.holds]
+    if broken or (way.options.objective == OBJECTIVES[0] and not is_better(after, quality)):
+        state.notes += [f"Tetrahedra joined anew were taken back; else this would not hold: {text}." for text in broken]
+        return False
+    state.mesh, state.quality = joined.mesh, after
+    state.old_points, state.old_cells = old_points, old_cells
+    for name, n in joined.done.items():
+        state.done[name] += n
+    return True
+
+
+def _through(old: Ids, newer: Ids) -> Ids:
+    """The first ids by way of those of a mesh between."""
+    return np.where(newer < 0, -1, old[np.maximum(newer, 0)])
+
+
+def _now(fixed: Mask, old_points: Ids) -> Mask:
+    """The mask of points of the first mesh, for those of one made from it."""
+    mask: Mask = (old_points >= 0) & fixed[np.maximum(old_points, 0)]
+    return mask
+
+
+def _near(quality: Quality, bad: Mask) -> Mask:
+    """Bad cells and those within `RINGS` of them."""
+    mesh, near = quality.mesh, bad.copy()
+    owner = np.repeat(np.arange(mesh.n_cells), np.diff(mesh.offsets))
+    for _ in range(RINGS):
+        touched = np.zeros(mesh.n_points, np.bool_)
+        touched[mesh.connectivity[near[owner]]] = True
+        near[owner[touched[mesh.connectivity]]] = True
+    return near
+
+
+def _standing(quality: Quality) -> tuple[float, float]:
+    return float(np.nanmin(quality.values)), float(np.nanmean(quality.values))
+
+
+def claims(
+    before: Quality, constraints: Constraints, after: Quality, old_points: Ids, old_cells: Ids, way: Way
+) -> tuple[Claim, ...]:
+    """What is promised of a mesh with other cells, each with whether it holds.
+
+    Parameters
+    ----------
+    before, constraints
+        Of the mesh given.
+    after
+        Of the other.
+    old_points, old_cells
+        Which of the first each point and cell of the other is, -1 if it is new.
+    way
+        How it was made.
+    """
+    old, new = before.mesh, after.mesh
+    held = np.flatnonzero(constraints.pinned if way.options.slides else constraints.fixed)
+    place = np.full(old.n_points, -1, np.int64)
+    place[old_points[old_points >= 0]] = np.flatnonzero(old_points >= 0)
+    was = np.asarray(old.points, np.float64)[held]
+    now = np.where((place[held] >= 0)[:, None], np.asarray(new.points, np.float64)[place[held]], np.inf)
+    stays = old_cells >= 0
+    of_old = old_cells[stays]
+    usable = is_usable(before.status, old.purpose), is_usable(after.status, new.purpose)
+    lost = bool((usable[0][of_old] & ~usable[1][stays]).any())
+    worst = _standing(before)[0], _standing(after)[0]
+    faces, regions_of = (constraints.topology, topology(new)), (constraints.region_ids, regions(new)[0])
+    names = np.arange(old.n_points), np.where(old_points < 0, old.n_points + np.arange(new.n_points), old_points)
+    volumes, volumes_now = (_volumes(*one) for one in zip(faces, regions_of, (old.points, new.points), strict=True))
+    total = float(np.abs(volumes).sum())
+    most = KEPT if way.options.slides else UNCHANGED
+    is_same = len(volumes) == len(volumes_now) and bool(np.abs(volumes - volumes_now).max() <= most * total)
+    kept = [
+        _equal(*(_faces(*one, between_regions=between) for one in zip(faces, names, regions_of, strict=True)))
+        for between in (False, True)
+    ]
+    changed = f"has changed by at most {100 * KEPT:g} % of the whole" if way.options.slides else "is unchanged"
+    result = [
+        Claim("fixed", was.tobytes() == now.tobytes(), _stay(len(held))),
+        Claim(
+            "valid",
+            not lost and n_unusable(after) <= n_unusable(before),
+            "no cell that was valid is invalid, inside too, nor are there more invalid cells than before",
+        ),
+        Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),
+        Claim("boundary", kept[0], "the faces of the boundary are the same"),
+        Claim(
+            "conformity",
+            faces[1].n_multiple <= faces[0].n_multiple,
+            "cells meet at whole faces: none is of three cells that was not",
+        ),
+        Claim("volume", is_same, f"the volume, also of each region, {changed}"),
+    ]
+    if len(volumes) > 1:
+        result.append(Claim("interfaces", kept[1], "the faces between regions are the same"))
+    if way.options.strict:
+        with np.errstate(invalid="ignore"):
+            fell = bool((after.values[stays] < before.values[of_old] - SAME).any())
+        result.append(Claim("strict", not fell, "no cell that stays has less than it began with"))
+    return tuple(result)
+
+
+def _volumes(faces: Topology, region_ids: Ids, points: NDArray[np.floating]) -> NDArray[np.float64]:
+    """``(n_regions,)`` the sum of the signed volumes of the cells of each region, not of what its boundary encloses."""
+    volumes = cone_volumes(faces, np.arange(len(faces.cells)), points)
+    out = np.zeros(int(region_ids.max(initial=-1)) + 1)
+    np.add.at(out, region_ids[faces.cells], volumes)
+    return out
+
+
+def _stay(n: int) -> str:
+    if n == 1:
+        return "the point that must stay is where it was, to the last bit"
+    return f"the {n:,} points that must stay are where they were, to the last bit"
+
+
+def _faces(faces: Topology, names: Ids, region_ids: Ids, *, between_regions: bool) -> Ids:
+    """Faces of the boundary or between regions: their points by the names given, ascending, filled up with -1."""
+    if between_regions:
+        pairs, region = faces.pairs(), region_ids[faces.cells]
+        slots = pairs[region[pairs[:, 0]] != region[pairs[:, 1]], 0]
+    else:
+        slots = np.flatnonzero(faces.mates < 0)
+    points, offsets = face_points(faces, slots)
+    sizes = np.diff(offsets)
+    rows = np.full((len(slots), int(sizes.max(initial=3))), -1, np.int64)
+    owner = np.repeat(np.arange(len(slots)), sizes)
+    rows[owner, np.arange(len(points)) - offsets[owner]] = names[points]
+    return np.sort(rows, axis=1)
+
+
+def _equal(a: Ids, b: Ids) -> bool:
+    """True if two tables have the same rows, in whatever order."""
+    if a.shape != b.shape:
+        return False
+    tables = (np.unique(table, axis=0, return_counts=True) for table in (a, b))
+    return all(np.array_equal(x, y) for x, y in zip(*tables, strict=True))
+
+
+def _report(before: Quality, first: Constraints, state: _State, last: Moved, way: Way, start: float) -> RepairReport:
+    """The report of the last step, with what spans all of them in it."""
+    after, same = state.quality, state.old_points >= 0
+    old, new = np.asarray(before.mesh.points, np.float64), np.asarray(after.mesh.points, np.float64)
+    now = old.copy()
+    now[state.old_points[same]] = new[same]
+    # For each cell of the mesh given what it has now; those that are gone have lost nothing.
+    values = before.values.copy()
+    stays = state.old_cells >= 0
+    values[state.old_cells[stays]] = after.values[stays]
+    n_worse, worse, largest, mean = records.losses(before, replace(before, values=values))
+    checked = claims(before, first, after, state.old_points, state.old_cells, way)
+    broken = [one.text for one in checked if not one.holds]
+    outcome, text = verdict(before, after, way.options.target, last.report.ceiling, slides=True, broken=broken)
+    measured = volume_and_surface(first.topology, old), volume_and_surface(topology(after.mesh), new)
+    volume, surface = zip(*measured, strict=True)
+    deviation, diagonal, n_points = last.report.displacement.deviation, extent(old)[1], len(old)
+    return replace(
+        last.report,
+        verdict=text,
+        outcome=outcome,
+        before=before.summary(),
+        after=after.summary(),
+        status_before=status_counts(before),
+        status_after=status_counts(after),
+        claims=checked,
+        n_below_before=int(np.count_nonzero(is_below(before, way.options.target))),
+        n_worse=n_worse,
+        worse=worse,
+        largest_loss=largest,
+        mean_loss=mean,
+        displacement=records.displacement(old, now, first.boundary, deviation, diagonal, n_points),
+        volume=volume,
+        surface=surface,
+        reconnection=CellChanges(
+            n_cells=(before.mesh.n_cells, after.mesh.n_cells),
+            n_new_cells=int(np.count_nonzero(~stays)),
+            n_new_points=int(np.count_nonzero(~same)),
+            n_gone_points=len(old) - int(np.count_nonzero(same)),
+            operations=dict(state.done),
+        ),
+        history=tuple(state.history),
+        seconds=time.monotonic() - start,
+        evaluations=state.evaluations,
+        notes=tuple(state.notes),
+        options=way.options.to_dict(),
+    )
+
+
+def numbered(mesh: Mesh, old_points: Ids, old_cells: Ids) -> Mesh:
+    """The mesh with `OLD_POINT` and `OLD_CELL` among its data."""
+    return mesh.replace(
+        point_data={**mesh.point_data, OLD_POINT: old_points}, cell_data={**mesh.cell_data, OLD_CELL: old_cells}
+    )

@@ -1,0 +1,172 @@
+"""A mesh some of whose tetrahedra were replaced: cells in their places, data and regions carried along."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import BY_NAME
+from ..mesh import CellBlock, Mesh
+from ..mesh.labels import LABEL, labels_of
+from ..mesh.mesh import GHOST_TYPE
+from ..mesh.polyhedra import Polyhedra, ragged_positions
+
+LINEAR = BY_NAME["tetra"].vtk_id
+"""The id of the tetrahedra that can be joined anew: those with straight edges."""
+
+Ids = NDArray[np.int64]
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Rejoined:
+    """What has changed.
+
+    Attributes
+    ----------
+    is_replaced
+        ``(n_cells,)`` cells of the mesh that ``nodes`` stand for.
+    nodes
+        ``(n, 4)`` the tetrahedra now, those that are as they were among them.
+    origins
+        ``(n,)`` the cell that each is, or ``-2 - c`` if it is new and stands where ``c`` was.
+    points
+        ``(n_points_now, 3)``: the points of the mesh where they are now, then those that are new.
+    """
+
+    is_replaced: NDArray[np.bool_]
+    nodes: Ids
+    origins: Ids
+    points: Points
+
+
+def rejoined(mesh: Mesh, parts: Rejoined) -> tuple[Mesh, Ids, Ids]:
+    """The new mesh, and for each of its points and cells the old one, -1 if it is new.
+
+    Points that no cell needs any more are gone, those that none needed before are kept. Cell data of a new cell are
+    those of the cell in whose place it stands; point data of a new point are interpolated in the old cell where it is.
+    """
+    is_new = parts.origins < 0
+    places = np.where(is_new, -2 - parts.origins, parts.origins)
+    others = np.flatnonzero(~parts.is_replaced)
+    order = np.lexsort([np.concatenate([np.zeros(len(others), bool), is_new]), np.concatenate([others, places])])
+    source = np.concatenate([others, places])[order]
+    is_tetra = np.concatenate([np.zeros(len(others), bool), np.ones(len(places), bool)])[order]
+    old_cells = np.where(np.concatenate([np.zeros(len(others), bool), is_new])[order], -1, source)
+
+    sizes = np.where(is_tetra, 4, np.diff(mesh.offsets)[source])
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    connectivity = np.empty(offsets[-1], np.int64)
+    kept = ragged_positions(mesh.offsets[source[~is_tetra]].astype(np.int64), sizes[~is_tetra])
+    connectivity[ragged_positions(offsets[:-1][~is_tetra], sizes[~is_tetra])] = mesh.connectivity[kept]
+    nodes = parts.nodes[order[order >= len(others)] - len(others)]
+    connectivity[(offsets[:-1][is_tetra][:, None] + np.arange(4)).reshape(-1)] = nodes.reshape(-1)
+
+    was_used = np.zeros(len(parts.points), np.bool_)
+    was_used[mesh.connectivity] = True
+    is_kept = ~was_used
+    is_kept[mesh.n_points :] = False
+    is_kept[connectivity] = True
+    poly = mesh.polyhedra
+    if poly is not None:
+        is_kept[poly.face_points] = True
+    new_id = np.cumsum(is_kept) - 1
+    old_points = np.flatnonzero(is_kept)
+    old_points = np.where(old_points < mesh.n_points, old_points, -1)
+    bounds = np.searchsorted(source, [block.stop for block in mesh.blocks]).tolist()
+    spans = zip(mesh.blocks, [0, *bounds], bounds, strict=False)
+    result = Mesh(
+        points=parts.points[is_kept],
+        types=np.where(is_tetra, LINEAR, mesh.types[source]).astype(np.uint8),
+        offsets=offsets,
+        connectivity=new_id[connectivity].astype(mesh.connectivity.dtype),
+        polyhedra=_polyhedra(poly, source, new_id) if poly is not None else None,
+        blocks=tuple(CellBlock(block.name, start, stop) for block, start, stop in spans),
+        point_data=_point_data(mesh, parts, np.flatnonzero(is_kept), nodes),
+        cell_data=_cell_data(mesh, source, old_cells),
+        field_data=mesh.field_data,
+        path=mesh.path,
+        notes=mesh.notes,
+        purpose=mesh.purpose,
+        stored=mesh.stored,
+        sources=mesh.sources,
+        copy=False,
+    )
+    return result, old_points, old_cells
+
+
+def _polyhedra(poly: Polyhedra, source: Ids, new_id: Ids) -> Polyhedra:
+    sizes = np.diff(poly.cell_offsets)[source]
+    at = ragged_positions(poly.cell_offsets[source].astype(np.int64), sizes)
+    flipped = poly.flipped[at] if poly.flipped is not None else None
+    offsets = np.concatenate([[0], np.cumsum(sizes)])
+    some = Polyhedra(offsets, poly.cell_faces[at], poly.face_offsets, poly.face_points, flipped, poly.labels)
+    return some.with_points(new_id)
+
+
+def _cell_data(mesh: Mesh, source: Ids, old_cells: Ids) -> dict[str, NDArray[Any]]:
+    data = {name: values[source] for name, values in mesh.cell_data.items()}
+    if (labels := labels_of(mesh, "cell")) is not None:
+        data[LABEL] = _with_new_labels(labels[source], old_cells < 0, labels)
+    return data
+
+
+def _with_new_labels(labels: Ids, is_new: NDArray[np.bool_], given: Ids) -> Ids:
+    """New items get the numbers after the largest that the file has."""
+    labels = labels.copy()
+    labels[is_new] = int(given.max(initial=0)) + 1 + np.arange(int(is_new.sum()))
+    return labels
+
+
+def _point_data(mesh: Mesh, parts: Rejoined, kept: Ids, nodes: Ids) -> dict[str, NDArray[Any]]:
+    """Point data of the points that are kept: those of new ones interpolated where the numbers are no labels."""
+    labels = labels_of(mesh, "point")
+    given = dict(mesh.point_data) | ({} if labels is None else {LABEL: labels})
+    if not given:
+        return {}
+    is_new = kept >= mesh.n_points
+    corners, weights = _old_places(mesh, parts, kept[is_new], nodes)
+    data = {}
+    for name, values in given.items():
+        out = np.zeros((len(kept), *values.shape[1:]), values.dtype)
+        out[~is_new] = values[kept[~is_new]]
+        if name == LABEL and labels is not None:
+            out = _with_new_labels(out, is_new, values)
+        elif values.dtype.kind in "fc":
+            out[is_new] = np.einsum("nm,nm...->n...", weights, values[corners])
+        elif name != GHOST_TYPE:
+            nearest = corners[np.arange(len(corners)), weights.argmax(axis=1)]
+            out[is_new] = values[nearest]
+        data[name] = out
+    return data
+
+
+def _old_places(mesh: Mesh, parts: Rejoined, new: Ids, nodes: Ids) -> tuple[Ids, Points]:
+    """For each new point the nodes of the old tetrahedron where it is, and its weights there, none below 0.
+
+    The old cells asked are those at the places of its cells, and at the old points beside it.
+    """
+    old = np.flatnonzero(parts.is_replaced)
+    old_nodes = np.asarray(mesh.connectivity, np.int64)[mesh.offsets[old][:, None] + np.arange(4)]
+    order = np.argsort(old_nodes, axis=None, kind="stable")
+    starts = np.searchsorted(old_nodes.reshape(-1)[order], np.arange(mesh.n_points + 1))
+    by_cell = np.argsort(nodes, axis=None, kind="stable")
+    firsts = np.searchsorted(nodes.reshape(-1)[by_cell], np.stack([new, new + 1]))
+    corners, weights = np.zeros((len(new), 4), np.int64), np.zeros((len(new), 4))
+    given = np.asarray(mesh.points, np.float64)
+    for row, point in enumerate(new):
+        beside = np.unique(nodes[by_cell[firsts[0, row] : firsts[1, row]] // 4])
+        beside = beside[beside < mesh.n_points]
+        near = np.unique(np.concatenate([order[starts[b] : starts[b + 1]] for b in beside] or [order[:4]]) // 4)
+        x = given[old_nodes[near]]
+        edges = (x[:, 1:] - x[:, :1]).transpose(0, 2, 1)
+        with np.errstate(all="ignore"):
+            inner = np.einsum("nij,nj->ni", np.linalg.pinv(edges), parts.points[point] - x[:, 0])
+        share = np.concatenate([1.0 - inner.sum(axis=1, keepdims=True), inner], axis=1)
+        best = int(np.nanargmax(share.min(axis=1)))
+        clipped = np.maximum(share[best], 0.0)
+        corners[row], weights[row] = old_nodes[near[best]], clipped / clipped.sum()
+    return corners, weights

@@ -1,0 +1,263 @@
+"""Laws of joining tetrahedra anew: what must stay stays, nothing overlaps, and what is raised is higher."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from repair_meshes import shaken
+
+import meshgauge
+from meshgauge import Mesh
+from meshgauge.kernels.repair import cavities, flips, reconnection, tetrahedra
+from meshgauge.kernels.repair.tetrahedra import FIXED, N_CELLS, N_POINTS, Tetrahedra
+from meshgauge.mesh import CellBlock
+from meshgauge.mesh.topology import topology
+from meshgauge.repair.constraints import constraints_of
+from meshgauge.repair.reconnection import OBJECTIVES, Reconnection, reconnect
+
+Faces = Counter[frozenset[int]]
+TETRA, TRIANGLE = 10, 5
+
+
+def delaunay(n: int = 4, seed: int = 0) -> Mesh:
+    """Slivers among others: a grid on the sides of a cube, points at random inside."""
+    from scipy.spatial import Delaunay
+
+    rng = np.random.default_rng(seed)
+    grid = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    sides = grid[((grid == 0) | (grid == n)).any(axis=1)]
+    points = np.concatenate([sides, rng.uniform(0.2, n - 0.2, ((n - 1) ** 3, 3))])
+    cells = Delaunay(points).simplices
+    x = points[cells]
+    volumes = np.einsum("ij,ij->i", x[:, 1] - x[:, 0], np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 0]))
+    cells[volumes < 0] = cells[volumes < 0][:, [1, 0, 2, 3]]
+    return Mesh.from_arrays(points, {"tetra": cells[abs(volumes) > 1e-9]})
+
+
+def rejoin(mesh: Mesh, fixed: NDArray[np.integer] | None = None, **options: object) -> Reconnection:
+    constraints = constraints_of(mesh, meshgauge.measure(mesh), fixed)
+    result = reconnect(mesh, constraints, **options)  # type: ignore[arg-type]
+    assert result is not None
+    return result
+
+
+def faces_of(mesh: Mesh, of_type: int = TETRA) -> Faces:
+    cells = np.flatnonzero(mesh.types == of_type)
+    nodes = [mesh.nodes(int(cell)).tolist() for cell in cells]
+    return Counter(frozenset(c[:i] + c[i + 1 :]) for c in nodes for i in range(4))
+
+
+def volume(mesh: Mesh) -> float:
+    x = np.asarray(mesh.points, np.float64)[mesh.connectivity.reshape(-1, 4)]
+    return float(np.linalg.det(x[:, 1:] - x[:, :1]).sum() / 6.0)
+
+
+@pytest.mark.parametrize("objective", OBJECTIVES)
+@pytest.mark.parametrize("seed", range(3))
+def test_worst_and_mean_rise_and_what_bounds_the_mesh_stays(seed: int, objective: str) -> None:
+    mesh = delaunay(seed=seed)
+    result = rejoin(mesh, objective=objective)
+    before, after = meshgauge.measure(mesh).values, meshgauge.measure(result.mesh).values
+    if objective == "jens":
+        assert after.min() > before.min() + 0.1
+        assert after.mean() > before.mean() + 0.05
+    else:
+        assert _dihedral(result.mesh) > _dihedral(mesh) + 5.0
+    assert volume(result.mesh) == pytest.approx(volume(mesh), rel=1e-13)
+    counts = faces_of(result.mesh)
+    assert max(counts.values()) == 2  # no face of three cells
+    old = result.old_points
+    boundary = {frozenset(old[list(face)].tolist()) for face, n in counts.items() if n == 1}
+    assert boundary == {face for face, n in faces_of(mesh).items() if n == 1}
+    assert len({frozenset(c) for c in result.mesh.connectivity.reshape(-1, 4).tolist()}) == result.mesh.n_cells
+    on_sides = ((mesh.points == 0.0) | (mesh.points == 4.0)).any(axis=1)[old] & (old >= 0)
+    assert np.array_equal(result.mesh.points[on_sides], mesh.points[old[on_sides]])
+
+
+def _dihedral(mesh: Mesh) -> float:
+    """Least distance of a dihedral angle from 0 and from 180 degrees."""
+    x = np.asarray(mesh.points)[mesh.connectivity.reshape(-1, 4)]
+    normals = [
+        np.cross(x[:, j] - x[:, i], x[:, k] - x[:, i]) for i, j, k in ((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1))
+    ]
+    normals = [n / np.linalg.norm(n, axis=1)[:, None] for n in normals]
+    cosines = [-(normals[i] * normals[j]).sum(axis=1) for i in range(4) for j in range(i)]
+    angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
+    return float(min(angles.min(), 180.0 - angles.max()))
+
+
+def test_a_tangled_mesh_keeps_its_signed_volume() -> None:
+    mesh = shaken("tetra", 4, 0.6)
+    assert meshgauge.measure(mesh).values.min() < 0
+    result = rejoin(mesh)
+    assert volume(result.mesh) == pytest.approx(volume(mesh), rel=1e-12)
+    assert max(faces_of(result.mesh).values()) == 2
+    assert meshgauge.measure(result.mesh).values.min() > meshgauge.measure(mesh).values.min()
+
+
+def test_old_cells_are_the_cells_they_were_and_data_follow() -> None:
+    mesh = delaunay()
+    numbers = np.arange(mesh.n_cells)
+    mesh = mesh.replace(
+        cell_data={"number": numbers, "label": numbers + 500},
+        point_data={"x": mesh.points[:, 0], "label": np.arange(mesh.n_points) + 7, "kind": np.arange(mesh.n_points)},
+    )
+    result = rejoin(mesh)
+    same = np.flatnonzero(result.old_cells >= 0)
+    assert 0 < len(same) < result.mesh.n_cells
+    for cell in same:
+        assert np.array_equal(result.old_points[result.mesh.nodes(int(cell))], mesh.nodes(int(result.old_cells[cell])))
+    assert np.array_equal(result.mesh.cell_data["number"][same], result.old_cells[same])
+    labels = result.mesh.cell_data["label"]
+    assert np.array_equal(labels[same], result.old_cells[same] + 500)
+    assert len(np.unique(labels)) == len(labels)
+    new = result.old_points < 0
+    assert new.any()
+    assert np.allclose(result.mesh.point_data["x"][new], result.mesh.points[new, 0], atol=0.3)
+    assert len(np.unique(result.mesh.point_data["label"])) == result.mesh.n_points
+    assert set(result.mesh.point_data["kind"].tolist()) <= set(range(mesh.n_points))
+
+
+def test_linear_point_data_stay_linear_at_new_points() -> None:
+    mesh = delaunay()
+    fixed = np.arange(mesh.n_points)
+    mesh = mesh.replace(point_data={"f": mesh.points @ np.array([1.0, -2.0, 3.0])})
+    result = rejoin(mesh, fixed)
+    assert (result.old_points < 0).any()
+    assert np.allclose(result.mesh.point_data["f"], result.mesh.points @ np.array([1.0, -2.0, 3.0]), atol=1e-9)
+    kept = result.old_points >= 0
+    assert kept.sum() == mesh.n_points  # what the user fixes neither moves nor goes
+    assert np.array_equal(result.mesh.points[kept], mesh.points[result.old_points[kept]])
+
+
+def test_faces_between_regions_stay() -> None:
+    mesh = delaunay()
+    x = mesh.points[mesh.connectivity.reshape(-1, 4)].mean(axis=1)[:, 0]
+    order = np.argsort(x > 2.0, kind="stable")
+    cells = mesh.connectivity.reshape(-1, 4)[order]
+    n = int((x <= 2.0).sum())
+    mesh = Mesh.from_arrays(mesh.points, {"tetra": cells})
+    mesh = mesh.replace(blocks=(CellBlock("left", 0, n), CellBlock("right", n, len(cells))))
+    result = rejoin(mesh)
+    assert [block.name for block in result.mesh.blocks] == ["left", "right"]
+
+    def between(of: Mesh, names: NDArray[np.int64]) -> set[frozenset[int]]:
+        stop = of.blocks[0].stop
+        nodes = names[of.connectivity.reshape(-1, 4)].tolist()
+        parts = [
+            {frozenset(c[:i] + c[i + 1 :]) for c in part for i in range(4)} for part in (nodes[:stop], nodes[stop:])
+        ]
+        return parts[0] & parts[1]
+
+    old = result.old_points
+    kept = between(result.mesh, np.where(old < 0, mesh.n_points + np.arange(len(old)), old))
+    assert kept == between(mesh, np.arange(mesh.n_points))
+    assert len(kept) > 10
+
+
+def test_a_surface_inside_stays() -> None:
+    mesh = delaunay()
+    on_sides = ((mesh.points == 0.0) | (mesh.points == 4.0)).any(axis=1)
+    inner = [sorted(face) for face, n in sorted(faces_of(mesh).items(), key=lambda item: sorted(item[0])) if n == 2]
+    inner = [face for face in inner if on_sides[face].sum() < 3][::5]
+    outer = [sorted(face) for face, n in faces_of(mesh).items() if n == 1]
+    with_surface = Mesh.from_arrays(mesh.points, {"tetra": mesh.connectivity.reshape(-1, 4), "triangle": inner + outer})
+    result = rejoin(with_surface)
+    new = {frozenset(result.old_points[list(face)].tolist()) for face in faces_of(result.mesh)}
+    assert {frozenset(face) for face in inner} <= new
+    assert np.count_nonzero(result.mesh.types == TRIANGLE) == len(inner) + len(outer)
+    without = rejoin(mesh)
+    assert not {frozenset(face) for face in inner} <= {
+        frozenset(without.old_points[list(face)].tolist()) for face in faces_of(without.mesh)
+    }
+
+
+def test_other_cells_and_cells_outside_of_the_mask_stay() -> None:
+    mesh = delaunay()
+    x = mesh.points[mesh.connectivity.reshape(-1, 4)].mean(axis=1)[:, 0]
+    result = rejoin(mesh, cells=x < 2.0)
+    outside = np.flatnonzero(x >= 2.0)
+    assert set(outside.tolist()) <= set(result.old_cells.tolist())
+    points = np.unique(mesh.connectivity.reshape(-1, 4)[outside])
+    where = np.flatnonzero(np.isin(result.old_points, points))
+    assert np.array_equal(result.mesh.points[where], mesh.points[result.old_points[where]])
+    assert topology(result.mesh).n_multiple == 0
+
+
+def test_the_same_every_time() -> None:
+    mesh = delaunay()
+    first, second = rejoin(mesh), rejoin(mesh)
+    assert np.array_equal(first.mesh.points, second.mesh.points)
+    assert np.array_equal(first.mesh.connectivity, second.mesh.connectivity)
+    assert first.done == second.done
+    assert all(first.done[name] for name in ("edges removed", "faces removed", "points moved", "points inserted"))
+
+
+def test_nothing_to_do_is_none() -> None:
+    mesh = Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], {"tetra": [(0, 1, 2, 3)]})
+    assert reconnect(mesh, constraints_of(mesh, meshgauge.measure(mesh), None)) is None
+    hexahedra = shaken("hexahedron", 3, 0.2)
+    assert reconnect(hexahedra, constraints_of(hexahedra, meshgauge.measure(hexahedra), None)) is None
+
+
+def _tetrahedra(points: list[tuple[float, float, float]], cells: list[tuple[int, ...]]) -> Tetrahedra:
+    room, n, m = 200, len(points), len(cells)
+    nodes = np.full((room, 4), -1, np.int32)
+    nodes[:m] = cells
+    x = np.zeros((room, 3))
+    x[:n] = points
+    ints = [np.zeros(room, np.int32) for _ in range(6)]
+    ints[3][:] = -1
+    t = Tetrahedra(
+        x, nodes, np.zeros(room), ints[0], ints[1], ints[2], ints[3], ints[4], np.zeros(4 * room, np.int32),
+        np.zeros(4 * room, np.int32), np.full(room, FIXED, np.uint8), np.ones(room), ints[5], np.array([m, 0, n, 1]), 0,
+    )  # fmt: skip
+    tetrahedra.link(t)
+    return t
+
+
+@pytest.mark.parametrize("n", range(3, 10))
+def test_an_edge_with_any_ring_is_removed(n: int) -> None:
+    # A short edge along z in the middle of a wide ring, lifted at every other point: no cell is good with it.
+    ring = [(np.cos(a), np.sin(a), 0.0) for a in 2 * np.pi * np.arange(n) / n]
+    t = _tetrahedra([(0, 0, -0.9), (0, 0, 0.9), *ring], [(0, 1, 2 + i, 2 + (i + 1) % n) for i in range(n)])
+    t.points[:2, :2] += 0.55  # so close to one side that its cells are thin
+    tetrahedra.link(t)
+    done = np.zeros(5, np.int64)
+    before = t.quality[:n].min()
+    changed = reconnection.raise_least(t, tetrahedra.scratch(), np.arange(n), 1.0, 1e-3, done)
+    alive = np.flatnonzero(t.nodes[: t.counts[N_CELLS], 0] >= 0)
+    if n == 3:
+        assert (changed, len(alive)) == (1, 2)
+    assert t.quality[alive].min() >= before
+    assert done[0] == changed
+    if changed:
+        assert len(alive) == 2 * (n - 2)
+        assert not (t.nodes[alive] == 0).any(axis=1)[(t.nodes[alive] == 1).any(axis=1)].any()
+
+
+def test_limits_are_what_the_room_holds() -> None:
+    room = tetrahedra.scratch()
+    assert len(room.ring) >= flips.RING
+    assert len(room.cells) >= 2 * flips.RING
+    assert len(room.best) >= flips.RING
+    assert len(room.cells) >= cavities.CAVITY
+    assert len(room.faces) >= 2 * cavities.CAVITY + 2
+
+
+def test_no_room_for_points_or_cells_is_no_error() -> None:
+    mesh = delaunay(3)
+    constraints = constraints_of(mesh, meshgauge.measure(mesh), None)
+    from meshgauge.repair import reconnection as driver
+
+    state = driver._state(mesh, constraints, np.ones(mesh.n_cells, bool), 0)
+    n, m = int(state.counts[N_POINTS]), int(state.counts[N_CELLS])
+    tight = state._replace(points=state.points[:n].copy(), nodes=state.nodes[: m + 1].copy())
+    done = np.zeros(5, np.int64)
+    order = np.argsort(tight.quality[:m], kind="stable")
+    reconnection.raise_least(tight, tetrahedra.scratch(), order, 1.0, 1e-3, done)
+    assert done[4] == 0
+    assert tight.counts[N_CELLS] <= m + 1

@@ -1,0 +1,205 @@
+"""Repair that joins tetrahedra anew: what it promises, whole, from the library and from a shell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_reconnection import delaunay, faces_of
+
+import meshgauge
+from meshgauge import Mesh, MeshError
+from meshgauge.cli.main import main
+from meshgauge.repair import alternate
+from meshgauge.repair.alternate import OLD_CELL, OLD_POINT
+from meshgauge.repair.page import change, improve_page
+from meshgauge.repair.report import Claim
+
+
+def with_a_hexahedron(mesh: Mesh) -> Mesh:
+    """Beside it, with cell data, so that cells of two types are in turn."""
+    cube = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)], float) + 10.0
+    nodes = mesh.n_points + np.array([0, 1, 3, 2, 4, 5, 7, 6])
+    tetrahedra = mesh.connectivity.reshape(-1, 4)
+    return Mesh.from_arrays(
+        np.concatenate([mesh.points, cube]),
+        [("tetra", tetrahedra[:50]), ("hexahedron", [nodes]), ("tetra", tetrahedra[50:])],
+        cell_data={"number": np.arange(mesh.n_cells + 1)},
+    )
+
+
+def test_worst_and_mean_pass_what_points_alone_can_do() -> None:
+    mesh = with_a_hexahedron(delaunay())
+    points_only = meshgauge.improve(mesh, everywhere=True, floor=1.0)
+    result = meshgauge.improve(mesh, everywhere=True, floor=1.0, topology=True)
+    assert result.report.after.all.min > points_only.report.after.all.min + 0.05
+    assert result.report.after.all.mean > points_only.report.after.all.mean + 0.02
+    assert all(claim.holds for claim in result.report.claims)
+    names = {claim.name for claim in result.report.claims}
+    assert names == {"fixed", "valid", "worst", "boundary", "conformity", "volume", "interfaces"}
+    changes = result.report.reconnection
+    assert changes is not None
+    assert changes.n_cells == (mesh.n_cells, result.mesh.n_cells)
+    old_cells, old_points = result.mesh.cell_data[OLD_CELL], result.mesh.point_data[OLD_POINT]
+    assert changes.n_new_cells == np.count_nonzero(old_cells < 0)
+    assert changes.n_new_points == np.count_nonzero(old_points < 0)
+    assert mesh.n_points - changes.n_gone_points == np.count_nonzero(old_points >= 0)
+    for cell in np.flatnonzero(old_cells >= 0):
+        assert np.array_equal(old_points[result.mesh.nodes(int(cell))], mesh.nodes(int(old_cells[cell])))
+    assert np.array_equal(result.mesh.cell_data["number"][old_cells >= 0], old_cells[old_cells >= 0])
+    assert result.mesh.type_counts()["hexahedron"] == 1
+    assert result.undo() is mesh
+    assert result.report.to_dict()["options"]["topology"] is True
+    assert result.after.values.min() == pytest.approx(meshgauge.measure(result.mesh).values.min())
+
+
+def test_elsewhere_all_stays_to_the_last_bit() -> None:
+    mesh = delaunay(5)
+    bad = meshgauge.measure(mesh).values < 0.05
+    assert bad.any()
+    result = meshgauge.improve(mesh, everywhere=False, target=0.05, topology=True)
+    old_cells, old_points = result.mesh.cell_data[OLD_CELL], result.mesh.point_data[OLD_POINT]
+    assert 0 < result.report.reconnection.n_new_cells < 0.9 * mesh.n_cells  # type: ignore[union-attr]
+    assert not (meshgauge.measure(result.mesh).values < 0.05).any()
+    kept = old_points >= 0
+    same = (result.mesh.points[kept] == mesh.points[old_points[kept]]).all(axis=1)
+    assert same.sum() > 0.3 * mesh.n_points
+    # What is far from all bad cells: four rings of cells.
+    near = np.zeros(mesh.n_points, bool)
+    near[mesh.connectivity.reshape(-1, 4)[bad]] = True
+    for _ in range(12):
+        cells = near[mesh.connectivity.reshape(-1, 4)].any(axis=1)
+        near[mesh.connectivity.reshape(-1, 4)[cells]] = True
+        if cells.all():
+            break
+    assert set(np.flatnonzero(~cells).tolist()) <= set(old_cells.tolist())
+
+
+def test_no_bad_cell_means_no_change() -> None:
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=False, target=1e-6, topology=True)
+    assert (result.mesh.cell_data[OLD_CELL] == np.arange(mesh.n_cells)).all()
+    assert result.report.outcome == "unchanged"
+
+
+def test_fixed_points_are_neither_moved_nor_removed() -> None:
+    mesh = delaunay()
+    fixed = np.arange(0, mesh.n_points, 3)
+    result = meshgauge.improve(mesh, everywhere=True, topology=True, fixed=fixed)
+    old_points = result.mesh.point_data[OLD_POINT]
+    at = {int(old): n for n, old in enumerate(old_points)}
+    assert np.array_equal(result.mesh.points[[at[int(p)] for p in fixed]], mesh.points[fixed])
+
+
+def test_strict_takes_nothing_from_cells_that_stay() -> None:
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True, strict=True)
+    assert "strict" in {claim.name for claim in result.report.claims if claim.holds}
+    old_cells = result.mesh.cell_data[OLD_CELL]
+    before, after = meshgauge.measure(mesh).values, meshgauge.measure(result.mesh).values
+    assert (old_cells < 0).any()
+    assert after.min() > before.min()
+    assert (after[old_cells >= 0] >= before[old_cells[old_cells >= 0]] - 1e-12).all()
+
+
+def test_the_same_for_one_thread_and_two() -> None:
+    mesh = delaunay()
+    one, two = (meshgauge.improve(mesh, everywhere=True, topology=True, threads=n).mesh for n in (1, 2))
+    assert np.array_equal(one.points, two.points)
+    assert np.array_equal(one.connectivity, two.connectivity)
+
+
+def test_dihedral_angles_can_be_raised_instead() -> None:
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True, objective="dihedral")
+    assert result.report.reconnection is not None
+    assert result.report.options["objective"] == "dihedral"
+    with pytest.raises(MeshError, match="expected one of jens, dihedral"):
+        meshgauge.improve(mesh, topology=True, objective="angle")
+
+
+def test_what_breaks_a_promise_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = alternate.claims
+
+    def broken(before, constraints, after, old_points, old_cells, way):  # type: ignore[no-untyped-def]
+        claims = real(before, constraints, after, old_points, old_cells, way)
+        has_changed = len(old_cells) != before.mesh.n_cells
+        return (*claims, Claim("boundary", not has_changed, "the faces of the boundary are the same"))
+
+    monkeypatch.setattr(alternate, "claims", broken)
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True)
+    assert result.mesh.n_cells == mesh.n_cells
+    assert (result.mesh.cell_data[OLD_CELL] == np.arange(mesh.n_cells)).all()
+    assert any("taken back" in note for note in result.report.notes)
+
+
+@pytest.mark.parametrize("spoil", ["move", "drop", "double", "invert"])
+def test_claims_see_what_is_broken(spoil: str) -> None:
+    mesh = delaunay()
+    before = meshgauge.measure(mesh)
+    constraints = alternate.constraints_of(mesh, before, None)
+    points, cells = np.array(mesh.points), np.array(mesh.connectivity.reshape(-1, 4))
+    old_cells = np.arange(len(cells))
+    if spoil == "move":
+        points[0] += 1e-9
+    elif spoil == "drop":
+        cells, old_cells = cells[1:], old_cells[1:]
+    elif spoil == "double":
+        cells, old_cells = np.concatenate([cells, cells[:1]]), np.append(old_cells, -1)
+    else:
+        cells[5] = cells[5][[1, 0, 2, 3]]
+    changed = Mesh.from_arrays(points, {"tetra": cells})
+    options = alternate.Options("fixed", 0.2, 0.9, False, None, None, 40.0, None, True, 0.1, True, "jens")
+    way = alternate.Way(lambda *_: None, options)  # type: ignore[arg-type,return-value]
+    claims = alternate.claims(before, constraints, meshgauge.measure(changed), np.arange(mesh.n_points), old_cells, way)
+    broken = {claim.name for claim in claims if not claim.holds}
+    expected = {"move": "fixed", "drop": "boundary", "double": "conformity", "invert": "valid"}[spoil]
+    assert {expected, "volume"} <= broken
+
+
+def test_the_page_compares_what_both_have() -> None:
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True)
+    counted = change(result.before, result.after)
+    stays = int(np.count_nonzero(result.mesh.cell_data[OLD_CELL] >= 0))
+    assert counted.n_better + counted.n_same + counted.n_worse == stays
+    page = improve_page(result.report, result.before, result.after)
+    assert "edges removed" in page
+
+
+def test_from_a_shell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    mesh = delaunay()
+    given, better, undo = tmp_path / "given.vtu", tmp_path / "better.vtu", tmp_path / "undo.npz"
+    meshgauge.write(given, mesh)
+    command = ["improve", str(given), "-o", str(better), "--everywhere", "--topology", "--undo", str(undo)]
+    assert main([*command, "--html", str(tmp_path / "page.html")]) == 0
+    out = capsys.readouterr().out
+    assert "tetrahedra joined anew" in out
+    assert "cells meet at whole faces" in out
+    written = meshgauge.read(better)
+    assert written.n_cells != mesh.n_cells
+    assert max(faces_of(written).values()) == 2
+    assert main(["improve", str(better), "-o", str(tmp_path / "back.vtu"), "--restore", str(undo)]) == 0
+    back = meshgauge.read(tmp_path / "back.vtu")
+    assert np.array_equal(back.connectivity, mesh.connectivity)
+    assert back.points.tobytes() == mesh.points.tobytes()
+
+
+def test_a_deck_is_not_replaced_by_other_cells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    deck = tmp_path / "part.inp"
+    meshgauge.write(deck, delaunay())
+    text = deck.read_bytes()
+    assert main(["improve", str(deck), "--in-place", "--topology"]) == 2
+    assert "--in-place takes .vtu, .vtk, .vtkhdf only" in capsys.readouterr().err
+    assert deck.read_bytes() == text
+
+
+@pytest.mark.parametrize(("name", "worst", "mean"), [("msq_mixed-hex-pyr-tet", 0.3, 0.70), ("msq_tire", 0.15, 0.68)])
+def test_real_meshes(shared: Path, name: str, worst: float, mean: float) -> None:
+    mesh = meshgauge.read(shared / "repair" / f"{name}.vtk")
+    result = meshgauge.improve(mesh, everywhere=True, floor=1.0, topology=True)
+    assert all(claim.holds for claim in result.report.claims)
+    assert result.report.after.all.min >= worst
+    assert result.report.after.all.mean >= mean
