@@ -60,6 +60,10 @@ SLOW = {
     "texts without end": text("a.cas", '(0 "x")\n(2 3)\n(0 "' + '\\"' * LONG),
     "quotes without end": text("b.cas", '(0 "x")\n(2 3)\n(0 ' + '"' * LONG),
     "properties of spaces": text("a.ovm", "OVM ASCII\nVertices\n0\nEdges\n0\nFaces\n0\nPolyhedra\n0\n" + " \n" * LONG),
+    "lines without numbers": text(
+        "a.tec", 'VARIABLES = "X" "Y" "Z"\nZONE N=1, E=0, F=FEPOINT\n0 0' + "\n" * LONG + "0\n"
+    ),
+    "a number that repeats nothing": text("b.tec", 'VARIABLES = "X"\nZONE N=1\n' + "1" * LONG + " 1*1\n"),
     "comments and spaces": text("a.ele", " #\n" * 1300 + "x"),
 }
 

@@ -30,9 +30,9 @@ _RECORD = re.compile(
     re.IGNORECASE,
 )
 _NUMBER = re.compile(rb"[-+.]?\d|[-+]?(nan|inf)", re.IGNORECASE)
-_PAIR = re.compile(r'(\w+)\s*=\s*("(?:[^"\\]|\\.)*"|\((?:[^()]|\([^()]*\))*\)|[^\s,()"]+)')
+_PAIR = re.compile(r'(?<!\w)(\w++)\s*=\s*("(?:[^"\\]|\\.)*"|\((?:[^()]|\([^()]*\))*\)|[^\s,()"]+)')
 _QUOTED = re.compile(r'"([^"]*)"|([^\s,"=]+)')
-_REPEATED = re.compile(rb"(\d+)\*(\S+)")
+_REPEATED = re.compile(rb"(?<!\d)(\d++)\*(\S+)")
 _LISTED = re.compile(r"\(?\[([\d,\s-]+)\]\s*=\s*(\w+)|(?<=[(,])\s*(\w+)\s*(?=[,)])")
 _SHAPES = {
     "LINESEG": "line",
@@ -223,7 +223,7 @@ def _values(text: Text, zone: _Zone, before: list[_Values]) -> _Values:
 def _flat(text: Text, zone: _Zone) -> NDArray[np.float64]:
     """All numbers of a zone; ``3*0.5`` stands for three."""
     block = text.rows(zone.first, zone.last).replace(b",", b" ")
-    block = re.sub(rb"^\s*#[^\n]*", b"", block, flags=re.MULTILINE)
+    block = re.sub(rb"^[ \t]*#[^\n]*", b"", block, flags=re.MULTILINE)
     if b"*" in block:
         repeated = sum(int(m[1]) * (len(m[2]) + 1) for m in _REPEATED.finditer(block))
         budget.draw("made", repeated, "repeated numbers", text.fail)
