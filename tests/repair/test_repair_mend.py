@@ -291,3 +291,11 @@ def test_boundary_layers_at_real_size(shared: Path) -> None:
     first = old < 2e-5
     assert first.sum() > 100
     assert (abs(new / old - 1.0)[first] <= 0.01).all()
+
+
+def test_cells_that_rings_do_not_reach_are_improved_together(shared: Path) -> None:
+    mesh = meshgauge.read(shared / "repair" / "msq_pave_cyl.vtk")
+    result = meshgauge.improve(mesh)
+    assert result.report.status_after.get("inverted", 0) == 0
+    assert result.report.n_below < 0.2 * result.report.n_below_before
+    assert result.report.sizes.volume < 1.12

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import MeshError
 from ..look.style import number_of
 from ..quality.measure import Quality
-from .acceptance import accept, is_below, is_better
+from .acceptance import accept, is_below, is_better, n_unusable
 from .ceiling import Ceiling, ceiling
 from .claims import Promise
 from .constraints import Constraints
@@ -160,6 +160,8 @@ def repair(
         if not options.everywhere:
             promise = replace(promise, constraints=_near_bad(outcome, constraints, options))
         _slide(outcome, promise, options)
+    if outcome.quality is before and not outcome.broken:
+        outcome.notes.append("No better mesh was found: the mesh is as it was.")
     reached = np.asarray(outcome.quality.mesh.points, np.float64)
     run.record("end", reached[whole.point_ids[run.points_of_moving]], now=True)
     return outcome
@@ -176,17 +178,22 @@ def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> C
 
 
 def _mend(outcome: Outcome, promise: Promise, points: Points, options: Options) -> None:
-    """Mend what is bad; where that is much of the mesh, all of it is improved first."""
+    """Mend what is bad; where that is much of the mesh, or cells stay invalid, all near them is improved first."""
     run, sizes = outcome.run, promise.constraints.sizes
     assert sizes is not None
     bad = values_of(run.moving, points) < options.target
-    if np.count_nonzero(bad) > MUCH * run.whole.n_cells:
-        _take_moved(outcome, promise, _phases(run, points, outcome.limit, strict=options.strict), options)
-        points = np.asarray(outcome.quality.mesh.points, np.float64)[run.whole.point_ids[run.points_of_moving]]
-    if not run.stopped:
+    for improves_first in (np.count_nonzero(bad) > MUCH * run.whole.n_cells, True):
+        start = points
+        if improves_first:
+            _take_moved(outcome, promise, _phases(run, points, outcome.limit, strict=options.strict), options)
+            start = np.asarray(outcome.quality.mesh.points, np.float64)[run.whole.point_ids[run.points_of_moving]]
+        if run.stopped:
+            return
         run.phase_end = np.inf
-        moved = mend(run, points, promise.constraints.topology, sizes, strict=options.strict)
+        moved = mend(run, start, promise.constraints.topology, sizes, strict=options.strict)
         _take_moved(outcome, promise, moved, options)
+        if improves_first or options.strict or n_unusable(outcome.quality) == 0 or run.stopped:
+            return
 
 
 def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
@@ -231,14 +238,12 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Opt
         back=outcome.quality,
         sizes=constraints.sizes,
     )
-    if n_back:
-        count = number_of(
-            n_back, "point was put back, since a cell of its own", "points were put back, since a cell of theirs"
-        )
-        outcome.notes.append(f"{count} would have paid.")
-    if not is_better(after, outcome.quality, None if options.everywhere else options.target):
-        outcome.notes.append("No better mesh was found: the mesh is as it was.")
-    else:
+    if is_better(after, outcome.quality, None if options.everywhere else options.target):
+        if n_back:
+            count = number_of(
+                n_back, "point was put back, since a cell of its own", "points were put back, since a cell of theirs"
+            )
+            outcome.notes.append(f"{count} would have paid.")
         outcome.take(after, promise)
 
 
