@@ -70,9 +70,7 @@ def main() -> None:
         for way in WAYS:
             meshgauge.improve(small, everywhere=True, **way)  # type: ignore[arg-type]
     print(versions())
-    print(
-        "| mesh | cells | before | ceiling | fixed, floor 0.9 | fixed, floor 1 | topology, floor 1 | sliding, floor 1 | peak |"
-    )
+    print("| mesh | cells | before | ceiling | fixed, floor .9 | fixed, floor 1 | topology | sliding | peak |")
     print("|---|---:|---|---:|---|---|---|---|---:|")
     meshes = ((os.path.basename(path), meshgauge.read(path)) for path in options.meshes)
     for name, mesh in meshes if options.meshes else made(options.cells):

@@ -186,5 +186,5 @@ def test_no_room_to_unpack_is_not_blamed_on_the_file(tmp_path: Path, monkeypatch
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("shutil.copyfileobj", fail)
-    with pytest.raises(ReadError, match=r"a\.vtk\.gz: cannot be unpacked in .*: No space left on device"):
+    with pytest.raises(ReadError, match=r"no space left on .* while writing"):
         io.read(path)

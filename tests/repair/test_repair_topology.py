@@ -177,7 +177,7 @@ def test_from_a_shell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
     assert main([*command, "--html", str(tmp_path / "page.html")]) == 0
     out = capsys.readouterr().out
     assert "tetrahedra joined anew" in out
-    assert "cells meet at whole faces" in out
+    assert "no more faces than before are of three cells" in out
     written = meshgauge.read(better)
     assert written.n_cells != mesh.n_cells
     assert max(faces_of(written).values()) == 2
@@ -196,7 +196,10 @@ def test_a_deck_is_not_replaced_by_other_cells(tmp_path: Path, capsys: pytest.Ca
     assert deck.read_bytes() == text
 
 
-@pytest.mark.parametrize(("name", "worst", "mean"), [("msq_mixed-hex-pyr-tet", 0.3, 0.70), ("msq_tire", 0.15, 0.68)])
+# mixed12 overlaps itself: a claim on its volume would refuse all.
+@pytest.mark.parametrize(
+    ("name", "worst", "mean"), [("msq_mixed-hex-pyr-tet", 0.3, 0.70), ("mixed12_clean", 0.4, 0.82)]
+)
 def test_real_meshes(shared: Path, name: str, worst: float, mean: float) -> None:
     mesh = meshgauge.read(shared / "repair" / f"{name}.vtk")
     result = meshgauge.improve(mesh, everywhere=True, floor=1.0, topology=True)

@@ -179,21 +179,30 @@ def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> C
 
 def _mend(outcome: Outcome, promise: Promise, points: Points, options: Options) -> None:
     """Mend what is bad; where that is much of the mesh, or cells stay invalid, all near them is improved first."""
+    run = outcome.run
+    bad = values_of(run.moving, points) < options.target
+    is_much = bool(np.count_nonzero(bad) > MUCH * run.whole.n_cells)
+    _improve_and_mend(outcome, promise, points, options, improves_first=is_much)
+    n_left = n_unusable(outcome.quality)
+    if n_left and not (is_much or options.strict or options.slides or run.stopped):
+        reached = outcome.quality, list(outcome.notes)
+        _improve_and_mend(outcome, promise, points, options, improves_first=True)
+        if n_unusable(outcome.quality) >= n_left:
+            outcome.quality, outcome.notes = reached
+
+
+def _improve_and_mend(
+    outcome: Outcome, promise: Promise, points: Points, options: Options, *, improves_first: bool
+) -> None:
     run, sizes = outcome.run, promise.constraints.sizes
     assert sizes is not None
-    bad = values_of(run.moving, points) < options.target
-    for improves_first in (np.count_nonzero(bad) > MUCH * run.whole.n_cells, True):
-        start = points
-        if improves_first:
-            _take_moved(outcome, promise, _phases(run, points, outcome.limit, strict=options.strict), options)
-            start = np.asarray(outcome.quality.mesh.points, np.float64)[run.whole.point_ids[run.points_of_moving]]
-        if run.stopped:
-            return
+    if improves_first:
+        _take_moved(outcome, promise, _phases(run, points, outcome.limit, strict=options.strict), options)
+        points = np.asarray(outcome.quality.mesh.points, np.float64)[run.whole.point_ids[run.points_of_moving]]
+    if not run.stopped:
         run.phase_end = np.inf
-        moved = mend(run, start, promise.constraints.topology, sizes, strict=options.strict)
+        moved = mend(run, points, promise.constraints.topology, sizes, strict=options.strict)
         _take_moved(outcome, promise, moved, options)
-        if improves_first or options.strict or n_unusable(outcome.quality) == 0 or run.stopped:
-            return
 
 
 def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
