@@ -135,6 +135,27 @@ def test_what_breaks_a_promise_is_taken_back(monkeypatch: pytest.MonkeyPatch) ->
     assert any("taken back" in note for note in result.report.notes)
 
 
+def test_if_all_together_breaks_a_promise_nothing_is_changed(monkeypatch: pytest.MonkeyPatch) -> None:
+    real, calls = alternate.claims, []
+
+    def broken(before, constraints, after, old_points, old_cells, way):  # type: ignore[no-untyped-def]
+        calls.append(after)
+        claims = real(before, constraints, after, old_points, old_cells, way)
+        # The first asked are those of the step; then those of all.
+        return (*claims, Claim("worst", len(calls) == 1 or after is before, "the worst quality has not fallen"))
+
+    monkeypatch.setattr(alternate, "claims", broken)
+    monkeypatch.setattr(alternate, "CYCLES", 1)
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True)
+    assert result.report.outcome == "refused"
+    assert np.array_equal(result.mesh.connectivity, mesh.connectivity)
+    assert result.mesh.points.tobytes() == mesh.points.tobytes()
+    assert result.report.holds
+    assert result.report.reconnection is not None
+    assert result.report.reconnection.n_new_cells == 0
+
+
 @pytest.mark.parametrize("spoil", ["move", "drop", "double", "invert"])
 def test_claims_see_what_is_broken(spoil: str) -> None:
     mesh = delaunay()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -136,7 +136,14 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
             break
     if last is None:
         last = move()
-    report, after = _report(before, first, state, last, way, start), state.quality
+    checked = claims(before, first, state.quality, state.old_points, state.old_cells, way)
+    broken = [claim.text for claim in checked if not claim.holds]
+    if broken:  # of the steps each held what it promises; together they do not
+        state.mesh, state.quality = given, before
+        state.old_points, state.old_cells = np.arange(given.n_points), np.arange(given.n_cells)
+        state.done = dict.fromkeys(OPERATIONS, 0)
+        state.notes += [f"All was taken back; else this would not hold: {text}." for text in broken]
+    report, after = _report(before, first, state, last, way, start, broken), state.quality
     given, of_bricks = after.mesh, after.collapsed_from
     after = replace(
         after,
@@ -326,7 +333,9 @@ def _equal(a: Ids, b: Ids) -> bool:
     return all(np.array_equal(x, y) for x, y in zip(*tables, strict=True))
 
 
-def _report(before: Quality, first: Constraints, state: _State, last: Moved, way: Way, start: float) -> RepairReport:
+def _report(
+    before: Quality, first: Constraints, state: _State, last: Moved, way: Way, start: float, broken: Sequence[str]
+) -> RepairReport:
     """The report of the last step, with what spans all of them in it."""
     after, same = state.quality, state.old_points >= 0
     old, new = np.asarray(before.mesh.points, np.float64), np.asarray(after.mesh.points, np.float64)
@@ -337,8 +346,6 @@ def _report(before: Quality, first: Constraints, state: _State, last: Moved, way
     stays = state.old_cells >= 0
     values[state.old_cells[stays]] = after.values[stays]
     n_worse, worse, largest, mean = records.losses(before, replace(before, values=values))
-    checked = claims(before, first, after, state.old_points, state.old_cells, way)
-    broken = [one.text for one in checked if not one.holds]
     outcome, text = verdict(before, after, way.options.target, last.report.ceiling, slides=True, broken=broken)
     measured = volume_and_surface(first.topology, old), volume_and_surface(topology(after.mesh), new)
     volume, surface = zip(*measured, strict=True)
@@ -351,7 +358,7 @@ def _report(before: Quality, first: Constraints, state: _State, last: Moved, way
         after=after.summary(),
         status_before=status_counts(before),
         status_after=status_counts(after),
-        claims=checked,
+        claims=claims(before, first, after, state.old_points, state.old_cells, way),
         n_below_before=int(np.count_nonzero(is_below(before, way.options.target))),
         n_worse=n_worse,
         worse=worse,
