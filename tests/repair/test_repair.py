@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -313,3 +315,20 @@ def test_never_worse(kind: str, by: float, seed: int, slides: bool) -> None:
     assert int((now.status != Status.OK).sum()) <= int((was.status != Status.OK).sum())
     assert worst(now) >= worst(was) - 1e-12
     assert result.report.holds
+
+
+def test_a_slow_first_entry_does_not_silence_the_history(monkeypatch: pytest.MonkeyPatch) -> None:
+    from meshgauge.repair.problem import Problem
+
+    real, calls = Problem.qualities, []
+
+    def slow(self, points):  # type: ignore[no-untyped-def]
+        calls.append(points)
+        if len(calls) == 1:
+            time.sleep(0.5)  # as the kernels take that are loaded or compiled then
+        return real(self, points)
+
+    monkeypatch.setattr(Problem, "qualities", slow)
+    monkeypatch.setattr("meshgauge.repair.run.INTERVAL", 0.0)
+    result = meshgauge.improve(shaken("hexahedron", 6, 0.6), everywhere=True)
+    assert len(result.history) > 4

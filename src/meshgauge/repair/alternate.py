@@ -23,6 +23,7 @@ from .constraints import Constraints, constraints_of
 from .faces import face_points
 from .reasons import verdict
 from .reconnection import OBJECTIVES, OPERATIONS, reconnect
+from .rejoined import LINEAR
 from .report import CellChanges, Claim, RepairReport
 from .run import Progress
 from .sizes import GOOD
@@ -125,7 +126,9 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
 
     if n_unusable(before):
         last = move()
-    for _ in range(CYCLES):
+    # Points at tetrahedra only have been moved as far as it helps when these were joined anew.
+    only_tetrahedra = bool((before.mesh.types[first.cells] == LINEAR).all())
+    for _ in range(1 if only_tetrahedra else CYCLES):
         if is_over():
             break
         had = _standing(state.quality)

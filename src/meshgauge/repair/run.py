@@ -121,7 +121,8 @@ class Run:
         )
         self.history.append(progress)
         self._last = time.monotonic()
-        self._cost = self._last - clock
+        if len(self.history) > 1:  # the first may load what computes the qualities
+            self._cost = self._last - clock
         if self.on_progress is not None:
             self.on_progress(progress)
 

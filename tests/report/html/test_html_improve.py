@@ -59,6 +59,8 @@ def test_numbers_before_and_after_are_shown(text: str, states: tuple[meshgauge.Q
     for name, tally in now.types.items():
         assert f"{was.types[name].min:.3f} → {tally.min:.3f}" in plain
     assert "Before: 3 of 6,192 cells are inverted" in plain
+    assert "poor, below 0.2" in plain
+    assert "poor_below" not in text
     counted = change(*states)
     assert counted.n_better + counted.n_same + counted.n_worse == 6192
     assert f"{counted.n_better:,} cells better" in plain
