@@ -299,3 +299,34 @@ def test_cells_that_rings_do_not_reach_are_improved_together(shared: Path) -> No
     assert result.report.status_after.get("inverted", 0) == 0
     assert result.report.n_below < 0.2 * result.report.n_below_before
     assert result.report.sizes.volume < 1.12
+
+
+@pytest.mark.parametrize(("by", "rings"), [(1.2, [1]), (0.0, [1])])
+def test_a_small_patch_is_enough_for_one_point(monkeypatch: pytest.MonkeyPatch, by: float, rings: list[int]) -> None:
+    asked = rings_asked(monkeypatch)
+    mesh = shaken("hexahedron", 8, 0.0)
+    points = np.array(mesh.points)
+    points[4 * 81 + 4 * 9 + 4] += by
+    result = meshgauge.improve(mesh.replace(points=points))
+    assert n_unusable(result.after) == 0
+    assert asked == rings
+
+
+def test_a_large_patch_follows_where_a_small_one_leaves_bad_cells(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = rings_asked(monkeypatch)
+    mesh = shaken("hexahedron", 8, 0.0)
+    points = np.array(mesh.points)
+    points[4 * 81 + 4 * 9, 0] += 1.2  # along the side z = 0, where it is fixed
+    meshgauge.improve(mesh.replace(points=points))
+    assert asked == [1, 5]
+
+
+def rings_asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    asked: list[int] = []
+
+    def around(*arguments, rings, **options):  # type: ignore[no-untyped-def]
+        asked.append(rings)
+        return patch_around(*arguments, rings=rings, **options)
+
+    monkeypatch.setattr("meshgauge.repair.engine.patch_around", around)
+    return asked

@@ -23,7 +23,7 @@ from .alternate import Way, alternate
 from .claims import Promise
 from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
-from .patch import Patch, patch_around, whole_patch
+from .patch import NEAR, RINGS, Patch, patch_around, whole_patch
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
 from .report import RepairReport
@@ -187,21 +187,32 @@ def improve(
 
         way = Way(move, options, progress, should_stop)
         return Improvement(*alternate(before, held, way))
-    if everywhere:
-        patch = whole_patch(before)
-    else:
-        bad = is_below(before, target)
-        patch = patch_around(before, bad, is_whole=options.slides, threads=threads)
-    faults = _diagnose(patch)
-    constraints = constraints_of(
-        patch.quality.mesh,
-        patch.quality,
-        patch.pinned | patch.of_points(held),
-        (patch.region_ids, patch.region_names),
-    )
-    constraints = replace(constraints, away=patch.pinned & ~patch.of_points(held))
     with workers(threads) as team:
-        outcome = repair(patch.quality, constraints, options, team, start, progress, should_stop)
+
+        def attempt(patch: Patch, *, is_brief: bool) -> tuple[Patch, Constraints, Outcome, tuple[str, ...]]:
+            faults = _diagnose(patch)
+            constraints = constraints_of(
+                patch.quality.mesh,
+                patch.quality,
+                patch.pinned | patch.of_points(held),
+                (patch.region_ids, patch.region_names),
+            )
+            constraints = replace(constraints, away=patch.pinned & ~patch.of_points(held))
+            outcome = repair(
+                patch.quality, constraints, options, team, start, progress, should_stop, is_brief=is_brief
+            )  # fmt: skip
+            return patch, constraints, outcome, faults
+
+        if everywhere:
+            patch, constraints, outcome, faults = attempt(whole_patch(before), is_brief=False)
+        else:
+            bad = is_below(before, target)
+            # Most bad cells need their own points and those beside: a patch that is small costs little.
+            for rings in (RINGS,) if options.slides else (NEAR, RINGS):
+                around = patch_around(before, bad, is_whole=options.slides, threads=threads, rings=rings)
+                patch, constraints, outcome, faults = attempt(around, is_brief=rings == NEAR)
+                if outcome.run.stopped or not is_below(outcome.quality, target).any():
+                    break
     return _result(patch, outcome, constraints, options, faults)
 
 

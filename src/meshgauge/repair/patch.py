@@ -16,8 +16,8 @@ from .faces import mask_of
 from .problem import Ids
 from .report import Claim
 
-RINGS = 5
-"""Cells around bad ones whose points may move; those around them are in the patch, too, and stay."""
+NEAR, RINGS = 1, 5
+"""Cells around bad ones whose points may move, at first and at last; a patch has those around them, too, which stay."""
 
 LARGE = 0.5
 """Share of all cells from which on a patch is the whole mesh."""
@@ -98,7 +98,7 @@ def whole_patch(quality: Quality) -> Patch:
     return Patch(quality, quality, None, None, np.zeros(quality.mesh.n_points, bool), ids, names)
 
 
-def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | None) -> Patch:
+def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | None, rings: int = RINGS) -> Patch:
     """The cells near some bad ones.
 
     Parameters
@@ -111,10 +111,12 @@ def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | 
         True if the patch is to be the whole mesh, with all points pinned that are not near bad cells.
     threads
         As for `measure`.
+    rings
+        Of cells around them whose points may move.
     """
     mesh = quality.mesh
     cells, touched = np.flatnonzero(bad), np.zeros(mesh.n_points, bool)
-    for _ in range(RINGS + 1):
+    for _ in range(rings + 1):
         touched[_nodes(mesh, cells)] = True
         cells = _cells_at(mesh, touched)
     whole = whole_patch(quality)

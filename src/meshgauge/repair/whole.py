@@ -124,8 +124,10 @@ def repair(
     start: float,
     progress: Callable[[Progress], object] | None,
     should_stop: Callable[[], bool] | None,
+    *,
+    is_brief: bool = False,
 ) -> Outcome:
-    """Move the points of a mesh as far as the constraints allow.
+    """Move the points of a mesh as far as the constraints allow; ``is_brief``: near bad cells, one by one only.
 
     Raises `MeshError` if no cell takes part.
     """
@@ -152,7 +154,7 @@ def repair(
         outcome.sizes = size_limits(before, constraints.topology, whole, options.size_change)
         constraints = replace(constraints, sizes=outcome.sizes)
         promise = Promise(before, constraints, strict=options.strict)
-        _mend(outcome, promise, points, options)
+        _mend(outcome, promise, points, options, is_brief=is_brief)
     if not run.stopped:
         better = untwist(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
         outcome.take(better, promise)
@@ -177,14 +179,14 @@ def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> C
     return replace(constraints, pinned=constraints.pinned | ~inside)
 
 
-def _mend(outcome: Outcome, promise: Promise, points: Points, options: Options) -> None:
+def _mend(outcome: Outcome, promise: Promise, points: Points, options: Options, *, is_brief: bool) -> None:
     """Mend what is bad; where that is much of the mesh, or cells stay invalid, all near them is improved first."""
     run = outcome.run
     bad = values_of(run.moving, points) < options.target
-    is_much = bool(np.count_nonzero(bad) > MUCH * run.whole.n_cells)
+    is_much = not is_brief and bool(np.count_nonzero(bad) > MUCH * run.whole.n_cells)
     _improve_and_mend(outcome, promise, points, options, improves_first=is_much)
     n_left = n_unusable(outcome.quality)
-    if n_left and not (is_much or options.strict or options.slides or run.stopped):
+    if n_left and not (is_brief or is_much or options.strict or options.slides or run.stopped):
         reached = outcome.quality, list(outcome.notes)
         _improve_and_mend(outcome, promise, points, options, improves_first=True)
         if n_unusable(outcome.quality) >= n_left:
