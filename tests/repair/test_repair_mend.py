@@ -330,3 +330,10 @@ def rings_asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
     monkeypatch.setattr("meshgauge.repair.engine.patch_around", around)
     return asked
+
+
+def test_where_much_is_bad_no_small_patch_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = rings_asked(monkeypatch)
+    result = meshgauge.improve(shaken("hexahedron", 6, 0.8))
+    assert n_unusable(result.before) > 0.2 * result.before.n_cells
+    assert asked == [5]

@@ -31,7 +31,7 @@ from .run import Progress
 from .sizes import size_change as change_of_sizes
 from .sizes import size_limits
 from .volumes import volume_and_surface
-from .whole import Options, Outcome, repair
+from .whole import MUCH, Options, Outcome, repair
 
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
@@ -208,7 +208,8 @@ def improve(
         else:
             bad = is_below(before, target)
             # Most bad cells need their own points and those beside: a patch that is small costs little.
-            for rings in (RINGS,) if options.slides else (NEAR, RINGS):
+            is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
+            for rings in (RINGS,) if options.slides or is_much else (NEAR, RINGS):
                 around = patch_around(before, bad, is_whole=options.slides, threads=threads, rings=rings)
                 patch, constraints, outcome, faults = attempt(around, is_brief=rings == NEAR)
                 if outcome.run.stopped or not is_below(outcome.quality, target).any():
