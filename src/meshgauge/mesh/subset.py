@@ -63,7 +63,7 @@ def with_all_points(mesh: Mesh, ids: Ids) -> Mesh:
         types=mesh.types[ids],
         offsets=offsets,
         connectivity=connectivity,
-        polyhedra=_half_faces_of(mesh.polyhedra, ids) if mesh.polyhedra is not None else None,
+        polyhedra=half_faces_of(mesh.polyhedra, ids) if mesh.polyhedra is not None else None,
         purpose=mesh.purpose,
         stored=mesh.stored,
         copy=False,
@@ -95,7 +95,7 @@ def _rows(offsets: IndexArray, items: IndexArray, ids: Ids) -> tuple[Ids, IndexA
     return np.concatenate([[0], np.cumsum(sizes)]), items[ragged_positions(starts, sizes)]
 
 
-def _half_faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra:
+def half_faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra:
     """Those of some cells, with the faces of all."""
     cell_offsets, at = _rows(poly.cell_offsets, np.arange(len(poly.cell_faces)), ids)
     flipped = poly.flipped[at] if poly.flipped is not None else None
@@ -104,7 +104,7 @@ def _half_faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra:
 
 def _faces_of(poly: Polyhedra, ids: Ids) -> Polyhedra | None:
     """Those of some cells, with their faces only; None if no cell has any."""
-    some = _half_faces_of(poly, ids)
+    some = half_faces_of(poly, ids)
     faces, cell_faces = np.unique(some.cell_faces, return_inverse=True)
     if not len(faces):
         return None

@@ -18,9 +18,10 @@ from ..quality.measure import Quality, measure
 from ..status import is_usable
 from . import report as records
 from .acceptance import SAME, is_below, is_better, n_unusable, status_counts
-from .claims import UNCHANGED
+from .claims import UNCHANGED, held_text
 from .constraints import Constraints, constraints_of
-from .faces import face_points
+from .faces import face_points, mask_of
+from .patch import cells_around
 from .reasons import verdict
 from .reconnection import OBJECTIVES, OPERATIONS, reconnect
 from .rejoined import LINEAR
@@ -41,6 +42,9 @@ RINGS = 2
 
 ENOUGH = 1e-3
 """A cycle that gives neither the worst nor the mean more than this is the last."""
+
+LEAST_TIME = 1e-3
+"""Seconds that moving points is given when the time is up: none is not allowed."""
 
 OLD_POINT, OLD_CELL = "meshgauge:old_point", "meshgauge:old_cell"
 """Point and cell data of the result: which of the mesh given each is, -1 if it is new."""
@@ -107,16 +111,14 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     state = _State(given, before, np.arange(given.n_points), np.arange(given.n_cells))
     last: Moved | None = None
 
-    def left() -> float | None:
-        return None if way.options.seconds is None else max(way.options.seconds - (time.monotonic() - start), 1e-3)
+    deadline = np.inf if way.options.seconds is None else start + way.options.seconds
 
     def is_over() -> bool:
-        return (way.should_stop is not None and way.should_stop()) or (
-            way.options.seconds is not None and left() == 1e-3
-        )
+        return time.monotonic() >= deadline or (way.should_stop is not None and way.should_stop())
 
     def move() -> Moved:
-        moved = way.move(state.mesh, _now(fixed, state.old_points), left())
+        left = None if np.isinf(deadline) else max(deadline - time.monotonic(), LEAST_TIME)
+        moved = way.move(state.mesh, _now(fixed, state.old_points), left)
         state.mesh, state.quality = moved.mesh, moved.after
         offset = time.monotonic() - start - moved.report.seconds
         state.history += [replace(one, seconds=one.seconds + offset) for one in moved.report.history]
@@ -146,7 +148,8 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
         state.old_points, state.old_cells = np.arange(given.n_points), np.arange(given.n_cells)
         state.done = dict.fromkeys(OPERATIONS, 0)
         state.notes += [f"All was taken back; else this would not hold: {text}." for text in broken]
-    report, after = _report(before, first, state, last, way, start, broken), state.quality
+        checked = claims(before, first, before, state.old_points, state.old_cells, way)
+    report, after = _report(before, first, state, last, way, start, checked, broken), state.quality
     given, of_bricks = after.mesh, after.collapsed_from
     after = replace(
         after,
@@ -169,7 +172,8 @@ def _join(
     quality = state.quality
     near = None
     if not way.options.everywhere:
-        near = _near(quality, is_below(quality, way.options.target)) & ~(quality.values >= GOOD)
+        around, _ = cells_around(quality.mesh, is_below(quality, way.options.target), RINGS)
+        near = mask_of(quality.n_cells, around) & ~(quality.values >= GOOD)
     constraints = constraints_of(quality.mesh, quality, _now(fixed, state.old_points))
 
     def progress(worst: float, mean: float) -> None:
@@ -212,17 +216,6 @@ def _now(fixed: Mask, old_points: Ids) -> Mask:
     """The mask of points of the first mesh, for those of one made from it."""
     mask: Mask = (old_points >= 0) & fixed[np.maximum(old_points, 0)]
     return mask
-
-
-def _near(quality: Quality, bad: Mask) -> Mask:
-    """Bad cells and those within `RINGS` of them."""
-    mesh, near = quality.mesh, bad.copy()
-    owner = np.repeat(np.arange(mesh.n_cells), np.diff(mesh.offsets))
-    for _ in range(RINGS):
-        touched = np.zeros(mesh.n_points, np.bool_)
-        touched[mesh.connectivity[near[owner]]] = True
-        near[owner[touched[mesh.connectivity]]] = True
-    return near
 
 
 def _standing(quality: Quality) -> tuple[float, float]:
@@ -269,7 +262,7 @@ def claims(
     ]
     changed = f"has changed by at most {100 * KEPT:g} % of the whole" if way.options.slides else "is unchanged"
     result = [
-        Claim("fixed", was.tobytes() == now.tobytes(), _stay(len(held))),
+        Claim("fixed", was.tobytes() == now.tobytes(), held_text(len(held))),
         Claim(
             "valid",
             not lost and n_unusable(after) <= n_unusable(before),
@@ -307,12 +300,6 @@ def _volumes(faces: Topology, region_ids: Ids, points: NDArray[np.floating]) -> 
     return out
 
 
-def _stay(n: int) -> str:
-    if n == 1:
-        return "the point that must stay is where it was, to the last bit"
-    return f"the {n:,} points that must stay are where they were, to the last bit"
-
-
 def _faces(faces: Topology, names: Ids, region_ids: Ids, *, between_regions: bool) -> Ids:
     """Faces of the boundary or between regions: their points by the names given, ascending, filled up with -1."""
     if between_regions:
@@ -337,7 +324,14 @@ def _equal(a: Ids, b: Ids) -> bool:
 
 
 def _report(
-    before: Quality, first: Constraints, state: _State, last: Moved, way: Way, start: float, broken: Sequence[str]
+    before: Quality,
+    first: Constraints,
+    state: _State,
+    last: Moved,
+    way: Way,
+    start: float,
+    checked: tuple[Claim, ...],
+    broken: Sequence[str],
 ) -> RepairReport:
     """The report of the last step, with what spans all of them in it."""
     after, same = state.quality, state.old_points >= 0
@@ -361,7 +355,7 @@ def _report(
         after=after.summary(),
         status_before=status_counts(before),
         status_after=status_counts(after),
-        claims=claims(before, first, after, state.old_points, state.old_cells, way),
+        claims=checked,
         n_below_before=int(np.count_nonzero(is_below(before, way.options.target))),
         n_worse=n_worse,
         worse=worse,

@@ -49,16 +49,13 @@ class Promise:
         before = self.before
         old, new = before.mesh, after.mesh
         held = self.constraints.pinned if self.slides else self.constraints.fixed
-        n_held = int(np.count_nonzero(held))
         lost = is_usable(before.status, old.purpose) & ~is_usable(after.status, new.purpose)
         worst = _least(before.values), _least(after.values)
         claims = [
             Claim(
                 "fixed",
                 self._stays(after, held),
-                "the point that must stay is where it was, to the last bit"
-                if n_held == 1
-                else f"the {n_held:,} points that must stay are where they were, to the last bit",
+                held_text(int(np.count_nonzero(held))),
             ),
             Claim("valid", not lost.any(), "no cell that was valid is invalid, inside too"),
             Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),
@@ -119,6 +116,13 @@ class Promise:
                 )
             claims.append(Claim("interfaces", holds, text))
         return claims
+
+
+def held_text(n: int) -> str:
+    """What the claim on the points that must stay says."""
+    if n == 1:
+        return "the point that must stay is where it was, to the last bit"
+    return f"the {n:,} points that must stay are where they were, to the last bit"
 
 
 def _least(values: Points) -> float:

@@ -115,10 +115,7 @@ def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | 
         Of cells around them whose points may move.
     """
     mesh = quality.mesh
-    cells, touched = np.flatnonzero(bad), np.zeros(mesh.n_points, bool)
-    for _ in range(rings + 1):
-        touched[_nodes(mesh, cells)] = True
-        cells = _cells_at(mesh, touched)
+    cells, touched = cells_around(mesh, bad, rings + 1)
     whole = whole_patch(quality)
     if is_whole or len(cells) > LARGE * mesh.n_cells:
         return replace(whole, pinned=~touched)
@@ -129,6 +126,15 @@ def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | 
     rows = [quality.rows[name] for name in quality.metrics]
     measured = measure(part, metrics=rows, threads=threads, keep_bricks=True)
     return Patch(quality, measured, cells, points, ~touched[points], whole.region_ids[cells], whole.region_names)
+
+
+def cells_around(mesh: Mesh, some: Mask, rings: int) -> tuple[Ids, Mask]:
+    """Some cells and those in rings around them, and ``(n_points,)`` the points of all but the outermost ring."""
+    cells, touched = np.flatnonzero(some), np.zeros(mesh.n_points, bool)
+    for _ in range(rings):
+        touched[_nodes(mesh, cells)] = True
+        cells = _cells_at(mesh, touched)
+    return cells, touched
 
 
 def _nodes(mesh: Mesh, cells: Ids) -> Ids:

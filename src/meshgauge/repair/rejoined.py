@@ -12,7 +12,8 @@ from ..cells import BY_NAME
 from ..mesh import CellBlock, Mesh
 from ..mesh.labels import LABEL, labels_of
 from ..mesh.mesh import GHOST_TYPE
-from ..mesh.polyhedra import Polyhedra, ragged_positions
+from ..mesh.polyhedra import ragged_positions
+from ..mesh.subset import half_faces_of
 
 LINEAR = BY_NAME["tetra"].vtk_id
 """The id of the tetrahedra that can be joined anew: those with straight edges."""
@@ -78,33 +79,18 @@ def rejoined(mesh: Mesh, parts: Rejoined) -> tuple[Mesh, Ids, Ids]:
     old_points = np.where(old_points < mesh.n_points, old_points, -1)
     bounds = np.searchsorted(source, [block.stop for block in mesh.blocks]).tolist()
     spans = zip(mesh.blocks, [0, *bounds], bounds, strict=False)
-    result = Mesh(
+    result = mesh.replace(
         points=parts.points[is_kept],
         types=np.where(is_tetra, LINEAR, mesh.types[source]).astype(np.uint8),
         offsets=offsets,
         connectivity=new_id[connectivity].astype(mesh.connectivity.dtype),
-        polyhedra=_polyhedra(poly, source, new_id) if poly is not None else None,
+        polyhedra=half_faces_of(poly, source).with_points(new_id) if poly is not None else None,
         blocks=tuple(CellBlock(block.name, start, stop) for block, start, stop in spans),
         point_data=_point_data(mesh, parts, np.flatnonzero(is_kept), nodes),
         cell_data=_cell_data(mesh, source, old_cells),
-        field_data=mesh.field_data,
-        path=mesh.path,
-        notes=mesh.notes,
-        purpose=mesh.purpose,
-        stored=mesh.stored,
-        sources=mesh.sources,
-        copy=False,
+        counted=(),  # the labels say it
     )
     return result, old_points, old_cells
-
-
-def _polyhedra(poly: Polyhedra, source: Ids, new_id: Ids) -> Polyhedra:
-    sizes = np.diff(poly.cell_offsets)[source]
-    at = ragged_positions(poly.cell_offsets[source].astype(np.int64), sizes)
-    flipped = poly.flipped[at] if poly.flipped is not None else None
-    offsets = np.concatenate([[0], np.cumsum(sizes)])
-    some = Polyhedra(offsets, poly.cell_faces[at], poly.face_offsets, poly.face_points, flipped, poly.labels)
-    return some.with_points(new_id)
 
 
 def _cell_data(mesh: Mesh, source: Ids, old_cells: Ids) -> dict[str, NDArray[Any]]:

@@ -115,21 +115,37 @@ def _collapse_one(
 
 
 @inlined
+def _with_corner(t: Tetrahedra, corner: Id, x: float, y: float, z: float) -> float:
+    """The quality of the cell of a corner if that stood at x y z."""
+    n = t.nodes[corner >> 2]
+    m = corner & 3
+    if m == 0:
+        return quality_at(x, y, z, t.points, n[1], n[2], n[3], t.objective)
+    if m == 1:
+        return quality_at(x, y, z, t.points, n[0], n[3], n[2], t.objective)
+    if m == 2:
+        return quality_at(x, y, z, t.points, n[0], n[1], n[3], t.objective)
+    return quality_at(x, y, z, t.points, n[0], n[2], n[1], t.objective)
+
+
+@inlined
+def _place(t: Tetrahedra, point: Id, x: float, y: float, z: float) -> None:
+    """Put a point to x y z, and measure its cells anew."""
+    t.points[point, 0], t.points[point, 1], t.points[point, 2] = x, y, z
+    corner = t.heads[point]
+    while corner >= 0:
+        n = t.nodes[corner >> 2]
+        t.quality[corner >> 2] = quality_of(t, n[0], n[1], n[2], n[3])
+        corner = t.after[corner]
+
+
+@inlined
 def _star(t: Tetrahedra, point: Id, x: float, y: float, z: float, stop: float) -> float:
     """The least quality of the cells at a point if it stood at x y z; below ``stop`` as soon as it is known to be."""
     least = 3.0
     corner = t.heads[point]
     while corner >= 0:
-        n = t.nodes[corner >> 2]
-        m = corner & 3
-        if m == 0:
-            q = quality_at(x, y, z, t.points, n[1], n[2], n[3], t.objective)
-        elif m == 1:
-            q = quality_at(x, y, z, t.points, n[0], n[3], n[2], t.objective)
-        elif m == 2:
-            q = quality_at(x, y, z, t.points, n[0], n[1], n[3], t.objective)
-        else:
-            q = quality_at(x, y, z, t.points, n[0], n[2], n[1], t.objective)
+        q = _with_corner(t, corner, x, y, z)
         if q < least:
             least = q
             if least <= stop:
@@ -160,12 +176,7 @@ def _ascent(t: Tetrahedra, s: Scratch, point: Id, gain: float) -> bool:
             step *= 0.5
     if not best > had + gain:
         return False
-    t.points[point, 0], t.points[point, 1], t.points[point, 2] = x, y, z
-    corner = t.heads[point]
-    while corner >= 0:
-        n = t.nodes[corner >> 2]
-        t.quality[corner >> 2] = quality_of(t, n[0], n[1], n[2], n[3])
-        corner = t.after[corner]
+    _place(t, point, x, y, z)
     return True
 
 
@@ -175,16 +186,7 @@ def _sum(t: Tetrahedra, point: Id, x: float, y: float, z: float, bound: float) -
     total = 0.0
     corner = t.heads[point]
     while corner >= 0:
-        n = t.nodes[corner >> 2]
-        m = corner & 3
-        if m == 0:
-            q = quality_at(x, y, z, t.points, n[1], n[2], n[3], t.objective)
-        elif m == 1:
-            q = quality_at(x, y, z, t.points, n[0], n[3], n[2], t.objective)
-        elif m == 2:
-            q = quality_at(x, y, z, t.points, n[0], n[1], n[3], t.objective)
-        else:
-            q = quality_at(x, y, z, t.points, n[0], n[2], n[1], t.objective)
+        q = _with_corner(t, corner, x, y, z)
         if q < bound:
             return -np.inf
         total += q
@@ -227,14 +229,5 @@ def smooth(t: Tetrahedra, order: Int64Array, floor: float) -> float:
             step *= 0.5
         if factor > 0.0 and best > total + 1e-6:
             gained += best - total
-            t.points[point, 0], t.points[point, 1], t.points[point, 2] = (
-                x + factor * gx,
-                y + factor * gy,
-                z + factor * gz,
-            )
-            corner = t.heads[point]
-            while corner >= 0:
-                n = t.nodes[corner >> 2]
-                t.quality[corner >> 2] = quality_of(t, n[0], n[1], n[2], n[3])
-                corner = t.after[corner]
+            _place(t, point, x + factor * gx, y + factor * gy, z + factor * gz)
     return gained
