@@ -86,18 +86,10 @@ def _join_points(mesh: Mesh, path: Path) -> Mesh:
     wrong = np.flatnonzero(apart > _SAME * np.ptp(points, axis=0).max(initial=0.0))
     if len(wrong):
         raise ReadError(f"{path}: node {int(numbers[wrong[0]])} is at different places in the pieces of the mesh")
-    return Mesh(
+    return mesh.replace(
         points=points[kept],
-        types=mesh.types,
-        offsets=mesh.offsets,
         connectivity=new_id[mesh.connectivity],
         polyhedra=mesh.polyhedra.with_points(new_id) if mesh.polyhedra is not None else None,
-        blocks=mesh.blocks,
         point_data={name: values[kept] for name, values in mesh.point_data.items()},
-        cell_data=mesh.cell_data,
-        field_data=mesh.field_data,
-        path=mesh.path,
-        notes=mesh.notes,
-        stored=mesh.stored,
-        copy=False,
+        counted=(),
     )
