@@ -337,3 +337,18 @@ def test_where_much_is_bad_no_small_patch_is_tried(monkeypatch: pytest.MonkeyPat
     result = meshgauge.improve(shaken("hexahedron", 6, 0.8))
     assert n_unusable(result.before) > 0.2 * result.before.n_cells
     assert asked == [5]
+
+
+def test_points_that_other_pieces_have_stay_though_their_ghosts_are_outside_of_the_patch() -> None:
+    n = 12
+    mesh = shaken("hexahedron", n, 0.0)
+    points = np.array(mesh.points)
+    at = np.flatnonzero((points == (4.0, 6.0, 6.0)).all(axis=1))
+    middle = points[mesh.connectivity.reshape(-1, 8)].mean(axis=1)
+    shared_points = points[:, 0] <= 4.0  # two layers of ghosts up to x = 2, and as many beside them
+    points[at] += (0.9, 0.8, 0.7)
+    ghosts = (middle[:, 0] < 2.0).astype(np.uint8)
+    bad = mesh.replace(points=points, cell_data={"vtkGhostType": ghosts})
+    result = meshgauge.improve(bad)
+    assert n_unusable(result.before) > 0
+    assert np.array_equal(bits(result.mesh)[shared_points], bits(bad)[shared_points])
