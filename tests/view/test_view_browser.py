@@ -27,13 +27,13 @@ class Server:
     """``meshgauge view`` in a process of its own."""
 
     def __init__(self, *meshes: Path | str) -> None:
+        pytest.importorskip("trame_vtk", reason="the extra 'view' is not installed")
         command = [sys.executable, "-m", "meshgauge", "view", *map(str, meshes), "--no-browser"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().strip()
         if not self.address:
-            assert self.process.stderr is not None
-            raise AssertionError(self.process.stderr.read())
+            raise AssertionError(self.process.communicate()[1])
 
     def end(self) -> tuple[int, str]:
         """Ctrl-C; returns the exit code and what it printed on standard error."""
@@ -49,7 +49,6 @@ def meshes(pytestconfig: pytest.Config) -> Path:
 
 @pytest.fixture(scope="module")
 def server(meshes: Path, drawing: None) -> Iterator[Server]:
-    pytest.importorskip("trame_vtk", reason="the extra 'view' is not installed")
     running = Server(meshes / "bracket.vtu")
     yield running
     assert running.end() == (0, "")  # whatever browsers came and went
