@@ -250,7 +250,7 @@ def broken(change: Callable[[NDArray[np.float64]], None]) -> set[str]:
     """Names of the claims of a patch that do not hold after a change of all points."""
     mesh = dented("hexahedron", 20)
     quality = measure(mesh)
-    patch = patch_around(quality, is_below(quality, 0.2), is_whole=False, threads=1)
+    patch = patch_around(whole_patch(quality), is_below(quality, 0.2), is_whole=False, threads=1)
     assert patch.points is not None
     assert len(patch.points) < mesh.n_points
     points = np.array(mesh.points)
@@ -272,7 +272,7 @@ def test_a_point_elsewhere_that_moves_breaks_a_claim() -> None:
 def test_a_patch_that_is_most_of_the_mesh_is_the_mesh() -> None:
     mesh = dented("hexahedron", 4)
     quality = measure(mesh)
-    patch = patch_around(quality, is_below(quality, 0.2), is_whole=False, threads=1)
+    patch = patch_around(whole_patch(quality), is_below(quality, 0.2), is_whole=False, threads=1)
     assert patch.cells is None
     assert patch.quality is quality
     assert whole_patch(quality).claims(quality) == ()

@@ -78,6 +78,7 @@ def improve(
                 before,
                 **goal.arguments(),
                 fixed=fixed,
+                keep=constraints.keep or (),
                 surface=surface,
                 feature_angle=constraints.feature_angle,
                 progress=progress,

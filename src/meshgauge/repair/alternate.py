@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ..doctor.points import extent
 from ..mesh import Mesh
-from ..mesh.regions import regions
 from ..mesh.topology import OPPOSITE, Topology, topology
 from ..quality.measure import Quality, measure
 from ..status import is_usable
@@ -21,6 +20,7 @@ from .acceptance import SAME, is_below, is_better, n_unusable, status_counts
 from .claims import UNCHANGED, held_text
 from .constraints import Constraints, constraints_of
 from .faces import face_points, mask_of
+from .kept import kept_regions
 from .patch import cells_around
 from .reasons import verdict
 from .reconnection import OBJECTIVES, OPERATIONS, reconnect
@@ -107,7 +107,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     """
     start = time.monotonic()
     given = before.source
-    first = constraints_of(before.mesh, before, fixed)
+    first = constraints_of(before.mesh, before, fixed, kept_regions(before.mesh, way.options.keep))
     state = _State(given, before, np.arange(given.n_points), np.arange(given.n_cells))
     last: Moved | None = None
 
@@ -174,7 +174,8 @@ def _join(
     if not way.options.everywhere:
         around, _ = cells_around(quality.mesh, is_below(quality, way.options.target), RINGS)
         near = mask_of(quality.n_cells, around) & ~(quality.values >= GOOD)
-    constraints = constraints_of(quality.mesh, quality, _now(fixed, state.old_points))
+    kept = kept_regions(quality.mesh, way.options.keep)
+    constraints = constraints_of(quality.mesh, quality, _now(fixed, state.old_points), kept)
 
     def progress(worst: float, mean: float) -> None:
         if way.progress is not None:
@@ -249,7 +250,8 @@ def claims(
     usable = is_usable(before.status, old.purpose), is_usable(after.status, new.purpose)
     lost = bool((usable[0][of_old] & ~usable[1][stays]).any())
     worst = _standing(before)[0], _standing(after)[0]
-    faces, regions_of = (constraints.topology, topology(new)), (constraints.region_ids, regions(new)[0])
+    faces = constraints.topology, topology(new)
+    regions_of = constraints.region_ids, kept_regions(new, way.options.keep)[0]
     names = np.arange(old.n_points), np.where(old_points < 0, old.n_points + np.arange(new.n_points), old_points)
     volumes, volumes_now = (_volumes(*one) for one in zip(faces, regions_of, (old.points, new.points), strict=True))
     total = float(np.abs(volumes).sum())

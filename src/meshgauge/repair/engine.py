@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,6 +23,7 @@ from .alternate import Way, alternate
 from .claims import Promise
 from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
+from .kept import unkept
 from .patch import NEAR, RINGS, Patch, patch_around, whole_patch
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
@@ -89,6 +90,7 @@ def improve(
     strict: bool = False,
     seconds: float | None = None,
     fixed: ArrayLike | None = None,
+    keep: Sequence[str] = (),
     surface: Any = None,
     feature_angle: float = 40.0,
     progress: Callable[[Progress], object] | None = None,
@@ -134,6 +136,8 @@ def improve(
     fixed
         Further points that must not move: a mask ``(n_points,)`` or ids; by the numbers of the file:
         ``np.isin(mesh.point_data["label"], [100, 200])``.
+    keep
+        Names of cell data: faces between cells of which they differ stay as those between regions do.
     surface
         With "slide": a PyVista or VTK surface of triangles to move on instead of the boundary itself.
     feature_angle
@@ -171,6 +175,7 @@ def improve(
         size_change=size_change,
         topology=topology,
         objective=objective,
+        keep=(keep,) if isinstance(keep, str) else tuple(keep),
     )
     _check(options, floor)
     start = time.monotonic()
@@ -181,12 +186,14 @@ def improve(
         def move(mesh: Mesh, fixed: Mask, seconds: float | None) -> Improvement:
             return improve(
                 mesh, everywhere=everywhere, boundary=boundary, target=target, floor=floor, size_change=size_change,
-                strict=strict, seconds=seconds, fixed=fixed, surface=surface, feature_angle=feature_angle,
-                progress=progress, should_stop=should_stop, threads=threads, keep_bricks=keep_bricks,
+                strict=strict, seconds=seconds, fixed=fixed, keep=options.keep, surface=surface,
+                feature_angle=feature_angle, progress=progress, should_stop=should_stop, threads=threads,
+                keep_bricks=keep_bricks,
             )  # fmt: skip
 
         way = Way(move, options, progress, should_stop)
         return Improvement(*alternate(before, held, way))
+    whole = whole_patch(before, options.keep)
     with workers(threads) as team:
 
         def attempt(patch: Patch, *, is_brief: bool) -> tuple[Patch, Constraints, Outcome, tuple[str, ...]]:
@@ -204,13 +211,13 @@ def improve(
             return patch, constraints, outcome, faults
 
         if everywhere:
-            patch, constraints, outcome, faults = attempt(whole_patch(before), is_brief=False)
+            patch, constraints, outcome, faults = attempt(whole, is_brief=False)
         else:
             bad = is_below(before, target)
             # Most bad cells need their own points and those beside: a patch that is small costs little.
             is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
             for rings in (RINGS,) if options.slides or is_much else (NEAR, RINGS):
-                around = patch_around(before, bad, is_whole=options.slides, threads=threads, rings=rings)
+                around = patch_around(whole, bad, is_whole=options.slides, threads=threads, rings=rings)
                 patch, constraints, outcome, faults = attempt(around, is_brief=rings == NEAR)
                 if outcome.run.stopped or not is_below(outcome.quality, target).any():
                     break
@@ -240,6 +247,14 @@ def _diagnose(patch: Patch) -> tuple[str, ...]:
         looks = number_of(n_reversed, "invalid cell looks", "invalid cells look")
         notes.append(f"{looks} numbered in reverse: taken for inverted.")
     return tuple(notes)
+
+
+def _of_unkept(patch: Patch) -> tuple[str, ...]:
+    """A note on cell data that may be regions, and are not kept."""
+    names = unkept(patch.quality.mesh, patch.region_ids)
+    if not names:
+        return ()
+    return (f"Faces between values of cell data {', '.join(map(repr, names))} are not kept (--keep NAME keeps them).",)
 
 
 def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]:
@@ -317,7 +332,7 @@ def _result(
         history=tuple(run.history),
         seconds=time.monotonic() - run.start,
         evaluations=run.evaluations,
-        notes=(*constraints.notes, *faults, *outcome.notes, *_hints(before, after, options)),
+        notes=(*constraints.notes, *faults, *outcome.notes, *_of_unkept(patch), *_hints(before, after, options)),
         options=options.to_dict(),
     )
     given = before.source

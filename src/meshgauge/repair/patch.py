@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,10 +10,10 @@ import numpy as np
 from ..mesh import Mesh
 from ..mesh.cast import read_only
 from ..mesh.polyhedra import ragged_positions
-from ..mesh.regions import regions
 from ..quality.measure import JENS, Quality, measure
 from .constraints import Mask, shared_with_pieces
 from .faces import mask_of
+from .kept import kept_regions
 from .problem import Ids
 from .report import Claim
 
@@ -92,19 +93,19 @@ class Patch:
         )
 
 
-def whole_patch(quality: Quality) -> Patch:
-    """All of a mesh, no point pinned."""
-    ids, names = regions(quality.mesh)
+def whole_patch(quality: Quality, keep: Sequence[str] = ()) -> Patch:
+    """All of a mesh, no point pinned; ``keep`` as for `kept_regions`."""
+    ids, names = kept_regions(quality.mesh, keep)
     return Patch(quality, quality, None, None, np.zeros(quality.mesh.n_points, bool), ids, names)
 
 
-def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | None, rings: int = RINGS) -> Patch:
+def patch_around(whole: Patch, bad: Mask, *, is_whole: bool, threads: int | None, rings: int = RINGS) -> Patch:
     """The cells near some bad ones.
 
     Parameters
     ----------
-    quality
-        Of the mesh.
+    whole
+        All of the mesh.
     bad
         ``(n_cells,)``.
     is_whole
@@ -114,9 +115,8 @@ def patch_around(quality: Quality, bad: Mask, *, is_whole: bool, threads: int | 
     rings
         Of cells around them whose points may move.
     """
-    mesh = quality.mesh
+    quality, mesh = whole.whole, whole.whole.mesh
     cells, touched = cells_around(mesh, bad, rings + 1)
-    whole = whole_patch(quality)
     if is_whole or len(cells) > LARGE * mesh.n_cells:
         return replace(whole, pinned=~touched)
     used = mask_of(mesh.n_points, _nodes(mesh, cells))

@@ -55,6 +55,7 @@ class Options:
     size_change: float
     topology: bool
     objective: str
+    keep: tuple[str, ...] = ()
 
     @property
     def slides(self) -> bool:
@@ -72,6 +73,7 @@ class Options:
             "topology": self.topology,
             "objective": self.objective if self.topology else None,
             "seconds": self.seconds,
+            "keep": list(self.keep),
         }
 
 

@@ -108,6 +108,10 @@ class ConstraintOptions:
             FIXED,
         ),
     ] = None
+    keep: Annotated[
+        list[str] | None,
+        option("--keep", "NAME", "Faces between values of this cell data, as those of regions; repeatable.", FIXED),
+    ] = None
     surface: Annotated[
         Path | None, option("--surface", "FILE", "With --boundary slide: an STL or VTP surface to move on.", FIXED)
     ] = None
