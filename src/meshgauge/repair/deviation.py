@@ -63,7 +63,7 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     # An item of the patch from which the search begins: that of a point inside the patch, near to where it is now.
     on_patch = np.where(surface.kind[ids] == FACE, surface.item[ids], -1)
     start = np.maximum.reduceat(on_patch, offsets[:-1])
-    start = np.where(start >= 0, start, _items_of_faces(surface))
+    start = np.where(start >= 0, start, surface.face_items)
     for queries, at in (
         (points[ids], owner),
         (0.5 * (points[ids] + points[ids[following]]), owner),
@@ -76,17 +76,6 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     if not is_given:
         largest = max(largest, _from_the_old_side(surface, points))
     return Deviation(far, largest)
-
-
-def _items_of_faces(surface: Surface) -> Ids:
-    """For each face an item of it: triangles of faces come in the order of the faces, whole ones first."""
-    sizes = np.diff(surface.face_offsets)
-    triangles = np.flatnonzero(~surface.facets.is_segment)
-    n_fans = np.where(sizes == 3, 1, sizes)
-    order = np.argsort(sizes != 3, kind="stable")
-    first = np.empty(len(sizes), np.int64)
-    first[order] = np.cumsum(n_fans[order]) - n_fans[order]
-    return triangles[np.minimum(first, len(triangles) - 1)]
 
 
 def _from_the_old_side(surface: Surface, points: Points) -> float:

@@ -139,7 +139,8 @@ def improve(
     keep
         Names of cell data: faces between cells of which they differ stay as those between regions do.
     surface
-        With "slide": a PyVista or VTK surface of triangles to move on instead of the boundary itself.
+        With "slide": a mesh, or a PyVista or VTK data set, on whose boundary points move instead of on the boundary
+        itself; its surface cells if it has no solid ones.
     feature_angle
         Degrees between two faces of the boundary from which on their edge is a feature that is kept.
     progress

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshError
 from .components import components
 from .constraints import Constraints
 from .faces import face_centres, face_points, next_in_face
@@ -38,6 +36,8 @@ class Surface:
         Points of each face of the surface.
     face_patches, face_sides, face_labels
         Of each face its patch; the regions behind and before it; the region of the surface cell on it; -1 for none.
+    face_items
+        Of each face an item of it, or near it where the user gave the surface.
     n_patches, n_curves
         How many.
     """
@@ -51,6 +51,7 @@ class Surface:
     face_patches: Ids
     face_sides: Ids
     face_labels: Ids
+    face_items: Ids
     n_patches: int
     n_curves: int
 
@@ -180,6 +181,8 @@ def _assemble(
         on_edge = kind[features[:, m]] == EDGE
         item[features[on_edge, m]] = len(items) + np.flatnonzero(on_edge)
     means = np.unique(items[items >= len(points)])
+    face_items = np.empty(faces.n, np.int64)
+    face_items[item_face] = np.arange(len(items))
     return Surface(
         facets=facets,
         projection=facets.smooth(means),
@@ -190,6 +193,7 @@ def _assemble(
         face_patches=patch,
         face_sides=sides,
         face_labels=labels,
+        face_items=face_items,
         n_patches=n_patches,
         n_curves=n_curves,
     )
@@ -205,35 +209,6 @@ def _triangles(n_points: int, faces: Faces) -> tuple[Ids, Ids]:
     middles = np.where(own >= 0, own, n_points + faces.owner[rest])
     fans = np.stack([faces.ids[rest], faces.ids[faces.following[rest]], middles], axis=1)
     return np.concatenate([whole, fans]), np.concatenate([np.flatnonzero(sizes == 3), faces.owner[rest]])
-
-
-def target_surface(own: Surface, given: Any, points: Points) -> Surface:
-    """The surface with the patches replaced by triangles that the user gives; features stay as they are.
-
-    Raises `MeshError` if what is given has no triangles.
-    """
-    import pyvista
-
-    if not hasattr(given, "IsA"):
-        raise MeshError(f"a surface is a PyVista or VTK data set of triangles, not a {type(given).__name__}")
-    poly = pyvista.wrap(given)
-    poly = poly if isinstance(poly, pyvista.PolyData) else poly.extract_surface(algorithm="dataset_surface")
-    triangles = poly.triangulate().clean()
-    if triangles.n_cells == 0 or len(triangles.faces) != 4 * triangles.n_cells:
-        raise MeshError("the surface to slide on has no triangles")
-    curves = own.facets.is_segment
-    base, segments = len(own.facets.points), own.facets.items[curves]
-    items = np.asarray(triangles.faces, np.int64).reshape(-1, 4)[:, 1:]
-    n = len(items)
-    vertices = np.concatenate([own.facets.points, np.asarray(triangles.points, np.float64)])
-    groups = np.concatenate([np.zeros(n, np.int64), 1 + own.facets.groups[curves]])
-    projection = projection_of(vertices, np.concatenate([items + base, segments]), groups, n)
-    item = np.full(len(points), -1)
-    on_edge = own.kind == EDGE
-    item[on_edge] = (np.cumsum(curves) - 1 + n)[own.item[on_edge]]
-    on_face = np.flatnonzero(own.kind == FACE)
-    item[on_face] = [triangles.find_closest_cell(x) for x in points[on_face]]
-    return replace(own, facets=projection, projection=projection, item=item, n_patches=1)
 
 
 def _in_rows(rows: Ids, among: Ids) -> NDArray[np.bool_]:

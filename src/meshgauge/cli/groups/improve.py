@@ -113,7 +113,13 @@ class ConstraintOptions:
         option("--keep", "NAME", "Faces between values of this cell data, as those of regions; repeatable.", FIXED),
     ] = None
     surface: Annotated[
-        Path | None, option("--surface", "FILE", "With --boundary slide: an STL or VTP surface to move on.", FIXED)
+        Path | None,
+        option(
+            "--surface",
+            "FILE",
+            "With --boundary slide: move on the boundary of this mesh (or surface: STL, PLY, ...).",
+            FIXED,
+        ),
     ] = None
     feature_angle: Annotated[
         float,
@@ -129,9 +135,12 @@ class ConstraintOptions:
             If the mesh has no such data or region, or the surface cannot be read.
         """
         from ...repair.fixed import fixed_points
-        from ...repair.surface_file import surface_in
 
         mask = fixed_points(
             mesh, self.fixed_points or (), self.fixed_region or (), self.fixed_box or (), self.fixed_ids or ()
         )
-        return mask, None if self.surface is None else surface_in(self.surface)
+        if self.surface is None:
+            return mask, None
+        from ... import read
+
+        return mask, read(self.surface)

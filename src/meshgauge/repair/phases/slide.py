@@ -19,7 +19,8 @@ from ..deviation import deviation
 from ..faces import mask_of
 from ..problem import Points, Problem, gather
 from ..run import Run
-from ..surface import CORNER, EDGE, FACE, INSIDE, Surface, surface_of, target_surface
+from ..surface import CORNER, EDGE, FACE, INSIDE, Surface, surface_of
+from ..target import target_surface
 from ..volumes import moved_rims, restore_volumes
 from .mean import raise_mean
 from .worst import raise_worst
