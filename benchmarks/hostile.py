@@ -57,30 +57,32 @@ def mutants(n: int, rng: random.Random, folder: Path, keep: Path | None) -> int:
     counts: Counter[tuple[str, str]] = Counter()
     base = _attempt(sources[0][1], sources[0][1], rehearse=True)[2]
     slowest, largest, wrong, start = 0.0, 0, 0, time.monotonic()
-    for number in range(n):
-        name, path, files = sources[number % len(sources)]
-        victim = rng.choice(files)
-        whole = victim.read_bytes()
-        victim.write_bytes(mutant(rng, whole))
-        outcome, seconds, memory = _attempt(path, victim)
-        memory = max(memory - base, 0)
-        allowed = MEMORY + SWELL * sum(file.stat().st_size for file in files)
-        if outcome in ("read", "refused"):
-            outcome = "slow" if seconds > SECONDS else "large" if memory > allowed else outcome
-        slowest, largest = max(slowest, seconds), max(largest, memory)
-        counts[name, outcome] += 1
-        if outcome not in ("read", "refused"):
-            wrong += 1
-            print(f"{number}: {name}: {outcome} after {seconds:.1f} s, {memory >> 20} MB")
-            if keep is not None:
-                shutil.copytree(path.parent, keep / f"{number}-{name}", dirs_exist_ok=True)
-        victim.write_bytes(whole)
+    with contextlib.suppress(KeyboardInterrupt):  # which ends it early, with the counts so far
+        for number in range(n):
+            name, path, files = sources[number % len(sources)]
+            victim = rng.choice(files)
+            whole = victim.read_bytes()
+            victim.write_bytes(mutant(rng, whole))
+            outcome, seconds, memory = _attempt(path, victim)
+            memory = max(memory - base, 0)
+            allowed = MEMORY + SWELL * sum(file.stat().st_size for file in files)
+            if outcome in ("read", "refused"):
+                outcome = "slow" if seconds > SECONDS else "large" if memory > allowed else outcome
+            slowest, largest = max(slowest, seconds), max(largest, memory)
+            counts[name, outcome] += 1
+            if outcome not in ("read", "refused"):
+                wrong += 1
+                print(f"{number}: {name}: {outcome} after {seconds:.1f} s, {memory >> 20} MB")
+                if keep is not None:
+                    shutil.copytree(path.parent, keep / f"{number}-{name}", dirs_exist_ok=True)
+            victim.write_bytes(whole)
     for name in sorted({name for name, *_ in sources}):
         print(f"  {name:12s}", *(f"{outcome} {k}" for (one, outcome), k in sorted(counts.items()) if one == name))
     total = Counter[str]()
     for (_, outcome), k in counts.items():
         total[outcome] += k
-    print(f"{n} files in {time.monotonic() - start:.0f} s: {dict(total)}; {slowest:.1f} s, {largest >> 20} MB at most")
+    seconds = time.monotonic() - start
+    print(f"{total.total()} files in {seconds:.0f} s: {dict(total)}; {slowest:.1f} s, {largest >> 20} MB at most")
     return int(wrong > 0)
 
 

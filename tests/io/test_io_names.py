@@ -9,8 +9,6 @@ import pytest
 from io_meshes import mesh_of
 
 from meshgauge import io
-from meshgauge.errors import WriteError
-from meshgauge.io import registry
 from meshgauge.mesh import CellBlock, Mesh
 
 pytestmark = pytest.mark.usefixtures("readers_here")
@@ -73,36 +71,3 @@ def test_names_that_become_the_same_stay_apart(tmp_path: Path) -> None:
     data = {"a\\x1b": np.zeros(mesh.n_points), "a\x1b": np.ones(mesh.n_points)}
     io.write(tmp_path / "a.vtu", mesh.replace(point_data=data))
     assert sorted(values[0] for values in io.read(tmp_path / "a.vtu").point_data.values()) == [0.0, 1.0]
-
-
-@pytest.mark.parametrize("damage", ["points", "connectivity", "data", "unreadable"])
-@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf", ".msh"])
-def test_what_does_not_read_back_replaces_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damage: str, extension: str
-) -> None:
-    path = tmp_path / f"a{extension}"
-    io.write(path, mesh_of("tetra"))
-    before = path.read_bytes()
-    real = registry.read
-
-    def worse(*arguments: object, **options: object) -> Mesh:
-        mesh = real(*arguments, **options)  # type: ignore[arg-type]
-        if damage == "points":
-            return mesh.replace(points=mesh.points + 1e-3)
-        if damage == "connectivity":
-            types = mesh.types.copy()
-            types[0] = 9  # a tetrahedron is gone, though nothing was said
-            return mesh.replace(types=types)
-        if damage == "data":
-            return mesh.replace(point_data={})
-        raise registry.ReadError("broken")
-
-    monkeypatch.setattr(registry, "read", worse)
-    mesh = mesh_of("tetra").replace(point_data={"t": np.ones(8)})
-    if damage == "data" and extension == ".msh":
-        io.write(path, mesh)  # such formats may lose data
-        return
-    with pytest.raises(WriteError, match=r"a\.\w+: "):
-        io.write(path, mesh)
-    assert path.read_bytes() == before
-    assert len(list(tmp_path.iterdir())) == 1

@@ -43,7 +43,7 @@ from .formats.vtk.legacy import VTK_LEGACY
 from .formats.vtk.xml import VTK_XML, VTU
 from .formats.xdmf import XDMF
 from .plumbing import budget, files, isolate
-from .plumbing.format import Format
+from .plumbing.format import Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.steps import Step, StepChoice, note, position
 
@@ -132,14 +132,22 @@ def _own(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh | None:
         return None
     mesh = _state(chosen, path, choice, chosen.read, chosen.read_step)
     if mesh is not None:
-        budget.draw("mesh", _n_bytes(mesh), "the mesh")
+        budget.draw("mesh", n_bytes(mesh), "the mesh")
     return mesh
 
 
-def _n_bytes(mesh: Mesh) -> int:
+def n_bytes(mesh: Mesh) -> int:
     """Of the arrays of a mesh."""
     data = (*mesh.point_data.values(), *mesh.cell_data.values(), *mesh.field_data.values())
     return sum(values.nbytes for values in (mesh.points, mesh.types, mesh.offsets, mesh.connectivity, *data))
+
+
+def scan(chosen: Format, path: Path, take: Take) -> bool:
+    """Hand over the arrays of a file in pieces; False if that cannot be done."""
+    if chosen.scan is None:
+        return False
+    scanner = chosen.scan
+    return bool(_call_reader(chosen, path, lambda path: scanner(path, take)))
 
 
 def read_here(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh:

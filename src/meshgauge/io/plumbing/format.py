@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
 
 from ...mesh import Mesh
 from .steps import Step
@@ -26,6 +29,12 @@ StepLister = Callable[[Path], tuple[Step, ...]]
 
 Writer = Callable[[Path, Mesh], tuple[str, ...]]
 """Writes a file that does not exist yet; returns what the format could not hold, a sentence each."""
+
+Take = Callable[[str, str, Iterator[NDArray[Any]]], None]
+"""Is handed what an array is (an attribute of `Mesh`), its name if it is data, and its values, flat, in pieces."""
+
+Scanner = Callable[[Path, Take], bool]
+"""Hands over every array of a file, in pieces; False if the file is of a kind that it does not know."""
 
 Sniffer = Callable[[bytes, Path], bool]
 """True if the first bytes of a file (up to `HEAD` of them) are of this format."""
@@ -66,6 +75,9 @@ class Format:
         In place of ``read`` and ``foreign`` where a file may hold several time steps.
     write
         None where the format cannot be written.
+    scan
+        Hands over what a file holds, so that a large one is compared without having it in memory; None if there is
+        only reading it.
     by_content
         False if the bytes tell this format only together with its extension.
     has_both_wedge_orders
@@ -80,6 +92,7 @@ class Format:
     read: OwnReader | None = None
     foreign: Reader | None = None
     write: Writer | None = None
+    scan: Scanner | None = None
     by_content: bool = True
     has_both_wedge_orders: bool = False
     forbidden: str = ""

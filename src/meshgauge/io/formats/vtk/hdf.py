@@ -19,12 +19,19 @@ from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import vtk, within
-from ...plumbing.format import Format
+from ...plumbing.format import Format, Take
 from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.steps import Step, number_steps
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
+_SIZES = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
+_OF_POLYHEDRA = {
+    "cell_offsets": "PolyhedronOffsets",
+    "cell_faces": "PolyhedronToFaces",
+    "face_offsets": "FaceOffsets",
+    "face_points": "FaceConnectivity",
+}
 _COMPOSITE = ("PartitionedDataSetCollection", "MultiBlockDataSet")
 
 
@@ -178,9 +185,7 @@ def _parts(name: str, group: Any, at: int) -> list[Part]:
     """The partitions of one grid at a time step."""
     step = _start(group, at)
     chosen = slice(step.part, None if step.n_parts is None else step.part + step.n_parts)
-    n_points, n_cells, n_ids = (
-        group[key][chosen].astype(np.int64) for key in ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
-    )
+    n_points, n_cells, n_ids = (group[key][chosen].astype(np.int64) for key in _SIZES)
     if not len(n_points) == len(n_cells) == len(n_ids):
         raise ReadError("the numbers of points, cells and connectivity ids are not of as many partitions")
     has_polyhedra = "PolyhedronToFaces" in group and len(group["PolyhedronToFaces"])
@@ -280,8 +285,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         # Version 2.5 added polyhedra; without them any reader of version 2 will do.
         root.attrs["Version"] = np.array([2, 0 if mesh.polyhedra is None else 5], np.int64)
         root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
-        sized = {"NumberOfPoints": mesh.n_points, "NumberOfCells": mesh.n_cells}
-        sized["NumberOfConnectivityIds"] = len(mesh.connectivity)
+        sized = dict(zip(_SIZES, (mesh.n_points, mesh.n_cells, len(mesh.connectivity)), strict=True))
         arrays = {
             "Points": mesh.points,
             "Types": mesh.types,
@@ -293,8 +297,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
             sized["NumberOfFaces"] = poly.n_faces
             sized["NumberOfFaceConnectivityIds"] = len(poly.face_points)
             sized["NumberOfPolyhedronToFaceIds"] = len(poly.cell_faces)
-            arrays["PolyhedronOffsets"], arrays["PolyhedronToFaces"] = poly.cell_offsets, poly.cell_faces
-            arrays["FaceOffsets"], arrays["FaceConnectivity"] = poly.face_offsets, poly.face_points
+            arrays |= {name: getattr(poly, field_name) for field_name, name in _OF_POLYHEDRA.items()}
         for name, count in sized.items():
             root.create_dataset(name, data=np.array([count], np.int64))
         for name, values in arrays.items():
@@ -308,6 +311,34 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
             for key, values in data.items():
                 _write_array(group, key, values, lost)
     return tuple(lost)
+
+
+_ROWS = 1 << 16
+"""That are compared at a time."""
+
+
+def scan(path: Path, take: Take) -> bool:
+    """Hand over the arrays of a file as `write` makes it, some rows at a time; False if it is of another kind."""
+    with _open(path) as root:
+        if any(len(root[name]) != 1 for name in _SIZES):
+            return False
+        for what, name in (("points", "Points"), ("types", "Types"), ("offsets", "Offsets"),
+                           ("connectivity", "Connectivity")):  # fmt: skip
+            take(what, "", _pieces(root[name]))
+        for field_name, name in _OF_POLYHEDRA.items():
+            if name in root:
+                take("polyhedra", field_name, _pieces(root[name]))
+        for what, name in (("point_data", "PointData"), ("cell_data", "CellData"), ("field_data", "FieldData")):
+            for key, values in root[name].items():
+                take(what, key, _pieces(values))
+    return True
+
+
+def _pieces(dataset: Any) -> Iterator[NDArray[Any]]:
+    return (
+        _text(_rows(dataset, at, min(_ROWS, len(dataset) - at)), dataset).ravel()
+        for at in range(0, len(dataset), _ROWS)
+    )
 
 
 def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -> None:
@@ -336,5 +367,5 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
 
 VTKHDF = Format(
     "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
-    steps=steps, read_step=read, foreign_step=read_by_vtk,
+    scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk,
 )  # fmt: skip

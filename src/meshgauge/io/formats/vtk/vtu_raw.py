@@ -6,8 +6,10 @@ holds each array once. Whatever it does not know it leaves to VTK.
 
 from __future__ import annotations
 
+import itertools
 import re
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 from xml.etree import ElementTree
@@ -19,6 +21,7 @@ from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import budget
 from ...plumbing.budget import DENSEST
+from ...plumbing.format import Take
 from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.vtk import MARKED, RENUMBERED
 
@@ -34,6 +37,9 @@ class _Unknown(Exception):
     """Something that is left to VTK."""
 
 
+_UNKNOWN = (_Unknown, ElementTree.ParseError, ValueError, KeyError, LookupError)
+
+
 def read(path: Path, at: int) -> Mesh | None:
     """The mesh at a time step, or None if this file is of another kind.
 
@@ -43,15 +49,66 @@ def read(path: Path, at: int) -> Mesh | None:
         If an array is not whole.
     """
     with path.open("rb") as file:
-        head = file.read(_LARGEST_HEADER)
-        start = _START.search(head)
-        if start is None or b"<!" in head[: start.start()]:
-            return None
         try:
-            root = ElementTree.fromstring(head[: start.start()] + b"</VTKFile>")
-            return _mesh(root, _Appended(file, path, root, start.end()), at)
-        except (_Unknown, ElementTree.ParseError, ValueError, KeyError, LookupError):
+            return _mesh(*_open(file, path), at)
+        except _UNKNOWN:
             return None
+
+
+def scan(path: Path, take: Take) -> bool:
+    """Hand over the arrays of a file as `xml.write` makes it, block by block; False if it is of another kind.
+
+    Raises
+    ------
+    ReadError
+        If an array is not whole.
+    """
+    with path.open("rb") as file:
+        try:
+            root, data = _open(file, path)
+            grid, piece = _one_piece(root)
+            cells = {item.get("Name", ""): item for item in piece.findall("Cells/DataArray")}
+            if not data.is_packed or set(cells) != {"connectivity", "offsets", "types"}:
+                return False
+            for item in piece.findall("Points/DataArray"):
+                take("points", "", data.blocks(item))
+            take("offsets", "", itertools.chain([np.zeros(1, np.int64)], data.blocks(cells["offsets"])))
+            take("types", "", data.blocks(cells["types"]))
+            take("connectivity", "", data.blocks(cells["connectivity"]))
+            for parent, kind, what in (
+                (piece, "PointData", "point_data"),
+                (piece, "CellData", "cell_data"),
+                (grid, "FieldData", "field_data"),
+            ):
+                for item in parent.findall(f"{kind}/*"):
+                    rows = int(item.get("NumberOfTuples", "0"))
+                    is_text = item.get("type") == "String"
+                    pieces = iter([data.texts(item, rows).ravel()]) if is_text else data.blocks(item)
+                    take(what, item.attrib["Name"], pieces)
+        except _UNKNOWN:
+            return False
+    return True
+
+
+def _open(file: BinaryIO, path: Path) -> tuple[ElementTree.Element, _Appended]:
+    """The XML of a file, and what is appended to it."""
+    head = file.read(_LARGEST_HEADER)
+    start = _START.search(head)
+    if start is None or b"<!" in head[: start.start()]:
+        raise _Unknown
+    root = ElementTree.fromstring(head[: start.start()] + b"</VTKFile>")
+    return root, _Appended(file, path, root, start.end())
+
+
+def _one_piece(root: ElementTree.Element) -> tuple[ElementTree.Element, ElementTree.Element]:
+    """The grid, and its only piece."""
+    if root.get("type") != "UnstructuredGrid":
+        raise _Unknown
+    grid = root.find("UnstructuredGrid")
+    pieces = grid.findall("Piece") if grid is not None else []
+    if grid is None or len(pieces) != 1:
+        raise _Unknown
+    return grid, pieces[0]
 
 
 class _Appended:
@@ -133,11 +190,26 @@ class _Appended:
         start = self.file.tell()
         stated = self._stated(name)
         self.file.seek(start)
-        n_blocks, size, last = self._headers(3, name)
+        n_blocks = self._headers(1, name)[0]
         if stated != expected or expected > self.size * DENSEST or n_blocks * self.header.itemsize > self.size:
             raise ReadError(f"{self.path}: array {name!r} states {stated} bytes, expected {expected}")
         values = np.empty(n + after, dtype)
         into, at = values[after:].view(np.uint8), 0
+        for block in self._packed_blocks(start, name):
+            into[at : at + len(block)] = np.frombuffer(block, np.uint8)
+            at += len(block)
+        return values
+
+    def blocks(self, item: ElementTree.Element) -> Iterator[NDArray[np.generic]]:
+        """The numbers of a packed array, flat, a block at a time."""
+        dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
+        for block in self._packed_blocks(self.start + int(item.attrib["offset"]), item.get("Name", "")):
+            yield np.frombuffer(block, dtype)
+
+    def _packed_blocks(self, start: int, name: str) -> Iterator[bytes]:
+        """The bytes of a packed array that begins there, a block at a time."""
+        self.file.seek(start)
+        n_blocks, size, last = self._headers(3, name)
         for number, packed in enumerate(self._headers(n_blocks, name), 1):
             want = last if last and number == n_blocks else size
             unpacker = zlib.decompressobj()
@@ -147,20 +219,12 @@ class _Appended:
                 raise ReadError(f"{self.path}: array {name!r} cannot be unpacked: {error}") from error
             if len(block) != want:
                 raise ReadError(f"{self.path}: array {name!r} is not whole")
-            into[at : at + want] = np.frombuffer(block, np.uint8)
-            at += want
-        return values
+            yield block
 
 
 def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
-    if root.get("type") != "UnstructuredGrid":
-        raise _Unknown
+    grid, piece = _one_piece(root)
     version = tuple(int(part) for part in root.get("version", "0.1").split(".")[:2])
-    grid = root.find("UnstructuredGrid")
-    pieces = grid.findall("Piece") if grid is not None else []
-    if grid is None or len(pieces) != 1:
-        raise _Unknown
-    piece = pieces[0]
     n_points, n_cells = int(piece.attrib["NumberOfPoints"]), int(piece.attrib["NumberOfCells"])
     cells = {item.get("Name"): item for item in _of_step(piece, "Cells/DataArray", at)}
     points = _of_step(piece, "Points/DataArray", at)
