@@ -6,9 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import meshgauge
+from meshgauge import Mesh
+from meshgauge.cli import main
+from meshgauge.cli.batch import LARGE
 from meshgauge.errors import ReadError, ResourceError
 from meshgauge.files import resources
 from meshgauge.io.plumbing import budget
@@ -34,6 +38,39 @@ def test_too_little_address_space_is_one_line(megabytes: int, tmp_path: Path) ->
     assert done.stderr.count("\n") == 1
     assert "too little memory: " in done.stderr
     assert "(ulimit -v)" in done.stderr
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
+@pytest.mark.parametrize("megabytes", [300, 600])
+@pytest.mark.parametrize("extension", [".vtu", ".vtkhdf"])
+def test_of_a_large_file_too_little_is_one_line(megabytes: int, extension: str, tmp_path: Path) -> None:
+    """While it is read the kernels are loaded by another thread."""
+    path, n = tmp_path / f"a{extension}", 200_000
+    points = np.random.default_rng(0).random((n, 3))
+    meshgauge.write(path, Mesh.from_arrays(points, [("tetra", np.arange(n).reshape(-1, 4))]))
+    assert path.stat().st_size > LARGE
+    code = (
+        f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({megabytes << 20},) * 2)\n"
+        "import sys; from meshgauge.__main__ import run; sys.exit(run())"
+    )
+    for command in (["report", "-q"], ["check"], ["improve", "-q", "-o", str(tmp_path / f"b{extension}")]):
+        arguments = [sys.executable, "-c", code, *command, str(path)]
+        done = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=False)
+        assert done.returncode == 2
+        assert done.stderr.count("\n") == 1
+        assert "memory" in done.stderr
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_work_that_does_not_fit_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def app(**options: object) -> int:
+        raise MemoryError("Unable to allocate 61.0 MiB for an array")
+
+    monkeypatch.setattr(main, "app", app)
+    assert main.main([]) == 2
+    assert capsys.readouterr().err == "meshgauge: error: too little memory: Unable to allocate 61.0 MiB for an array\n"
 
 
 def test_the_least_of_what_is_free_and_allowed(monkeypatch: pytest.MonkeyPatch) -> None:

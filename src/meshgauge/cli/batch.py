@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator
@@ -209,8 +210,9 @@ def _reason(path: str, error: BaseException) -> str:
 
 
 def _load() -> None:
-    """Numba and the kernels: a second or two that pass while a large file is read."""
-    from ..kernels import jit
-    from ..quality import measure  # noqa: F401  imported to have it loaded
+    """Numba and the kernels: a second or two that pass while a large file is read. What fails does so again at use."""
+    with contextlib.suppress(Exception):  # too little memory is many errors
+        from ..kernels import jit
+        from ..quality import measure  # noqa: F401  imported to have it loaded
 
-    jit.warm_up()
+        jit.warm_up()

@@ -82,6 +82,8 @@ def _code(arguments: list[str] | None) -> int:
         if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
             return failed(unwritten(error))  # of the help, which Typer prints
         return failed(str(error))
+    except MemoryError as error:  # nothing of it is unexpected: the system's words say how much was asked for
+        return failed(f"too little memory: {error or 'the work does not fit'}")
     except Exception as error:
         if interrupts.is_asked():  # while a library was loaded or at work
             return interrupts.code()

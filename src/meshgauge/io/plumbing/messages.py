@@ -6,7 +6,9 @@ import errno
 import re
 from pathlib import Path
 
-_OF_MEMORY = re.compile(r"cannot allocate memory|failed to map segment|out of memory|bad_alloc", re.IGNORECASE)
+_OF_MEMORY = re.compile(
+    r"cannot allocate memory|failed to map segment|out of memory|bad_alloc|can't start new thread", re.IGNORECASE
+)
 
 
 def named_once(path: Path, message: str) -> str:

@@ -22,6 +22,7 @@ from ...plumbing import vtk, within
 from ...plumbing.format import Format, Take
 from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.merge import Part, merge_parts
+from ...plumbing.messages import is_out_of_memory
 from ...plumbing.steps import Step, number_steps
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -86,6 +87,8 @@ def _open(path: Path) -> Iterator[Any]:
     except MeshgaugeError:
         raise
     except (OSError, KeyError, ValueError, TypeError, IndexError, RuntimeError) as error:
+        if is_out_of_memory(error):
+            raise MemoryError from error
         raise ReadError(f"{path}: not a whole VTKHDF file: {error}") from error
 
 

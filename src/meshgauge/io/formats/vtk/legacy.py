@@ -13,6 +13,7 @@ from ...plumbing.format import Format
 from . import legacy_own
 
 _STATED = re.compile(rb"^(POINTS|CELLS|CELL_TYPES|POINT_DATA|CELL_DATA)[ \t]+(-?\d+)(?:[ \t]+(-?\d+))?", re.MULTILINE)
+_FIELD = re.compile(rb"^FIELD[ \t]+\S+[ \t]+(-?\d+)", re.MULTILINE)
 _SECTIONS = (b"POINTS", b"CELLS", b"CELL_TYPES")
 
 
@@ -62,6 +63,9 @@ def _stated_counts(path: Path) -> dict[str, int]:
                     raise ReadError(f"{path}: states {what} {int(stated)}, but has only {size} bytes")
             if match:
                 first[keyword.decode()] = int(match.group(2))
+        for match in _FIELD.finditer(data):
+            if not 0 <= int(match.group(1)) <= size:  # VTK looks for each of them, behind the end too
+                raise ReadError(f"{path}: states a FIELD of {int(match.group(1))} arrays, but has only {size} bytes")
     return first
 
 
