@@ -1,10 +1,16 @@
-"""The command line without a process of its own, which takes a second to start."""
+"""The command line without a process of its own, which takes a second to start; and many processes for one start."""
 
 from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Iterator
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -32,3 +38,90 @@ def _captured() -> Iterator[tuple[io.BytesIO, io.BytesIO]]:
         yield out, err
     for text in texts:
         text.detach()
+
+
+@dataclass(frozen=True)
+class Process:
+    """A process to be: its arguments, program text that it runs before, and where its standard streams lead.
+
+    ``streams`` maps 0, 1 and 2 to a path, or to None for a stream that is closed. Without an entry the input is empty,
+    and what is printed is kept.
+    """
+
+    arguments: Sequence[str | os.PathLike[str]]
+    before: str = ""
+    streams: Mapping[int, str | None] = field(default_factory=dict)
+
+
+_MESH = """MeshVersionFormatted 2
+Dimension 3
+Vertices
+4
+0 0 0 0
+1 0 0 0
+0 1 0 0
+0 0 1 0
+Tetrahedra
+1
+1 2 3 4 0
+End
+"""
+_FORKS = """
+import contextlib, io, json, os, sys
+from meshgauge.__main__ import run
+from meshgauge.cli.main import main
+
+folder, processes = sys.argv[1], json.loads(sys.argv[2])
+with contextlib.redirect_stdout(io.StringIO()):  # loads what most commands need
+    main(["report", f"{folder}/first.mesh"])
+exec(sys.argv[3])
+for n, (arguments, before, streams) in enumerate(processes):
+    child = os.fork()
+    if child:
+        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+        continue
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        os.close(number)
+        path = streams.get(str(number), os.devnull if number == 0 else f"{folder}/{n}.{number}")
+        if path is None:
+            setattr(sys, name, None)
+            setattr(sys, f"__{name}__", None)
+            continue
+        opened = os.open(path, os.O_WRONLY | os.O_CREAT if number else os.O_RDONLY)
+        if opened != number:
+            os.dup2(opened, number)
+            os.close(opened)
+    sys.argv = ["meshgauge", *(os.fsdecode(argument.encode("latin-1")) for argument in arguments)]
+    exec(before)
+    sys.exit(run())
+"""
+
+
+def processes(
+    *wanted: Process, loading: str = "", environment: Mapping[str, str] | None = None, timeout: float = 120
+) -> list[CompletedProcess[str]]:
+    """Run ``meshgauge`` in a process for each, one after the other; all are forks of one that has loaded the package.
+
+    As in a process of its own a signal, a closed stream and the exit code are the real ones; what a start of Python
+    makes of them is not tested. ``loading`` is program text for imports that all share.
+    """
+    asked = json.dumps([([_bytes(a) for a in p.arguments], p.before, dict(p.streams)) for p in wanted])
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "first.mesh").write_text(_MESH)
+        command = [sys.executable, "-c", _FORKS, folder, asked, loading]
+        done = subprocess.run(command, env=environment, capture_output=True, timeout=timeout, check=False)
+        codes = done.stdout.split()
+        assert len(codes) == len(wanted), done.stderr.decode()
+        return [
+            CompletedProcess(p.arguments, int(codes[n]), *(_printed(Path(folder, f"{n}.{k}")) for k in (1, 2)))
+            for n, p in enumerate(wanted)
+        ]
+
+
+def _bytes(argument: str | os.PathLike[str]) -> str:
+    """The bytes of an argument, a character for each: how they are text is for the process to say."""
+    return os.fsencode(argument).decode("latin-1")
+
+
+def _printed(path: Path) -> str:
+    return path.read_text(encoding="utf-8", errors="surrogateescape") if path.exists() else ""

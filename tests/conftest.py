@@ -41,7 +41,37 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--long", action="store_true", help="run the tests marked long as well")
 
 
+FIRST = (
+    "test_readme.py",  # compiles the kernels of repairs
+    "test_corpus.py",  # compiles those of cells and polyhedra
+    "test_broken_polyhedra.py",
+    "test_view_browser.py",
+    "test_html_browser.py",
+    "test_contributing.py",
+    "test_cli_streams.py",
+    "test_repair_mend.py",
+    "test_high_order_cells.py",
+    "test_cli_improve.py",
+    "test_cli_interrupts.py",
+    "test_doctor_diagnosis.py",
+    "test_repair.py",
+    "test_plot_command.py",
+    "test_io_budget.py",
+    "test_io_broken.py",
+    "test_certificate_oracles.py",
+    "test_repair_topology.py",
+    "test_view_scene.py",
+    "test_fuzz.py",
+    "test_integration_pyvista.py",
+    "test_integration_jupyter.py",
+)
+"""Files that take longest: with several workers they come first, so that none is left alone with one at the end."""
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    if hasattr(config, "workerinput"):  # a worker of pytest-xdist
+        rank = {name: n for n, name in enumerate(FIRST)}
+        items.sort(key=lambda item: rank.get(item.path.name, len(FIRST)))
     if config.getoption("--long"):
         return
     skip = pytest.mark.skip(reason="marked long: run with --long")
@@ -55,6 +85,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """A file's tests run in one worker (unless ``--dist`` says else): what they compile and share is made once."""
     from xdist.scheduler import LoadFileScheduling
 
+    config.option.loadscopereorder = False  # files come in the order of the tests, see `FIRST`
     return LoadFileScheduling(config, log) if config.getoption("dist") == "load" else None
 
 

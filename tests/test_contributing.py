@@ -17,6 +17,14 @@ ROOT = Path(__file__).resolve().parent.parent
 TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^### (Add .*?)\n(.*?)(?=^### |\Z)", TEXT, re.DOTALL | re.MULTILINE))
 
+TESTS = """
+import shlex, sys, pytest
+for line in sys.argv[1:]:
+    if code := pytest.main(shlex.split(line)):
+        sys.exit(f"pytest {line}: {code}")
+"""
+"""Several runs of pytest in one process, which takes seconds to start."""
+
 
 def change(root: Path, diff: str) -> None:
     """Apply a diff without line numbers: what it takes away or keeps must stand in the file exactly once."""
@@ -52,14 +60,17 @@ def test_a_recipe_works(name: str, tmp_path: Path) -> None:
     for diff in re.findall(r"^```diff\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
         change(tmp_path, diff)
     environment = {**os.environ, "PYTHONPATH": str(tmp_path / "src"), "PYTHONIOENCODING": "utf-8"}
-    commands = re.findall(r"^\$ python (.*)$", recipe, re.MULTILINE)
+    lines = re.findall(r"^\$ python (.*)$", recipe, re.MULTILINE)
+    # Pages are left out: they print reports of large meshes, slow, and are held by tests of their own.
+    commands = [
+        ["-m", *shlex.split(line.removeprefix("-m "))] for line in lines if not re.search("refresh|pytest", line)
+    ]
     if importlib.util.find_spec("ruff"):
-        commands = ["-m ruff check .", "-m ruff format --check .", *commands]
-    for command in commands:
-        if "refresh" in command:
-            continue  # it prints reports of large meshes: slow, and held by the tests of the pages
-        arguments = [sys.executable, *shlex.split(command)]
+        commands = [["-m", "ruff", "check", "."], ["-m", "ruff", "format", "--check", "."], *commands]
+    tests = [line.removeprefix("-m pytest ") for line in lines if line.startswith("-m pytest ")]
+    for command in [*commands, ["-c", TESTS, *tests]]:
         done = subprocess.run(
-            arguments, cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8", timeout=300, check=False
-        )
+            [sys.executable, *command], cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8",
+            timeout=300, check=False,
+        )  # fmt: skip
         assert done.returncode == 0, f"{command}\n{done.stdout[-3000:]}\n{done.stderr[-2000:]}"

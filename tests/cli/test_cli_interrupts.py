@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Process, processes
 
 import meshgauge
 from meshgauge.cli import live
@@ -22,7 +23,7 @@ ASKING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 RUN = "import sys; from meshgauge.__main__ import run; sys.exit(run())"
 AT = """
-import os, signal, sys, time
+import os, signal, time
 import {module} as module
 real = module.{name}
 def stopped(*arguments, **options):
@@ -34,45 +35,40 @@ module.{name} = stopped
 """
 
 
-def program(module: str, name: str, number: int, times: int = 1) -> str:
-    """The command line, which is sent a signal when it comes to a function."""
-    return AT.format(module=module, name=name, number=int(number), times=times) + RUN
+def at(module: str, name: str, number: int, times: int = 1) -> str:
+    """Program text: the command line is sent a signal when it comes to a function."""
+    return AT.format(module=module, name=name, number=int(number), times=times)
 
 
-def run(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", code, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-
-
-@pytest.mark.parametrize("number", ASKING)
-def test_reading_and_writing_end_with_the_number(good: Path, tmp_path: Path, number: signal.Signals) -> None:
+def test_reading_and_writing_end_with_the_number(good: Path, tmp_path: Path) -> None:
     before = good.read_bytes()
-    for place in (("meshgauge.io.reading", "_read"), ("meshgauge.io.plumbing.verify", "check")):
-        done = run(program(*place, number), "report", good, "-q", "--in-place")
-        assert (done.returncode, done.stdout, done.stderr.strip()) == (128 + number, "", "")
-        assert good.read_bytes() == before
-        assert list(tmp_path.iterdir()) == [good]
+    places = (("meshgauge.io.reading", "_read"), ("meshgauge.io.plumbing.verify", "check"))
+    wanted = [(number, at(*place, number)) for number in ASKING for place in places]
+    done = processes(*(Process(["report", good, "-q", "--in-place"], code) for _, code in wanted))
+    for (number, _), one in zip(wanted, done, strict=True):
+        assert (one.returncode, one.stdout, one.stderr.strip()) == (128 + number, "", "")
+    assert good.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [good]
 
 
-@pytest.mark.parametrize("number", ASKING)
-def test_improve_writes_its_best_so_far(tmp_path: Path, number: signal.Signals) -> None:
-    path, out = tmp_path / "a.vtu", tmp_path / "out.vtu"
+def test_improve_writes_its_best_so_far(tmp_path: Path) -> None:
+    path, place = tmp_path / "a.vtk", ("meshgauge.repair.engine", "repair")
     meshgauge.write(path, tangled())
-    done = run(
-        program("meshgauge.repair.engine", "repair", number), "improve", path, "-o", out, "--undo", tmp_path / "u"
-    )
-    assert "best so far will be written" in done.stderr
-    assert "Traceback" not in done.stderr
-    assert done.returncode == (128 + number if number != signal.SIGINT else 1)
-    assert "interrupted" in done.stdout
-    assert meshgauge.read(out).n_cells == meshgauge.read(path).n_cells
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.vtu", "out.vtu", "u"]
-    twice = run(program("meshgauge.repair.engine", "repair", number, 2), "improve", path, "-o", tmp_path / "not.vtu")
-    assert twice.returncode == 128 + number
-    assert not (tmp_path / "not.vtu").exists()
-
-
-AT_WORK = ("meshgauge.repair.engine", "repair")
+    outputs = {number: (tmp_path / f"{number}.vtu", tmp_path / f"{number}") for number in ASKING}
+    once = [
+        Process(["improve", path, "-o", out, "--undo", undo], at(*place, number))
+        for number, (out, undo) in outputs.items()
+    ]
+    twice = [Process(["improve", path, "-o", tmp_path / "not.vtu"], at(*place, number, 2)) for number in ASKING]
+    done = processes(*once, *twice, loading=f"import {place[0]}")
+    for number, one in zip(ASKING, done, strict=False):
+        assert "best so far will be written" in one.stderr
+        assert "Traceback" not in one.stderr
+        assert one.returncode == (128 + number if number != signal.SIGINT else 1)
+        assert "interrupted" in one.stdout
+        assert meshgauge.read(outputs[number][0]).n_cells == 64
+    assert [one.returncode for one in done[len(ASKING) :]] == [128 + number for number in ASKING]
+    assert set(tmp_path.iterdir()) == {path, *(one for both in outputs.values() for one in both)}
 
 
 def tangled() -> meshgauge.Mesh:
@@ -87,7 +83,7 @@ def tangled() -> meshgauge.Mesh:
 
 def test_what_the_caller_ignores_is_ignored(good: Path) -> None:
     ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-    done = run(ignoring + program("meshgauge.io.reading", "_read", signal.SIGHUP), "report", good, "-q")
+    (done,) = processes(Process(["report", good, "-q"], ignoring + at("meshgauge.io.reading", "_read", signal.SIGHUP)))
     assert done.returncode == 0
 
 
@@ -106,7 +102,8 @@ def test_a_flag_within_the_block_and_the_old_handlers_after_it(number: signal.Si
 def test_loading_the_door_takes_nothing_before_the_guard() -> None:
     """What is imported before signals are seen to: an interrupt in there would be a traceback."""
     code = "import sys; old = set(sys.modules); import meshgauge.__main__; print(*sorted(set(sys.modules) - old))"
-    loaded = set(run(code).stdout.split())
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    loaded = set(done.stdout.split())
     assert "meshgauge.__main__" in loaded
     assert not loaded & {"typing", "enum", "signal", "contextlib", "numpy"}
 

@@ -11,42 +11,54 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Process, processes
 
 import meshgauge
 from meshgauge.files import private, resources
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="/dev/full, and names of any bytes")
 
-RUN = [sys.executable, "-c", "import sys; from meshgauge.__main__ import run; sys.exit(run())"]
+NAMES = (b"a\xff\xfe", "ä中".encode(), b"-\n" + b"x" * 248)
 C_LOCALE = {**os.environ, "LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
 
 
-def shell(line: str, *arguments: object, env: dict[str, str] | None = None) -> subprocess.CompletedProcess[str]:
+def shell(line: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     """A line for the shell in which ``meshgauge`` is the program, ``$1`` the first argument."""
     function = 'meshgauge() { "$PYTHON" -c "import sys; from meshgauge.__main__ import run; sys.exit(run())" "$@"; }\n'
     return subprocess.run(
         ["bash", "-c", function + line, "bash", *map(os.fspath, arguments)],  # type: ignore[arg-type,call-overload]
-        env={**(env or os.environ), "PYTHON": sys.executable}, capture_output=True, text=True, timeout=120, check=False,
+        env={**os.environ, "PYTHON": sys.executable}, capture_output=True, text=True, timeout=120, check=False,
         errors="surrogateescape",
     )  # fmt: skip
+
+
+def test_closed_streams(good: Path, bad: Path) -> None:
+    before = good.read_bytes()
+    closed: list[tuple[list[str | Path], dict[int, str | None], int]] = [
+        (["report", good], {1: None}, 0),
+        (["report", good], {0: None, 1: None, 2: None}, 0),
+        (["check", good], {1: None}, 0),
+        (["check", bad], {1: None, 2: None}, 1),
+        (["report", "none.vtu"], {2: None}, 2),
+        (["report", "none.vtu"], {2: "/dev/full"}, 2),
+        (["report", good, bad, "--in-place", "-q"], {1: None, 2: None}, 2),
+    ]
+    done = processes(*(Process(arguments, streams=streams) for arguments, streams, _ in closed))
+    assert [one.returncode for one in done] == [code for *_, code in closed]
+    assert [one.stderr for one in done] == [""] * len(closed)
+    assert good.read_bytes() == before, "no file got the number of a stream"
 
 
 @pytest.mark.parametrize(
     ("line", "code"),
     [
-        ("meshgauge report $1 >&-", 0),
-        ("meshgauge report $1 <&- >&- 2>&-", 0),
-        ("meshgauge check $1 >&-", 0),
-        ("meshgauge check $2 >&- 2>&-", 1),
-        ("meshgauge report none.vtu 2>&-", 2),
-        ("meshgauge report none.vtu 2>/dev/full", 2),
+        ("meshgauge report $1 <&- >&- 2>&-", 0),  # closed before Python starts
         ("set -o pipefail; meshgauge check $2 | head -1", 1),
         ("set -o pipefail; meshgauge report --csv - $1 | head -1", 0),
         ("set -o pipefail; meshgauge metrics | head -1", 0),
-        ("meshgauge report $1 $2 --in-place -q >&- 2>&-", 2),
     ],
 )
-def test_closed_streams(good: Path, bad: Path, line: str, code: int) -> None:
+def test_streams_that_a_shell_closed(good: Path, bad: Path, line: str, code: int) -> None:
     before = good.read_bytes()
     done = shell(line, good, bad)
     assert done.returncode == code
@@ -54,49 +66,51 @@ def test_closed_streams(good: Path, bad: Path, line: str, code: int) -> None:
     assert good.read_bytes() == before, "no file got the number of a stream"
 
 
-@pytest.mark.parametrize(
-    "line",
-    ["report $1", "report --json $1", "check -q $1", "report -q --csv - $1", "doctor $1", "metrics", "--help",
-     "report --help"],
-)  # fmt: skip
-def test_full_standard_output(good: Path, line: str) -> None:
-    done = shell(f"meshgauge {line} >/dev/full", good)
-    assert done.returncode == 2
-    assert done.stderr == "meshgauge: error: no space left on /dev/full while writing standard output\n"
+def test_full_standard_output(good: Path) -> None:
+    lines: list[list[str | Path]] = [
+        ["report", good], ["report", "--json", good], ["check", "-q", good], ["report", "-q", "--csv", "-", good],
+        ["doctor", good], ["metrics"], ["--help"], ["report", "--help"],
+    ]  # fmt: skip
+    for done in processes(*(Process(line, streams={1: "/dev/full"}) for line in lines)):
+        assert done.returncode == 2, done.args
+        assert done.stderr == "meshgauge: error: no space left on /dev/full while writing standard output\n", done.args
 
 
 def test_an_output_that_is_written_into(good: Path) -> None:
-    done = shell("meshgauge report -q --csv /dev/full $1", good)
-    assert (done.returncode, done.stderr) == (
+    full, printed = processes(*(Process(["report", "-q", "--csv", name, good]) for name in ("/dev/full", "-")))
+    assert (full.returncode, full.stderr) == (
         2, "meshgauge: error: no space left on /dev/full while writing /dev/full\n")  # fmt: skip
-    for name in ("/dev/stdout", "-", "/dev/fd/1", ">(cat)"):
-        done = shell(f"meshgauge report -q --csv {name} $1; sleep .1", good)
+    names = ("/dev/stdout", "/dev/fd/1", ">(cat)")
+    piped = [shell(f"meshgauge report -q --csv {name} $1; sleep .1", good) for name in names]
+    for done in (printed, *piped):
         assert (done.returncode, done.stderr) == (0, "")
         assert "cell,cell_label,type,status,jens" in done.stdout.splitlines()
 
 
-@pytest.mark.parametrize("name", [b"a\xff\xfe", "ä中".encode(), b"-\n" + b"x" * 248])
-def test_names_of_any_bytes(name: bytes, good: Path, tmp_path: Path) -> None:
-    folder = os.fsencode(tmp_path / "w")
-    os.mkdir(folder)
-    stem = folder + b"/" + name
+def test_names_of_any_bytes(good: Path, tmp_path: Path) -> None:
     mesh = meshgauge.read(good)
-    meshgauge.write(os.fsdecode(stem + b".vtu"), mesh)
-    assert meshgauge.read(os.fsdecode(stem + b".vtu")).n_cells == mesh.n_cells
-    meshgauge.write(os.fsdecode(stem + b".vtk"), mesh)
-    for line, code in (
-        ("report -q $1.vtu --csv $1.csv --html $1.htm -o $1.msh", 0),
-        ("check $1.vtk --sarif $1.sar --junit $1.xml --markdown $1.md --gitlab $1.gl", 0),
-        ("improve -q $1.vtu --in-place --undo $1.npz", 0),
-        ("plot $1.msh -o $1.svg", 0),
-        ("compare $1.vtk $1.vtu", 0),
-        ("doctor $1.vtk --json", 0),
-    ):
-        done = shell(f'cd {os.fspath(tmp_path)}; meshgauge {line.replace("$1", chr(34) + "$1" + chr(34))}',
-                     os.fsdecode(stem), env=C_LOCALE)  # fmt: skip
-        assert (done.returncode, "unexpected" in done.stderr) == (code, False), done.stderr
-    assert len(os.listdir(folder)) == 11
-    assert {entry[: len(name)] for entry in os.listdir(folder)} == {name}
+    writing = (
+        "report -q $1.vtu --csv $1.csv --html $1.htm -o $1.msh",
+        "check $1.vtk --sarif $1.sar --junit $1.xml --markdown $1.md --gitlab $1.gl",
+        "improve -q $1.vtu --in-place --undo $1.npz",
+        "plot $1.msh -o $1.svg",
+    )
+    lines = {NAMES[0]: (*writing, "compare $1.vtk $1.vtu", "doctor $1.vtk --json"), NAMES[1]: writing[:1]}
+    commands: list[list[str]] = []
+    names = {os.fsencode(tmp_path / str(n)): name for n, name in enumerate(NAMES)}
+    for folder, name in names.items():
+        os.mkdir(folder)
+        stem = os.fsdecode(folder + b"/" + name)
+        meshgauge.write(f"{stem}.vtu", mesh)
+        assert meshgauge.read(f"{stem}.vtu").n_cells == mesh.n_cells
+        meshgauge.write(f"{stem}.vtk", mesh)
+        commands += ([word.replace("$1", stem) for word in line.split()] for line in lines.get(name, writing))
+    loading = "import matplotlib.figure, matplotlib.backends.backend_svg, meshgauge.repair.engine"
+    for done in processes(*map(Process, commands), loading=loading, environment=C_LOCALE):
+        assert (done.returncode, "unexpected" in done.stderr) == (0, False), done.stderr
+    for folder, name in names.items():
+        assert len(os.listdir(folder)) == (5 if name == NAMES[1] else 11)
+        assert {entry[: len(name)] for entry in os.listdir(folder)} == {name}
 
 
 def test_pieces_beside_a_name_that_is_no_text(tmp_path: Path) -> None:
@@ -180,7 +194,7 @@ def test_scratch_folders_of_processes_that_were_killed(tmp_path: Path) -> None:
 LOUD = """
 import ctypes, os, sys, warnings
 import meshgauge.io.reading as reading
-real = reading._read
+read = reading._read
 def loud(*arguments):
     libc = ctypes.CDLL(None)
     for number in (1, 2):
@@ -190,19 +204,16 @@ def loud(*arguments):
     warnings.warn("ComplexWarning")
     if len(sys.argv) > 3:
         raise TypeError("f(): incompatible function arguments. The following argument types are supported: 1. (X)")
-    return real(*arguments)
+    return read(*arguments)
 reading._read = loud
-import sys; from meshgauge.__main__ import run; sys.exit(run())
 """
 
 
 def test_what_libraries_print_is_not_seen(good: Path) -> None:
-    command = [sys.executable, "-c", LOUD, "report", str(good)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done, failed = processes(Process(["report", good], LOUD), Process(["report", good, "-q"], LOUD))
     assert (done.returncode, done.stderr) == (0, "")
     assert "0x" not in done.stdout
     assert "all 2 measured cells" in done.stdout
-    done = subprocess.run([*command, "-q"], capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 2
-    assert "incompatible function arguments." in done.stderr
-    assert "X" not in done.stderr
+    assert failed.returncode == 2
+    assert "incompatible function arguments." in failed.stderr
+    assert "X" not in failed.stderr

@@ -44,7 +44,9 @@ def test_garbage(tmp_path: Path, extension: str, capfd: pytest.CaptureFixture[st
 
 
 @pytest.mark.parametrize("extension", WRITABLE)
-@pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.9])
+@pytest.mark.parametrize(
+    "share", [0.02, pytest.param(0.3, marks=pytest.mark.long), 0.6, pytest.param(0.9, marks=pytest.mark.long)]
+)
 def test_cut_off(tmp_path: Path, extension: str, share: float, capfd: pytest.CaptureFixture[str]) -> None:
     mesh = mesh_of("tetra", "hexahedron", n=40)
     whole, cut = tmp_path / f"a{extension}", tmp_path / f"b{extension}"

@@ -37,7 +37,8 @@ def test_twice_the_input_draws_at_most_twice_the_budget(name: str, tmp_path: Pat
     results = {}
     for n in (N, 2 * N):
         path = grown_files.MAKERS[name](_folder(tmp_path, str(n)), n)
-        io.read(path)  # the first time modules are loaded
+        if n == N:
+            io.read(path)  # the first time modules are loaded
         results[n] = read(path)
         mesh = results[n][0]
         assert registry.detect(path, path.read_bytes()[:4096]).name == name

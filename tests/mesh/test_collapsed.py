@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -34,10 +35,13 @@ def patterns(n: int) -> Iterator[Pattern]:
     yield from more([])
 
 
+@cache
 def standing(name: str) -> list[Pattern]:
+    """Patterns by which a cell stands for another shape; of a curved one among those of its linear cell."""
     row = BY_NAME[name]
     assert row.shape is not None
-    return [p for p in patterns(row.shape.n_nodes) if len(set(p)) < len(p) and stands_for(row.vtk_id, p)]
+    among = patterns(row.shape.n_nodes) if name == row.shape.name else standing(row.shape.name)
+    return [p for p in among if len(set(p)) < len(p) and stands_for(row.vtk_id, p)]
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes.util
+import json
 import re
 import shlex
 import struct
@@ -27,20 +28,43 @@ can_draw = pytest.mark.skipif(
 )
 
 
-def run(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    if "--scene" not in arguments:
-        return command_line.run(*arguments, cwd=cwd)
-    # In a process of its own: drawing may fail hard where there is no libGL.
-    command = [sys.executable, "-m", "meshgauge", *arguments]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=120, check=False)
+CUT_AWAY = "meshgauge plot examples/meshes/bracket.vtu --scene cut --at 0 -o cut.png"
+
+
+DRAW = """
+import json, os, sys
+from meshgauge.cli.main import main
+sys.exit(max(os.chdir(folder) or main(words[1:]) for folder, words in json.loads(sys.argv[1])))
+"""
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Commands that draw scenes, and the folders they were run in.
+
+    In a process of its own, as drawing may fail hard where there is no libGL; one for all, as its start takes seconds.
+    """
+    commands = [*(command for command in COMMANDS if "--scene" in command), CUT_AWAY]
+    folders = {command: folder_with_examples(tmp_path_factory.mktemp("scene")) for command in commands}
+    asked = json.dumps([(str(folder), shlex.split(command)) for command, folder in folders.items()])
+    done = subprocess.run([sys.executable, "-c", DRAW, asked], capture_output=True, text=True, timeout=240, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    return folders
+
+
+def folder_with_examples(folder: Path) -> Path:
+    (folder / "examples").symlink_to(ROOT / "examples", target_is_directory=True)
+    return folder
 
 
 @pytest.mark.parametrize("command", [pytest.param(c, marks=can_draw if "--scene" in c else ()) for c in COMMANDS])
-def test_commands_of_the_page(command: str, tmp_path: Path) -> None:
-    (tmp_path / "examples").symlink_to(ROOT / "examples", target_is_directory=True)
+def test_commands_of_the_page(command: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     words = shlex.split(command)[1:]
-    done = run(*words, cwd=tmp_path)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    if "--scene" in words:
+        tmp_path = request.getfixturevalue("scenes")[command]
+    else:
+        done = command_line.run(*words, cwd=folder_with_examples(tmp_path))
+        assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     output = tmp_path / words[-1]
     shown = ROOT / "docs" / "pictures" / f"plot-{output.name}"
     if output.suffix == ".png":
@@ -103,13 +127,11 @@ def test_several_metrics_are_a_picture_each(tmp_path: Path, capsys: pytest.Captu
 
 
 @can_draw
-def test_invalid_cells_are_seen_wherever_they_are(tmp_path: Path) -> None:
+def test_invalid_cells_are_seen_wherever_they_are(scenes: dict[str, Path]) -> None:
     """Also those in the part that is cut away: with everything cut away only they are left, in red."""
-    done = run("plot", BRACKET, "--scene", "cut", "--at", "0", "-o", "cut.png", cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
     from PIL import Image
 
-    pixels = np.asarray(Image.open(tmp_path / "cut.png").convert("RGB"), int)[100:, 300:1180]
+    pixels = np.asarray(Image.open(scenes[CUT_AWAY] / "cut.png").convert("RGB"), int)[100:, 300:1180]
     red = (pixels[..., 0] > 110) & (pixels[..., 1] < 75) & (pixels[..., 2] < 60)
     blue = pixels[..., 2] - pixels[..., 0] > 60
     assert red.sum() > 300

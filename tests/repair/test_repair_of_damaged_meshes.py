@@ -28,7 +28,7 @@ def figures(result: meshgauge.Improvement) -> tuple[float, float]:
         pytest.param("mixed12_p60", 1.0, 0.2415, 0.787, marks=pytest.mark.long),
         pytest.param("mixed12_p60", 0.9, 0.217, 0.791, marks=pytest.mark.long),
         ("msq_mixed-hex-pyr-tet", 0.9, 0.198, 0.62),
-        ("msq_pave3", 1.0, 0.3555, 0.892),
+        pytest.param("msq_pave3", 1.0, 0.3555, 0.892, marks=pytest.mark.long),
         pytest.param("msq_pave_cyl", 1.0, 0.7165, 0.942, marks=pytest.mark.long),
         ("msq_tet_4_tangled", 0.9, 0.45, 0.67),
         pytest.param("hex20_p30", 0.9, 0.9999, 0.9999, marks=pytest.mark.long),
@@ -44,6 +44,7 @@ def test_with_the_boundary_fixed(shared: Path, name: str, floor: float, worst: f
     np.testing.assert_array_equal(result.mesh.points[fixed], result.before.mesh.points[fixed])
 
 
+@pytest.mark.long
 def test_sliding_reaches_more(shared: Path) -> None:
     result = improved(shared, "msq_mixed-hex-pyr-tet", floor=1.0, boundary="slide")
     fixed = improved(shared, "msq_mixed-hex-pyr-tet", floor=1.0)

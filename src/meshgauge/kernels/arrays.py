@@ -29,3 +29,10 @@ BoolArray = NDArray[np.bool_]
 BLOCK = 64
 """Cells in a block, on which kernels work coordinate by coordinate: the most whose nodes stay in the first-level cache
 for a hexahedron."""
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """A view that cannot be written: one type for Numba, so that nothing is compiled twice."""
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -12,6 +12,7 @@ from ..cells import Shape
 from ..kernels.polyhedra import codes, driver
 from ..kernels.polyhedra.driver import Faces
 from ..mesh import Mesh, connectivity
+from ..mesh.cast import read_only
 from ..status import Status
 from .polyhedra import PolyhedralQuality
 
@@ -57,11 +58,12 @@ def mark_concave(mesh: Mesh, status: NDArray[np.uint8], polyhedra: PolyhedralQua
 def _star_shaped(points: NDArray[np.floating], nodes: NDArray[np.int64], shape: Shape) -> NDArray[np.bool_]:
     """``(n,)`` for cells ``(n, n_nodes)`` of a shape: whether some point sees every face from inside."""
     n, corners = len(nodes), np.concatenate([np.array(face) for face in shape.faces])
+    own = np.arange(nodes.size).reshape(nodes.shape)  # kernels take points of one dtype: those of these cells only
     faces = Faces(
-        points=np.ascontiguousarray(nodes[:, corners]).reshape(-1),
+        points=np.ascontiguousarray(own[:, corners]).reshape(-1),
         sizes=np.tile(np.array([len(face) for face in shape.faces], np.int64), n),
         flips=np.zeros(n * len(shape.faces), np.uint8),
         counts=np.full(n, len(shape.faces), np.int64),
     )
-    bits = driver.shapes(points, faces, np.zeros(n, np.int64))
+    bits = driver.shapes(read_only(np.asarray(points[nodes.reshape(-1)], np.float64)), faces, np.zeros(n, np.int64))
     return np.asarray((bits & codes.STAR_SHAPED) != 0)

@@ -234,17 +234,17 @@ def measure_polyhedra(
     """
     n_all = len(polyhedra.cell_offsets) - 1
     ids = np.arange(*cells.indices(n_all)) if isinstance(cells, slice) else np.asarray(cells, np.int64)
-    points = read_only(points)
-    driver.prepare(points.dtype.str)
-    table = _table()
     single = points.dtype == np.float32 if stored is None else stored == "single"
+    double = _double(points)
+    driver.prepare()
+    table = _table()
     unit = SINGLE if single else 2.0**-53
 
     def chunks(some: NDArray[np.int64]) -> list[NDArray[np.int64]]:
         return [some[start : start + CHUNK] for start in range(0, max(len(some), 1), CHUNK)]
 
     def work(part: NDArray[np.int64]) -> _Part:
-        return _measure_chunk(points, polyhedra, part, table, unit=unit, finds_candidates=beyond is not None)
+        return _measure_chunk(double, polyhedra, part, table, unit=unit, finds_candidates=beyond is not None)
 
     columns = _join(run(work, chunks(ids), threads))
     again, entries = columns["is_candidate"], columns["unknown_entries"]
@@ -253,7 +253,7 @@ def measure_polyhedra(
         known[entries] = beyond(entries)
 
         def work_again(part: NDArray[np.int64]) -> _Part:
-            return _measure_chunk(points, polyhedra, part, table, unit=unit, beyond=known)
+            return _measure_chunk(double, polyhedra, part, table, unit=unit, beyond=known)
 
         of_nodes = np.repeat(again, columns["node_counts"])
         for name, column in _join(run(work_again, chunks(ids[again]), threads)).items():
@@ -290,6 +290,11 @@ def _table() -> Solids:
     )
 
 
+def _double(points: NDArray[np.floating]) -> NDArray[np.float64]:
+    """The points as kernels take them: of one dtype, since these take half a minute to compile for each."""
+    return read_only(np.asarray(points, np.float64))
+
+
 def _face_entries(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> NDArray[np.int64]:
     """Where the faces of some cells are in ``polyhedra.cell_faces``."""
     starts = polyhedra.cell_offsets[cells].astype(np.int64)
@@ -321,17 +326,17 @@ def inward_faces(points: NDArray[np.floating], polyhedra: Polyhedra, cells: NDAr
     cells
         Ids, ascending; a cell whose faces make no closed surface has none.
     """
-    points = read_only(points)
-    driver.prepare(points.dtype.str)
+    double = _double(points)
+    driver.prepare()
     parts = [np.empty(0, np.int64)]
     for start in range(0, len(cells), CHUNK):
         part = cells[start : start + CHUNK]
-        parts.append(_face_entries(polyhedra, part)[driver.inward(points, faces_of(polyhedra, part))])
+        parts.append(_face_entries(polyhedra, part)[driver.inward(double, faces_of(polyhedra, part))])
     return np.concatenate(parts)
 
 
 def _measure_chunk(
-    points: NDArray[np.floating],
+    points: NDArray[np.float64],
     polyhedra: Polyhedra,
     cells: NDArray[np.int64],
     table: Solids,
@@ -460,6 +465,7 @@ def corner_triples(
     k : ndarray of float64, shape (n,)
         The node's constant.
     """
+    double = _double(points)
     sizes = np.diff(measured.node_offsets)
     wanted = ~measured.has_hanging & ~np.isnan(measured.values)
     cells, corners, constants = [np.empty(0, np.int64)], [np.empty((0, 4), np.int64)], [np.empty(0)]
@@ -467,7 +473,7 @@ def corner_triples(
     ids, at = measured.cells[wanted], 0
     for start in range(0, len(ids), CHUNK):
         part = ids[start : start + CHUNK]
-        links = driver.links(points, faces_of(polyhedra, part))
+        links = driver.links(double, faces_of(polyhedra, part))
         d, first = links.valences, links.starts
         n = np.where(d > 3, d, (d == 3).astype(np.int64))
         node = np.repeat(np.arange(len(d)), n)

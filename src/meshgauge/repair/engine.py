@@ -29,8 +29,10 @@ from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
 from .report import RepairReport
 from .run import Progress
+from .scale import power_of, rescaled, restored, scaled
 from .sizes import size_change as change_of_sizes
 from .sizes import size_limits
+from .target import scaled_surface
 from .volumes import volume_and_surface
 from .whole import MUCH, Options, Outcome, repair
 
@@ -179,18 +181,36 @@ def improve(
         keep=(keep,) if isinstance(keep, str) else tuple(keep),
     )
     _check(options, floor)
-    start = time.monotonic()
-    before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
     held = fixed_mask(fixed, mesh.n_points)
-    if topology:
+    power = power_of(mesh)
+    if not power:
+        return _improve(mesh, held, options, progress, should_stop, keep_bricks=keep_bricks)
+    if surface is not None:
+        options = replace(options, surface=scaled_surface(surface, power))
+    result = _improve(scaled(mesh, power), held, options, progress, should_stop, keep_bricks=keep_bricks)
+    better = mesh if result.mesh is result.before.source else restored(mesh, result.mesh, power)
+    before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
+    after = before if better is mesh else measure(better, threads=threads, keep_bricks=keep_bricks)
+    return Improvement(better, before, after, rescaled(result.report, power))
+
+
+def _improve(
+    mesh: Mesh,
+    held: Mask,
+    options: Options,
+    progress: Callable[[Progress], object] | None,
+    should_stop: Callable[[], bool] | None,
+    *,
+    keep_bricks: bool,
+) -> Improvement:
+    """`improve` a mesh of usual size."""
+    start, threads, target = time.monotonic(), options.threads, options.target
+    before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
+    if options.topology:
 
         def move(mesh: Mesh, fixed: Mask, seconds: float | None) -> Improvement:
-            return improve(
-                mesh, everywhere=everywhere, boundary=boundary, target=target, floor=floor, size_change=size_change,
-                strict=strict, seconds=seconds, fixed=fixed, keep=options.keep, surface=surface,
-                feature_angle=feature_angle, progress=progress, should_stop=should_stop, threads=threads,
-                keep_bricks=keep_bricks,
-            )  # fmt: skip
+            only = replace(options, topology=False, seconds=seconds)
+            return _improve(mesh, fixed, only, progress, should_stop, keep_bricks=keep_bricks)
 
         way = Way(move, options, progress, should_stop)
         return Improvement(*alternate(before, held, way))
@@ -211,7 +231,7 @@ def improve(
             )  # fmt: skip
             return patch, constraints, outcome, faults
 
-        if everywhere:
+        if options.everywhere:
             patch, constraints, outcome, faults = attempt(whole, is_brief=False)
         else:
             bad = is_below(before, target)

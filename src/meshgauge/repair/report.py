@@ -80,7 +80,7 @@ class Displacement:
     largest_share: float  #: of the diagonal of the mesh
     boundary_largest: float
     boundary_share: float
-    deviation: float  #: of the new boundary from the old surface, at the middles of edges and faces
+    deviation: float  #: of the new boundary from the old surface, or of that from it, where it is largest
     deviation_share: float
 
 

@@ -56,29 +56,44 @@ def target_surface(own: Surface, given: Any, points: Points) -> Surface:
     return replace(own, facets=projection, projection=projection, item=item, face_items=face_items, n_patches=group + 1)
 
 
+def scaled_surface(given: Any, power: int) -> Any:
+    """A surface as for `target_surface` with its points multiplied by 2 to a power."""
+    if isinstance(given, Mesh):
+        return given.replace(points=np.ldexp(np.asarray(given.points, np.float64), power))
+    if not hasattr(given, "IsA"):
+        return given
+    data = _of_cells(given).copy()
+    data.points = np.ldexp(np.asarray(data.points, np.float64), power)
+    return data
+
+
+def _of_cells(given: Any) -> Any:
+    """A VTK data set as PyVista's polygons or unstructured grid."""
+    import pyvista
+
+    data = pyvista.wrap(given)
+    if isinstance(data, pyvista.MultiBlock):
+        data = data.combine()
+    return data if isinstance(data, pyvista.PolyData) else data.cast_to_unstructured_grid()
+
+
 def _triangles(given: Any) -> tuple[Points, Ids]:
     """Vertices of the boundary of what the user gives, those that coincide merged, and its triangles."""
     import pyvista
 
     if isinstance(given, Mesh):
-        is_solid = IS_SOLID[given.types]
-        chosen = np.flatnonzero(is_solid if is_solid.any() else IS_FLAT[given.types])
-        data = given.to_pyvista().extract_cells(chosen) if len(chosen) else pyvista.UnstructuredGrid()
+        data, types = given.to_pyvista(), given.types
     elif hasattr(given, "IsA"):
-        data = pyvista.wrap(given)
-        if isinstance(data, pyvista.MultiBlock):
-            data = data.combine()
-        if not isinstance(data, pyvista.PolyData):
-            data = data.cast_to_unstructured_grid()
-            types = data.celltypes
-            is_solid = IS_SOLID[types]
-            data = data.extract_cells(np.flatnonzero(is_solid if is_solid.any() else IS_FLAT[types]))
+        data = _of_cells(given)
+        types = np.empty(0, np.uint8) if isinstance(data, pyvista.PolyData) else data.celltypes
     else:
         raise MeshError(f"a surface is a mesh, a PyVista or a VTK data set, not a {type(given).__name__}")
-    if isinstance(data, pyvista.UnstructuredGrid) and data.n_cells:
-        data = data.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
-    if not isinstance(data, pyvista.PolyData):
-        raise MeshError("the surface to slide on has no triangles")
+    if isinstance(data, pyvista.UnstructuredGrid):
+        is_solid = IS_SOLID[types]
+        chosen = np.flatnonzero(is_solid if is_solid.any() else IS_FLAT[types])
+        if not len(chosen):
+            raise MeshError("the surface to slide on has no triangles")
+        data = data.extract_cells(chosen).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
     data = data.triangulate().clean()
     faces = np.asarray(data.faces, np.int64)
     if data.n_cells == 0 or len(faces) != 4 * data.n_cells:

@@ -15,12 +15,12 @@ Steps, each for the cells that the one before left open:
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import BLOCK
+from ..arrays import BLOCK, read_only
 from . import numpy_path
 from .tables import INVALID, KINDS, UNDECIDED, UNDEFINED, VALID, Table, row_of, table
 
@@ -93,7 +93,7 @@ def bounds(
 
     row = table(name)
     n_cells = len(connectivity)
-    points, connectivity = _read_only(points), _read_only(connectivity)
+    points, connectivity = read_only(points), read_only(connectivity)
     result = _empty(n_cells)
     # A kernel of its own gathers by itself.
     node_bytes = LARGEST if row.name in BY_NAME else NODE_BYTES
@@ -117,13 +117,6 @@ def validity(
     return numpy_path.validity(name, np.asarray(points[connectivity], np.float64))
 
 
-def _read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """A view that cannot be written: one type for Numba, so that nothing is compiled twice."""
-    view = array.view()
-    view.flags.writeable = False
-    return view
-
-
 def _empty(n_cells: int) -> Bounds:
     return Bounds(np.empty(n_cells, np.uint8), np.empty(n_cells), np.empty(n_cells))
 
@@ -144,7 +137,7 @@ def _certify(
 
     def gathered(cells: NDArray[np.integer]) -> NDArray[np.float64]:
         nodes = np.empty((-(-len(cells) // BLOCK), 3 * row.n_nodes, BLOCK))
-        gather(points, _read_only(cells), nodes)
+        gather(points, read_only(cells), nodes)
         return nodes
 
     if row.name in BY_NAME:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import Shape
+from ..arrays import read_only
 from ..cells import flat
 from ..cells.aggregate import fold
 from ..jit import kernel
@@ -56,7 +57,7 @@ def corner_tangents_js(
     shape, table = _corners(name)
     js = np.empty((len(connectivity), len(table)))
     is_open = np.empty(js.shape, np.bool_)
-    triple_js(points, connectivity, table, js, is_open)
+    triple_js(read_only(points), read_only(connectivity), table, js, is_open)
     for cell, triple in np.argwhere(is_open).tolist():
         nodes = points[connectivity[cell, table[triple]]]
         js[cell, triple] = _exact(nodes.tolist()) if np.isfinite(nodes).all() else nan

@@ -15,7 +15,7 @@ from . import codes
 
 Values = NDArray[np.float64]
 Ids = NDArray[np.int64]
-Points = NDArray[np.floating]
+Points = NDArray[np.float64]  # read-only
 Bools = NDArray[np.bool_]
 
 
@@ -430,13 +430,13 @@ def _jens(scaled_jacobian: Values, k: Values) -> Values:
 
 
 @cache
-def prepare(dtype: str) -> None:
-    """Compile the kernels that every mesh needs, or load them from the cache, for points of a dtype.
+def prepare() -> None:
+    """Compile the kernels that every mesh needs, or load them from the cache.
 
     The others are compiled when the first cell needs them: `links.orient`, `hanging.remove`,
     `nodes.winds_once`, `shape.star_shaped`.
     """
-    points = np.array(TETRA.points, dtype)
+    points = np.array(TETRA.points, np.float64)
     points.flags.writeable = False  # as those of a mesh: others are another type, to be compiled for anew
     ids = np.array([i for face in TETRA.faces for i in face], np.int64)
     faces = Faces(ids, np.full(4, 3), np.zeros(4, np.uint8), np.array([4]))
