@@ -9,8 +9,28 @@ What has one path only does not ask: curved cells and polyhedra always take the 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
 NUMPY_UP_TO = 20_000
 """Cells, or points, up to which NumPy is the faster path: it then takes a tenth of a second at the most."""
+
+
+_LOADED: ContextVar[int | None] = ContextVar("numpy_up_to", default=None)
+
+
+@contextmanager
+def numpy_up_to(n: int) -> Iterator[None]:
+    """Within the ``with`` block the kernels are taken for more than so many.
+
+    Where they are loaded in any case, and much is asked again and again, they are faster from a few hundred cells on.
+    """
+    token = _LOADED.set(n)
+    try:
+        yield
+    finally:
+        _LOADED.reset(token)
 
 
 def is_compiled(n: int) -> bool:
@@ -19,4 +39,5 @@ def is_compiled(n: int) -> bool:
     To be asked once for all cells of a type in a mesh, not for each chunk of them, so that the values do not depend on
     how the work is cut.
     """
-    return n > NUMPY_UP_TO
+    here = _LOADED.get()
+    return n > (NUMPY_UP_TO if here is None else min(here, NUMPY_UP_TO))

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..quality.measure import Quality, measure
+from ..quality.measure import Quality
 from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is_usable
 from .polyhedral import is_warped
+from .remeasure import remeasured
 
 if TYPE_CHECKING:
     from .sizes import SizeLimits
@@ -57,10 +58,9 @@ def accept(
     points = np.where(points == old, old, points)  # a zero keeps its sign
     is_back = np.zeros(len(points), bool)
     n_nodes = np.diff(mesh.offsets)
-    metrics = [before.rows[name] for name in before.metrics]
+    after = back
     for _ in range(ROUNDS):
-        # Collapsed bricks are what they were measured as already.
-        after = measure(mesh.replace(points=points), metrics=metrics, threads=threads, keep_bricks=True)
+        after = remeasured(after, points, threads=threads)
         cells = violations(before, after, strict=strict) | is_warped(before, points)
         if sizes is not None:
             cells |= sizes.passed(points)
@@ -109,17 +109,36 @@ def is_better(after: Quality, before: Quality, target: float | None = None) -> b
 
 def is_below(quality: Quality, target: float) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for solid cells that are not usable, or below the target, unless that is 0."""
-    below = ~is_usable(quality.status, quality.mesh.purpose)
     if target > 0.0:
         with np.errstate(invalid="ignore"):
-            below |= (quality.values < target) | np.isnan(quality.values)
-    return np.asarray(below & is_solid(quality.status))
+            below = ~(quality.values >= target)  # so is one without a value
+    else:
+        below = np.zeros(quality.n_cells, bool)
+    odd, status = _odd(quality)
+    below[odd] |= ~is_usable(status, quality.mesh.purpose)
+    below[odd] &= is_solid(status)
+    return np.asarray(below)
 
 
 def n_unusable(quality: Quality) -> int:
     """Solid cells that are invalid or degenerate, or could not be measured."""
-    status = quality.status
+    _, status = _odd(quality)
     return int(np.count_nonzero(is_solid(status) & ~is_usable(status, quality.mesh.purpose)))
+
+
+def mean_of(quality: Quality) -> float:
+    """The mean J_ENS of the solid cells that have one."""
+    odd, status = _odd(quality)
+    apart = odd[~is_solid(status)]
+    values = np.delete(quality.values, apart) if len(apart) else quality.values
+    mean = float(values.mean()) if len(values) else np.nan
+    return float(np.nanmean(values)) if np.isnan(mean) and len(values) else mean
+
+
+def _odd(quality: Quality) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+    """Cells whose status is not `Status.OK`, of which there are few as a rule, and their statuses."""
+    odd = np.flatnonzero(quality.status)
+    return odd, quality.status[odd]
 
 
 def status_counts(quality: Quality) -> dict[str, int]:

@@ -103,10 +103,14 @@ class DescentResult:
 
 
 class Descent:
-    """Descends energies from where it stands; keeps its buffers between them."""
+    """Descends energies from where it stands; keeps its buffers between them. ``is_over`` is asked between trials of a
+    step."""
 
-    def __init__(self, problem: Problem, freedom: Freedom, team: Workers) -> None:
+    def __init__(
+        self, problem: Problem, freedom: Freedom, team: Workers, is_over: Callable[[], bool] | None = None
+    ) -> None:
         self.problem = problem
+        self.is_over = is_over or (lambda: False)
         self.freedom = freedom
         self.team = team
         n = problem.n_points
@@ -164,7 +168,9 @@ class Descent:
             reached, moved, turned, ahead, holds = np.inf, 0, 0, least, False
             newest_next = (newest + 1) % MEMORY
             moved, turned = self._history[newest_next], self._history[MEMORY + newest_next]
-            for _ in range(30):
+            for trial in range(30):
+                if trial and self.is_over():
+                    break
                 self._step(here, step, there)
                 reached, ahead, pull_ahead = self._evaluate(energy, there, after)
                 n += 1
@@ -182,7 +188,7 @@ class Descent:
                     # Back from beyond a barrier in longer strides.
                     step = low + (high - low) * (0.5 if np.isfinite(reached) else 0.3)
             if not holds:
-                if kept:
+                if kept and not self.is_over():
                     kept = 0
                     continue
                 break

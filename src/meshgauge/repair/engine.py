@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..doctor.diagnosis import LIMIT, diagnosis
 from ..doctor.points import extent
 from ..errors import MeshError
+from ..kernels.path import numpy_up_to
 from ..look.bands import POOR
 from ..look.style import number_of
 from ..mesh import Mesh
@@ -41,6 +42,9 @@ BOUNDARIES = ("fixed", "slide")
 
 REVERSED = 0.5
 """Share of the invalid cells from which on those numbered in reverse are believed: in a tangle a few look so."""
+
+FEW = 1000
+"""Cells up to which they are measured by NumPy: loading the kernels for them would take longer."""
 
 FLOOR, SIZE_CHANGE = 0.9, 0.1
 """The share of the worst quality that raising the mean keeps, and by which sizes of good cells may change."""
@@ -134,7 +138,8 @@ def improve(
     strict
         No cell ends with less than it began with; no new one has less than the worst had.
     seconds
-        Time after which the best so far is the result; None: no limit.
+        Time after which the best so far is the result, checked and measured; None: no limit. Measuring the mesh and
+        looking at it once takes what it takes.
     fixed
         Further points that must not move: a mask ``(n_points,)`` or ids; by the numbers of the file:
         ``np.isin(mesh.point_data["label"], [100, 200])``.
@@ -183,11 +188,13 @@ def improve(
     _check(options, floor)
     held = fixed_mask(fixed, mesh.n_points)
     power = power_of(mesh)
-    if not power:
-        return _improve(mesh, held, options, progress, should_stop, keep_bricks=keep_bricks)
-    if surface is not None:
+    if power and surface is not None:
         options = replace(options, surface=scaled_surface(surface, power))
-    result = _improve(scaled(mesh, power), held, options, progress, should_stop, keep_bricks=keep_bricks)
+    with numpy_up_to(FEW):
+        here = scaled(mesh, power) if power else mesh
+        result = _improve(here, held, options, progress, should_stop, keep_bricks=keep_bricks)
+    if not power:
+        return result
     better = mesh if result.mesh is result.before.source else restored(mesh, result.mesh, power)
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
     after = before if better is mesh else measure(better, threads=threads, keep_bricks=keep_bricks)

@@ -8,20 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh import Mesh
-from ..mesh.cast import read_only
-from ..mesh.polyhedra import ragged_positions
-from ..quality.measure import JENS, Quality, measure
+from ..quality.measure import Quality, measure
 from .constraints import Mask, shared_with_pieces
 from .faces import mask_of
 from .kept import kept_regions
 from .problem import Ids
+from .remeasure import LARGE, cells_at, merged, nodes_of
 from .report import Claim
 
 NEAR, RINGS = 1, 5
 """Cells around bad ones whose points may move, at first and at last; a patch has those around them, too, which stay."""
-
-LARGE = 0.5
-"""Share of all cells from which on a patch is the whole mesh."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,22 +67,15 @@ class Patch:
         if whole.polyhedra is not None:
             rows = [whole.rows[name] for name in whole.metrics]
             return measure(mesh, metrics=rows, threads=threads, keep_bricks=True)
-        status = whole.status.copy()
-        status[self.cells] = quality.status
-        metrics = {name: values.copy() for name, values in whole.metrics.items()}
-        for name, values in metrics.items():
-            values[self.cells] = quality.metrics[name]
-        metrics = {name: read_only(values) for name, values in metrics.items()}
-        return replace(
-            whole, mesh=mesh, values=metrics[JENS], status=read_only(status), metrics=metrics, collapsed_from=None
-        )
+        return merged(whole, mesh, self.cells, quality)
 
     def claims(self, after: Quality) -> tuple[Claim, ...]:
         """What is promised of the mesh outside the patch, and whether it holds of the mesh after a repair."""
         if self.points is None:
             return ()
         old, new = (np.asarray(one.mesh.points, np.float64).view(np.int64) for one in (self.whole, after))
-        holds = bool(np.isin(np.flatnonzero((old != new).any(axis=1)), self.points).all())
+        changed = np.flatnonzero((old != new).reshape(-1)) // 3
+        holds = bool(np.isin(changed, self.points).all())
         n = len(old) - len(self.points)
         return (
             Claim("elsewhere", holds, f"all {n:,} points away from bad cells are where they were, to the last bit"),
@@ -119,7 +108,7 @@ def patch_around(whole: Patch, bad: Mask, *, is_whole: bool, threads: int | None
     cells, touched = cells_around(mesh, bad, rings + 1)
     if is_whole or len(cells) > LARGE * mesh.n_cells:
         return replace(whole, pinned=~touched)
-    used = mask_of(mesh.n_points, _nodes(mesh, cells))
+    used = mask_of(mesh.n_points, nodes_of(mesh, cells))
     if mesh.is_ghost is not None:
         touched &= ~shared_with_pieces(mesh, mesh.is_ghost)
     part, points = mesh[cells], np.flatnonzero(used)
@@ -132,19 +121,6 @@ def cells_around(mesh: Mesh, some: Mask, rings: int) -> tuple[Ids, Mask]:
     """Some cells and those in rings around them, and ``(n_points,)`` the points of all but the outermost ring."""
     cells, touched = np.flatnonzero(some), np.zeros(mesh.n_points, bool)
     for _ in range(rings):
-        touched[_nodes(mesh, cells)] = True
-        cells = _cells_at(mesh, touched)
+        touched[nodes_of(mesh, cells)] = True
+        cells = cells_at(mesh, touched)
     return cells, touched
-
-
-def _nodes(mesh: Mesh, cells: Ids) -> Ids:
-    """Points of some cells, as often as they are named."""
-    starts = np.asarray(mesh.offsets[cells], np.int64)
-    nodes: Ids = mesh.connectivity[ragged_positions(starts, np.asarray(mesh.offsets[cells + 1], np.int64) - starts)]
-    return nodes
-
-
-def _cells_at(mesh: Mesh, points: Mask) -> Ids:
-    """Cells that have one of some points."""
-    entries = np.flatnonzero(points[mesh.connectivity])
-    return np.unique(np.searchsorted(mesh.offsets, entries, side="right") - 1)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..cells import SHAPES, TETRA
 from ..kernels.repair import cells as improve_cells
+from ..kernels.repair.corners import edge_lengths, grow
 from ..mesh import Mesh
 from ..mesh.connectivity import chunks, pick
 from .curved import edge_bends
@@ -109,20 +110,20 @@ class Problem:
         bends = self.bends[which]
         return np.asarray(ends - at + bends[:, :, :3] - 2.0 * bends[:, :, 3:] * (ends + at))
 
-    def edge_lengths(self, points: Points) -> NDArray[np.float32]:
-        """``(n_corners, 3)`` lengths of the edges from each corner to its neighbours."""
-        out = np.empty((len(self.corners), 3), np.float32)
-        for start in range(0, len(out), CHUNK):
-            edges = self.edges(points, slice(start, start + CHUNK))
-            out[start : start + CHUNK] = np.sqrt(np.einsum("cmx,cmx->cm", edges, edges))
+    def edge_lengths(self, points: Points, which: Ids | None = None) -> NDArray[np.float32]:
+        """``(n, 3)`` lengths of the edges from each corner, or from some of them, to its neighbours."""
+        corners = self.corners if which is None else self.corners[which]
+        bends = self.bends if which is None or not len(self.bends) else self.bends[which]
+        out = np.empty((len(corners), 3), np.float32)
+        edge_lengths(points, corners, bends, 0, len(out), out)
         return out
 
     def draw_lengths(self, points: Points, lengths: NDArray[np.float32]) -> None:
         """Bring reference lengths to those of the edges as they are, by a factor of two at most, in place."""
         for start in range(0, len(lengths), CHUNK):
             part = lengths[start : start + CHUNK]
-            edges = self.edges(points, slice(start, start + CHUNK))
-            now = np.sqrt(np.einsum("cmx,cmx->cm", edges, edges))
+            now = np.empty_like(part)
+            edge_lengths(points, self.corners, self.bends, start, start + len(part), now)
             np.clip(now, 0.5 * part, 2.0 * part, out=now)
             part[...] = now
 
@@ -164,13 +165,10 @@ class Problem:
 
     def grow(self, cells: NDArray[np.bool_], rings: int) -> NDArray[np.bool_]:
         """Some cells, and those that share a point with them, and so on, so many times."""
-        of_cell = self.cell_of_corner()
-        touched = np.zeros(self.n_points, bool)
+        chosen, touched = np.array(cells, np.bool_), np.zeros(self.n_points, np.bool_)
         for _ in range(rings):
-            touched[self.corners[cells[of_cell]]] = True
-            cells = np.zeros(self.n_cells, bool)
-            cells[of_cell[gather(touched, self.corners).any(axis=1)]] = True
-        return cells
+            grow(self.corners, self.cells, chosen, touched)
+        return chosen
 
 
 def problem(

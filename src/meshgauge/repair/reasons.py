@@ -10,9 +10,10 @@ import numpy as np
 from ..cells import type_name
 from ..look.style import number_of, plural
 from ..mesh.labels import cell_label
+from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import Quality
 from ..status import Status, is_invalid, is_solid, is_usable
-from .acceptance import is_below, n_unusable
+from .acceptance import is_below, mean_of, n_unusable
 from .ceiling import FOUR, THREE, Ceiling
 from .constraints import Constraints
 from .report import NAMED, LimitedCell
@@ -47,9 +48,27 @@ def reasons(
     bounds, by_four = np.ones(mesh.n_cells), np.zeros(mesh.n_cells, bool)
     bounds[run.whole.cell_ids], by_four[run.whole.cell_ids] = limit.bounds, limit.by_four
     fixed = constraints.pinned if slides else constraints.fixed
-    why = np.empty(len(cells), object)
-    for n, cell in enumerate(cells):
-        why[n] = _why(after, int(cell), constraints, bounds, by_four, fixed, run.target, slides=slides, strict=strict)
+    sizes = np.diff(mesh.offsets)[cells]
+    nodes = mesh.connectivity[ragged_positions(np.asarray(mesh.offsets, np.int64)[cells], sizes)]
+    n_free = np.zeros(len(cells), np.int64)
+    np.add.at(n_free, np.repeat(np.arange(len(cells)), sizes), ~fixed[nodes])
+    # Of several reasons the first.
+    status = after.status[cells]
+    low = (bounds[cells] < run.target) & (not slides)
+    cases = [
+        (~constraints.cells[cells], ASIDE),
+        (n_free == 0, ALL),
+        (low & by_four[cells], FOUR),
+        (low, THREE),
+        (status == Status.INVERTED_INSIDE, INSIDE),
+        (~is_usable(status, mesh.purpose) & (not strict), INVERTED),
+        (np.full(len(cells), strict), STRICT),
+        (n_free == 1, ONE),
+        (n_free < sizes, NEAR),
+    ]
+    why = np.full(len(cells), FREE, object)
+    for case, text in reversed(cases):
+        why[case] = text
     counts = {text: int(np.count_nonzero(why == text)) for text in dict.fromkeys(why)}
     order = np.argsort(np.nan_to_num(after.values[cells], nan=-2.0), kind="stable")[:NAMED]
     named = tuple(
@@ -62,35 +81,6 @@ def reasons(
     return Reasons(dict(sorted(counts.items(), key=lambda pair: -pair[1])), named)
 
 
-def _why(
-    after: Quality,
-    cell: int,
-    constraints: Constraints,
-    bounds: np.ndarray,
-    by_four: np.ndarray,
-    fixed: np.ndarray,
-    target: float,
-    *,
-    slides: bool,
-    strict: bool,
-) -> str:
-    if not constraints.cells[cell]:
-        return ASIDE
-    held = fixed[after.mesh.nodes(cell)]
-    if held.all():
-        return ALL
-    if not slides and bounds[cell] < target:
-        return FOUR if by_four[cell] else THREE
-    if after.status[cell] == Status.INVERTED_INSIDE:
-        return INSIDE
-    if not is_usable(after.status[cell], after.mesh.purpose) and not strict:
-        return INVERTED
-    if strict:
-        return STRICT
-    n_free = int(np.count_nonzero(~held))
-    return ONE if n_free == 1 else (NEAR if held.any() else FREE)
-
-
 def _flaw(quality: Quality, n: int) -> str:
     """What keeps n cells from being usable."""
     n_invalid = int(np.count_nonzero(is_invalid(quality.status, quality.mesh.purpose)))
@@ -101,11 +91,10 @@ def verdict(
     before: Quality, after: Quality, target: float, ceiling: float, *, slides: bool, broken: Sequence[str]
 ) -> tuple[str, str]:
     """The outcome in a word, and in a sentence; ``broken`` are texts of claims for which steps were taken back."""
-    solid = is_solid(after.status)
     bad = [n_unusable(q) for q in (before, after)]
     flaw = [_flaw(q, n) for q, n in zip((before, after), bad, strict=True)]
     worst = [float(np.nanmin(q.values)) for q in (before, after)]
-    mean = [float(np.nanmean(q.values[is_solid(q.status)])) for q in (before, after)]
+    mean = [mean_of(q) for q in (before, after)]
     if np.array_equal(before.mesh.points, after.mesh.points):
         if broken:
             return "refused", f"Nothing was changed, since a claim would not have held: {broken[0]}."
@@ -123,7 +112,7 @@ def verdict(
             "not untangled",
             f"{number_of(bad[1], 'cell is', 'cells are')} still {flaw[1]} ({bad[0]:,} before): {went}.{price}",
         )
-    n_solid = int(np.count_nonzero(solid))
+    n_solid = int(np.count_nonzero(is_solid(after.status)))
     text = f"{'The one cell is' if n_solid == 1 else f'All {n_solid:,} cells are'} valid: {went}."
     if bad[0]:
         text = f"{number_of(bad[0], f'{flaw[0]} cell was', f'{flaw[0]} cells were')} repaired. {text}"

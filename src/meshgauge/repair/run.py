@@ -17,6 +17,9 @@ INTERVAL, COST_FACTOR, TIME_SHARE = 0.02, 20.0, 0.01
 """Between two entries of the history: least seconds, least multiple of what an entry takes to make, and least share of
 the time since the start, so that a long improvement has some hundreds of entries."""
 
+FINISH = 1.5
+"""Share of the time from its begin to the first entry that a run leaves for what comes after it."""
+
 
 @dataclass(frozen=True, slots=True)
 class Progress:
@@ -93,16 +96,25 @@ class Run:
         kind = self.freedom.kind[points].copy()
         if held is not None:
             kind[held] = 0
-        return Descent(part, Freedom(kind, self.freedom.axes[points], self.freedom.scale[points]), self.team)
+        freedom = Freedom(kind, self.freedom.axes[points], self.freedom.scale[points])
+        return Descent(part, freedom, self.team, self.is_over)
+
+    def keep_time(self, began: float) -> None:
+        """Let the time be up a little earlier: measuring the result and the report take about as long as the setup."""
+        self.deadline -= FINISH * (time.monotonic() - began)
 
     def is_over(self) -> bool:
-        """True if time is up or the user asks to stop."""
+        """True if the time of the phase is up, or `is_stopped`."""
+        return self.is_stopped() or time.monotonic() > self.phase_end
+
+    def is_stopped(self) -> bool:
+        """True if all time is up or the user asks to stop."""
         if not self.stopped:
             if self.should_stop is not None and self.should_stop():
                 self.stopped = "interrupted"
             elif time.monotonic() > self.deadline:
                 self.stopped = "time"
-        return bool(self.stopped) or time.monotonic() > self.phase_end
+        return bool(self.stopped)
 
     def record(self, phase: str, points: Points, *, now: bool = False) -> None:
         """Add to the history and tell the caller, unless that was done just before."""

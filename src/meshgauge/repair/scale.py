@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..doctor.points import extent
+from ..doctor.points import size
 from ..mesh import Mesh
 from .report import Displacement, RepairReport
 
 USUAL = 40
-"""Meshes whose diagonal is between 2 to minus this power and 2 to this power are repaired as they are."""
+"""Meshes whose size is between 2 to minus this power and 2 to this power are repaired as they are."""
 
 Points = NDArray[np.float64]
 
@@ -22,9 +22,9 @@ def power_of(mesh: Mesh) -> int:
 
     Energies hold lengths to the sixth power, which 1e-60 and 1e60 already take out of range.
     """
-    with np.errstate(over="ignore"):
-        largest = float(np.frexp(extent(np.ldexp(np.asarray(mesh.points, np.float64), -2))[1])[1]) + 2
-    return 0 if abs(largest) <= USUAL else -int(largest)
+    with np.errstate(over="ignore", under="ignore"):
+        exponent = int(np.frexp(size(np.ldexp(np.asarray(mesh.points, np.float64), -2)))[1]) + 2
+    return 0 if abs(exponent) <= USUAL else -exponent
 
 
 def scaled(mesh: Mesh, power: int) -> Mesh:

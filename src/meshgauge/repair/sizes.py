@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES
 from ..kernels.repair.cells import Sizes
+from ..mesh.polyhedra import ragged_positions
 from ..mesh.topology import Topology
 from ..quality.measure import Quality
 from .faces import face_points, half_faces
@@ -157,15 +158,10 @@ def size_change(limits: SizeLimits, before: NDArray[np.floating], after: NDArray
     with np.errstate(divide="ignore", invalid="ignore"):
         volumes = cell_volumes(limits.topology, cells, after) / limits.volumes
         volumes = np.where(volumes > 0.0, np.maximum(volumes, 1.0 / volumes), np.inf)
-        was, now = (
-            problem.edge_lengths(np.asarray(points, np.float64)[problem.point_ids]).astype(np.float64)
-            for points in (before, after)
-        )
-        edges = np.maximum(was / now, now / was).max(axis=1)
-    edges = np.maximum.reduceat(np.where(np.isnan(edges), 1.0, edges), problem.cells[:-1])
-    of_cell = np.ones(limits.topology.mesh.n_cells)
-    of_cell[problem.cell_ids] = edges
-    edges = of_cell[cells]
+        at, starts = _corners_of(problem, cells)
+        was, now = (problem.edge_lengths(np.asarray(x, np.float64)[problem.point_ids], at) for x in (before, after))
+        edges = np.maximum(was / now, now / was).max(axis=1).astype(np.float64)
+    edges = np.maximum.reduceat(np.where(np.isnan(edges), 1.0, edges), starts)
     return SizeChange(
         len(cells),
         float(volumes.max()),
@@ -187,14 +183,20 @@ def cell_volumes(topology: Topology, cells: Ids, points: NDArray[np.floating], *
 
 def _edges(problem: Problem, points: Points, cells: Ids) -> tuple[Points, Points]:
     """``(n,)`` the shortest and the longest edge of some cells of the mesh that are in the problem."""
-    lengths = problem.edge_lengths(points[problem.point_ids]).astype(np.float64)
-    at = np.full(int(problem.cell_ids.max(initial=-1)) + 1, -1, np.int64)
-    at[problem.cell_ids] = np.arange(problem.n_cells)
     if not len(cells):
         return np.empty(0), np.empty(0)
-    shortest = np.minimum.reduceat(lengths.min(axis=1), problem.cells[:-1])
-    longest = np.maximum.reduceat(lengths.max(axis=1), problem.cells[:-1])
-    return shortest[at[cells]], longest[at[cells]]
+    at, starts = _corners_of(problem, cells)
+    lengths = problem.edge_lengths(points[problem.point_ids], at).astype(np.float64)
+    return np.minimum.reduceat(lengths.min(axis=1), starts), np.maximum.reduceat(lengths.max(axis=1), starts)
+
+
+def _corners_of(problem: Problem, cells: Ids) -> tuple[Ids, Ids]:
+    """The corners of some cells of the mesh that are in the problem, and where those of each begin among them."""
+    place = np.full(int(problem.cell_ids.max(initial=-1)) + 1, -1, np.int64)
+    place[problem.cell_ids] = np.arange(problem.n_cells)
+    starts = problem.cells[place[cells]]
+    sizes = problem.cells[place[cells] + 1] - starts
+    return ragged_positions(starts, sizes), np.cumsum(sizes) - sizes
 
 
 @cache

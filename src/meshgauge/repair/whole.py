@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -133,6 +134,7 @@ def repair(
 
     Raises `MeshError` if no cell takes part.
     """
+    began = time.monotonic()
     mesh = before.mesh
     of_polyhedra = corners(before)
     polyhedral = of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants
@@ -146,6 +148,7 @@ def repair(
     outcome = Outcome(before, run, limit)
     points = run.base[run.points_of_moving].copy()
     run.record("start", points, now=True)
+    run.keep_time(began)
     if not whole.n_cells:
         run.record("end", points, now=True)
         return outcome
@@ -212,9 +215,11 @@ def _improve_and_mend(
 def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
     had, _ = run.moving.qualities(points)
 
+    began = time.monotonic()
+
     def until(phase: str) -> None:
-        left = run.deadline - run.start
-        run.phase_end = run.start + SHARES[phase] * left if np.isfinite(left) else np.inf
+        left = run.deadline - began
+        run.phase_end = began + SHARES[phase] * left if np.isfinite(left) else np.inf
 
     was_tangled = bool((had <= 0.0).any())
     until("untangle")
@@ -222,14 +227,18 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
     points, is_untangled = untangle(run, points)
     if was_tangled and is_untangled:
         points = smooth(run, points, given)
-    lengths = run.moving.reference_lengths(points)
     until("worst")
+    if run.is_stopped():
+        return points
+    lengths = run.moving.reference_lengths(points)
     # Once the cells that can move are better than one that cannot, the rest is for the mean.
     constant = float(limit.bounds[limit.by_four].min(initial=1.0))
     points = raise_worst(run, points, lengths, goal=min(max(constant, 2.0 * run.target), 0.9999))
     run.raised = points
     until("mean")
     points = raise_mean(run, points, lengths)
+    if strict and run.is_stopped():
+        return given
     if strict:
         points = raise_worst(run, points, lengths, offsets=np.minimum(had, 1.0), goal=1e-9, phase="strict")
         points = keep_every_cell(run, given, points)

@@ -41,7 +41,7 @@ def raise_mean(
     those of the edges as they are, in place.
     """
     part = run.moving
-    if part.n_cells == 0:
+    if part.n_cells == 0 or run.is_over():
         return points
     lowest, thresholds = part.qualities(points)[0], floors(run, points)
     is_stiff = np.repeat(lowest - thresholds < STIFF, np.diff(part.cells))
@@ -58,6 +58,8 @@ def raise_mean(
 
     at_a_time = ON_CURVED if constraint is not None and constraint.is_curved else ITERATIONS
     for sharpness in SHARPNESS:
+        if run.is_over():
+            break
         energy.sharpness = sharpness
         for _ in range(0, ITERATIONS, at_a_time):
             reached = descent.run(energy, points, iterations=at_a_time, tolerance=3e-6, watch=watch)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernels.repair import cells as kernels
+from ...kernels.repair.corners import at_points
 from ...look.bands import POOR
 from ...mesh.topology import Topology
 from ..components import components
@@ -38,6 +39,9 @@ KEPT = 0.9
 
 GAIN, LEAST_GAIN = 0.02, 5e-4
 """What bad cells of a group must gain together for a ring to have helped, and what a point must for it to move."""
+
+AT_A_TIME = 200
+"""Points that are visited between two questions whether to stop."""
 
 ROUNDING = 1e-9
 """What floors are below the values that they keep."""
@@ -89,21 +93,24 @@ class _Local:
         """One round; which points have moved. With ``mended`` none does, see `kernels.repair.cells.ascend`."""
         part = self.part
         moved = np.zeros(part.n_points, bool)
-        kernels.ascend(
-            points,
-            (part.corners, part.kinds, part.bends, part.constants, part.cells),
-            self.links,
-            self.sizes,
-            floors,
-            ids,
-            self.run.freedom.scale,
-            sharpness,
-            LEAST_GAIN,
-            moved,
-            self.enough,
-            np.empty(0, np.int64) if mended is None else mended,
-            mended is not None,
-        )
+        for start in range(0, len(ids), AT_A_TIME):
+            if self.run.is_over():
+                break
+            kernels.ascend(
+                points,
+                (part.corners, part.kinds, part.bends, part.constants, part.cells),
+                self.links,
+                self.sizes,
+                floors,
+                ids[start : start + AT_A_TIME],
+                self.run.freedom.scale,
+                sharpness,
+                LEAST_GAIN,
+                moved,
+                self.enough,
+                np.empty(0, np.int64) if mended is None else mended,
+                mended is not None,
+            )
         return moved
 
     def passed(self, points: Points) -> Mask:
@@ -178,7 +185,7 @@ def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, st
         True if no cell may have less than it has.
     """
     part = run.moving
-    if part.n_cells == 0:
+    if part.n_cells == 0 or run.is_over():
         return points
     had, well = values_of(part, points), max(run.target, POOR)
     local = _Local(
@@ -287,18 +294,9 @@ def _raise_mean(local: _Local, points: Points, given: Points) -> None:
 
 def _links(part: Problem, topology: Topology) -> kernels.Links:
     """What is around each point, see `kernels.repair.cells.ascend`."""
-    n = part.n_points
-    of_cell = part.cell_of_corner()
-    corner = np.repeat(np.arange(len(part.corners)), 4)
-    point = part.corners.reshape(-1).astype(np.int64)
-    order = np.argsort(point, kind="stable")
-    corners = corner[order]
-    cells = of_cell[corners]
-    by_corner = _offsets(point, n)
-    pairs = np.unique(point * max(part.n_cells, 1) + of_cell[corner])
-    around_point, around = np.divmod(pairs, max(part.n_cells, 1))
+    by_corner, corners, cells, by_cell, around = at_points(part.corners, part.cells, part.n_points)
     sides, owner = _parallelograms(part, topology)
-    return by_corner, corners, cells, _offsets(around_point, n), around, _offsets(owner, n), sides
+    return by_corner, corners, cells, by_cell, around, _offsets(owner, part.n_points), sides
 
 
 def _parallelograms(part: Problem, topology: Topology) -> tuple[Ids, Ids]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernels.repair import cells
+from ...kernels.repair.corners import at_points
 from ..problem import Points
 from ..run import Run
 
@@ -14,6 +15,9 @@ ROUNDS = 100
 
 SWEEPS = 30
 """The most rounds over all points."""
+
+AT_A_TIME = 2000
+"""Points of a round between two questions whether to stop."""
 
 ENOUGH = 1e-3
 """Ends when fewer than this share of the points move in a round."""
@@ -42,25 +46,26 @@ def keep_every_cell(run: Run, given: Points, reached: Points, *, only: NDArray[n
         everywhere[back] = old[back]
     else:
         everywhere = old.copy()
-    pairs = np.unique(whole.corners.reshape(-1).astype(np.int64) * whole.n_cells + np.repeat(of_cell, 4))
-    offsets = np.zeros(whole.n_points + 1, np.int64)
-    np.cumsum(np.bincount(pairs // whole.n_cells, minlength=whole.n_points), out=offsets[1:])
-    around = pairs % whole.n_cells
+    _, _, _, offsets, around = at_points(whole.corners, whole.cells, whole.n_points)
     free = run.points_of_moving[run.freedom.kind == 3 if only is None else only]
     for _ in range(SWEEPS):
-        n = cells.sweep(
-            everywhere,
-            goal,
-            whole.corners,
-            whole.kinds,
-            whole.bends,
-            whole.constants,
-            whole.cells,
-            offsets,
-            around,
-            free,
-            floors,
-        )
+        n = 0
+        for start in range(0, len(free), AT_A_TIME):
+            if start and run.is_over():
+                break
+            n += cells.sweep(
+                everywhere,
+                goal,
+                whole.corners,
+                whole.kinds,
+                whole.bends,
+                whole.constants,
+                whole.cells,
+                offsets,
+                around,
+                free[start : start + AT_A_TIME],
+                floors,
+            )
         run.evaluations += 1
         run.record("strict", everywhere[run.points_of_moving])
         if n <= ENOUGH * len(free) or run.is_over():

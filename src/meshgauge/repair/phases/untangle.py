@@ -17,6 +17,9 @@ RINGS = (3, 8)
 FEW = 0.2
 """Share of the cells up to which only a neighbourhood is untangled."""
 
+MOST = 0.6
+"""Share of the cells from which on a neighbourhood is all of them."""
+
 ROUNDS, ITERATIONS = 60, 20
 """Values of ε, and iterations for each."""
 
@@ -38,23 +41,23 @@ def untangle(run: Run, points: Points) -> tuple[Points, bool]:
     """
     lowest, _ = run.moving.qualities(points)
     bad = lowest <= 0.0
-    if not bad.any():
-        return points, True
+    if not bad.any() or run.is_over():
+        return points, not bad.any()
     few = np.count_nonzero(bad) <= FEW * run.moving.n_cells
-    attempts: list[NDArray[np.bool_] | None] = []
-    if few:
-        for rings in RINGS:
-            near = run.moving.grow(bad, rings)
-            if np.count_nonzero(near) < 0.6 * run.moving.n_cells:
-                attempts.append(near)
-    attempts.append(None)
     best, n_best = points, int(np.count_nonzero(bad))
-    for keep in attempts:
+    for rings in (*(RINGS if few else ()), None):
+        keep = None
+        if rings is not None:
+            keep = run.moving.grow(bad, rings)
+            if np.count_nonzero(keep) >= MOST * run.moving.n_cells:
+                continue
+        if run.is_over():
+            break
         attempt = _attempt(run, points, keep)
         n = int(np.count_nonzero(run.moving.qualities(attempt)[0] <= 0.0))
         if n < n_best:
             best, n_best = attempt, n
-        if n_best == 0 or run.is_over():
+        if n_best == 0:
             break
     return best, n_best == 0
 
@@ -110,6 +113,8 @@ def smooth(run: Run, points: Points, given: Points) -> Points:
     towards equal edges, but those that were flat or long and yet straight in the mesh given are so on purpose.
     """
     part = run.moving
+    if run.is_over():
+        return points
     lengths = part.edge_lengths(given)
     starts = part.cells[:-1]
     longest, shortest = (

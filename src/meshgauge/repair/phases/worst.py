@@ -64,7 +64,7 @@ def raise_worst(
         Called after some steps, to put points back on the surface that they slide on.
     """
     part = run.moving
-    if part.n_cells == 0:
+    if part.n_cells == 0 or run.is_over():
         return points
     zero = np.zeros(part.n_cells) if offsets is None else offsets
     descent = run.descent(part, np.arange(part.n_points))

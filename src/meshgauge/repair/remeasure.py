@@ -1,0 +1,62 @@
+"""Measuring anew only what has changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..mesh import Mesh
+from ..mesh.cast import read_only
+from ..mesh.polyhedra import ragged_positions
+from ..quality.measure import JENS, Quality, measure
+from .constraints import Mask
+from .problem import Ids, Points
+
+LARGE = 0.5
+"""Share of all cells from which on all are taken."""
+
+
+def remeasured(quality: Quality, points: Points, *, threads: int | None) -> Quality:
+    """The quality of the mesh with its points elsewhere, from that of the mesh as it is.
+
+    Collapsed bricks are taken for what they were measured as already.
+    """
+    mesh = quality.mesh
+    rows = [quality.rows[name] for name in quality.metrics]
+    moved = mesh.replace(points=points)
+    if mesh.polyhedra is None:
+        changed = np.zeros(mesh.n_points, bool)
+        changed[np.flatnonzero((points != mesh.points).reshape(-1)) // 3] = True
+        cells = cells_at(mesh, changed)
+        if len(cells) <= LARGE * mesh.n_cells:
+            if not len(cells):
+                return replace(quality, mesh=moved, collapsed_from=None)
+            return merged(quality, moved, cells, measure(moved[cells], metrics=rows, threads=threads, keep_bricks=True))
+    return measure(moved, metrics=rows, threads=threads, keep_bricks=True)
+
+
+def merged(whole: Quality, mesh: Mesh, cells: Ids, part: Quality) -> Quality:
+    """The quality of a mesh of which some cells were measured anew, beside what was measured of all."""
+    status = whole.status.copy()
+    status[cells] = part.status
+    metrics = {name: values.copy() for name, values in whole.metrics.items()}
+    for name, values in metrics.items():
+        values[cells] = part.metrics[name]
+    metrics = {name: read_only(values) for name, values in metrics.items()}
+    return replace(
+        whole, mesh=mesh, values=metrics[JENS], status=read_only(status), metrics=metrics, collapsed_from=None
+    )
+
+
+def nodes_of(mesh: Mesh, cells: Ids) -> Ids:
+    """Points of some cells, as often as they are named."""
+    starts = np.asarray(mesh.offsets[cells], np.int64)
+    nodes: Ids = mesh.connectivity[ragged_positions(starts, np.asarray(mesh.offsets[cells + 1], np.int64) - starts)]
+    return nodes
+
+
+def cells_at(mesh: Mesh, points: Mask) -> Ids:
+    """Cells that have one of some points."""
+    entries = np.flatnonzero(points[mesh.connectivity])
+    return np.unique(np.searchsorted(mesh.offsets, entries, side="right") - 1)
