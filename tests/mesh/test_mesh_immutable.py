@@ -187,7 +187,7 @@ def test_reading_and_replacing_large_meshes_copies_nothing(tmp_path) -> None:  #
     mesh.replace(path="elsewhere", cell_data={"n": mesh.types}, notes=("moved",))
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert peak < 0.1 * size
+    assert peak < 0.15 * size
     tracemalloc.start()
     mesh = meshgauge.read(tmp_path / "large.vtu")
     _, peak = tracemalloc.get_traced_memory()

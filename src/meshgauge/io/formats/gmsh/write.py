@@ -58,11 +58,16 @@ def _is_tag(name: str, values: NDArray[np.generic]) -> bool:
     return name in _TAGS and values.ndim == 1 and values.dtype.kind in "iu"
 
 
+def _fits_quotes(name: str) -> bool:
+    """Whether a name can stand between quotation marks: behind a backslash the last would be part of the name."""
+    return '"' not in name and not name.endswith("\\")
+
+
 def _names(file: BinaryIO, mesh: Mesh, lost: list[str]) -> None:
     """Field data of two integers, a tag and a dimension, name physical groups."""
     groups = {}
     for name, values in mesh.field_data.items():
-        if values.shape == (2,) and values.dtype.kind in "iu" and 0 <= int(values[1]) <= 3 and '"' not in name:
+        if values.shape == (2,) and values.dtype.kind in "iu" and 0 <= int(values[1]) <= 3 and _fits_quotes(name):
             groups[name] = (int(values[1]), int(values[0]))
         else:
             lost.append(f"Gmsh's format could not hold the field data {name!r}.")
@@ -103,7 +108,7 @@ def _view(
     what = "point" if section == "NodeData" else "cell"
     flat = values.reshape(len(values), -1) if len(values) else values.reshape(0, 1)
     width = flat.shape[1]
-    if values.dtype.kind not in "fiub" or width > 9 or width < 1 or '"' in name or "\n" in name:
+    if values.dtype.kind not in "fiub" or width > 9 or width < 1 or not _fits_quotes(name):
         lost.append(f"Gmsh's format could not hold the {what} data {name!r}.")
         return
     full = next(w for w in (1, 3, 9) if w >= width)
