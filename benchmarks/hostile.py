@@ -224,8 +224,8 @@ NAME_PARTS = (
     *map(chr, range(0x21)), "{", "}", "{}", "%", "%s", "%n", "%99999d", '"', "'", "`", "<", ">", "&", "&lt;", "]]>",
     "<!--", "\\", "/", "..", ",", ";", ":", "=", "*", "$", "#", "!", "|", "(", ")", "[", "]", "\x7f", "\x85", "\xa0",
     "\u2028", "\u2029", "\u202e", "\ufeff", "\udcff", "\ud800", "\U0001f600", "é", "漢", "a", "b", "X", "1", "_",
-    "u_{1}", "\\frac{1}{2}", "$End", "$Nodes", "*NODE", "METADATA", "LOOKUP_TABLE", "FIELD", "POINT_DATA", "label", "region",
-    "vtkGhostType", "GlobalIds", "nan", "VARIABLES", "ZONE", "MARKER_TAG=", "mesh3d", "x" * 300, "x" * 5000,
+    "u_{1}", "\\frac{1}{2}", "$End", "$Nodes", "*NODE", "METADATA", "LOOKUP_TABLE", "FIELD", "POINT_DATA", "label",
+    "region", "vtkGhostType", "GlobalIds", "nan", "VARIABLES", "ZONE", "MARKER_TAG=", "mesh3d", "x" * 300, "x" * 5000,
 )  # fmt: skip
 
 
