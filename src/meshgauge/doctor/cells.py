@@ -44,7 +44,8 @@ def covering(mesh: Mesh, representative: IndexArray) -> Ids:
     ``representative`` is the point that stands for each, see `points.representatives`. Cells of which two points
     coincide with each other are left out: cohesive cells and others that are flat by design.
     """
-    welded = mesh.replace(connectivity=representative[mesh.connectivity], polyhedra=None, blocks=())
+    nodes = representative.astype(mesh.connectivity.dtype)[mesh.connectivity]
+    welded = mesh.replace(connectivity=nodes, polyhedra=None, blocks=())
     _, repeats, hashes = driver.signatures(welded.types, welded.offsets, welded.connectivity, IS_SOLID, welded.n_points)
     matches = duplicates(welded, hashes)
     return matches[IS_SOLID[mesh.types[matches]] & ~repeats[matches]]

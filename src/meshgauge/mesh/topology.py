@@ -112,7 +112,9 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
     np.cumsum(n_faces, out=starts[1:])
     width = driver.index_type(max(int(starts[-1]), mesh.n_points))
     cells: IndexArray = np.repeat(np.arange(mesh.n_cells, dtype=width), n_faces)
-    nodes = mesh.connectivity if points is None else points[mesh.connectivity]
+    nodes = mesh.connectivity
+    if points is not None:
+        nodes = points.astype(nodes.dtype)[nodes]  # kernels are compiled for each dtype
     poly, longest = _polyhedra(mesh, points)
     longest = max(longest, table.shape[2] - 1)
     mates, windings, n_multiple = driver.match(

@@ -93,7 +93,7 @@ def bounds(
 
     row = table(name)
     n_cells = len(connectivity)
-    points, connectivity = read_only(points), read_only(connectivity)
+    points = read_only(points)
     result = _empty(n_cells)
     # A kernel of its own gathers by itself.
     node_bytes = LARGEST if row.name in BY_NAME else NODE_BYTES
@@ -101,7 +101,8 @@ def bounds(
     for first in range(0, n_cells, step):
         chunk = slice(first, first + step)
         part = Bounds(result.status[chunk], result.lower[chunk], result.upper[chunk])
-        _certify(row, points, connectivity[chunk], part, max_splits)
+        cells = read_only(connectivity[chunk].astype(np.int64, copy=False))  # kernels are compiled for each dtype
+        _certify(row, points, cells, part, max_splits)
     return result
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .. import path
-from ..arrays import BoolArray, Float64Array, FloatArray, Int8Array, Int64Array, IntArray, UInt8Array
+from ..arrays import BoolArray, Float64Array, FloatArray, Int8Array, Int64Array, IntArray, UInt8Array, read_only
 from . import numpy_path
 
 
@@ -31,7 +31,8 @@ def match(
     """
     n, width = len(cells), cells.dtype
     mates, windings = np.empty(n, width), np.zeros(n, np.int8)
-    common = (cells, starts, types, offsets, nodes, table, poly, longest)
+    cells, starts, types = read_only(cells), read_only(starts), read_only(types)
+    common = (cells, starts, types, read_only(offsets), read_only(nodes), read_only(table), poly, longest)
     if not path.is_compiled(len(types)):
         return mates, windings, numpy_path.match(*common, mates, windings)
     from .half_faces import match as kernel
@@ -49,6 +50,7 @@ def signatures(
     """
     last_cell: IntArray = np.zeros(n_points, index_type(max(len(types), n_points)))
     has_repeats, hashes = np.empty(len(types), np.bool_), np.empty(len(types), np.int64)
+    types, offsets, nodes, is_solid = read_only(types), read_only(offsets), read_only(nodes), read_only(is_solid)
     arguments = (types, offsets, nodes, is_solid, last_cell, has_repeats, hashes)
     if path.is_compiled(len(types)):
         from .signatures import signatures as kernel
@@ -65,7 +67,7 @@ def components_by_points(cells: BoolArray, offsets: IntArray, nodes: IntArray, n
     if path.is_compiled(len(cells)):
         from .union_find import components_by_points as kernel
 
-        kernel(cells, offsets, nodes, parent)
+        kernel(read_only(cells), read_only(offsets), read_only(nodes), parent)
     else:
         numpy_path.components_by_points(cells, offsets, nodes, parent)
     return parent
@@ -83,6 +85,7 @@ def components_by_faces(
         return parent, sign, numpy_path.components_by_faces(cells, mates, windings, handedness, parent, sign)
     from .union_find import components_by_faces as kernel
 
+    cells, mates, windings, handedness = map(read_only, (cells, mates, windings, handedness))
     return parent, sign, kernel(cells, mates, windings, handedness, parent, sign)
 
 
@@ -97,5 +100,5 @@ def coincident(points: FloatArray, origin: Float64Array, tolerance: float) -> In
 
     bits = (len(points) - 1).bit_length() if len(points) else 0
     head, after = np.full(1 << bits, -1, width), np.empty(len(points), width)
-    kernel(points, origin, tolerance, bits, head, after, representative)
+    kernel(read_only(points), read_only(origin), tolerance, bits, head, after, representative)
     return representative
