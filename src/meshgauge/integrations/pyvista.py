@@ -6,7 +6,7 @@ PyVista from 0.48 on finds this module by its entry point (group ``pyvista.acces
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -148,6 +148,7 @@ class Gauge:
         strict: bool = False,
         seconds: float | None = None,
         fixed: ArrayLike | None = None,
+        keep: Sequence[str] = (),
         surface: Any = None,
         feature_angle: float = 40.0,
         progress: Callable[[Progress], object] | None = None,
@@ -185,6 +186,7 @@ class Gauge:
             strict=strict,
             seconds=seconds,
             fixed=fixed,
+            keep=keep,
             surface=surface,
             feature_angle=feature_angle,
             progress=progress,
