@@ -130,6 +130,41 @@ def test_hanging_points_stay_on_the_edge_or_face_that_they_hang_on() -> None:
     np.testing.assert_allclose(points[loose[:, 0]], points[loose[:, 1:]].mean(axis=1), atol=1e-12)
 
 
+def thirds() -> tuple[Mesh, list[tuple[int, int, int, float]]]:
+    """A layer of cubes of edge 3 beside one of cubes of edge 1; the points that hang on edges of its upper side, the
+    ends of these edges, and how far along they are."""
+    coarse, fine = shaken("hexahedron", 2, 0.0), shaken("hexahedron", 6, 0.0)
+    points = np.concatenate([3.0 * np.asarray(coarse.points) - (6.0, 0.0, 0.0), np.asarray(fine.points)])
+    keep, merged = np.unique(points, axis=0, return_inverse=True)
+    nodes = np.concatenate([coarse.connectivity, fine.connectivity + coarse.n_points])
+    mesh = Mesh.from_arrays(keep, {"hexahedron": merged.reshape(-1)[nodes].reshape(-1, 8)})
+    place = {tuple(x): p for p, x in enumerate(keep)}
+    hangs = [
+        (place[0.0, y, 6.0], place[0.0, y - y % 3, 6.0], place[0.0, y - y % 3 + 3, 6.0], (y % 3) / 3.0)
+        for y in (1.0, 2.0, 4.0, 5.0)
+    ]
+    rng = np.random.default_rng(5)
+    inside = ((keep > keep.min(axis=0)) & (keep < keep.max(axis=0))).all(axis=1) & (keep[:, 0] != 0.0)
+    on_top = (keep[:, 2] == 6.0) & ((keep[:, :2] > (-6.0, 0)) & (keep[:, :2] < 6.0)).all(axis=1) & (keep[:, 0] != 0.0)
+    keep = keep + np.where(inside[:, None], rng.uniform(-0.3, 0.3, keep.shape), 0.0)
+    keep[on_top, :2] += rng.uniform(-0.35, 0.35, (int(on_top.sum()), 2))
+    at = keep[:, 0] == 0.0  # the middle of the edge goes along it, and what hangs between goes with it
+    keep[at & (keep[:, 1] == 3.0), 1] += 0.3
+    for y, to in ((1.0, 1.1), (2.0, 2.2), (4.0, 4.2), (5.0, 5.1)):
+        keep[at & (keep[:, 1] == y), 1] = to
+    return mesh.replace(points=keep), hangs
+
+
+def test_points_hang_anywhere_on_an_edge() -> None:
+    mesh, hangs = thirds()
+    assert (measure(mesh).status == 0).all()
+    result = meshgauge.improve(mesh, boundary="slide", everywhere=True)
+    assert result.report.displacement.n_boundary > 0
+    points = np.asarray(result.mesh.points)
+    for p, a, b, share in hangs:
+        np.testing.assert_allclose(points[p], (1.0 - share) * points[a] + share * points[b], atol=1e-9)
+
+
 def patched(n: int) -> Mesh:
     """A cube with its sides as surface cells; a rectangle on the upper one is a patch of its own."""
     mesh = slid(shaken("hexahedron", n, 0.2), n, 0.25)

@@ -53,12 +53,15 @@ class Hanging:
         Edges in which a point hangs, and faces in the inside of which one does.
     cells
         ``(m,)`` ids, ascending, of the cells with such an edge or face: the coarser ones.
+    holders
+        ``(k,)`` ids, ascending, of the ends of these edges and the corners of these faces.
     """
 
     points: Ids
     n_edges: int
     n_faces: int
     cells: Ids
+    holders: Ids
 
     __repr__ = brief
 
@@ -81,7 +84,7 @@ def hanging(quality: Quality, faces: Topology | None = None) -> Hanging:
     points = faces.mesh.points
     slots = _boundary(faces, is_usable(quality.status, "fv"))
     if len(slots) == 0:
-        return Hanging(slots, 0, 0, slots)
+        return Hanging(slots, 0, 0, slots, slots)
     ids, offsets = _rings(faces, slots)
     owner = np.repeat(np.arange(len(slots)), np.diff(offsets))
     ends = np.sort(np.stack([ids, ids[_following(offsets[1:])]], axis=1), axis=1)
@@ -102,6 +105,7 @@ def hanging(quality: Quality, faces: Topology | None = None) -> Hanging:
         n_edges=len(broken),
         n_faces=len(split),
         cells=np.unique(np.concatenate([_with_edges(faces, edges[broken]), of_faces])),
+        holders=np.unique(np.concatenate([edges[broken].reshape(-1), ids[np.isin(owner, split)]])),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import doctor
 from .components import components
 from .constraints import Constraints
 from .faces import face_centres, face_points, next_in_face
@@ -122,6 +123,8 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     outer = sides[:, 1] < 0
     alone = np.repeat(outer, np.diff(corner_offsets))
     loose = hanging(points, corner_ids[alone], np.concatenate([[0], np.cumsum(np.diff(corner_offsets)[outer])]))
+    hangs = doctor.hanging(constraints.quality, constraints.topology)  # anywhere on an edge, but not of inverted cells
+    loose[hangs.points] = loose[hangs.holders] = True
     kind[(loose | kept_points(mesh)) & (kind != INSIDE)] = CORNER
     return _assemble(points, faces, patch, sides, patches, kind, features, curve)
 
