@@ -54,6 +54,41 @@ def test_sliding_does_not_depend_on_the_order_of_cells() -> None:
     np.testing.assert_allclose(results[0].mesh.points[between, 0], 2.0, atol=1e-12)
 
 
+def renumbered(mesh: Mesh, seed: int) -> tuple[Mesh, NDArray[np.int64]]:
+    """The mesh with its points and the cells of each type in another order; for each of its points the one it was."""
+    rng = np.random.default_rng(seed)
+    old = rng.permutation(mesh.n_points)
+    new = np.argsort(old)
+    blocks, order = [], []
+    for row, _, cells_ in mesh.groups():
+        assert row is not None
+        ids = rng.permutation(np.arange(mesh.n_cells)[cells_])
+        blocks.append((row.name, new[np.array([mesh.nodes(int(cell)) for cell in ids])]))
+        order.append(ids)
+    data = {name: values[np.concatenate(order)] for name, values in mesh.cell_data.items()}
+    return Mesh.from_arrays(np.asarray(mesh.points)[old], blocks, cell_data=data), old
+
+
+@pytest.mark.parametrize("name", ["pipe", "patched", "tetra", "mixed", "near"])
+def test_the_result_is_the_same_for_any_numbering(name: str) -> None:
+    """To the last bit: cells, faces and edges are worked on in the order of their places."""
+    mesh = {
+        "pipe": lambda: pipe(4).replace(cell_data={"material": np.where(np.arange(64) < 32, 1, 2)}),
+        "patched": lambda: patched(4),
+        "tetra": lambda: slid(shaken("tetra", 3, 0.35), 3, 0.3),
+        "mixed": lambda: slid(shaken("mixed", 4, 0.3), 4, 0.3),
+        "near": lambda: shaken("hexahedron", 4, 0.55),
+    }[name]()
+    options = {} if name == "near" else {"everywhere": True, "boundary": "slide"}
+    first = meshgauge.improve(mesh, **options)  # type: ignore[arg-type]
+    assert first.report.displacement.n_points > 0
+    for seed in (1, 2):
+        other, old = renumbered(mesh, seed)
+        result = meshgauge.improve(other, **options)  # type: ignore[arg-type]
+        np.testing.assert_allclose(result.mesh.points, np.asarray(first.mesh.points)[old], rtol=0, atol=1e-9)
+        assert worst(result) == pytest.approx(worst(first), abs=1e-9)
+
+
 def test_patches_are_the_same_in_any_order() -> None:
     mesh = halves(4)
     for seed in range(3):

@@ -15,6 +15,7 @@ from ..kernels.repair import cells as improve_cells
 from ..kernels.repair.corners import edge_lengths, grow
 from ..mesh import Mesh
 from ..mesh.connectivity import chunks, pick
+from ..mesh.polyhedra import ragged_positions
 from .curved import edge_bends
 
 Points = NDArray[np.float64]
@@ -25,6 +26,9 @@ PART_CORNERS = 24_000
 
 CHUNK = 1 << 20
 """Corners for which temporaries are made at a time."""
+
+BITS = 21
+"""Bits of each coordinate of a cell in its place along a curve."""
 
 MOST_PARTS = 8
 """Sums are taken part by part, so their number must not depend on the number of threads."""
@@ -328,21 +332,38 @@ def _renumber(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
 
 
 def _along_a_curve(mesh: Mesh, cells: Ids) -> Ids:
-    """The cells along a Morton curve: neighbours in space are neighbours in memory."""
-    nodes = mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells]]
-    at = np.asarray(mesh.points[nodes], np.float64)
-    if not len(at):
+    """The cells along a Morton curve: neighbours in space are neighbours in memory.
+
+    By their middles, so finely that the order, and with it every sum, is the same however cells and points are
+    numbered.
+    """
+    if not len(cells):
         return cells
-    low, high = at.min(axis=0), at.max(axis=0)
-    spread = float((high - low).max()) or 1.0
+    middles = np.empty((len(cells), 3))
+    starts = np.asarray(mesh.offsets, np.int64)
+    for first in range(0, len(cells), CHUNK):
+        some = cells[first : first + CHUNK]
+        sizes = starts[some + 1] - starts[some]
+        nodes = mesh.connectivity[ragged_positions(starts[some], sizes)]
+        sums = np.add.reduceat(np.asarray(mesh.points[nodes], np.float64), np.cumsum(sizes) - sizes)
+        middles[first : first + CHUNK] = sums / sizes[:, None]
+    low, high = middles.min(axis=0), middles.max(axis=0)
+    scale = float((1 << BITS) - 1) / (float((high - low).max()) or 1.0)
     code = np.zeros(len(cells), np.uint64)
     for axis in range(3):
-        code |= _spread_bits(((at[:, axis] - low[axis]) / spread * 1023.0).astype(np.uint64)) << np.uint64(axis)
+        places = np.rint((middles[:, axis] - low[axis]) * scale).astype(np.uint64)
+        code |= _spread_bits(places) << np.uint64(axis)
     return cells[np.argsort(code, kind="stable")]
 
 
 def _spread_bits(values: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Ten bits with two zeros between each."""
-    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+    """`BITS` bits with two zeros between each."""
+    for shift, mask in (
+        (32, 0x1F00000000FFFF),
+        (16, 0x1F0000FF0000FF),
+        (8, 0x100F00F00F00F00F),
+        (4, 0x10C30C30C30C30C3),
+        (2, 0x1249249249249249),
+    ):
         values = (values | (values << np.uint64(shift))) & np.uint64(mask)
     return values

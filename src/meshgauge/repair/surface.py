@@ -91,18 +91,22 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
         In degrees.
     """
     mesh = constraints.quality.mesh
-    slots, sides = _slots(constraints)
+    slots, sides = _slots(constraints, points)
     faces = _faces(constraints, slots, points)
     corner_ids, corner_offsets = face_points(constraints.topology, slots)
     patches = patch_labels(mesh, constraints.region_ids, corner_ids, corner_offsets)
     label = np.unique(np.concatenate([sides, patches[:, None]], axis=1), axis=0, return_inverse=True)[1].reshape(-1)
 
     # Edges of faces, those of two faces side by side.
-    ends = np.sort(np.stack([faces.ids, faces.ids[faces.following]], axis=1), axis=1)
+    by_place = np.lexsort(points.T)
+    rank = np.empty(len(points), np.int64)
+    rank[by_place] = np.arange(len(points))
+    ends = np.sort(rank[np.stack([faces.ids, faces.ids[faces.following]], axis=1)], axis=1)
     edges, edge_of, n_faces = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    edges = by_place[edges]
     order = np.argsort(edge_of.reshape(-1), kind="stable")
     first = np.concatenate([[0], np.cumsum(n_faces)[:-1]])
-    pairs = np.flatnonzero((n_faces == 2) & ~_in_rows(edges, kept_edges(mesh)))
+    pairs = np.flatnonzero((n_faces == 2) & ~_in_rows(np.sort(edges, axis=1), kept_edges(mesh)))
     one, two = faces.owner[order[first[pairs]]], faces.owner[order[first[pairs] + 1]]
     limit = np.cos(np.radians(feature_angle))
     smooth = (np.einsum("ij,ij->i", faces.normals[one], faces.normals[two]) >= limit) & (label[one] == label[two])
@@ -129,12 +133,13 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     return _assemble(points, faces, patch, sides, patches, kind, features, curve)
 
 
-def _slots(constraints: Constraints) -> tuple[Ids, Ids]:
+def _slots(constraints: Constraints, points: Points) -> tuple[Ids, Ids]:
     """Slots of the boundary and of one side of the faces between regions; the region behind each and before it.
 
     The normal points to the latter, -1 at the boundary.
 
-    Of two slots that of the lower region is taken: normals must not depend on the order of cells.
+    Of two slots that of the lower region is taken, and they come in the order of their places: nothing is to depend on
+    the order of cells and points, not even how sums are rounded.
     """
     faces, regions = constraints.topology, constraints.region_ids
     outer = np.flatnonzero(faces.mates < 0)
@@ -144,7 +149,12 @@ def _slots(constraints: Constraints) -> tuple[Ids, Ids]:
     inner = np.where(a < b, pairs[:, 0], pairs[:, 1])[between]
     outside = np.stack([regions[faces.cells[outer]], np.full(len(outer), -1)], axis=1)
     inside = np.stack([np.minimum(a, b), np.maximum(a, b)], axis=1)[between]
-    return np.concatenate([outer, inner]), np.concatenate([outside, inside])
+    slots, sides = np.concatenate([outer, inner]), np.concatenate([outside, inside])
+    if not len(slots):
+        return slots, sides
+    ids, offsets = face_points(faces, slots)
+    order = np.lexsort(np.add.reduceat(points[ids], offsets[:-1]).T)
+    return slots[order], sides[order]
 
 
 def _faces(constraints: Constraints, slots: Ids, points: Points) -> Faces:
