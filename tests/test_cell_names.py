@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import TypeGuard
 
@@ -66,12 +67,11 @@ def comparisons_in(tree: ast.AST) -> Iterator[str]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Compare):
             sides = [node.left, *node.comparators]
-            text = f"line {node.lineno}: {ast.unparse(node)}"
             parts = [part for side in sides for part in (side.elts if isinstance(side, ast.Tuple) else [side])]
             if any(_is_row(part) for part in parts) or (
                 any(_is_types(side) for side in sides) and any(_is_int(part) for part in parts)
             ):
-                yield text
+                yield f"line {node.lineno}: {ast.unparse(node)}"
         elif _is_taken_by_id(node):
             yield f"line {node.lineno}: {ast.unparse(node)}"
 
@@ -102,20 +102,25 @@ def _named(node: ast.expr) -> str:
     return node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
 
 
+@cache
+def tree_of(file: Path) -> ast.Module:
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
 @pytest.mark.parametrize("file", without(EXEMPT), ids=name_of)
 def test_no_type_is_asked_for_by_name(file: Path) -> None:
-    assert list(names_in(ast.parse(file.read_text(encoding="utf-8")))) == []
+    assert list(names_in(tree_of(file))) == []
 
 
 @pytest.mark.parametrize("file", without(COMPARING), ids=name_of)
 def test_nothing_is_compared_with_a_type(file: Path) -> None:
-    assert list(comparisons_in(ast.parse(file.read_text(encoding="utf-8")))) == []
+    assert list(comparisons_in(tree_of(file))) == []
 
 
 def test_every_exemption_is_needed() -> None:
     for place in EXEMPT:
         files = [PACKAGE / place] if place.endswith(".py") else sorted((PACKAGE / place).rglob("*.py"))
-        assert any(list(names_in(ast.parse(file.read_text(encoding="utf-8")))) for file in files), place
+        assert any(list(names_in(tree_of(file))) for file in files), place
 
 
 @pytest.mark.parametrize(

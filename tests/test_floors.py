@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -37,11 +38,17 @@ def module_of(path: Path) -> str:
     return first.removesuffix(".py")
 
 
+@cache
+def nodes_of(path: Path) -> list[ast.AST]:
+    """All that a file consists of."""
+    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
 def imports(path: Path) -> set[str]:
     """Modules of ours that a file imports, by their first name below the package."""
     depth = len(path.relative_to(PACKAGE).parts)
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             found |= {a.name.split(".")[1] for a in node.names if a.name.startswith("meshgauge.")}
         elif isinstance(node, ast.ImportFrom):
@@ -76,7 +83,7 @@ LAZY = {"__init__.py", "mesh/mesh.py", "plot/__init__.py", "quality/measure.py"}
 
 def finds_by_name(path: Path) -> bool:
     """True if a file uses `_lazy`, or imports a module of ours by a name that is not an import."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.ImportFrom) and (node.module == "_lazy" or "_lazy" in {a.name for a in node.names}):
             return True
         if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in ("import_module", "__import__"):
