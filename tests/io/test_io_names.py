@@ -59,10 +59,11 @@ def test_no_name_of_a_region_breaks_a_file(tmp_path: Path, extension: str) -> No
     assert io.read(path).type_counts() == mesh.type_counts()
 
 
-def test_commas_do_not_hang_tecplot(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", [", ", "von Mises stress", "\xa0"])
+def test_commas_and_blanks_do_not_hang_tecplot(tmp_path: Path, name: str) -> None:
     mesh = mesh_of("tetra")
-    lost = io.write(tmp_path / "a.dat", mesh.replace(point_data={", ": np.ones(mesh.n_points)}))
-    assert any("', '" in sentence for sentence in lost)
+    lost = io.write(tmp_path / "a.dat", mesh.replace(point_data={name: np.ones(mesh.n_points)}))
+    assert any(repr(name) in sentence for sentence in lost)
     assert io.read(tmp_path / "a.dat").n_cells == 2
 
 

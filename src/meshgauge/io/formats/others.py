@@ -114,6 +114,8 @@ def _mark(pattern: bytes) -> Sniffer:
 
 MATERIAL = "avsucd:material"
 
+_BLANKS = "".join(filter(str.isspace, map(chr, range(0x3001))))
+"""Of names of three words meshio's reader of Tecplot never ends."""
 _FIVE_COUNTS = rb"\A(\s*#[^\n]*\n)*\s*\d+([ \t]+\d+){4}"
 _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
 
@@ -121,7 +123,7 @@ OTHERS: tuple[Format, ...] = (
     # By PyVista.
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), tecplot.sniff,
            foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False,
-           forbidden=",\"'=()", steps=tecplot.steps, read_step=tecplot.read),
+           forbidden=",\"'=()" + _BLANKS, steps=tecplot.steps, read_step=tecplot.read),
     # By either.
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),
