@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import signal
+import time
 import tracemalloc
 from pathlib import Path
 
@@ -175,3 +177,27 @@ def test_what_a_small_file_multiplies_is_drawn(name: str, tmp_path: Path) -> Non
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 200e6 + 10 * path.stat().st_size
+
+
+def test_one_long_search_is_ended(tmp_path: Path) -> None:
+    """It draws nothing itself: the clock is looked at while it goes on."""
+    path = tmp_path / "a.txt"
+    path.write_text("x")
+    start = time.monotonic()
+    with pytest.raises(ReadError, match=r"a\.txt: .* seconds of processor time, more than"), budget.of(path, 1.0):
+        re.search(r"(a+)+$", "a" * 60 + "b")
+    assert time.monotonic() - start < 60
+    assert signal.getsignal(signal.SIGVTALRM) is signal.SIG_DFL
+    assert signal.getitimer(signal.ITIMER_VIRTUAL) == (0.0, 0.0)
+
+
+def test_timers_of_others_stay(tmp_path: Path) -> None:
+    rung = []
+    before = signal.signal(signal.SIGVTALRM, lambda *_: rung.append(1))
+    try:
+        with budget.of(tmp_path / "a.txt", 0.5):
+            mine = signal.getsignal(signal.SIGVTALRM)
+            mine(0, None)  # type: ignore[operator,misc,arg-type]
+        assert rung == [1]
+    finally:
+        signal.signal(signal.SIGVTALRM, before)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
+import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
@@ -95,9 +97,13 @@ class Budget:
                     f"{f'{name}: ' if name else ''}takes {n / 2**30:.3g} GB of memory, of which {left / 2**30:.3g} GB "
                     "are free or allowed"
                 )
-        spent = time.thread_time() - self._start
         if n < 0 or self.drawn[what] > LIMITS[what].least:  # else no size is looked up
             self._check(what, self.drawn[what] if n >= 0 else n, name, fail)
+        self.check_seconds(name, fail)
+
+    def check_seconds(self, name: str = "", fail: Fail | None = None) -> None:
+        """Raise `ReadError` if the time is up."""
+        spent = time.thread_time() - self._start
         if spent > (self.seconds if self.seconds is not None else LIMITS["seconds"].least):
             self._check("seconds", spent, name, fail)
 
@@ -130,9 +136,32 @@ def of(path: Path, seconds: float | None = None, roots: Sequence[Path] = ()) -> 
     budget = Budget(path, seconds, roots)
     token = _current.set(budget)
     try:
-        yield budget
+        with _clock(budget):
+            yield budget
     finally:
         _current.reset(token)
+
+
+@contextlib.contextmanager
+def _clock(budget: Budget) -> Iterator[None]:
+    """Look at the clock each second of processor time: a long search in a text draws nothing that long.
+
+    By a timer of the system that nobody else uses, in the main thread only, which alone is interrupted.
+    """
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "setitimer"):
+        yield
+        return
+    if signal.getsignal(signal.SIGVTALRM) is not signal.SIG_DFL or signal.getitimer(signal.ITIMER_VIRTUAL)[0]:
+        yield
+        return
+    signal.signal(signal.SIGVTALRM, lambda number, frame: budget.check_seconds())
+    signal.siginterrupt(signal.SIGVTALRM, False)
+    signal.setitimer(signal.ITIMER_VIRTUAL, 1.0, 1.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, signal.SIG_DFL)
 
 
 def draw(what: str, n: int, name: str = "", fail: Fail | None = None) -> None:
