@@ -71,6 +71,15 @@ def test_improve_writes_its_best_so_far(tmp_path: Path) -> None:
     assert set(tmp_path.iterdir()) == {path, *(one for both in outputs.values() for one in both)}
 
 
+def test_improve_says_that_nothing_is_written_before_the_mesh_is_read(good: Path, tmp_path: Path) -> None:
+    place = ("meshgauge.io.reading", "_read")
+    runs = [Process(["improve", good, "-o", tmp_path / "not.vtu", "-q"], at(*place, number)) for number in ASKING]
+    for number, one in zip(ASKING, processes(*runs), strict=True):
+        assert (one.returncode, one.stdout) == (128 + number, "")
+        assert one.stderr.strip() == "meshgauge: stopped before the mesh was read; nothing is written"
+    assert list(tmp_path.iterdir()) == [good]
+
+
 def tangled() -> meshgauge.Mesh:
     axis = np.arange(5.0)
     points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)

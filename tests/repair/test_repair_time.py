@@ -74,15 +74,15 @@ def test_no_phase_goes_on_when_the_time_is_up(
         assert np.nanmin(stopped.after.values) >= np.nanmin(stopped.before.values) - 1e-12
 
 
-def test_the_time_after_the_last_phase_is_left_out_of_it() -> None:
-    mesh = shaken("hexahedron", 20, 0.3)
-    meshgauge.improve(mesh, everywhere=True, seconds=0.5)  # compiles
+@pytest.mark.parametrize("topology", [False, True])
+def test_the_time_after_the_last_phase_is_left_out_of_it(topology: bool) -> None:
+    mesh = shaken("tetra", 14, 0.4) if topology else shaken("hexahedron", 24, 0.3)
+    meshgauge.improve(mesh, everywhere=True, topology=topology, seconds=0.3)  # compiles
     start = time.monotonic()
-    result = meshgauge.improve(mesh, everywhere=True, seconds=3.0)
+    result = meshgauge.improve(mesh, everywhere=True, topology=topology, seconds=2.0)
     took = time.monotonic() - start
-    assert result.report.stopped == "time"
-    assert result.report.outcome == "improved"
-    assert took < 3.0 * 1.05 + 0.2 + 1.0  # a second for a machine that has other work
+    assert result.report.holds
+    assert took < 2.0 * 1.05 + 0.2 + 1.5  # the last is for a machine that has other work
 
 
 @pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron", "mixed"])

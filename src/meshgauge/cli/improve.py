@@ -51,27 +51,34 @@ def improve(
             f"--in-place takes {', '.join(WHOLE)} only; write another file with -o"
         )
 
-    from .. import repair
-    from ..files.output import write_text
-    from ..repair import text
-    from ..repair.acceptance import n_unusable
-    from ..repair.page import improve_page
-    from ..repair.undo import restore_mesh, store, store_mesh
     from . import live
-    from .batch import Batch
-    from .terminal import Output, emit
 
-    batch = Batch(
-        reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, keep_bricks=keep_bricks, quiet=quiet
-    )
-    batch.require_one_state(mesh)
-    before = batch.read(mesh)
-    if restore is not None:
-        batch.write(written, restore_mesh(restore, before), overwrite=in_place)
-        if not quiet:
-            emit(f"{written}: points are where they were")
-        return batch.exit_code
-    fixed, surface = constraints.on(before)
+    with live.early():
+        from .. import repair
+        from ..files.output import write_text
+        from ..repair import text
+        from ..repair.acceptance import n_unusable
+        from ..repair.page import improve_page
+        from ..repair.undo import restore_mesh, store, store_mesh
+        from .batch import Batch
+        from .terminal import Output, emit
+
+        batch = Batch(
+            reading=reading,
+            wedge_order=wedge_order,
+            purpose=purpose,
+            threads=threads,
+            keep_bricks=keep_bricks,
+            quiet=quiet,
+        )
+        batch.require_one_state(mesh)
+        before = batch.read(mesh)
+        if restore is not None:
+            batch.write(written, restore_mesh(restore, before), overwrite=in_place)
+            if not quiet:
+                emit(f"{written}: points are where they were")
+            return batch.exit_code
+        fixed, surface = constraints.on(before)
     with live.stoppable() as stop:
         with live.ProgressLine(shown=not quiet) as progress:
             result = repair.improve(

@@ -74,6 +74,17 @@ def stoppable() -> Iterator[Stop]:
             signal.signal(number, handler)
 
 
+@contextlib.contextmanager
+def early() -> Iterator[None]:
+    """Until there is a mesh, and so a best so far: what asks to stop within the ``with`` block ends it with a line."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        with contextlib.suppress(OSError, ValueError, RuntimeError):
+            print("meshgauge: stopped before the mesh was read; nothing is written", file=sys.stderr)
+        raise
+
+
 class ProgressLine:
     """A line that changes on a terminal; nothing where there is none."""
 

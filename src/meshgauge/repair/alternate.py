@@ -26,7 +26,7 @@ from .reasons import verdict
 from .reconnection import OBJECTIVES, OPERATIONS, reconnect
 from .rejoined import LINEAR
 from .report import CellChanges, Claim, RepairReport
-from .run import Progress
+from .run import FINISH, Progress
 from .sizes import GOOD
 from .volumes import KEPT, cone_volumes, volume_and_surface
 from .whole import Options
@@ -112,6 +112,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     last: Moved | None = None
 
     deadline = np.inf if way.options.seconds is None else start + way.options.seconds
+    deadline -= FINISH * (time.monotonic() - start)  # what is checked at the end takes about as long
 
     def is_over() -> bool:
         return time.monotonic() >= deadline or (way.should_stop is not None and way.should_stop())

@@ -52,7 +52,7 @@ ROUNDS, SWEEPS, CYCLES = 2, 8, 6
 ENOUGH = 2e-3
 """A cycle that gives neither the worst nor the mean more than this is the last."""
 
-SLICE = 20_000
+SLICE = 2_000
 """Cells of a pass between two questions whether to stop."""
 
 ROOM = 1.5
