@@ -72,3 +72,22 @@ def test_names_that_become_the_same_stay_apart(tmp_path: Path) -> None:
     data = {"a\\x1b": np.zeros(mesh.n_points), "a\x1b": np.ones(mesh.n_points)}
     io.write(tmp_path / "a.vtu", mesh.replace(point_data=data))
     assert sorted(values[0] for values in io.read(tmp_path / "a.vtu").point_data.values()) == [0.0, 1.0]
+
+
+def test_one_name_of_points_and_cells_in_tecplot(tmp_path: Path) -> None:
+    mesh = mesh_of("tetra")
+    given = mesh.replace(point_data={"a": np.ones(8), "X": np.zeros(8)}, cell_data={"a": np.ones(2)})
+    lost = io.write(tmp_path / "a.dat", given)
+    assert [sentence.split(":")[0] for sentence in lost] == [
+        "The point data 'X' is called 'X_of_points'",
+        "The cell data 'a' is called 'a_of_cells'",
+    ]
+    back = io.read(tmp_path / "a.dat")
+    assert (set(back.point_data), set(back.cell_data)) == ({"a", "X_of_points"}, {"a_of_cells"})
+    np.testing.assert_array_equal(back.points, mesh.points)
+
+
+@pytest.mark.parametrize("extension", [".vol", ".avs"])
+def test_field_data_that_name_no_group_are_left_out(tmp_path: Path, extension: str) -> None:
+    lost = io.write(tmp_path / f"a{extension}", mesh_of("tetra").replace(field_data={"time": np.array([0.25])}))
+    assert lost == ("The format could not hold the field data 'time'.",)

@@ -81,13 +81,6 @@ def _require_cells(mesh: Mesh, path: Path) -> Mesh:
     return mesh
 
 
-def _meshio_writer(module: str, **options: Any) -> Writer:
-    def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-        return meshio.write(path, mesh, module, **options)
-
-    return write
-
-
 def _of_one_integer(module: str, key: str) -> Writer:
     """Of the cell data one integer only, under the name that the format has for it: the first that tells a region."""
 
@@ -102,9 +95,31 @@ def _of_one_integer(module: str, key: str) -> Writer:
         gone = [n for n in mesh.cell_data if n not in (name, REGION)]
         if gone:
             notes.append(f"The format could not hold the cell data {', '.join(map(repr, gone))}.")
-        return (*notes, *meshio.write(path, mesh.replace(cell_data=kept), module))
+        # meshio takes field data for names of groups: a number and a dimension each.
+        groups = {n: v for n, v in mesh.field_data.items() if v.shape == (2,) and v.dtype.kind in "iu"}
+        gone = [n for n in mesh.field_data if n not in groups and n != f"{REGION}:names"]
+        if gone:
+            notes.append(f"The format could not hold the field data {', '.join(map(repr, gone))}.")
+        return (*notes, *meshio.write(path, mesh.replace(cell_data=kept, field_data=groups), module))
 
     return write
+
+
+def _write_tecplot(path: Path, mesh: Mesh) -> tuple[str, ...]:
+    """By meshio; of points and cells all names are variables of one list, and so are x, y and z."""
+    taken, notes = {"x", "y", "z"}, []
+    changes: dict[str, dict[str, Any]] = {"point": {}, "cell": {}}
+    for what, renamed in changes.items():
+        for name, values in getattr(mesh, f"{what}_data").items():
+            key = name
+            while key.lower() in taken:
+                key += f"_of_{what}s"
+            taken.add(key.lower())
+            renamed[key] = values
+            if key != name:
+                notes.append(f"The {what} data {name!r} is called {key!r}: the format has one list of names.")
+    given = mesh.replace(point_data=changes["point"], cell_data=changes["cell"])
+    return (*notes, *meshio.write(path, given, "tecplot"))
 
 
 def _mark(pattern: bytes) -> Sniffer:
@@ -122,7 +137,7 @@ _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), tecplot.sniff,
-           foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_meshio_writer("tecplot"), by_content=False,
+           foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_write_tecplot, by_content=False,
            forbidden=",\"'=()" + _BLANKS, steps=tecplot.steps, read_step=tecplot.read),
     # By either.
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
