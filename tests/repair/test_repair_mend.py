@@ -18,6 +18,7 @@ from meshgauge.repair.acceptance import is_below, n_unusable
 from meshgauge.repair.constraints import constraints_of
 from meshgauge.repair.curved import move_nodes_between
 from meshgauge.repair.patch import patch_around, whole_patch
+from meshgauge.repair.phases import mend as mend_phase
 from meshgauge.repair.polyhedral import corners
 from meshgauge.repair.problem import problem
 from meshgauge.repair.sizes import SizeLimits, cell_volumes, size_change, size_limits
@@ -361,3 +362,26 @@ def test_points_that_other_pieces_have_stay_though_their_ghosts_are_outside_of_t
     result = meshgauge.improve(bad)
     assert n_unusable(result.before) > 0
     assert np.array_equal(bits(result.mesh)[shared_points], bits(bad)[shared_points])
+
+
+def test_groups_are_mended_by_several_threads_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shaken("hexahedron", 12, 0.2)
+    points = np.array(mesh.points)
+    rng = np.random.default_rng(4)
+    inside = np.flatnonzero(((points > 0) & (points < 12)).all(axis=1))
+    bad = rng.choice(inside, 12, replace=False)
+    points[bad] += rng.uniform(-0.9, 0.9, (12, 3))
+    mesh = mesh.replace(points=points)
+    real, shares = mend_phase._Local._shares, []
+
+    def noted(self: mend_phase._Local, ids: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+        result = real(self, ids)
+        shares.append(result)
+        return result
+
+    monkeypatch.setattr(mend_phase._Local, "_shares", noted)
+    one, two = (meshgauge.improve(mesh, threads=threads, target=0.3) for threads in (1, 2))
+    assert one.after.values.min() > 0.1 > one.before.values.min()
+    assert one.mesh.points.tobytes() == two.mesh.points.tobytes()
+    parallel = [pair for pair in shares if len(pair) == 2 and min(map(len, pair)) > 0]
+    assert parallel

@@ -143,5 +143,6 @@ def _odd(quality: Quality) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
 
 def status_counts(quality: Quality) -> dict[str, int]:
     """Number of solid cells by name of status."""
-    counts = np.bincount(quality.status[is_solid(quality.status)], minlength=len(Status))
+    counts = np.bincount(quality.status, minlength=len(Status))
+    counts[~is_solid(np.arange(len(counts), dtype=np.uint8))] = 0
     return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(counts) if n}

@@ -14,6 +14,9 @@ from .report import Displacement, RepairReport
 USUAL = 40
 """Meshes whose size is between 2 to minus this power and 2 to this power are repaired as they are."""
 
+SAMPLE = 20_000
+"""Points that are looked at for the size of a mesh."""
+
 Points = NDArray[np.float64]
 
 
@@ -22,8 +25,9 @@ def power_of(mesh: Mesh) -> int:
 
     Energies hold lengths to the sixth power, which 1e-60 and 1e60 already take out of range.
     """
+    sample = np.asarray(mesh.points[:: max(mesh.n_points // SAMPLE, 1)], np.float64)
     with np.errstate(over="ignore", under="ignore"):
-        exponent = int(np.frexp(size(np.ldexp(np.asarray(mesh.points, np.float64), -2)))[1]) + 2
+        exponent = int(np.frexp(size(np.ldexp(sample, -2)))[1]) + 2
     return 0 if abs(exponent) <= USUAL else -exponent
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.repair.cones import cones
 from ..mesh.topology import Topology
 from .constraints import Constraints
 from .faces import face_points, mask_of, next_in_face
@@ -135,21 +136,6 @@ def _of_faces(
 ) -> tuple[Points, Points]:
     """The volume of the cone over each face, from the middle of the faces, and its area; 0 where one is not finite."""
     ids, offsets = face_points(faces, slots, rings=rings)
-    sizes = np.diff(offsets)
-    if not len(ids):
-        return np.zeros(0), np.zeros(0)
-    x = np.asarray(points, np.float64)
-    is_finite: NDArray[np.bool_] = np.asarray(np.isfinite(x).all(axis=1))
-    inside = ids[is_finite[ids]]
-    if not len(inside):
-        return np.zeros(len(sizes)), np.zeros(len(sizes))
-    # Volumes of far meshes would cancel; the middle is of these faces, so that it stays where they do.
-    x = np.where(is_finite[:, None], x - x[inside].mean(axis=0), 0.0)
-    is_whole = np.logical_and.reduceat(is_finite[ids], offsets[:-1])
-    owner, following = np.repeat(np.arange(len(sizes)), sizes), next_in_face(offsets)
-    centre = np.add.reduceat(x[ids], offsets[:-1]) / sizes[:, None]
-    a, b, c = centre[owner], x[ids], x[ids[following]]
-    normal = np.cross(b - a, c - a)
-    volume = np.bincount(owner, np.einsum("ij,ij->i", a, normal), minlength=len(sizes)) / 6.0
-    area = np.bincount(owner, np.linalg.norm(normal, axis=1), minlength=len(sizes)) / 2.0
-    return np.where(is_whole, volume, 0.0), np.where(is_whole, area, 0.0)
+    volumes, areas = np.zeros(len(slots)), np.zeros(len(slots))
+    cones(np.ascontiguousarray(points, np.float64), ids, offsets, volumes, areas)
+    return volumes, areas

@@ -43,6 +43,9 @@ GAIN, LEAST_GAIN = 0.02, 5e-4
 AT_A_TIME = 200
 """Points that are visited between two questions whether to stop."""
 
+WORTH = 64
+"""Points from which on more than one thread visits them."""
+
 ROUNDING = 1e-9
 """What floors are below the values that they keep."""
 
@@ -93,25 +96,40 @@ class _Local:
         """One round; which points have moved. With ``mended`` none does, see `kernels.repair.cells.ascend`."""
         part = self.part
         moved = np.zeros(part.n_points, bool)
-        for start in range(0, len(ids), AT_A_TIME):
+        shares = self._shares(ids)
+        for start in range(0, max(map(len, shares)), AT_A_TIME):
             if self.run.is_over():
                 break
-            kernels.ascend(
-                points,
-                (part.corners, part.kinds, part.bends, part.constants, part.cells),
-                self.links,
-                self.sizes,
-                floors,
-                ids[start : start + AT_A_TIME],
-                self.run.freedom.scale,
-                sharpness,
-                LEAST_GAIN,
-                moved,
-                self.enough,
-                np.empty(0, np.int64) if mended is None else mended,
-                mended is not None,
-            )
+
+            def work(some: Ids, start: int = start) -> None:
+                kernels.ascend(
+                    points,
+                    (part.corners, part.kinds, part.bends, part.constants, part.cells),
+                    self.links,
+                    self.sizes,
+                    floors,
+                    some[start : start + AT_A_TIME],
+                    self.run.freedom.scale,
+                    sharpness,
+                    LEAST_GAIN,
+                    moved,
+                    self.enough,
+                    np.empty(0, np.int64) if mended is None else mended,
+                    mended is not None,
+                )
+
+            self.run.team.map(work, shares)
         return moved
+
+    def _shares(self, ids: Ids) -> list[Ids]:
+        """Points for each thread, in their order: those of one group are nothing to those of another."""
+        n = self.run.team.n
+        if n < 2 or len(ids) < WORTH:
+            return [ids]
+        group, _ = self.groups(ids)
+        ends = np.cumsum(np.bincount(group))
+        share = np.minimum((ends - 1) * n // len(ids), n - 1)[group]
+        return [ids[share == one] for one in range(n)]
 
     def passed(self, points: Points) -> Mask:
         """``(n_cells,)`` True for cells whose sizes are not within their limits."""
