@@ -62,6 +62,15 @@ def test_of_a_large_file_too_little_is_one_line(megabytes: int, extension: str, 
     assert len(list(tmp_path.iterdir())) == 1
 
 
+def test_a_large_improvement_is_not_begun_without_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.random.default_rng(0).random((100_000, 3))
+    mesh = Mesh.from_arrays(points, [("tetra", np.arange(100_000).reshape(-1, 4))])
+    meshgauge.measure(mesh)  # loads the kernels
+    monkeypatch.setattr(resources, "free_memory", lambda: 120 << 20)
+    with pytest.raises(ResourceError, match=r"improving cells of 100,000 points takes 0.13 GB, 0.117 GB are free"):
+        meshgauge.improve(mesh, everywhere=True)
+
+
 def test_work_that_does_not_fit_is_one_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

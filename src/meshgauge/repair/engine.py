@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from ..doctor.diagnosis import LIMIT, diagnosis
 from ..doctor.points import extent
 from ..errors import MeshError
+from ..files import resources
 from ..kernels.path import numpy_up_to
 from ..look.bands import POOR
 from ..look.style import number_of
@@ -48,6 +49,12 @@ FEW = 1000
 
 FLOOR, SIZE_CHANGE = 0.9, 0.1
 """The share of the worst quality that raising the mean keeps, and by which sizes of good cells may change."""
+
+POINT_BYTES = 1400
+"""Of memory that a point with its cells takes while it is improved, at least."""
+
+MANY = 1 << 16
+"""Points from which on it is asked before whether there is as much."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -169,6 +176,8 @@ def improve(
     MeshError
         If there is nothing to improve: no solid cell that can be measured; if cells are numbered in reverse, which
         moving points would ruin; if a parameter is out of its range.
+    ResourceError
+        If less memory is left than so many points take.
     """
     options = Options(
         boundary=boundary,
@@ -225,6 +234,9 @@ def _improve(
     with workers(threads) as team:
 
         def attempt(patch: Patch, *, is_brief: bool) -> tuple[Patch, Constraints, Outcome, tuple[str, ...]]:
+            n_points = patch.quality.mesh.n_points
+            if n_points > MANY:
+                resources.require(POINT_BYTES * n_points, f"improving cells of {n_points:,} points")
             faults = _diagnose(patch)
             constraints = constraints_of(
                 patch.quality.mesh,
