@@ -15,6 +15,8 @@ import meshgauge
 from meshgauge.cells import CELL_TYPES
 from meshgauge.mesh.connectivity import pick
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 SHARED = Path(os.environ.get("MESHGAUGE_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 MANIFEST = SHARED / "meshes" / "MANIFEST.tsv"
 TABLE = MANIFEST.read_text(encoding="utf-8").splitlines() if MANIFEST.is_file() else []

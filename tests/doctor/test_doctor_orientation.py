@@ -18,7 +18,7 @@ from meshgauge.doctor.orient import DEGREES
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.status import Status
 
-pytestmark = pytest.mark.usefixtures("path")
+pytestmark = pytest.mark.usefixtures("path", "readers_here")
 
 CURVED = [(row.vtk_id, row.n_nodes) for row in CELL_TYPES.values() if row.is_curved and row.n_nodes is not None]
 LAGRANGE = {"tetra": (4, 10, 15, 20, 35), "hexahedron": (8, 27, 64), "wedge": (6, 18, 21, 40), "pyramid": (5,)}

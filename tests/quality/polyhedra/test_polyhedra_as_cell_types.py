@@ -19,6 +19,8 @@ from meshgauge.quality.polyhedra import Fault, PolyhedralQuality, ReferenceKind,
 from meshgauge.quality.reference import antiprism
 from meshgauge.status import Status
 
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples" / "meshes"
 MIXED = ("tetra", "pyramid", "wedge", "hexahedron", "penta_prism", "hexa_prism")
 

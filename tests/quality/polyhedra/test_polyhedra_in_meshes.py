@@ -12,6 +12,8 @@ from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.mesh.topology import topology
 
 # Two cubes beside each other along x, as OpenFOAM has them: 11 faces, the one between them first.
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 POINTS = np.array([(x, y, z) for x in range(3) for y in range(2) for z in range(2)], float)
 
 
