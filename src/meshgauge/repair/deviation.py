@@ -33,11 +33,14 @@ class Deviation:
     ----------
     of_faces
         ``(n_faces,)`` of the middle of each face and of its edges and points, from the patch that the face was on.
+    of_old_faces
+        ``(n_faces,)`` of the middle and points of each face as it was, from the surface as it is.
     largest
         Between the two surfaces, from either side.
     """
 
     of_faces: Points
+    of_old_faces: Points
     largest: float
 
 
@@ -57,7 +60,7 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     sizes = np.diff(offsets)
     far = np.zeros(len(sizes))
     if not len(ids):
-        return Deviation(far, 0.0)
+        return Deviation(far, far, 0.0)
     owner, following = np.repeat(np.arange(len(sizes)), sizes), next_in_face(offsets)
     centres = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None]
     # An item of the patch from which the search begins: that of a point inside the patch, near to where it is now.
@@ -73,13 +76,23 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
         np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))
     fans = np.stack([points[ids], points[ids[following]], centres[owner]], axis=1)
     largest = _largest(fans, far[owner], surface.facets, start[owner])
+    far_old = np.zeros(len(sizes))
     if not is_given:
-        largest = max(largest, _from_the_old_side(surface, points))
-    return Deviation(far, largest)
+        of_triangles, largest_old = _from_the_old_side(surface, points)
+        np.maximum.at(far_old, _faces_of_triangles(surface), of_triangles)
+        largest = max(largest, largest_old)
+    return Deviation(far, far_old, largest)
 
 
-def _from_the_old_side(surface: Surface, points: Points) -> float:
-    """The largest distance of the old facets from the new ones."""
+def _faces_of_triangles(surface: Surface) -> Ids:
+    """The face of each triangle: they come in the order of the faces, whole ones first."""
+    sizes = np.diff(surface.face_offsets)
+    order = np.argsort(sizes != 3, kind="stable")
+    return np.repeat(order, np.where(sizes == 3, 1, sizes)[order])
+
+
+def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float]:
+    """Distances of the middle and points of each old triangle from the new ones, and the largest of all."""
     facets = surface.facets
     vertices = facets.points.copy()
     n = len(points)
@@ -103,7 +116,7 @@ def _from_the_old_side(surface: Surface, points: Points) -> float:
     for m in range(3):
         place, _ = new.nearest(np.ascontiguousarray(corners[:, m]), triangles.copy())
         np.maximum(far, np.linalg.norm(place - corners[:, m], axis=1), out=far)
-    return _largest(corners, far, new, triangles)
+    return far, _largest(corners, far, new, triangles)
 
 
 def _largest(corners: Points, known: Points, projection: Projection, start: Ids) -> float:

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from .constraints import Constraints
-from .descent import Descent, Freedom, Workers
+from .descent import Descent, Energy, Freedom, Workers
 from .problem import Points, Problem, gather
 
 INTERVAL, COST_FACTOR, TIME_SHARE = 0.02, 20.0, 0.01
@@ -42,6 +42,10 @@ class PointConstraint(Protocol):
     is_curved: bool
 
     def __call__(self, before: Points, after: Points, floors: Points, /) -> Points: ...
+
+    def added_to(self, energy: Energy, /) -> Energy:
+        """What is descended: the energy, with what holds points near to where they should be."""
+        ...
 
 
 @dataclass(eq=False)

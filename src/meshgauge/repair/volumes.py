@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,7 @@ from ..mesh.topology import Topology
 from .constraints import Constraints
 from .faces import face_points, mask_of, next_in_face
 from .problem import Ids, Points
+from .projection import unit
 from .surface import EDGE, FACE, Surface
 
 KEPT = 1e-3
@@ -102,6 +105,83 @@ def _rates(surface: Surface, points: Points, patch_of: Ids, normal_of: Points, n
     np.add.at(rates, (surface.face_sides[owner, 0], patch_of[ids]), along)
     np.add.at(rates, (surface.face_sides[owner, 1], patch_of[ids]), -along)
     return rates[:-1, :-1]
+
+
+@dataclass(eq=False)
+class VolumeKeeper:
+    """Keeps the volumes of regions while some points of the surface leave it, by moving all of them a little.
+
+    Attributes
+    ----------
+    surface
+        As it was.
+    old
+        ``(n_points, 3)`` of the mesh as it was.
+    moving
+        ``(n_points,)`` points of the surface that may move.
+    n_regions
+        How many there are.
+    """
+
+    surface: Surface
+    old: Points
+    moving: NDArray[np.bool_]
+    n_regions: int
+
+    def __post_init__(self) -> None:
+        surface, moving = self.surface, self.moving
+        near = np.logical_or.reduceat(moving[surface.faces], surface.face_offsets[:-1])
+        sizes = np.diff(surface.face_offsets)
+        self._ids = surface.faces[np.repeat(near, sizes)]
+        self._offsets = np.concatenate([[0], np.cumsum(sizes[near])])
+        self._owner = np.repeat(np.arange(int(near.sum())), sizes[near])
+        self._following = next_in_face(self._offsets)
+        self._sides, self._side_of = np.unique(surface.face_sides[near], axis=0, return_inverse=True)
+        self._side_of = self._side_of.reshape(-1)
+        self._middle = self.old[self._ids].mean(axis=0)
+        # A point goes with the first kind of faces that it has: those of the boundary, if there are any.
+        self._kind = np.full(len(moving), len(self._sides))
+        np.minimum.at(self._kind, self._ids, self._side_of[self._owner])
+        self._kind[~moving] = len(self._sides)
+        self._wanted = self.volumes(self.old)
+
+    def volumes(self, points: Points) -> Points:
+        """``(n_regions,)`` what the faces at points that may move have of the volume of each region."""
+        x = points[self._ids] - self._middle
+        sizes = np.diff(self._offsets)
+        centres = np.add.reduceat(x, self._offsets[:-1]) / sizes[:, None]
+        a = centres[self._owner]
+        cones = np.einsum("ij,ij->i", a, np.cross(x - a, x[self._following] - a)) / 6.0
+        by_sides = np.bincount(self._side_of[self._owner], cones, minlength=len(self._sides))
+        out = np.zeros(self.n_regions + 1)
+        np.add.at(out, self._sides[:, 0], by_sides)
+        np.add.at(out, self._sides[:, 1], -by_sides)
+        return out[:-1]
+
+    def __call__(self, points: Points) -> Points:
+        """Points with the volumes that the regions had, each kind of faces moved by one distance."""
+        out = points.copy()
+        sizes = np.diff(self._offsets)
+        for _ in range(ROUNDS):
+            gain = self._wanted - self.volumes(out)
+            if np.abs(gain).max() <= ROUNDING * np.abs(self._wanted).max():
+                break
+            x = out[self._ids]
+            centres = np.add.reduceat(x, self._offsets[:-1]) / sizes[:, None]
+            area = np.zeros((len(sizes), 3))
+            np.add.at(area, self._owner, 0.5 * np.cross(x - centres[self._owner], x[self._following] - centres[self._owner]))
+            share = area[self._owner] / sizes[self._owner][:, None]
+            mine = self._side_of[self._owner] == self._kind[self._ids]
+            normal = np.zeros_like(out)
+            np.add.at(normal, self._ids[mine], share[mine])
+            normal = unit(normal)
+            along = np.einsum("ij,ij->i", share, normal[self._ids])
+            rates = np.zeros((self.n_regions + 1, len(self._sides) + 1))
+            np.add.at(rates, (self._sides[self._side_of[self._owner], 0], self._kind[self._ids]), along)
+            np.add.at(rates, (self._sides[self._side_of[self._owner], 1], self._kind[self._ids]), -along)
+            way, *_ = np.linalg.lstsq(rates[:-1, :-1], gain)
+            out += np.append(way, 0.0)[self._kind][:, None] * normal
+        return out
 
 
 def moved_rims(surface: Surface, before: Points, after: Points) -> NDArray[np.bool_]:

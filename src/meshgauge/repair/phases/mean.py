@@ -50,6 +50,7 @@ def raise_mean(
     # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.
     part.draw_lengths(points, lengths)
     energy = QualityEnergy(part, lengths, thresholds, barrier=BARRIER, mean=1.0, stretch=STRETCH)
+    descended = energy if constraint is None else constraint.added_to(energy)
     start, before = points, _mean(run, points)
 
     def watch(now: Points, value: float, least: float) -> bool:
@@ -62,7 +63,7 @@ def raise_mean(
             break
         energy.sharpness = sharpness
         for _ in range(0, ITERATIONS, at_a_time):
-            reached = descent.run(energy, points, iterations=at_a_time, tolerance=3e-6, watch=watch)
+            reached = descent.run(descended, points, iterations=at_a_time, tolerance=3e-6, watch=watch)
             run.evaluations += reached.evaluations
             points = reached.points if constraint is None else constraint(points, reached.points, energy.thresholds)
             if run.is_over():

@@ -14,7 +14,7 @@ from ..acceptance import accept, is_better
 from ..claims import Promise
 from ..constraints import Constraints
 from ..curved import move_nodes_between
-from ..descent import Freedom
+from ..descent import Energy, Freedom
 from ..deviation import deviation
 from ..faces import mask_of
 from ..problem import Points, Problem, gather
@@ -69,6 +69,10 @@ class SlideConstraint:
         self.surface.item[self.ids] = start
         self.freedom.axes[self.on] = axes
         return out
+
+    def added_to(self, energy: Energy) -> Energy:
+        """The energy: points are put on the surface after some steps instead."""
+        return energy
 
     def __call__(self, before: Points, after: Points, floors: Points) -> Points:
         """As far as one can go from one to the other along the surface with every cell above its floor."""

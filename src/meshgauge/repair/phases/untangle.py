@@ -72,7 +72,7 @@ def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points
         held = outside[of_points]
     here = points[of_points]
     descent = run.descent(part, of_points, held)
-    energy = ShapeEnergy(part, _references(part, here, local=keep is not None))
+    energy = ShapeEnergy(part, reference_lengths_of_cells(part, here, local=keep is not None))
     here = _positive(run, descent, energy, here, points, of_points)
     out = points.copy()
     out[of_points] = here
@@ -125,7 +125,7 @@ def smooth(run: Run, points: Points, given: Points) -> Points:
     own = np.flatnonzero(np.repeat(is_layer, np.diff(part.cells)))
     own_lengths = lengths[own]
     del lengths, longest, shortest  # a tenth of all the memory that an improvement takes
-    references = _references(part, points, local=False)
+    references = reference_lengths_of_cells(part, points, local=False)
     references[own] = own_lengths
     energy = ShapeEnergy(part, references)
 
@@ -139,7 +139,7 @@ def smooth(run: Run, points: Points, given: Points) -> Points:
     return reached.points
 
 
-def _references(part: Problem, points: Points, *, local: bool) -> NDArray[np.float32]:
+def reference_lengths_of_cells(part: Problem, points: Points, *, local: bool) -> NDArray[np.float32]:
     """Reference lengths of the edges at each corner: the cell's mean; where few cells are tangled, its own lengths."""
     lengths = part.edge_lengths(points)
     sizes = part.point_sizes(lengths).astype(np.float32)[part.corners[:, 0]]

@@ -69,6 +69,7 @@ def raise_worst(
     zero = np.zeros(part.n_cells) if offsets is None else offsets
     descent = run.descent(part, np.arange(part.n_points))
     energy = QualityEnergy(part, lengths, np.empty(part.n_cells))
+    descended = energy if constraint is None else constraint.added_to(energy)
     held = np.full(part.n_cells, np.inf)
     values = part.qualities(points)[0] - zero
 
@@ -83,7 +84,7 @@ def raise_worst(
     least = SLACK * level if level > 0.0 and constraint is None else -np.inf
     while level < goal and not run.is_over():
         energy.thresholds = np.where(np.isinf(held), zero + max(level - gap, least), held)
-        reached = descent.run(energy, points, iterations=at_a_time, tolerance=1e-7, watch=watch)
+        reached = descent.run(descended, points, iterations=at_a_time, tolerance=1e-7, watch=watch)
         run.evaluations += reached.evaluations
         spent += reached.evaluations
         points = reached.points if constraint is None else constraint(points, reached.points, energy.thresholds)
