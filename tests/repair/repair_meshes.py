@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 from meshgauge import Mesh
 from meshgauge.cells import BY_NAME
+from meshgauge.mesh.topology import topology
+from meshgauge.repair.faces import face_points
 
 TETRAHEDRA = ((0, 1, 3, 7), (1, 2, 3, 7), (0, 7, 4, 1), (4, 7, 5, 1), (1, 7, 5, 6), (1, 2, 7, 6))
 PYRAMIDS = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
@@ -92,3 +94,17 @@ def slid(mesh: Mesh, n: int, by: float, seed: int = 0) -> Mesh:
     on_side = inside.sum(axis=1) == 2
     points += np.where(inside & on_side[:, None], np.random.default_rng(seed).uniform(-by, by, points.shape), 0.0)
     return mesh.replace(points=points)
+
+
+def ball(n: int, centre: float, radius: float, by: float = 0.1) -> Mesh:
+    """The cubes of a grid near to a centre, their boundary drawn onto a ball: corners at it are flat or inverted."""
+    points, hexahedra = grid(2 * n)
+    points -= n + centre
+    hexahedra = hexahedra[np.linalg.norm(points[hexahedra].mean(axis=1), axis=1) < radius]
+    used, local = np.unique(hexahedra, return_inverse=True)
+    mesh = Mesh.from_arrays(points[used], {"hexahedron": local.reshape(-1, 8)})
+    faces = topology(mesh)
+    outer = np.unique(face_points(faces, np.flatnonzero(faces.mates < 0))[0])
+    moved = np.array(mesh.points)
+    moved[outer] *= ((radius + by) / np.linalg.norm(moved[outer], axis=1))[:, None]
+    return mesh.replace(points=moved)

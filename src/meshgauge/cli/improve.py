@@ -88,6 +88,7 @@ def improve(
                 keep=constraints.keep or (),
                 surface=surface,
                 feature_angle=constraints.feature_angle,
+                tolerance=constraints.tolerance,
                 progress=progress,
                 should_stop=stop,
                 threads=threads,

@@ -29,7 +29,7 @@ from .kept import unkept
 from .patch import NEAR, RINGS, Patch, patch_around, whole_patch
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
-from .report import RepairReport
+from .report import Claim, RepairReport
 from .run import Progress
 from .scale import power_of, rescaled, restored, scaled
 from .sizes import size_change as change_of_sizes
@@ -106,6 +106,7 @@ def improve(
     keep: Sequence[str] = (),
     surface: Any = None,
     feature_angle: float = 40.0,
+    tolerance: float | None = None,
     progress: Callable[[Progress], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
     threads: int | None = None,
@@ -157,6 +158,9 @@ def improve(
         itself; its surface cells if it has no solid ones.
     feature_angle
         Degrees between two faces of the boundary from which on their edge is a feature that is kept.
+    tolerance
+        With "slide": where cells stay bad, points of the boundary may leave it, so that the surfaces before and after
+        are nowhere further apart than this share of the diagonal of the mesh. None: points stay on the surface.
     progress
         Called with a `Progress` several times a second.
     should_stop
@@ -187,6 +191,7 @@ def improve(
         seconds=seconds,
         surface=surface,
         feature_angle=feature_angle,
+        tolerance=tolerance,
         threads=threads,
         everywhere=everywhere,
         size_change=size_change,
@@ -297,6 +302,14 @@ def _of_unkept(patch: Patch) -> tuple[str, ...]:
     return (f"Faces between values of cell data {', '.join(map(repr, names))} are not kept (--keep NAME keeps them).",)
 
 
+def _within(outcome: Outcome, options: Options, diagonal: float) -> tuple[Claim, ...]:
+    """With a tolerance: that the boundary is no further off."""
+    if options.tolerance is None:
+        return ()
+    text = f"the boundary is within {100 * options.tolerance:g} % of the diagonal of where it was"
+    return (Claim("tolerance", outcome.deviation <= options.tolerance * diagonal, text),)
+
+
 def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]:
     """What else could help."""
     if options.everywhere:
@@ -309,6 +322,8 @@ def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]
     hints = ["moving all points (--everywhere)", f"sizes that may change by more than {100 * options.size_change:g} %"]
     if not options.slides:
         hints.append("a boundary whose points move on it (--boundary slide)")
+    elif options.tolerance is None:
+        hints.append("a boundary whose points may leave it by a little (--tolerance 0.01)")
     return (f"More cells may be mended by {', '.join(hints[:-1])} or {hints[-1]}.",)
 
 
@@ -329,6 +344,14 @@ def _check(options: Options, floor: float | None) -> None:
         raise MeshError(f"objective is {options.objective!r}, expected one of {', '.join(OBJECTIVES)}")
     if options.surface is not None and not options.slides:
         raise MeshError("a surface to slide on needs boundary='slide'")
+    if options.tolerance is None:
+        return
+    if not 0.0 < options.tolerance < 1.0:
+        raise MeshError(f"tolerance is {options.tolerance}, expected a share of the diagonal above 0 and below 1")
+    if not options.slides:
+        raise MeshError("a tolerance is for points that leave their surface: it needs boundary='slide'")
+    if options.topology:
+        raise MeshError("a tolerance does not go with topology: improve with the one first, then with the other")
 
 
 def _result(
@@ -352,7 +375,7 @@ def _result(
         after=after.summary(),
         status_before=status_counts(before),
         status_after=status_counts(after),
-        claims=(*promise.claims(near_after), *patch.claims(after)),
+        claims=(*promise.claims(near_after), *patch.claims(after), *_within(outcome, options, extent(old)[1])),
         ceiling=limit.worst,
         n_below_before=int(np.count_nonzero(is_below(before, options.target))),
         n_below=sum(why.counts.values()),

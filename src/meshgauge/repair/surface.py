@@ -41,6 +41,8 @@ class Surface:
         Of each face an item of it, or near it where the user gave the surface.
     n_patches, n_curves
         How many.
+    feature_angle
+        Degrees from which on an edge between two faces is a feature.
     """
 
     facets: Projection
@@ -55,6 +57,7 @@ class Surface:
     face_items: Ids
     n_patches: int
     n_curves: int
+    feature_angle: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +133,7 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     hangs = doctor.hanging(constraints.quality, constraints.topology)  # anywhere on an edge, but not of inverted cells
     loose[hangs.points] = loose[hangs.holders] = True
     kind[(loose | kept_points(mesh)) & (kind != INSIDE)] = CORNER
-    return _assemble(points, faces, patch, sides, patches, kind, features, curve)
+    return _assemble(points, faces, patch, sides, patches, kind, features, curve, feature_angle)
 
 
 def _slots(constraints: Constraints, points: Points) -> tuple[Ids, Ids]:
@@ -179,6 +182,7 @@ def _assemble(
     kind: NDArray[np.uint8],
     features: Ids,
     curve: Ids,
+    feature_angle: float,
 ) -> Surface:
     """The items to slide on, and an item for each point."""
     n_patches, n_curves = int(patch.max(initial=-1)) + 1, int(curve.max(initial=-1)) + 1
@@ -209,6 +213,7 @@ def _assemble(
         face_items=face_items,
         n_patches=n_patches,
         n_curves=n_curves,
+        feature_angle=feature_angle,
     )
 
 

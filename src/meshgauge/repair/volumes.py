@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -107,81 +105,64 @@ def _rates(surface: Surface, points: Points, patch_of: Ids, normal_of: Points, n
     return rates[:-1, :-1]
 
 
-@dataclass(eq=False)
 class VolumeKeeper:
-    """Keeps the volumes of regions while some points of the surface leave it, by moving all of them a little.
+    """Keeps the volumes of regions while points leave the surface, by moving all of them a little along its normals.
 
-    Attributes
-    ----------
-    surface
-        As it was.
-    old
-        ``(n_points, 3)`` of the mesh as it was.
-    moving
-        ``(n_points,)`` points of the surface that may move.
-    n_regions
-        How many there are.
+    Points of faces between the same two regions, or of the boundary of one, move by the same distance.
     """
 
-    surface: Surface
-    old: Points
-    moving: NDArray[np.bool_]
-    n_regions: int
-
-    def __post_init__(self) -> None:
-        surface, moving = self.surface, self.moving
+    def __init__(self, surface: Surface, points: Points, moving: NDArray[np.bool_], gain: Points) -> None:
+        """For points of the mesh as they are, those that may move, and what the volume of each region is to gain."""
         near = np.logical_or.reduceat(moving[surface.faces], surface.face_offsets[:-1])
-        sizes = np.diff(surface.face_offsets)
-        self._ids = surface.faces[np.repeat(near, sizes)]
-        self._offsets = np.concatenate([[0], np.cumsum(sizes[near])])
-        self._owner = np.repeat(np.arange(int(near.sum())), sizes[near])
+        sizes = np.diff(surface.face_offsets)[near]
+        self._ids = surface.faces[np.repeat(near, np.diff(surface.face_offsets))]
+        self._sizes, self._offsets = sizes, np.concatenate([[0], np.cumsum(sizes)])
+        self._owner = np.repeat(np.arange(len(sizes)), sizes)
         self._following = next_in_face(self._offsets)
-        self._sides, self._side_of = np.unique(surface.face_sides[near], axis=0, return_inverse=True)
-        self._side_of = self._side_of.reshape(-1)
-        self._middle = self.old[self._ids].mean(axis=0)
-        # A point goes with the first kind of faces that it has: those of the boundary, if there are any.
-        self._kind = np.full(len(moving), len(self._sides))
-        np.minimum.at(self._kind, self._ids, self._side_of[self._owner])
-        self._kind[~moving] = len(self._sides)
-        self._wanted = self.volumes(self.old)
-
-    def volumes(self, points: Points) -> Points:
-        """``(n_regions,)`` what the faces at points that may move have of the volume of each region."""
-        x = points[self._ids] - self._middle
-        sizes = np.diff(self._offsets)
-        centres = np.add.reduceat(x, self._offsets[:-1]) / sizes[:, None]
-        a = centres[self._owner]
-        cones = np.einsum("ij,ij->i", a, np.cross(x - a, x[self._following] - a)) / 6.0
-        by_sides = np.bincount(self._side_of[self._owner], cones, minlength=len(self._sides))
-        out = np.zeros(self.n_regions + 1)
-        np.add.at(out, self._sides[:, 0], by_sides)
-        np.add.at(out, self._sides[:, 1], -by_sides)
-        return out[:-1]
+        sides, side = np.unique(surface.face_sides[near], axis=0, return_inverse=True)
+        self._sides, self._side = sides, side.reshape(-1)[self._owner]
+        # A point at faces of several kinds goes with the first, which is that of the boundary if there is one.
+        self._kind = np.full(len(moving), len(sides))
+        np.minimum.at(self._kind, self._ids, self._side)
+        self._kind[~moving] = len(sides)
+        self._middle = points[self._ids].mean(axis=0) if len(self._ids) else np.zeros(3)
+        self._n_regions = len(gain)
+        self._wanted = self._volumes(points)[0] + gain
 
     def __call__(self, points: Points) -> Points:
-        """Points with the volumes that the regions had, each kind of faces moved by one distance."""
+        """``(n_points, 3)`` points of the mesh with the volumes that are wanted."""
         out = points.copy()
-        sizes = np.diff(self._offsets)
         for _ in range(ROUNDS):
-            gain = self._wanted - self.volumes(out)
-            if np.abs(gain).max() <= ROUNDING * np.abs(self._wanted).max():
+            volumes, areas = self._volumes(out)
+            gain = self._wanted - volumes
+            if not len(self._sides) or np.abs(gain).max() <= ROUNDING * np.abs(self._wanted).max():
                 break
-            x = out[self._ids]
-            centres = np.add.reduceat(x, self._offsets[:-1]) / sizes[:, None]
-            area = np.zeros((len(sizes), 3))
-            np.add.at(area, self._owner, 0.5 * np.cross(x - centres[self._owner], x[self._following] - centres[self._owner]))
-            share = area[self._owner] / sizes[self._owner][:, None]
-            mine = self._side_of[self._owner] == self._kind[self._ids]
-            normal = np.zeros_like(out)
-            np.add.at(normal, self._ids[mine], share[mine])
-            normal = unit(normal)
-            along = np.einsum("ij,ij->i", share, normal[self._ids])
-            rates = np.zeros((self.n_regions + 1, len(self._sides) + 1))
-            np.add.at(rates, (self._sides[self._side_of[self._owner], 0], self._kind[self._ids]), along)
-            np.add.at(rates, (self._sides[self._side_of[self._owner], 1], self._kind[self._ids]), -along)
+            shares = (areas / self._sizes[:, None])[self._owner]
+            normals = np.zeros_like(out)
+            own = self._side == self._kind[self._ids]
+            np.add.at(normals, self._ids[own], shares[own])
+            normals = unit(normals)
+            along = np.einsum("ij,ij->i", shares, normals[self._ids])
+            rates = np.zeros((self._n_regions + 1, len(self._sides) + 1))  # the last of each is for none
+            np.add.at(rates, (self._sides[self._side, 0], self._kind[self._ids]), along)
+            np.add.at(rates, (self._sides[self._side, 1], self._kind[self._ids]), -along)
             way, *_ = np.linalg.lstsq(rates[:-1, :-1], gain)
-            out += np.append(way, 0.0)[self._kind][:, None] * normal
+            out += np.append(way, 0.0)[self._kind][:, None] * normals
         return out
+
+    def _volumes(self, points: Points) -> tuple[Points, Points]:
+        """What these faces have of the volume of each region, and the normals of them as long as they are large."""
+        x = points[self._ids] - self._middle
+        centres = np.add.reduceat(x, self._offsets[:-1]) / self._sizes[:, None] if len(x) else np.empty((0, 3))
+        a = centres[self._owner]
+        crosses = np.cross(x - a, x[self._following] - a)
+        areas = np.zeros((len(self._sizes), 3))
+        np.add.at(areas, self._owner, 0.5 * crosses)
+        by_sides = np.bincount(self._side, np.einsum("ij,ij->i", a, crosses) / 6.0, minlength=len(self._sides))
+        out = np.zeros(self._n_regions + 1)
+        np.add.at(out, self._sides[:, 0], by_sides)
+        np.add.at(out, self._sides[:, 1], -by_sides)
+        return out[:-1], areas
 
 
 def moved_rims(surface: Surface, before: Points, after: Points) -> NDArray[np.bool_]:

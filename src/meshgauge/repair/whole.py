@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..doctor.points import extent
 from ..errors import MeshError
 from ..look.style import number_of
 from ..quality.measure import Quality
@@ -51,6 +52,7 @@ class Options:
     seconds: float | None
     surface: Any
     feature_angle: float
+    tolerance: float | None
     threads: int | None
     everywhere: bool
     size_change: float
@@ -70,6 +72,7 @@ class Options:
             "target": self.target,
             "floor": self.floor if self.everywhere else None,
             "size_change": None if self.everywhere else self.size_change,
+            "tolerance": self.tolerance,
             "strict": self.strict,
             "topology": self.topology,
             "objective": self.objective if self.topology else None,
@@ -270,13 +273,35 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Opt
 
 
 def _slide(outcome: Outcome, fixed: Promise, options: Options) -> None:
+    """Let points of the boundary slide; with a tolerance those near bad cells are released, first near invalid ones."""
+    from .phases.release import release
     from .phases.slide import slide
+    from .surface import surface_of
+    from .target import target_surface
 
-    given = options.surface
-    promise = Promise(fixed.before, fixed.constraints, slides=True, is_given=given is not None, strict=options.strict)
-    slid = slide(
-        promise, outcome.quality, outcome.run, given, options.feature_angle, threads=options.threads
-    )  # fmt: skip
+    run, given, before = outcome.run, options.surface, fixed.before
+    points = np.asarray(before.mesh.points, np.float64)
+    surface = surface_of(fixed.constraints, points, options.feature_angle)
+    if given is not None:
+        surface = target_surface(surface, given, points)
+    # Cells at points that leave the surface cannot keep their sizes.
+    constraints = fixed.constraints if options.tolerance is None else replace(fixed.constraints, sizes=None)
+    promise = Promise(before, constraints, slides=True, is_given=given is not None, strict=options.strict)
+    limit = np.inf if options.tolerance is None else options.tolerance * extent(points)[1]
+    released = np.zeros(len(points), bool)
+
+    def release_near(target: float) -> None:
+        done = release(promise, outcome.quality, run, surface, limit, target=target, threads=options.threads)
+        outcome.notes += done.notes
+        if done.released.any() and outcome.take(done.quality, promise):
+            outcome.deviation = done.deviation
+            released[done.released] = True
+
+    if options.tolerance is not None and is_below(outcome.quality, 0.0).any():
+        release_near(0.0)
+    slid = slide(promise, outcome.quality, run, surface, released, limit, threads=options.threads)
     outcome.notes += slid.notes
-    if outcome.take(slid.quality, promise):
+    if slid.quality is not outcome.quality and outcome.take(slid.quality, promise):
         outcome.deviation = slid.deviation
+    if options.tolerance is not None and not run.stopped and is_below(outcome.quality, options.target).any():
+        release_near(options.target)

@@ -125,6 +125,16 @@ class ConstraintOptions:
         float,
         option("--feature-angle", "DEGREES", "With --boundary slide: faces that meet at more keep their edge.", FIXED),
     ] = 40.0
+    tolerance: Annotated[
+        float | None,
+        option(
+            "--tolerance",
+            "SHARE",
+            "With --boundary slide: how far points may leave the boundary near bad cells, of the diagonal.",
+            FIXED,
+            default="they stay on it",
+        ),
+    ] = None
 
     def on(self, mesh: Mesh) -> tuple[Mask | None, Any]:
         """The points of a mesh that must stay (None: nothing is asked for), and the surface to move on.

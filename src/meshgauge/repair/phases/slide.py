@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +11,14 @@ from ...look.style import number_of, plural
 from ...quality.measure import Quality
 from ..acceptance import accept, is_better
 from ..claims import Promise
-from ..constraints import Constraints
+from ..constraints import Constraints, Mask
 from ..curved import move_nodes_between
 from ..descent import Energy, Freedom
 from ..deviation import deviation
 from ..faces import mask_of
 from ..problem import Points, Problem, gather
 from ..run import Run
-from ..surface import CORNER, EDGE, FACE, INSIDE, Surface, surface_of
-from ..target import target_surface
+from ..surface import CORNER, EDGE, FACE, INSIDE, Surface
 from ..volumes import moved_rims, restore_volumes
 from .mean import raise_mean
 from .worst import raise_worst
@@ -90,12 +88,13 @@ def slide(
     promise: Promise,
     fixed: Quality,
     run: Run,
-    given: Any,
-    feature_angle: float,
+    surface: Surface,
+    held: Mask,
+    limit: float,
     *,
     threads: int | None,
 ) -> SlideResult:
-    """Release the boundary of a mesh that was improved with it fixed.
+    """Let points of the boundary slide, of a mesh that was improved with it fixed.
 
     Parameters
     ----------
@@ -105,10 +104,12 @@ def slide(
         Of the mesh as it is.
     run
         As it was improved so far.
-    given
-        A surface to slide on instead, or None.
-    feature_angle
-        In degrees, see `surface_of`.
+    surface
+        The boundary of the mesh as it was given, or what the user gave instead.
+    held
+        ``(n_points,)`` points of it that do not slide.
+    limit
+        The largest distance between the surfaces before and after.
     threads
         As for `improve`.
     """
@@ -118,15 +119,12 @@ def slide(
     if run.raised is not None and fixed is not before:
         # Raising the mean goes away from where the worst can be raised further.
         here[run.whole.point_ids[run.points_of_moving]] = run.raised
-    surface = surface_of(constraints, old, feature_angle)
-    if given is not None:
-        surface = target_surface(surface, given, old)
     kind = surface.kind.copy()
-    kind[constraints.pinned] = CORNER
+    kind[constraints.pinned | held] = CORNER
     patches = number_of(surface.n_patches, "patch", "patches")
     on_patches = number_of(int(np.count_nonzero(kind == FACE)), "point slides", "points slide")
     summary = (
-        f"The boundary has {patches} and {plural(surface.n_curves, 'edge')} at {feature_angle:g}°; "
+        f"The boundary has {patches} and {plural(surface.n_curves, 'edge')} at {surface.feature_angle:g}°; "
         f"{on_patches} on patches and {int(np.count_nonzero(kind == EDGE)):,} along edges."
     )
     if not ((kind == FACE) | (kind == EDGE)).any():
@@ -136,14 +134,16 @@ def slide(
     size[run.whole.point_ids] = sizes
     for _ in range(ATTEMPTS):
         points = _with_nodes_between(before, _slide(here, run, surface, kind), constraints, surface)
-        if given is None:
+        if not promise.is_given:
             points = restore_volumes(surface, constraints, kind, points)
         slid, n_back = accept(
             before, points, strict=promise.strict, threads=threads, back=fixed, sizes=constraints.sizes
         )
         reached = np.asarray(slid.mesh.points, np.float64)
-        apart = deviation(surface, reached, is_given=given is not None)
-        hold = _points_to_hold(promise, slid, surface, apart.of_faces, size) & (kind != CORNER) & (kind != INSIDE)
+        apart = deviation(surface, reached, is_given=promise.is_given)
+        hold = (
+            _points_to_hold(promise, slid, surface, apart.of_faces, size, limit) & (kind != CORNER) & (kind != INSIDE)
+        )
         if not hold.any() or run.is_over():
             break
         kind[hold] = CORNER
@@ -153,19 +153,21 @@ def slide(
             f"{number_of(n_back, 'point was put back to where it was', 'points were put back to where they were')} "
             "with the boundary fixed."
         )
-    if hold.any() or not is_better(slid, fixed):
+    if hold.any() or apart.largest > limit or not is_better(slid, fixed):
         return SlideResult(fixed, 0.0, (summary, "Sliding is not better: the result with the boundary fixed stands."))
     return SlideResult(slid, apart.largest, tuple(notes))
 
 
-def _points_to_hold(promise: Promise, slid: Quality, surface: Surface, far: Points, size: Points) -> NDArray[np.bool_]:
+def _points_to_hold(
+    promise: Promise, slid: Quality, surface: Surface, far: Points, size: Points, limit: float
+) -> NDArray[np.bool_]:
     """Points of the surface that have to stay: their faces left it, their patch grew, or a region lost volume."""
     points = np.asarray(slid.mesh.points, np.float64)
     if promise.is_given:
         return np.zeros(len(points), bool)
     ids, offsets = surface.faces, surface.face_offsets
-    limit = DEVIATION * np.minimum.reduceat(size[ids], offsets[:-1])
-    hold = mask_of(len(points), ids[np.repeat(far > limit, np.diff(offsets))])
+    limits = np.minimum(DEVIATION * np.minimum.reduceat(size[ids], offsets[:-1]), limit)
+    hold = mask_of(len(points), ids[np.repeat(far > limits, np.diff(offsets))])
     hold |= moved_rims(surface, np.asarray(promise.before.mesh.points, np.float64), points)
     if not hold.any() and not promise.keeps_volumes(slid):
         # What the points inside curved patches could not make up for: whatever parts regions, and curves.

@@ -1,0 +1,132 @@
+"""A boundary that gives: points leave it where a cell at it is bad, by no more than the tolerance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import pyvista
+from repair_meshes import ball
+
+import meshgauge
+from meshgauge import Mesh, MeshError, measure
+from meshgauge.mesh.topology import topology
+from meshgauge.repair.faces import face_points
+from meshgauge.repair.volumes import volume_and_surface
+
+TOLERANCE = 0.02
+
+
+@pytest.fixture(scope="module")
+def inverted() -> Mesh:
+    """45 hexahedra, 6 of them inverted at four points of the boundary."""
+    mesh = ball(3, 0.25, 2.25)
+    assert np.count_nonzero(measure(mesh).values <= 0.0) == 6
+    return mesh
+
+
+@pytest.fixture(scope="module")
+def released(inverted: Mesh) -> meshgauge.Improvement:
+    return meshgauge.improve(inverted, boundary="slide", tolerance=TOLERANCE, everywhere=True)
+
+
+def diagonal(mesh: Mesh) -> float:
+    return float(np.linalg.norm(np.ptp(np.asarray(mesh.points), axis=0)))
+
+
+def boundary(mesh: Mesh) -> pyvista.PolyData:
+    """The boundary as triangles, each face cut from its middle."""
+    faces = topology(mesh)
+    ids, offsets = face_points(faces, np.flatnonzero(faces.mates < 0))
+    quads = ids.reshape(-1, 4)
+    assert len(quads) == len(offsets) - 1
+    points = np.asarray(mesh.points)
+    middles = len(points) + np.arange(len(quads))
+    fans = [np.column_stack([quads[:, m], quads[:, (m + 1) % 4], middles]) for m in range(4)]
+    vertices, triangles = np.concatenate([points, points[quads].mean(axis=1)]), np.concatenate(fans)
+    used, local = np.unique(triangles, return_inverse=True)
+    return pyvista.PolyData.from_regular_faces(vertices[used], local.reshape(-1, 3))
+
+
+def apart(one: pyvista.PolyData, other: pyvista.PolyData) -> float:
+    """The largest distance of places of one surface from the other, by VTK."""
+    fine = one.subdivide(3, subfilter="linear")
+    _, nearest = other.find_closest_cell(fine.points, return_closest_point=True)
+    return float(np.linalg.norm(nearest - fine.points, axis=1).max())
+
+
+def test_cells_that_sliding_cannot_mend_become_valid(inverted: Mesh, released: meshgauge.Improvement) -> None:
+    slid = meshgauge.improve(inverted, boundary="slide", everywhere=True)
+    assert np.count_nonzero(slid.after.values <= 0.0) > 0
+    assert released.after.values.min() > 0.2
+    assert (released.after.status == meshgauge.Status.OK).all()
+    assert all(claim.holds for claim in released.report.claims)
+    assert "tolerance" in {claim.name for claim in released.report.claims}
+
+
+def test_the_surface_is_within_the_tolerance(inverted: Mesh, released: meshgauge.Improvement) -> None:
+    before, after = boundary(inverted), boundary(released.mesh)
+    largest = max(apart(before, after), apart(after, before))
+    way = released.report.displacement
+    assert 0.0 < largest <= TOLERANCE * diagonal(inverted)
+    assert largest <= way.deviation * (1 + 1e-5)
+    assert way.deviation_share <= TOLERANCE
+
+
+def test_the_volume_is_kept(inverted: Mesh, released: meshgauge.Improvement) -> None:
+    was, now = (volume_and_surface(topology(mesh), mesh.points)[0] for mesh in (inverted, released.mesh))
+    assert now == pytest.approx(was, rel=1e-3)
+
+
+def test_threads_are_of_no_matter(inverted: Mesh, released: meshgauge.Improvement) -> None:
+    one = meshgauge.improve(inverted, boundary="slide", tolerance=TOLERANCE, everywhere=True, threads=1)
+    assert one.mesh.points.tobytes() == released.mesh.points.tobytes()
+
+
+@pytest.mark.long
+def test_a_smaller_tolerance_keeps_points_nearer(inverted: Mesh, released: meshgauge.Improvement) -> None:
+    near = meshgauge.improve(inverted, boundary="slide", tolerance=TOLERANCE / 4, everywhere=True)
+    assert near.report.displacement.deviation_share <= TOLERANCE / 4
+    assert all(claim.holds for claim in near.report.claims)
+    assert near.after.values.min() <= released.after.values.min()
+
+
+def test_a_tolerance_too_small_changes_nothing_for_the_worse(inverted: Mesh) -> None:
+    result = meshgauge.improve(inverted, boundary="slide", tolerance=1e-9, everywhere=True)
+    assert result.report.displacement.deviation_share <= 1e-9
+    assert all(claim.holds for claim in result.report.claims)
+    assert result.after.values.min() >= result.before.values.min()
+
+
+def test_regions_keep_their_volumes_and_fixed_points_their_places(inverted: Mesh) -> None:
+    centres = np.asarray(inverted.points)[inverted.connectivity.reshape(-1, 8)].mean(axis=1)
+    two = inverted.replace(cell_data={"material": np.where(centres[:, 0] < 0.0, 1, 2)})
+    fixed = np.asarray(two.points)[:, 2] < -1.0
+    result = meshgauge.improve(two, boundary="slide", tolerance=TOLERANCE, everywhere=True, fixed=fixed)
+    assert all(claim.holds for claim in result.report.claims)
+    assert result.mesh.points[fixed].tobytes() == two.points[fixed].tobytes()
+    assert np.count_nonzero(result.after.values <= 0.0) < 6
+    for was, now in result.report.region_volumes.values():
+        assert now == pytest.approx(was, rel=1e-3)
+
+
+def test_near_bad_cells_only(inverted: Mesh) -> None:
+    result = meshgauge.improve(inverted, boundary="slide", tolerance=TOLERANCE)
+    assert np.count_nonzero(result.after.values <= 0.0) == 0
+    assert all(claim.holds for claim in result.report.claims)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "slide"),
+        ({"boundary": "slide", "tolerance": 0.0}, "above 0"),
+        ({"boundary": "slide", "tolerance": float("nan")}, "above 0"),
+        ({"boundary": "slide", "tolerance": 1.0}, "below 1"),
+        ({"boundary": "slide", "topology": True}, "topology"),
+    ],
+)
+def test_tolerances_that_make_no_sense(inverted: Mesh, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(MeshError, match=words):
+        meshgauge.improve(inverted, **{"tolerance": 0.01, **options})
