@@ -20,8 +20,8 @@ TOLERANCE = 0.02
 
 @pytest.fixture(scope="module")
 def inverted() -> Mesh:
-    """45 hexahedra, 6 of them inverted at four points of the boundary."""
-    mesh = ball(3, 0.25, 2.25)
+    """60 hexahedra, 6 of them inverted at four points of the boundary."""
+    mesh = ball(3, 0.25, 2.4)
     assert np.count_nonzero(measure(mesh).values <= 0.0) == 6
     return mesh
 
@@ -56,10 +56,9 @@ def apart(one: pyvista.PolyData, other: pyvista.PolyData) -> float:
     return float(np.linalg.norm(nearest - fine.points, axis=1).max())
 
 
-def test_cells_that_sliding_cannot_mend_become_valid(inverted: Mesh, released: meshgauge.Improvement) -> None:
+def test_cells_at_the_boundary_become_better_than_sliding_makes_them(inverted: Mesh, released: meshgauge.Improvement) -> None:
     slid = meshgauge.improve(inverted, boundary="slide", everywhere=True)
-    assert np.count_nonzero(slid.after.values <= 0.0) > 0
-    assert released.after.values.min() > 0.2
+    assert released.after.values.min() > max(0.2, float(slid.after.values.min()))
     assert (released.after.status == meshgauge.Status.OK).all()
     assert all(claim.holds for claim in released.report.claims)
     assert "tolerance" in {claim.name for claim in released.report.claims}

@@ -14,7 +14,7 @@ from ..doctor.diagnosis import LIMIT, diagnosis
 from ..doctor.points import extent
 from ..errors import MeshError
 from ..files import resources
-from ..kernels.path import numpy_up_to
+from ..kernels.path import NUMPY_UP_TO, numpy_up_to
 from ..look.bands import POOR
 from ..look.style import number_of
 from ..mesh import Mesh
@@ -207,12 +207,17 @@ def improve(
     with numpy_up_to(FEW):
         here = scaled(mesh, power) if power else mesh
         result = _improve(here, held, options, progress, should_stop, keep_bricks=keep_bricks)
-    if not power:
+    counts = np.bincount(mesh.types)
+    if not power and not ((counts > 0) & (counts <= NUMPY_UP_TO)).any():
         return result
-    better = mesh if result.mesh is result.before.source else restored(mesh, result.mesh, power)
+    # Few cells of a type are measured as anybody else would measure them, to the last bit.
+    moved, report = result.mesh, result.report
+    if power:
+        moved, report = restored(mesh, moved, power), rescaled(report, power)
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
-    after = before if better is mesh else measure(better, threads=threads, keep_bricks=keep_bricks)
-    return Improvement(better, before, after, rescaled(result.report, power))
+    if result.mesh is result.before.source:
+        return Improvement(mesh, before, before, report)
+    return Improvement(moved, before, measure(moved, threads=threads, keep_bricks=keep_bricks), report)
 
 
 def _improve(
