@@ -56,7 +56,7 @@ def apart(one: pyvista.PolyData, other: pyvista.PolyData) -> float:
     return float(np.linalg.norm(nearest - fine.points, axis=1).max())
 
 
-def test_cells_at_the_boundary_become_better_than_sliding_makes_them(inverted: Mesh, released: meshgauge.Improvement) -> None:
+def test_cells_become_better_than_sliding_makes_them(inverted: Mesh, released: meshgauge.Improvement) -> None:
     slid = meshgauge.improve(inverted, boundary="slide", everywhere=True)
     assert released.after.values.min() > max(0.2, float(slid.after.values.min()))
     assert (released.after.status == meshgauge.Status.OK).all()
