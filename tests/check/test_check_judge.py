@@ -146,6 +146,12 @@ def test_failing_cells_have_their_place_worst_first() -> None:
     assert outcome.cells == ()
 
 
+def test_of_one_region_no_cell_names_it() -> None:
+    (outcome,) = check(measured("good", "inverted"), ["jens >= 0.5"]).outcomes
+    assert [cell.region for cell in outcome.cells] == [None]
+    assert " in region" not in outcome.cells[0].text
+
+
 def test_the_worst_of_an_upper_bound_are_the_greatest() -> None:
     quality = measured("good", "low", "cube", "low", metrics=["aspect_ratio_gamma"])
     (outcome,) = check(quality, ["aspect_ratio_gamma <= 1.1"], listed=2).outcomes

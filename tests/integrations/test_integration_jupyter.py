@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import meshgauge
+from meshgauge.look import notebook
 
 ROOT = Path(__file__).resolve().parents[2]
 REGULAR = [(0, 0, 0), (1, 0, 0), (0.5, 3**0.5 / 2, 0), (0.5, 3**0.5 / 6, (2 / 3) ** 0.5)]
@@ -65,6 +66,16 @@ def test_the_numbers_are_those_of_the_summary(quality: meshgauge.Quality) -> Non
     shown = Page(quality.mesh._repr_html_()).rows
     assert ["hexahedron", "576"] in shown
     assert ["points", "2,754"] in shown
+
+
+def test_bars_of_the_histogram_have_the_colours_of_their_bands() -> None:
+    def colour(value: float) -> str:
+        summary = meshgauge.summarise(np.array([value]), np.zeros(1, np.uint8), np.array([10], np.uint8))
+        return summary._repr_html_()
+
+    assert f'fill="{notebook.GOOD}"' in colour(0.22)  # the bar from 0.2 on
+    assert f'fill="{notebook.POOR}"' in colour(0.18)
+    assert f'fill="{notebook.INVALID}"' in colour(-0.02)
 
 
 def test_names_are_escaped_and_undefined_is_said() -> None:

@@ -149,3 +149,21 @@ def test_wedges_of_meshio_and_pyvista(order: str) -> None:
     mesh = mesh_of("wedge")
     assert_same_cells(mesh, io.from_meshio(bridge.from_mesh(mesh), wedge_order=order))
     assert_same_cells(mesh, io.from_pyvista(vtk.grid(mesh)[0], wedge_order=order))
+
+
+@pytest.mark.parametrize("n", [bridge.MAX_SETS, bridge.MAX_SETS + 2])
+def test_cell_sets_beyond_those_kept_are_counted(n: int) -> None:
+    sets = {f"set {m}": [np.array([0])] for m in range(n)}
+    source = meshio.Mesh(np.eye(4, 3), [("tetra", np.array([[0, 1, 2, 3]]))], cell_sets=sets)
+    mesh = bridge.mesh(source)
+    assert len(mesh.cell_data) == bridge.MAX_SETS
+    assert [note for note in mesh.notes if "left out" in note] == (
+        [f"2 of {n} cell sets were left out."] if n > bridge.MAX_SETS else []
+    )
+
+
+def test_cells_that_were_not_written_are_counted() -> None:
+    points = np.concatenate([np.eye(4, 3), np.eye(4, 3) + 2.0])
+    want = Mesh.from_arrays(points, {"tetra": [(0, 1, 2, 3), (4, 5, 6, 7), (3, 2, 1, 0)]})
+    with pytest.raises(WriteError, match=r"cannot hold these cells: 2 tetra$"):
+        bridge._losses(want, want[np.array([0])])
