@@ -348,13 +348,13 @@ def _check(options: Options, floor: float | None) -> None:
     if options.objective not in OBJECTIVES:
         raise MeshError(f"objective is {options.objective!r}, expected one of {', '.join(OBJECTIVES)}")
     if options.surface is not None and not options.slides:
-        raise MeshError("a surface to slide on needs boundary='slide'")
+        raise MeshError("a surface to slide on needs boundary='slide' (--boundary slide)")
     if options.tolerance is None:
         return
     if not 0.0 < options.tolerance < 1.0:
         raise MeshError(f"tolerance is {options.tolerance}, expected a share of the diagonal above 0 and below 1")
     if not options.slides:
-        raise MeshError("a tolerance is for points that leave their surface: it needs boundary='slide'")
+        raise MeshError("points may leave their surface only where they slide: boundary='slide' (--boundary slide)")
     if options.topology:
         raise MeshError("a tolerance does not go with topology: improve with the one first, then with the other")
 

@@ -167,7 +167,7 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
     if moved.n_boundary:
         lines.append(
             f"{style.number(moved.n_boundary)} of them on the boundary, by at most {moved.boundary_largest:.4g}; "
-            f"it is at most {moved.deviation:.3g} ({100 * moved.deviation_share:.2g} % of the diagonal) off the old one"
+            f"it is at most {moved.deviation:.3g} ({share(moved.deviation_share)} of the diagonal) off the old one"
         )
     if report.sizes.n_cells and moved.n_points:
         lines.append(sizes(report))
@@ -187,7 +187,8 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
 
 def share(part: float) -> str:
     """A share in per cent."""
-    return f"{100 * part:.2g} %"
+    per_cent = 100.0 * part
+    return f"{per_cent:.3g} %" if per_cent >= 10.0 else f"{per_cent:.2g} %"
 
 
 def sizes(report: RepairReport) -> str:
