@@ -12,6 +12,7 @@ from io_meshes import LINEAR, mesh_of
 
 from meshgauge import io
 from meshgauge.cli.main import main
+from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "fuzz"))
@@ -82,6 +83,8 @@ def test_limits_of_third_party_readers_are_options(tmp_path: Path, capsys: Captu
     assert (
         "was not done after 0.1 s and was ended; the file may be broken (--read-seconds or" in capsys.readouterr().err
     )
+    many = np.arange(60_000).reshape(-1, 4)
+    io.write(path, Mesh.from_arrays(np.random.default_rng(0).random((60_000, 3)), {"tetra": many}), overwrite=True)
     assert main(["report", str(path), "-q", "--read-memory", "0.1"]) == 2
     assert str(path) in capsys.readouterr().err
 
