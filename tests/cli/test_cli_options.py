@@ -39,8 +39,8 @@ READING = {
 }
 """Subcommands that read meshes, and what each needs beside one."""
 
-DIFFERENT = {"--output"}
-"""Options that share a name, but not what they write: a mesh, or a picture."""
+DIFFERENT = {"--output", "--tolerance"}
+"""Options that share a name, but not what they write (a mesh, or a picture), or what may be so far apart."""
 
 
 def options_of(name: str) -> Iterator[tuple[str, str, type, OptionInfo]]:

@@ -173,7 +173,10 @@ def test_claims_see_what_is_broken(spoil: str) -> None:
     else:
         cells[5] = cells[5][[1, 0, 2, 3]]
     changed = Mesh.from_arrays(points, {"tetra": cells})
-    options = alternate.Options("fixed", 0.2, 0.9, False, None, None, 40.0, None, True, 0.1, True, "jens")
+    options = alternate.Options(
+        boundary="fixed", target=0.2, floor=0.9, strict=False, seconds=None, surface=None, feature_angle=40.0,
+        tolerance=None, threads=None, everywhere=True, size_change=0.1, topology=True, objective="jens",
+    )  # fmt: skip
     way = alternate.Way(lambda *_: None, options)  # type: ignore[arg-type,return-value]
     claims = alternate.claims(before, constraints, meshgauge.measure(changed), np.arange(mesh.n_points), old_cells, way)
     broken = {claim.name for claim in claims if not claim.holds}
