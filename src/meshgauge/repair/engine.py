@@ -50,7 +50,7 @@ FEW = 1000
 FLOOR, SIZE_CHANGE = 0.9, 0.1
 """The share of the worst quality that raising the mean keeps, and by which sizes of good cells may change."""
 
-POINT_BYTES = 1400
+POINT_BYTES = 2100
 """Of memory that a point with its cells takes while it is improved, at least."""
 
 MANY = 1 << 16
