@@ -51,7 +51,7 @@ FLOOR, SIZE_CHANGE = 0.9, 0.1
 """The share of the worst quality that raising the mean keeps, and by which sizes of good cells may change."""
 
 POINT_BYTES = 2100
-"""Of memory that a point with its cells takes while it is improved, at least."""
+"""Of memory that a point with its cells takes while it is improved: measured on a million hexahedra."""
 
 MANY = 1 << 16
 """Points from which on it is asked before whether there is as much."""
