@@ -137,9 +137,7 @@ def _within(
     """The mesh with new points as far as they are acceptable and their faces no further off than the limit."""
     here = np.asarray(reached.mesh.points, np.float64)
     for _ in range(ATTEMPTS):
-        after, _ = accept(
-            promise.before, points, strict=promise.strict, threads=threads, back=reached,
-        )  # fmt: skip
+        after, _ = accept(promise.before, points, strict=promise.strict, threads=threads, back=reached)
         points = np.asarray(after.mesh.points, np.float64).copy()
         apart = deviation(surface, points, is_given=promise.is_given)
         if apart.largest <= limit:
