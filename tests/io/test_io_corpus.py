@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from vtkmodules.vtkCommonCore import vtkVersion
 
 from meshgauge import io
 from meshgauge.cells import type_name
@@ -77,7 +78,9 @@ def test_wedges_of_the_corpus_are_turned_where_the_manifest_says_so(shared: Path
         if not int(row["prism"]):
             continue
         turned = [note for note in io.read(path).notes if "turned from VTK" in note]
-        assert bool(turned) == ("prism" in row["reversed_types_as_read"]), path.name
+        # VTK's reader of EnSight gave them in VTK's older order, before that was changed in 9.7.
+        older = path.suffix == ".case" and (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) < (9, 7)
+        assert bool(turned) == ("prism" in row["reversed_types_as_read"] or older), path.name
 
 
 @pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf"])

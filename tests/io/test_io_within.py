@@ -14,6 +14,7 @@ from io_meshes import mesh_of
 
 from meshgauge import io
 from meshgauge.errors import ReadError
+from meshgauge.io.plumbing import sandbox
 
 h5py = pytest.importorskip("h5py")
 
@@ -227,3 +228,10 @@ def test_includes_that_include_one_another_end(tmp_path: Path) -> None:
     path.write_text("*NODE\n*INCLUDE, INPUT=a.inp\n")
     with pytest.raises(ReadError, match=r"includes this file again"):
         io.read(path)
+
+
+def test_packages_of_pythonpath_are_part_of_the_installation(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), "", ".", "beside"]))
+    seen = sandbox.installation()
+    assert str(tmp_path) in seen
+    assert not {"", ".", "beside"} & set(seen)

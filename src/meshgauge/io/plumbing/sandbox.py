@@ -74,7 +74,9 @@ def installation() -> list[str]:
     named = [
         entry for name in ("LD_LIBRARY_PATH", MORE) for entry in os.environ.get(name, "").split(os.pathsep) if entry
     ]
-    return [str(ours), *installed, sys.prefix, sys.base_prefix, *sysconfig.get_paths().values(), *named]
+    # Clusters have packages in folders that modules name; one without a whole path may be the working folder.
+    modules = [entry for entry in os.environ.get("PYTHONPATH", "").split(os.pathsep) if Path(entry).is_absolute()]
+    return [str(ours), *installed, *modules, sys.prefix, sys.base_prefix, *sysconfig.get_paths().values(), *named]
 
 
 def _by_kernel(readable: list[str], scratch: str | None) -> bool:
