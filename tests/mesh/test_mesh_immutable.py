@@ -11,6 +11,7 @@ from mesh_examples import CELLS, POINTS, all_types, parts
 
 import meshgauge
 from meshgauge import Mesh
+from meshgauge.kernels.arrays import read_only
 from meshgauge.mesh import cast
 
 pyvista = pytest.importorskip("pyvista")
@@ -64,7 +65,7 @@ def test_points_of_every_kind_are_copied(kind: str) -> None:
     given = {
         "buffer": np.frombuffer(array.array("d", base.ravel()), np.float64).reshape(-1, 3),
         "view": base[:],
-        "read-only view": cast.read_only(base),
+        "read-only view": read_only(base),
         "fortran": np.asfortranarray(base),
         "memoryview": memoryview(base),
     }[kind]

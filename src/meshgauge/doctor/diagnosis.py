@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import IS_SOLID, POLYHEDRON
+from ..kernels.arrays import read_only
 from ..kernels.topology import driver
 from ..look.names import cell_name, listed
 from ..look.records import brief
 from ..mesh import Mesh
-from ..mesh.cast import read_only
 from ..mesh.ghosts import without_ghosts
 from ..mesh.interface import is_interface
 from ..mesh.labels import cell_labels, point_labels

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
+from ..kernels.arrays import read_only
 from ..look.names import listed
 from ..look.records import brief
 from ..look.style import plural
 from ..mesh import Mesh
-from ..mesh.cast import frozen, read_only
+from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
 from ..mesh.high_order import DEGREES
 from ..mesh.labels import cell_labels

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES, IS_SOLID, type_name
+from ..kernels.arrays import read_only
 from ..kernels.topology import driver
 from ..mesh import Mesh
-from ..mesh.cast import read_only
 from ..mesh.labels import cell_labels
 from ..mesh.polyhedra import IndexArray
 from ..mesh.topology import BOUNDARY, SAME, Topology, topology

@@ -32,7 +32,7 @@ for a hexahedron."""
 
 
 def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """A view that cannot be written: one type for Numba, so that nothing is compiled twice."""
+    """A view of the array that cannot be written through: one type for Numba, so that nothing is compiled twice."""
     view = array.view()
     view.flags.writeable = False
     return view

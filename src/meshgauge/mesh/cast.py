@@ -9,18 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..cells import CELL_TYPES, CellType, type_name
 from ..errors import MeshError
+from ..kernels.arrays import read_only
 from ..kernels.threads import run
 from .polyhedra import IndexArray, Polyhedra
 
 CHUNK = 1 << 18
 """Items checked at a time, so that no check allocates a temporary as large as the mesh."""
-
-
-def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """A view of the array that cannot be written through."""
-    view = array.view()
-    view.flags.writeable = False
-    return view
 
 
 def frozen(array: NDArray[Any]) -> NDArray[Any]:

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, POLYHEDRON
+from ..kernels.arrays import read_only
 from ..kernels.topology import driver
 from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
-from .cast import read_only
 from .mesh import Mesh
 from .polyhedra import IndexArray
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import Shape
+from ..kernels.arrays import read_only
 from ..kernels.polyhedra import codes, driver
 from ..kernels.polyhedra.driver import Faces
 from ..mesh import Mesh, connectivity
-from ..mesh.cast import read_only
 from ..status import Status
 from .polyhedra import PolyhedralQuality
 

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.arrays import read_only
 from ..kernels.polyhedra import codes, driver
 from ..kernels.polyhedra.driver import Faces, Links, Solids
 from ..kernels.threads import run
 from ..mesh import CellIds
-from ..mesh.cast import read_only
 from ..mesh.mesh import Precision
 from ..mesh.polyhedra import Polyhedra, ragged_positions
 from ..status import Status

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CellType
+from ..kernels.arrays import read_only
 from ..kernels.cells import driver
 from ..kernels.certificate import prism
 from ..kernels.certificate.bounds import Validity, bounds, validity
 from ..kernels.threads import run, thread_count
 from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
-from ..mesh.cast import read_only
 from ..mesh.ghosts import without_ghosts
 from ..status import Status
 

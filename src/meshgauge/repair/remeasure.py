@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..kernels.arrays import read_only
 from ..mesh import Mesh
-from ..mesh.cast import read_only
 from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import JENS, Quality, measure
 from .constraints import Mask
