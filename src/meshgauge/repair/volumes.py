@@ -82,26 +82,30 @@ def restore_volumes(surface: Surface, constraints: Constraints, kind: NDArray[np
     patch_of[ids] = patch
     normal_of = np.zeros_like(points)
     normal_of[ids] = normals
+    sizes = np.diff(surface.face_offsets)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
     out = points.copy()
     for _ in range(ROUNDS):
         gain = wanted - region_volumes(faces, regions, out)
         if np.abs(gain).max() <= ROUNDING * np.abs(wanted).max():
             break
-        rates = _rates(surface, out, patch_of, normal_of, len(wanted))
+        shares = _area_vectors(surface, out) / sizes[:, None]
+        along = np.einsum("ij,ij->i", shares[owner], normal_of[surface.faces])
+        rates = _rates(surface.face_sides[owner], patch_of[surface.faces], along, len(wanted), surface.n_patches)
         way, *_ = np.linalg.lstsq(rates, gain)
         out[ids] += way[patch][:, None] * normals
     return out
 
 
-def _rates(surface: Surface, points: Points, patch_of: Ids, normal_of: Points, n_regions: int) -> Points:
-    """``(n_regions, n_patches)`` how fast the volume of each region grows with the way of each patch's points."""
-    ids, sizes = surface.faces, np.diff(surface.face_offsets)
-    owner = np.repeat(np.arange(len(sizes)), sizes)
-    shares = _area_vectors(surface, points) / sizes[:, None]
-    along = np.einsum("ij,ij->i", shares[owner], normal_of[ids])
-    rates = np.zeros((n_regions + 1, surface.n_patches + 1))  # the last of each is for none
-    np.add.at(rates, (surface.face_sides[owner, 0], patch_of[ids]), along)
-    np.add.at(rates, (surface.face_sides[owner, 1], patch_of[ids]), -along)
+def _rates(sides: Ids, groups: Ids, along: Points, n_regions: int, n_groups: int) -> Points:
+    """``(n_regions, n_groups)`` how fast the volume of each region grows with the way of each group's points.
+
+    Of each point of each face: the regions behind and before the face, the group of the point (the last: none), and how
+    much of the face's area lies along the point's way.
+    """
+    rates = np.zeros((n_regions + 1, n_groups + 1))  # the last of each is for none
+    np.add.at(rates, (sides[:, 0], groups), along)
+    np.add.at(rates, (sides[:, 1], groups), -along)
     return rates[:-1, :-1]
 
 
@@ -143,10 +147,9 @@ class VolumeKeeper:
             np.add.at(normals, self._ids[own], shares[own])
             normals = unit(normals)
             along = np.einsum("ij,ij->i", shares, normals[self._ids])
-            rates = np.zeros((self._n_regions + 1, len(self._sides) + 1))  # the last of each is for none
-            np.add.at(rates, (self._sides[self._side, 0], self._kind[self._ids]), along)
-            np.add.at(rates, (self._sides[self._side, 1], self._kind[self._ids]), -along)
-            way, *_ = np.linalg.lstsq(rates[:-1, :-1], gain)
+            sides, groups = self._sides[self._side], self._kind[self._ids]
+            rates = _rates(sides, groups, along, self._n_regions, len(self._sides))
+            way, *_ = np.linalg.lstsq(rates, gain)
             out += np.append(way, 0.0)[self._kind][:, None] * normals
         return out
 
