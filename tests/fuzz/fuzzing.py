@@ -98,6 +98,12 @@ TEXTS: dict[str, dict[str, str]] = {
         + "*ELEMENT_SOLID\n" + "".join(f"{i:8d}" for i in (1, 1, *range(1, 9))) + "\n*END\n"
     },
     "tetgen": {"a.ele": "1 4 1\n1 1 2 3 4 7\n# end\n", "a.node": "4 3 0 0\n" + _numbered(_TETRA)},
+    "elmer": {
+        "mesh.names": "! ----- names for bodies -----\n$ iron = 1\n! ----- names for boundaries -----\n$ wall = 2\n",
+        "mesh.boundary": "1 2 1 0 303 1 2 3\n", "mesh.elements": "1 1 504 1 2 3 4\n",
+        "mesh.nodes": "".join(f"{i} -1 {line}\n" for i, line in enumerate(_TETRA.splitlines(), 1)),
+        "mesh.header": "4 1 1\n2\n303 1\n504 1\n",
+    },
     "unv": {
         "a.unv": "    -1\n  2411\n"
         + "".join(f"{i} 1 1 11\n{line}\n" for i, line in enumerate(_TETRA.replace("1", "1.0D+00").splitlines(), 1))
@@ -168,7 +174,7 @@ TEXTS: dict[str, dict[str, str]] = {
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
        "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
-       "lsdyna",
+       "lsdyna", "elmer",
        "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 

@@ -204,6 +204,16 @@ def lsdyna(n: int) -> str:
     return f"*KEYWORD\n*NODE\n{nodes}*ELEMENT_SOLID\n{cells}{parts}*END\n"
 
 
+def elmer(n: int) -> dict[str, str]:
+    """A body for each cell."""
+    return {
+        "mesh.header": f"{4 * n} {n} 0\n1\n504 {n}\n",
+        "mesh.nodes": rows([(-1, *x) for x in points(n)], first=1),
+        "mesh.elements": rows([(k, 504, *ids) for k, ids in enumerate(tetra(n), 1)], first=1),
+        "mesh.names": "! bodies\n" + "".join(f"$ body {k} = {k}\n" for k in range(1, n + 1)),
+    }
+
+
 def exodus(folder: Path, n: int) -> Path:
     """A block and two fields for each cell."""
     import h5py
@@ -247,6 +257,7 @@ MAKERS: dict[str, Callable[[Path, int], Path]] = {
     "nastran": text("a.bdf", nastran),
     "exodus": exodus,
     "cgns": cgns,
+    "elmer": text("mesh.header", elmer),
     "su2": written("a.su2"),
     "abaqus": text("a.inp", abaqus),
     "ansys": text("a.cdb", ansys),

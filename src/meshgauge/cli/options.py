@@ -71,9 +71,10 @@ class Purposes(StrEnum):
 
 
 Meshes = Annotated[
-    list[str], typer.Argument(metavar="MESH", help="Mesh files, OpenFOAM cases, or patterns such as 'runs/*.vtu'.")
+    list[str],
+    typer.Argument(metavar="MESH", help="Mesh files, folders of OpenFOAM or Elmer, or patterns such as 'runs/*.vtu'."),
 ]
-OneMesh = Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or the folder of an OpenFOAM case.")]
+OneMesh = Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or a folder of OpenFOAM or Elmer.")]
 
 FileFormat = Annotated[
     str | None,

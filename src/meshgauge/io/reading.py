@@ -33,7 +33,8 @@ def read(
     Parameters
     ----------
     path
-        A file, plain or gzipped; or the folder of an OpenFOAM case, which has constant/polyMesh in it.
+        A file, plain or gzipped; or the folder of an OpenFOAM case, which has constant/polyMesh in it, or
+        of a mesh of Elmer, which has mesh.header or one partitioning.
     file_format
         A name of `FORMATS`; detected by extension and content if None.
     wedge_order

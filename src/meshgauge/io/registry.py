@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..files import sources
 from ..mesh import Mesh
-from .formats import openfoam
+from .formats import elmer, openfoam
 from .formats.abaqus.read import ABAQUS
 from .formats.ansys.read import ANSYS
 from .formats.cgns.read import CGNS
@@ -78,6 +78,7 @@ ALL: tuple[Format, ...] = (
     MDPA,
     *OTHERS,
     LSDYNA,
+    elmer.ELMER,
     *PLUSPLUS,
 )
 
@@ -218,30 +219,34 @@ def steps_here(chosen: Format, path: Path) -> tuple[Step, ...]:
 
 
 def read_folder(folder: Path, name: str | None, choice: StepChoice = None) -> Mesh:
-    """Read a folder: a case of OpenFOAM, or its polyMesh.
+    """Read a folder: a case of OpenFOAM, its polyMesh, or a mesh of Elmer.
 
     Raises
     ------
     ReadError
         If it is none.
     """
-    inside = _case(folder, name)
+    chosen, inside = _case(folder, name)
     try:
-        return read(openfoam.OPENFOAM, inside, choice=choice).replace(path=str(folder))
+        return read(chosen, inside, choice=choice).replace(path=str(folder))
     except ReadError as error:
         raise ReadError(str(error).replace(f"{inside}: ", f"{folder}: ")) from error
 
 
 def steps_of_folder(folder: Path, name: str | None) -> tuple[Step, ...]:
-    """The time steps of a case of OpenFOAM."""
-    return steps(openfoam.OPENFOAM, _case(folder, name))
+    """The time steps of a case of OpenFOAM; a mesh of Elmer has none."""
+    return steps(*_case(folder, name))
 
 
-def _case(folder: Path, name: str | None) -> Path:
-    inside = openfoam.inside(folder)
-    if inside is None or name not in (None, openfoam.OPENFOAM.name):
-        raise ReadError(f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it")
-    return inside
+def _case(folder: Path, name: str | None) -> tuple[Format, Path]:
+    """The format of a folder, and the path in it by which it is read."""
+    for chosen, inside in ((openfoam.OPENFOAM, openfoam.inside), (elmer.ELMER, elmer.inside)):
+        if name in (None, chosen.name) and (path := inside(folder)) is not None:
+            return chosen, path
+    raise ReadError(
+        f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it, "
+        "nor a mesh of Elmer with mesh.header"
+    )
 
 
 T = TypeVar("T")

@@ -24,6 +24,7 @@ KEYS: tuple[str, ...] = (
     "nastran:material",
     "nastran:ref",
     "su2:zone",
+    "elmer:body",
     "exodus:block",
     "kratos:property",
     "unv:property",
