@@ -104,6 +104,11 @@ TEXTS: dict[str, dict[str, str]] = {
         "mesh.nodes": "".join(f"{i} -1 {line}\n" for i, line in enumerate(_TETRA.splitlines(), 1)),
         "mesh.header": "4 1 1\n2\n303 1\n504 1\n",
     },
+    "frontistr": {
+        "a.msh": "!HEADER\n x\n!NODE\n" + _numbered(_TETRA).replace(" ", ", ")
+        + "!ELEMENT, TYPE=341, EGRP=E\n1, 1, 2,\n3, 4\n!EGROUP, EGRP=F, GENERATE\n1, 1, 1\n"
+        "!SECTION, TYPE=SOLID, EGRP=E, MATERIAL=M\n1.0\n!END\n"
+    },
     "unv": {
         "a.unv": "    -1\n  2411\n"
         + "".join(f"{i} 1 1 11\n{line}\n" for i, line in enumerate(_TETRA.replace("1", "1.0D+00").splitlines(), 1))
@@ -174,7 +179,7 @@ TEXTS: dict[str, dict[str, str]] = {
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
        "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
-       "lsdyna", "elmer",
+       "lsdyna", "elmer", "frontistr",
        "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 

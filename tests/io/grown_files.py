@@ -214,6 +214,14 @@ def elmer(n: int) -> dict[str, str]:
     }
 
 
+def frontistr(n: int) -> str:
+    groups = "".join(f"!EGROUP, EGRP=S{k}\n{k}\n" for k in range(1, n + 1))
+    return (
+        f"!HEADER\n x\n!NODE\n{rows(points(n), ', ', 1)}!ELEMENT, TYPE=341\n{rows(tetra(n), ', ', 1)}{groups}"
+        "!SECTION, TYPE=SOLID, EGRP=ALL, MATERIAL=M1\n!END\n"
+    )
+
+
 def exodus(folder: Path, n: int) -> Path:
     """A block and two fields for each cell."""
     import h5py
@@ -257,6 +265,7 @@ MAKERS: dict[str, Callable[[Path, int], Path]] = {
     "nastran": text("a.bdf", nastran),
     "exodus": exodus,
     "cgns": cgns,
+    "frontistr": text("a.msh", frontistr),
     "elmer": text("mesh.header", elmer),
     "su2": written("a.su2"),
     "abaqus": text("a.inp", abaqus),

@@ -25,7 +25,7 @@ _SHOWN = 40
 class Ragged:
     """Rows of numbers, one a line: row ``r`` is ``values[starts[r]:starts[r + 1]]``."""
 
-    values: NDArray[np.int64]
+    values: NDArray[Any]
     starts: NDArray[np.int64]
 
     @property
@@ -140,11 +140,11 @@ class Text:
         self.row += n
         return block if not n or block.endswith(b"\n") else block + b"\n"
 
-    def ragged(self, n: int, what: str) -> Ragged:
-        """The integers of the next ``n`` lines, as many a line as there are."""
+    def ragged(self, n: int, what: str, kind: type = np.int64) -> Ragged:
+        """The numbers of the next ``n`` lines, of one kind, as many a line as there are."""
         first = self.row
         block = self.lines(n, what)
-        return Ragged(self._values(block, np.int64, what, first), _row_starts(block))
+        return Ragged(self._values(block, kind, what, first), _row_starts(block))
 
     def reals(self, n: int, width: int, what: str) -> NDArray[np.float64]:
         """The first ``width`` numbers of each of the next ``n`` lines: ``(n, width)``."""
