@@ -109,6 +109,12 @@ TEXTS: dict[str, dict[str, str]] = {
         + "!ELEMENT, TYPE=341, EGRP=E\n1, 1, 2,\n3, 4\n!EGROUP, EGRP=F, GENERATE\n1, 1, 1\n"
         "!SECTION, TYPE=SOLID, EGRP=E, MATERIAL=M\n1.0\n!END\n"
     },
+    "femap": {
+        "a.neu": "   -1\n   100\n<NULL>\n8.2,\n   -1\n   -1\n   403\n" + "".join(
+            f"{i},0,0,1,46,0,0,0,0,0,0,{line.replace(' ', ',')},\n" for i, line in enumerate(_TETRA.splitlines(), 1))
+        + "   -1\n   -1\n   404\n1,1,1,25,6,1,0,0,\n1,2,3,0,4,0,0,0,0,0,\n" + "0," * 10 + "\n" + "0.,0.,0.,\n" * 3
+        + "0," * 16 + "\n   -1\n   -1\n   402\n1,1,0,25,1,0,\niron\n0,0,0,0,\n   -1\n"
+    },
     "unv": {
         "a.unv": "    -1\n  2411\n"
         + "".join(f"{i} 1 1 11\n{line}\n" for i, line in enumerate(_TETRA.replace("1", "1.0D+00").splitlines(), 1))
@@ -179,7 +185,7 @@ TEXTS: dict[str, dict[str, str]] = {
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
        "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
-       "lsdyna", "elmer", "frontistr",
+       "lsdyna", "elmer", "frontistr", "femap",
        "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 

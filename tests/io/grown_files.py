@@ -222,6 +222,19 @@ def frontistr(n: int) -> str:
     )
 
 
+def femap(n: int) -> str:
+    """A property for each cell."""
+    names = "".join(f"{k},1,0,25,1,0,\nproperty {k}\n0,0,0,0,\n" for k in range(1, n + 1))
+    nodes = "".join(f"{k},0,0,1,46,0,0,0,0,0,0,{x},{y},{z},\n" for k, (x, y, z) in enumerate(points(n), 1))
+    flags = "0.,0.,0.,\n" * 3 + "0," * 16 + "\n"
+    cells = "".join(
+        f"{k},1,{k},25,6,1,0,0,\n{a},{b},{c},0,{d},0,0,0,0,0,\n{'0,' * 10}\n{flags}"
+        for k, (a, b, c, d) in enumerate(tetra(n), 1)
+    )
+    blocks = ((100, "<NULL>\n8.2,\n"), (402, names), (403, nodes), (404, cells))
+    return "".join(f"   -1\n   {number}\n{body}   -1\n" for number, body in blocks)
+
+
 def exodus(folder: Path, n: int) -> Path:
     """A block and two fields for each cell."""
     import h5py
@@ -266,6 +279,7 @@ MAKERS: dict[str, Callable[[Path, int], Path]] = {
     "exodus": exodus,
     "cgns": cgns,
     "frontistr": text("a.msh", frontistr),
+    "femap": text("a.neu", femap),
     "elmer": text("mesh.header", elmer),
     "su2": written("a.su2"),
     "abaqus": text("a.inp", abaqus),

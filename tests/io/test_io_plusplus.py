@@ -20,7 +20,6 @@ TRIED = {
     "frd": ("frd", ".frd", ("tetra", "wedge", "hexahedron")),
     "comsol": ("mphtxt", ".mphtxt", LINEAR),
     "code_aster": ("code_aster", ".mail", LINEAR),
-    "femap": ("femap", ".neu", LINEAR),
     "patran": ("patran", ".pat", LINEAR),
     "libmesh": ("libmesh", ".xda", LINEAR),
     "radioss": ("radioss", ".rad", LINEAR),

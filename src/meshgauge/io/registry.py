@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..files import sources
 from ..mesh import Mesh
-from .formats import elmer, frontistr, openfoam
+from .formats import elmer, femap, frontistr, openfoam
 from .formats.abaqus.read import ABAQUS
 from .formats.ansys.read import ANSYS
 from .formats.cgns.read import CGNS
@@ -79,6 +79,7 @@ ALL: tuple[Format, ...] = (
     *OTHERS,
     LSDYNA,
     elmer.ELMER,
+    femap.FEMAP,
     frontistr.FRONTISTR,
     *PLUSPLUS,
 )

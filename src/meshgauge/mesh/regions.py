@@ -25,6 +25,7 @@ KEYS: tuple[str, ...] = (
     "nastran:ref",
     "su2:zone",
     "elmer:body",
+    "femap:property",
     "frontistr:material",
     "exodus:block",
     "kratos:property",

@@ -123,7 +123,6 @@ PLUSPLUS: tuple[Format, ...] = tuple(
         ("frd", "frd", "CalculiX results", (".frd",), _mark(rb"^\s*1C|^\s*2C|^ {4}1U")),
         ("comsol", "mphtxt", "COMSOL text", (".mphtxt",), anything),
         ("code_aster", "code_aster", "Code_Aster", (".mail",), anything),
-        ("femap", "femap", "FEMAP neutral", (".neu",), _mark(rb"\A\s*-1\s+100\s")),
         ("patran", "patran", "Patran neutral", (".pat",), _mark(rb"\A\s*2[56]\s")),
         ("libmesh", "libmesh", "libMesh", (".xda",), _mark(rb"libMesh")),
         ("radioss", "radioss", "RADIOSS", (".rad",), _mark(rb"^#RADIOSS|^/(NODE|BRICK|TETRA4|PART)\b")),
