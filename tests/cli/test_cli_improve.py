@@ -20,7 +20,7 @@ import pytest
 
 import meshgauge
 from meshgauge import Mesh, WriteError, repair
-from meshgauge.repair import undo as undo_data
+from meshgauge.files import undo as undo_data
 from meshgauge.repair.claims import Promise
 from meshgauge.repair.report import Claim
 from meshgauge.repair.run import Progress
@@ -46,6 +46,10 @@ def grid(n: int, noise: float) -> Mesh:
 
 def run(*arguments: object) -> subprocess.CompletedProcess[str]:
     return command_line.run("improve", *arguments)
+
+
+def undone(*arguments: object) -> subprocess.CompletedProcess[str]:
+    return command_line.run("undo", *arguments)
 
 
 @pytest.fixture(scope="module")
@@ -84,11 +88,9 @@ def test_the_page_holds_the_repair_report(repaired: tuple[Path, str]) -> None:
 
 def test_undone_to_the_last_bit(repaired: tuple[Path, str], tmp_path: Path) -> None:
     folder, _ = repaired
-    done = run(folder / "out.vtu", "-o", tmp_path / "back.vtu", "--restore", folder / "undo.npz")
+    done = undone(folder / "out.vtu", folder / "undo.npz", "-o", tmp_path / "back.vtu")
     assert done.returncode == 0, done.stderr
-    before, back = meshgauge.read(BRACKET), meshgauge.read(tmp_path / "back.vtu")
-    assert before.points.dtype == back.points.dtype
-    assert before.points.tobytes() == back.points.tobytes()
+    assert (tmp_path / "back.vtu").read_bytes() == BRACKET.read_bytes()
 
 
 @pytest.mark.parametrize("suffix", ["msh", "mesh", "vtk", "inp"])
@@ -99,20 +101,18 @@ def test_undone_through_formats_that_round(tmp_path: Path, suffix: str) -> None:
     better = tmp_path / f"out.{suffix}"
     assert run(tmp_path / "in.vtu", "-o", better, "--undo", tmp_path / "undo.npz").returncode == 0
     assert meshgauge.measure(meshgauge.read(better)).values.min() > 0.9
-    done = run(better, "-o", tmp_path / "back.vtu", "--restore", tmp_path / "undo.npz")
+    done = undone(better, tmp_path / "undo.npz", "-o", tmp_path / "back.vtu")
     assert done.returncode == 0, done.stderr
-    before, back = meshgauge.read(tmp_path / "in.vtu"), meshgauge.read(tmp_path / "back.vtu")
-    assert before.points.dtype == back.points.dtype == np.float32
-    assert before.points.tobytes() == back.points.tobytes()
+    assert (tmp_path / "back.vtu").read_bytes() == (tmp_path / "in.vtu").read_bytes()
 
 
 def test_undo_data_of_another_mesh_are_refused(repaired: tuple[Path, str], tangled: Path, tmp_path: Path) -> None:
-    done = run(tangled, "-o", tmp_path / "back.vtu", "--restore", repaired[0] / "undo.npz")
+    done = undone(tangled, repaired[0] / "undo.npz", "-o", tmp_path / "back.vtu")
     assert done.returncode == 2
-    assert "other cells" in done.stderr
-    done = run(tangled, "-o", tmp_path / "back.vtu", "--restore", BRACKET)
+    assert "undo data of another file" in done.stderr
+    done = undone(tangled, BRACKET, "-o", tmp_path / "back.vtu")
     assert done.returncode == 2
-    assert "undo data" in done.stderr
+    assert "not a file of undo data" in done.stderr
     assert not list(tmp_path.iterdir())
 
 
@@ -279,11 +279,11 @@ def test_what_breaks_a_claim_is_not_written(tangled: Path, tmp_path: Path, monke
 
 KILLED = """
 import os, sys
-import meshgauge.repair.undo as undo
+import meshgauge.files.undo as undo
 from meshgauge.cli.main import main
 real = undo.store
-def store(path, before, written):
-    real(path, before, written)
+def store(path, changes):
+    real(path, changes)
     os._exit(9)
 undo.store = store
 sys.exit(main(["improve", sys.argv[1], "--in-place", "--undo", sys.argv[2]]))
@@ -295,7 +295,7 @@ def test_undo_data_are_on_the_disk_before_the_mesh_changes(tangled: Path, tmp_pa
     shutil.copy(tangled, path)
     had = path.read_bytes()
 
-    def full(path: Path, before: Mesh, written: Mesh) -> int:
+    def full(path: Path, changes: object) -> None:
         raise WriteError("a full rack")
 
     with pytest.MonkeyPatch.context() as patch:
@@ -312,9 +312,24 @@ def test_undo_data_are_on_the_disk_before_the_mesh_changes(tangled: Path, tmp_pa
     done = run(path, "--in-place", "--undo", undo)
     assert done.returncode == 0, done.stderr
     assert path.read_bytes() != had
-    back = run(path, "--in-place", "--restore", undo)
+    back = undone(path, undo, "--in-place")
     assert back.returncode == 0, back.stderr
-    assert meshgauge.read(path).points.tobytes() == meshgauge.read(tangled).points.tobytes()
+    assert path.read_bytes() == had
+
+
+@pytest.mark.parametrize("number", ["", "-2"])
+def test_in_place_keeps_the_old_bytes_beside(tangled: Path, tmp_path: Path, number: str) -> None:
+    path, older = tmp_path / "mesh.vtu", tmp_path / "mesh.vtu.undo.npz"
+    shutil.copy(tangled, path)
+    if number:
+        older.write_bytes(b"of an older change")
+    had = path.read_bytes()
+    done = run(path, "--in-place")
+    assert done.returncode == 0, done.stderr
+    assert path.read_bytes() != had
+    assert undone(path, tmp_path / f"mesh.vtu.undo{number}.npz", "-o", tmp_path / "back.vtu").returncode == 0
+    assert (tmp_path / "back.vtu").read_bytes() == had
+    assert not number or older.read_bytes() == b"of an older change"
 
 
 def test_an_undo_file_that_cannot_be_written_is_known_before_the_work(tangled: Path, tmp_path: Path) -> None:

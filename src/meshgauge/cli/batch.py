@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 from ..errors import FailedFile, MeshgaugeError, ReadError, WriteError
 from ..io import Limits, read, steps, write
 from ..io import Step as TimeStep
+from ..io.patching import Patch, patch_of
 from ..io.plumbing.steps import StepChoice
 from ..mesh import Mesh
 from . import inputs, terminal
@@ -144,12 +145,22 @@ class Batch:
         mesh: Mesh,
         *,
         overwrite: bool = False,
-        before_replacing: Callable[[Mesh], object] | None = None,
+        before_replacing: Callable[[Path], object] | None = None,
     ) -> None:
         """Write a mesh, as `meshgauge.write`; what the format cannot hold is a note on standard error."""
         with self.progress(f"writing {target}"):
             for lost in write(target, mesh, overwrite=overwrite, before_replacing=before_replacing):
                 terminal.warn("note", f"{target}: {lost}")
+
+    def patch(self, mesh: Mesh, target: Path) -> Patch | None:
+        """How the file of a mesh is patched; None if the output is a conversion. Raises `ReadError`."""
+        return patch_of(
+            mesh,
+            target,
+            file_format=self.reading.file_format,
+            limits=self._limits,
+            step=_choice(self.reading.step),
+        )
 
     def each(self, paths: Iterable[str], work: Callable[[str], T]) -> Iterator[tuple[str, T]]:
         """Every path with the result of the work on it; those that fail are passed over, see `attempt`."""

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
-from typing import Annotated
 
 from ..errors import MeshgaugeError
 from . import inputs, options
 from .groups.improve import ConstraintOptions, Goal
-from .options import WRITING, option
 
 STILL_INVALID, REFUSED = 1, 3
 """Exit codes: some cell is still invalid, and what was reached broke a claim."""
@@ -26,10 +23,8 @@ def improve(
     in_place: options.InPlace = False,
     html: options.Html = None,
     as_json: options.Json = False,
-    undo: Annotated[Path | None, option("--undo", "FILE", "Keep the old places of points (.npz).", WRITING)] = None,
-    restore: Annotated[
-        Path | None, option("--restore", "FILE", "Put points back with such a file instead.", WRITING)
-    ] = None,
+    undo: options.Undo = None,
+    convert: options.Convert = False,
     quiet: options.Quiet = False,
     goal: Goal,
     constraints: ConstraintOptions,
@@ -40,10 +35,8 @@ def improve(
     reading: options.Reading,
 ) -> int:
     """Read, improve, check, write, print the report; returns the exit code."""
-    if restore is not None and (undo is not None or html is not None or as_json):
-        raise MeshgaugeError(f"{restore}: --restore puts points back; it goes with no --undo, --html or --json")
     written = inputs.mesh_target([mesh], output, in_place=in_place, what="better") or Path(mesh)
-    read = [mesh, *(str(path) for path in (constraints.surface, restore) if path is not None)]
+    read = [mesh, *([] if constraints.surface is None else [str(constraints.surface)])]
     inputs.check_targets(read, texts=[html], files=[output, undo])  # before an hour of work, not after
     if goal.topology and in_place and written.suffix.lower() not in WHOLE:
         raise MeshgaugeError(
@@ -59,8 +52,8 @@ def improve(
         from ..repair import text
         from ..repair.acceptance import n_unusable
         from ..repair.page import improve_page
-        from ..repair.undo import restore_mesh, store, store_mesh
         from .batch import Batch
+        from .changed import ChangedMesh
         from .terminal import Output, emit
 
         batch = Batch(
@@ -73,12 +66,18 @@ def improve(
         )
         batch.require_one_state(mesh)
         before = batch.read(mesh)
-        if restore is not None:
-            batch.write(written, restore_mesh(restore, before), overwrite=in_place)
-            if not quiet:
-                emit(f"{written}: points are where they were")
-            return batch.exit_code
+        changed = ChangedMesh.of(
+            batch,
+            before,
+            written,
+            in_place=in_place,
+            undo=undo,
+            convert=convert,
+            changes_cells=goal.topology,
+        )
         fixed, surface = constraints.on(before)
+        if changed.is_fixed is not None:
+            fixed = changed.is_fixed if fixed is None else fixed | changed.is_fixed
     with live.stoppable() as stop:
         with live.ProgressLine(shown=not quiet) as progress:
             result = repair.improve(
@@ -93,15 +92,11 @@ def improve(
                 should_stop=stop,
                 threads=threads,
                 keep_bricks=keep_bricks,
+                rounding=None if changed.patch is None else changed.patch.rounded,
             )
         is_refused = result.report.outcome == "refused"
         if not is_refused:
-            has_same_cells = result.report.reconnection is None
-            keep = None if undo is None else partial(store if has_same_cells else store_mesh, undo, before)
-            if not in_place or result.mesh is not before:
-                batch.write(written, result.mesh, overwrite=in_place, before_replacing=keep)
-            elif keep is not None:
-                keep(before)
+            changed.write(result.mesh)
         if html is not None:
             with batch.progress(f"drawing {html}"):
                 write_text(html, improve_page(result.report, result.before, result.after))

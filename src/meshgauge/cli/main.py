@@ -23,6 +23,7 @@ from .paraview import paraview_plugin
 from .plot import plot
 from .report import report
 from .terminal import COULD_NOT, DONE, TRACEBACK
+from .undo import undo
 from .view import view
 
 app = typer.Typer(
@@ -35,7 +36,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for function in (report, check, compare, doctor, improve, orient, plot, paraview_plugin, view, metrics):
+for function in (report, check, compare, doctor, improve, orient, undo, plot, paraview_plugin, view, metrics):
     command.add(app, function)
 
 

@@ -162,6 +162,20 @@ Threads = Annotated[
 
 OutputMesh = Annotated[Path | None, option("--output -o", "MESH", "Write the mesh here.", WRITING)]
 InPlace = Annotated[bool, option("--in-place", None, "Replace the input instead.", WRITING)]
+Undo = Annotated[
+    Path | None,
+    option(
+        "--undo",
+        "FILE",
+        "Keep the old bytes of what changes, for 'meshgauge undo' (.npz).",
+        WRITING,
+        default="with --in-place beside the file: NAME.undo.npz",
+    ),
+]
+Convert = Annotated[
+    bool,
+    option("--convert", None, "Write the mesh anew, also where its file could be patched.", WRITING),
+]
 Html = Annotated[
     Path | None, option("--html", "FILE", "Write a page with pictures: one file that opens offline.", WRITING)
 ]

@@ -12,25 +12,28 @@ def orient(
     *,
     output: options.OutputMesh = None,
     in_place: options.InPlace = False,
+    undo: options.Undo = None,
+    convert: options.Convert = False,
     quiet: options.Quiet = False,
     reading: options.Reading,
 ) -> int:
     """Read, renumber, write, say what was done; returns the exit code."""
     target = inputs.mesh_target([mesh], output, in_place=in_place, what="renumbered") or Path(mesh)
-    inputs.check_targets([mesh], files=[output])
+    inputs.check_targets([mesh], files=[output, undo])
 
     from .. import doctor
     from ..doctor.text import ChangesLine, ChangesText
     from .batch import Batch
+    from .changed import ChangedMesh
     from .terminal import Output
 
     batch = Batch(reading=reading, quiet=quiet)
     batch.require_one_state(mesh)
     before = batch.read(mesh)
+    changed = ChangedMesh.of(batch, before, target, in_place=in_place, undo=undo, convert=convert, changes_cells=True)
     with batch.progress(f"renumbering {mesh}"):
         after, changes = doctor.orient(before)
-    if not in_place or after is not before:
-        batch.write(target, after, overwrite=in_place)
+    changed.write(after)
     if quiet:
         Output().show(ChangesLine(mesh, changes), wrap=False)
     else:

@@ -96,7 +96,7 @@ Exit codes: 0 no cell is invalid now, 1 some still are (what is better is writte
             "meshgauge improve wing.vtu -o better.vtu --boundary slide     [dim]points move on the surface, too[/dim]",
             "meshgauge improve wing.vtu -o better.vtu --topology           [dim]tetrahedra are joined anew, too[/dim]",
             "meshgauge improve wing.vtu -o better.vtu --undo undo.npz --html page.html",
-            "meshgauge improve better.vtu -o wing.vtu --restore undo.npz   [dim]take it back, to the last bit[/dim]",
+            "meshgauge improve wing.inp -o better.inp                      [dim]the deck, its steps and comments; other coordinates[/dim]",
         ),
     ),
     "orient": Text(
@@ -106,6 +106,18 @@ Exit codes: 0 no cell is invalid now, 1 some still are (what is better is writte
 Such cells have valid shapes, but solvers and quality tools take them for inverted: half the tetrahedra that FEniCS writes, wedges in the other order, left-handed files. Which they are is known from the faces that cells share; cells that are really inverted are named and left. Points and data stay as they are.
 
 Exit codes: 0 done, 2 the file could not be read or written, 130 interrupted.""",
+    ),
+    "undo": Text(
+        "Bring the file back that improve or orient changed.",
+        """Bring the file back that [bold]meshgauge improve[/bold] or [bold]orient[/bold] changed, to its last byte.
+
+UNDO is what --undo kept, or NAME.undo.npz beside a file that was changed with --in-place. It holds digests of the file before and after: one that was changed since is refused.
+
+Exit codes: 0 done, 2 the file is not the one that was written, or could not be read or written, 130 interrupted.""",
+        (
+            "meshgauge undo wing.inp wing.inp.undo.npz --in-place",
+            "meshgauge undo better.vtu undo.npz -o wing.vtu",
+        ),
     ),
     "plot": Text(
         "Draw the quality of meshes: charts, the worst cells, a cut.",

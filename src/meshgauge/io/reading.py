@@ -10,6 +10,7 @@ from ..files import sources
 from ..mesh import Mesh
 from . import registry
 from .plumbing import files
+from .plumbing.format import Format
 from .plumbing.ghosts import note_ghosts
 from .plumbing.isolate import Limits
 from .plumbing.steps import Step, StepChoice, displace
@@ -80,6 +81,14 @@ def _read(given: Path, file_format: str | None, wedge_order: str, limits: Limits
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         mesh = registry.read(chosen, plain, limits, step)
         return normalise(mesh, wedge_order, has_both=chosen.has_both_wedge_orders)
+
+
+def format_of(path: Path, file_format: str | None = None) -> Format:
+    """The format of a file: by its name, else by the extension and the content. Raises `ReadError`."""
+    if file_format is not None:
+        return format_named(file_format)
+    with files.open_input(path, registry.detect) as (plain, head):
+        return registry.detect(plain, head)
 
 
 def steps(path: StrPath, *, file_format: str | None = None, limits: Limits | None = None) -> tuple[Step, ...]:

@@ -14,7 +14,7 @@ from ..errors import MeshgaugeError, ReadError, WriteError
 from ..files import sources
 from ..mesh import Mesh
 from .formats import elmer, femap, frontistr, openfoam
-from .formats.abaqus.read import ABAQUS
+from .formats.abaqus.format import ABAQUS
 from .formats.ansys.read import ANSYS
 from .formats.cgns.read import CGNS
 from .formats.collection import PVD, SERIES
@@ -45,6 +45,7 @@ from .formats.xdmf import XDMF
 from .plumbing import budget, files, isolate
 from .plumbing.format import Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
+from .plumbing.patch import Places
 from .plumbing.steps import Step, StepChoice, note, position
 
 ALL: tuple[Format, ...] = (
@@ -143,6 +144,15 @@ def n_bytes(mesh: Mesh) -> int:
     """Of the arrays of a mesh."""
     data = (*mesh.point_data.values(), *mesh.cell_data.values(), *mesh.field_data.values())
     return sum(values.nbytes for values in (mesh.points, mesh.types, mesh.offsets, mesh.connectivity, *data))
+
+
+def places(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> Places:
+    """Where the file holds the coordinates of points. Raises `ReadError`."""
+    with budget.of(path, *(limits or isolate.Limits()).given):
+        given = _call_reader(chosen, path, chosen.places)
+    if given is None:
+        raise ReadError(f"{path}: {chosen.title} is not patched")
+    return given
 
 
 def scan(chosen: Format, path: Path, take: Take) -> bool:

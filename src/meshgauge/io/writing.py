@@ -28,7 +28,7 @@ def write(
     *,
     file_format: str | None = None,
     overwrite: bool = False,
-    before_replacing: Callable[[Mesh], object] | None = None,
+    before_replacing: Callable[[Path], object] | None = None,
 ) -> tuple[str, ...]:
     """Write a mesh with its data.
 
@@ -47,7 +47,7 @@ def write(
         Allow to replace the file that the mesh was read from. Other files are replaced without asking, but those that
         belong to what was read (its pieces, what it includes) never.
     before_replacing
-        Called with the mesh as it reads back, before the file takes its place. If it raises, nothing is changed.
+        Called with the new file, which was read back, before it takes its place. If it raises, nothing is changed.
 
     Returns
     -------
@@ -69,7 +69,7 @@ def write(
     with replacing(target, overwrite=overwrite) as beside:
         try:
             lost = (*renamed, *chosen.write(beside, given))
-            back = _verify(chosen, beside, given, lost)
+            _verify(chosen, beside, given, lost)
         except WriteError as error:
             message = str(error).removeprefix(f"{beside}: ").replace(str(beside), str(target))
             raise WriteError(f"{target}: {message}") from error
@@ -81,11 +81,11 @@ def write(
             reason = " ".join(str(error).split()) or type(error).__name__
             raise WriteError(f"{target}: cannot be written as {chosen.title}: {reason}") from error
         if before_replacing is not None:
-            before_replacing(back)
+            before_replacing(beside)
     return lost
 
 
-def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> Mesh:
+def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> None:
     """Read back what was written, before it takes the place of anything.
 
     Raises
@@ -94,18 +94,17 @@ def _verify(chosen: Format, path: Path, mesh: Mesh, lost: Sequence[str]) -> Mesh
         If it cannot be read, is another mesh, or lacks data that are not among those that were lost.
     """
     if not mesh.n_cells:
-        return mesh
+        return
     try:
         if chosen.is_exact and registry.n_bytes(mesh) > _LARGE:
             comparison = verify.Comparison(mesh)
             if registry.scan(chosen, path, comparison.take):
                 comparison.finish(lost)
-                return mesh  # to the last bit
+                return  # to the last bit
         back = registry.read(chosen, path)
     except ReadError as error:
         raise WriteError(f"what was written cannot be read back: {error}") from error
     verify.check(mesh, back, is_exact=chosen.is_exact, lost=lost)
-    return back
 
 
 def _check_sources(target: Path, mesh: Mesh, *, overwrite: bool) -> None:

@@ -27,6 +27,7 @@ from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
 from .kept import unkept
 from .patch import NEAR, RINGS, Patch, patch_around, whole_patch
+from .problem import Ids, Points
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
 from .report import Claim, RepairReport
@@ -36,7 +37,7 @@ from .sizes import size_change as change_of_sizes
 from .sizes import size_limits
 from .target import scaled_surface
 from .volumes import volume_and_surface
-from .whole import MUCH, Options, Outcome, repair
+from .whole import MUCH, Options, Outcome, Rounding, repair
 
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
@@ -111,6 +112,7 @@ def improve(
     should_stop: Callable[[], bool] | None = None,
     threads: int | None = None,
     keep_bricks: bool = False,
+    rounding: Rounding | None = None,
 ) -> Improvement:
     """Move the points of a mesh so that no cell is inverted, the worst is as good as it can be, and the mean is high.
 
@@ -169,6 +171,9 @@ def improve(
         At most this many; None: one for each processor. It has no influence on the result.
     keep_bricks
         Take cells with repeated nodes as they are, see `meshgauge.measure`: they are degenerate, and stay so.
+    rounding
+        Makes of ids of points and their new coordinates ``(n, 3)`` those that a file will hold, such as
+        `meshgauge.io.patching.Patch.rounded`: what is accepted and checked is what they give.
 
     Returns
     -------
@@ -198,10 +203,13 @@ def improve(
         topology=topology,
         objective=objective,
         keep=(keep,) if isinstance(keep, str) else tuple(keep),
+        rounding=rounding,
     )
     _check(options, floor)
     held = fixed_mask(fixed, mesh.n_points)
     power = power_of(mesh)
+    if power and rounding is not None:
+        options = replace(options, rounding=_in_another_unit(rounding, power))
     if power and surface is not None:
         options = replace(options, surface=scaled_surface(surface, power))
     with numpy_up_to(FEW):
@@ -255,8 +263,9 @@ def _improve(
                 (patch.region_ids, patch.region_names),
             )
             constraints = replace(constraints, away=patch.pinned & ~patch.of_points(held))
+            own = replace(options, rounding=patch.rounding(options.rounding))
             outcome = repair(
-                patch.quality, constraints, options, team, start, progress, should_stop, is_brief=is_brief
+                patch.quality, constraints, own, team, start, progress, should_stop, is_brief=is_brief
             )  # fmt: skip
             return patch, constraints, outcome, faults
 
@@ -332,6 +341,15 @@ def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]
     return (f"More cells may be mended by {', '.join(hints[:-1])} or {hints[-1]}.",)
 
 
+def _in_another_unit(rounding: Rounding, power: int) -> Rounding:
+    """The same for coordinates that are multiplied by 2 to a power."""
+
+    def scaled_rounding(ids: Ids, points: Points) -> Points:
+        return np.ldexp(rounding(ids, np.ldexp(points, -power)), power)
+
+    return scaled_rounding
+
+
 def _check(options: Options, floor: float | None) -> None:
     if options.boundary not in BOUNDARIES:
         raise MeshError(f"boundary is {options.boundary!r}, expected one of {', '.join(BOUNDARIES)}")
@@ -349,6 +367,8 @@ def _check(options: Options, floor: float | None) -> None:
         raise MeshError(f"objective is {options.objective!r}, expected one of {', '.join(OBJECTIVES)}")
     if options.surface is not None and not options.slides:
         raise MeshError("a surface to slide on needs boundary='slide' (--boundary slide)")
+    if options.topology and options.rounding is not None:
+        raise MeshError("a rounding does not go with topology: it is that of the places of points in a file")
     if options.tolerance is None:
         return
     if not 0.0 < options.tolerance < 1.0:

@@ -15,6 +15,7 @@ from .kept import kept_regions
 from .problem import Ids
 from .remeasure import LARGE, cells_at, merged, nodes_of
 from .report import Claim
+from .whole import Rounding
 
 NEAR, RINGS = 1, 5
 """Cells around bad ones whose points may move, at first and at last; a patch has those around them, too, which stay."""
@@ -49,6 +50,13 @@ class Patch:
     def of_points(self, values: Mask) -> Mask:
         """``(n_points,)`` of the mesh for the points of the patch."""
         return values if self.points is None else values[self.points]
+
+    def rounding(self, whole: Rounding | None) -> Rounding | None:
+        """That of the mesh for ids of points of the patch."""
+        points = self.points
+        if whole is None or points is None:
+            return whole
+        return lambda ids, coordinates: whole(points[ids], coordinates)
 
     def cell(self, cell: int) -> int:
         """The cell of the mesh that one of the patch is."""

@@ -27,7 +27,7 @@ from .phases.untangle import smooth, untangle
 from .phases.untwist import untwist
 from .phases.worst import raise_worst
 from .polyhedral import corners
-from .problem import Points, problem
+from .problem import Ids, Points, problem
 from .run import Progress, Run, begin_run
 from .sizes import SizeLimits, size_limits
 
@@ -39,6 +39,10 @@ SLIDING_RINGS = 4
 
 MUCH = 0.2
 """Share of the cells from which on, if they are bad, there is no mending them one by one."""
+
+
+Rounding = Callable[[Ids, Points], Points]
+"""From ids of points and ``(n, 3)`` coordinates of theirs: those coordinates as a file will hold them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +63,7 @@ class Options:
     topology: bool
     objective: str
     keep: tuple[str, ...] = ()
+    rounding: Rounding | None = None
 
     @property
     def slides(self) -> bool:
@@ -170,11 +175,35 @@ def repair(
         if not options.everywhere:
             promise = replace(promise, constraints=_near_bad(outcome, constraints, options))
         _slide(outcome, promise, options)
+    if options.rounding is not None:
+        held = constraints if options.tolerance is None else replace(constraints, sizes=None)
+        _round(outcome, Promise(before, held, options.slides, options.surface is not None, options.strict), options)
     if outcome.quality is before and not outcome.broken:
         outcome.notes.append("No better mesh was found: the mesh is as it was.")
     reached = np.asarray(outcome.quality.mesh.points, np.float64)
     run.record("end", reached[whole.point_ids[run.points_of_moving]], now=True)
     return outcome
+
+
+def _round(outcome: Outcome, promise: Promise, options: Options) -> None:
+    """Let the points that moved stand as the file will hold them; what that costs a cell is put back where it was."""
+    before, reached = promise.before, outcome.quality
+    old, points = (np.asarray(one.mesh.points, np.float64) for one in (before, reached))
+    moved = np.flatnonzero((old != points).any(axis=1))
+    rounded = points.copy()
+    assert options.rounding is not None
+    rounded[moved] = options.rounding(moved, points[moved])
+    if np.array_equal(rounded, points, equal_nan=True):
+        return
+    after, n_back = accept(
+        before, rounded, strict=promise.strict, threads=options.threads, sizes=promise.constraints.sizes
+    )
+    outcome.quality = before
+    if is_better(after, before, None if options.everywhere else options.target) and outcome.take(after, promise):
+        outcome.notes.append("Coordinates are rounded to the digits that the file holds.")
+        if n_back:
+            was = number_of(n_back, "point was", "points were")
+            outcome.notes.append(f"{was} put back, since rounded to the digits of the file a cell would have paid.")
 
 
 def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> Constraints:

@@ -10,6 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ...mesh import Mesh
+from .patch import Places
 from .steps import Step
 
 Reader = Callable[[Path], Mesh]
@@ -35,6 +36,9 @@ Take = Callable[[str, str, Iterator[NDArray[Any]]], None]
 
 Scanner = Callable[[Path, Take], bool]
 """Hands over every array of a file, in pieces; False if the file is of a kind that it does not know."""
+
+PlacesFinder = Callable[[Path], Places]
+"""Scans a file again for where it holds the coordinates of points, in the order of the mesh or with their labels."""
 
 Sniffer = Callable[[bytes, Path], bool]
 """True if the first bytes of a file (up to `HEAD` of them) are of this format."""
@@ -78,6 +82,9 @@ class Format:
     scan
         Hands over what a file holds, so that a large one is compared without having it in memory; None if there is
         only reading it.
+    places
+        Where coordinates stand, so that a file comes back with others and nothing else touched; None where the format
+        is not patched.
     by_content
         False if the bytes tell this format only together with its extension.
     has_both_wedge_orders
@@ -93,6 +100,7 @@ class Format:
     foreign: Reader | None = None
     write: Writer | None = None
     scan: Scanner | None = None
+    places: PlacesFinder | None = None
     by_content: bool = True
     has_both_wedge_orders: bool = False
     forbidden: str = ""

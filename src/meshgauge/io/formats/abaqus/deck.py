@@ -36,6 +36,7 @@ class Deck:
 
     name: str = ""
     nodes: NodeTable = field(default_factory=NodeTable)
+    given: list[Keyword] = field(default_factory=list)  #: *NODE, and what generates nodes
     sections: list[Section] = field(default_factory=list)
     elsets: dict[str, list[Ints]] = field(default_factory=dict)
     nsets: dict[str, list[Ints]] = field(default_factory=dict)
@@ -75,6 +76,7 @@ class Deck:
 
 def take_nodes(keyword: Keyword, deck: Deck) -> None:
     """*NODE: rectangular, cylindrical or spherical coordinates."""
+    deck.given.append(keyword)
     system = keyword.option("SYSTEM", "R").upper()
     table = keyword.table(4, np.float64)
     if table is None:

@@ -21,6 +21,8 @@ def take(keyword: Keyword, deck: Deck) -> bool:
     generator = _GENERATORS.get(keyword.name)
     if generator is None:
         return False
+    if keyword.name.startswith("N"):
+        deck.given.append(keyword)
     generator(keyword, deck)
     return True
 

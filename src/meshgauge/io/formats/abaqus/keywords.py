@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ...plumbing import budget
 from ...plumbing.includes import Includes
+from ...plumbing.spans import in_place
 from ...plumbing.text import marks_per_line, numbers, words_per_line
 
 _COMMENT = re.compile(rb"^[ \t]*\*\*[^\n]*", re.MULTILINE)
@@ -41,6 +42,7 @@ class Lines:
     path: Path
     first: int
     data: bytes
+    start: int = 0  #: the byte of the file where they begin
 
     def __iter__(self) -> Iterator[tuple[Place, list[str]]]:
         """The fields of each line that is not blank."""
@@ -162,7 +164,7 @@ def _gather(path: Path, includes: Includes, cards: list[Keyword]) -> None:
         pairs = (option.partition("=") for option in options)
         place = Place(path, int(np.searchsorted(breaks, head.start())) + 1)
         keyword = Keyword(place, " ".join(name.upper().split()), {k.strip().upper(): v.strip() for k, _, v in pairs})
-        rest = Lines(path, int(np.searchsorted(breaks, at)) + 1, data[at:end])
+        rest = Lines(path, int(np.searchsorted(breaks, at)) + 1, data[at:end], at)
         if keyword.name == "INCLUDE":
             if not keyword.option("INPUT"):
                 raise keyword.fail("*INCLUDE without INPUT")
@@ -183,9 +185,8 @@ def _continue(cards: list[Keyword], lines: Lines) -> None:
 
 
 def _lines(path: Path) -> tuple[bytes, NDArray[np.int64]]:
-    """The bytes of a file without comments, whose lines keep their numbers, and where its lines end."""
+    """The bytes of a file, each in its place, comments blank; and where its lines end."""
     data = path.read_bytes()
     budget.draw("text", len(data), path.name)
-    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    data = _COMMENT.sub(b"", data)
+    data = _COMMENT.sub(lambda match: b" " * len(match[0]), in_place(data))
     return data, np.flatnonzero(np.frombuffer(data, np.uint8) == 10)

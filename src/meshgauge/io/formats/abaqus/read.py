@@ -5,7 +5,6 @@ Own, because no reader at hand knows pyramids (C3D5), instances, generated eleme
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,28 +18,21 @@ from ....mesh import CellBlock, Mesh
 from ....mesh.labels import LABEL
 from ...plumbing import budget, meshio
 from ...plumbing.build import Cells, Ints, gather
-from ...plumbing.format import Format
 from ...plumbing.ids import Index, pad_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.nodes import fill_middles
 from ...plumbing.notes import count_note, mark_interfaces
 from . import generate
-from . import write as abaqus_write
 from .deck import Deck, Reals, Section, take_elements, take_nodes, take_set
 from .keywords import Keyword, Place, keywords
 from .types import element_type
 
-_MARK = re.compile(rb"^\*(heading|node|element|part|include|\*)", re.IGNORECASE | re.MULTILINE)
 _SECTIONS = ("SOLID SECTION", "SHELL SECTION", "MEMBRANE SECTION", "COHESIVE SECTION", "GASKET SECTION")
 _REFUSED = ("NMAP",)
 """Keywords that move nodes in ways that are not followed."""
 
 MATERIAL = "abaqus:material"
 _EMPTY = (np.empty((0, 3)), np.empty(0, np.uint8), np.zeros(1, np.int64), np.empty(0, np.int64))
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    return _MARK.search(head) is not None
 
 
 @dataclass(slots=True)
@@ -61,6 +53,18 @@ class _Model:
     instances: list[_Instance] = field(default_factory=list)
     has_fluid_surfaces: bool = False
 
+    @property
+    def decks(self) -> list[tuple[Deck, Deck, _Instance | None]]:
+        """What the mesh is made of, in its order: a deck, that of the sets beside its own, and where it stands."""
+        outside = self.outside
+        decks: list[tuple[Deck, Deck, _Instance | None]] = []
+        if outside.sections or outside.nodes.labels or not (self.instances or self.parts):
+            decks.append((outside, outside, None))
+        decks += [(one.own if one.own.nodes.labels else one.part, one.own, one) for one in self.instances]
+        if not self.instances:
+            decks += [(part, part, None) for part in self.parts.values()]
+        return decks
+
     def deck_of(self, keyword: Keyword, here: Deck) -> Deck:
         """The deck that a set is of: that of an instance, if the set names one."""
         name = keyword.option("INSTANCE").upper()
@@ -74,21 +78,13 @@ def read(path: Path) -> Mesh:
     field data; each other element set is data of 0 and 1 by its name. Couplings, springs and user elements are no
     cells: a note counts them.
     """
-    model = _model(keywords(path))
-    outside = model.outside
-    whole = []
-    if outside.sections or outside.nodes.labels or not (model.instances or model.parts):
-        whole.append(_cells(outside, outside, path))
-    for one in model.instances:
-        part = one.own if one.own.nodes.labels else one.part
-        whole.append(_cells(part, one.own, path, one.name, one))
-    if not model.instances:
-        whole += [_cells(part, part, path, part.name) for part in model.parts.values()]
-    decks = [outside, *model.parts.values(), *(one.own for one in model.instances)]
+    model = model_of(keywords(path))
+    whole = [_cells(deck, extra, path, deck.name if one is None else one.name, one) for deck, extra, one in model.decks]
+    decks = [model.outside, *model.parts.values(), *(one.own for one in model.instances)]
     return _mesh(whole, decks, path)
 
 
-def _model(given: list[Keyword]) -> _Model:
+def model_of(given: list[Keyword]) -> _Model:
     """What the keywords say, one after another."""
     model = _Model(has_fluid_surfaces=any(keyword.name == "FLUID PROPERTY" for keyword in given))
     here, instance = model.outside, None
@@ -259,10 +255,3 @@ def _mesh(whole: list[_Cells], decks: list[Deck], path: Path) -> Mesh:
     notes += count_note("Nodes in faces are given of some elements only; those were read without", lesser)
     is_interface = np.concatenate([np.full(len(s.labels), s.is_interface) for one in whole for s in one.sections])
     return mark_interfaces(mesh.replace(blocks=tuple(blocks), notes=(*mesh.notes, *notes)), is_interface)
-
-
-def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
-    return abaqus_write.write(path, mesh, MATERIAL)
-
-
-ABAQUS = Format("abaqus", "Abaqus", (".inp",), sniff, read, write=write, by_content=False)

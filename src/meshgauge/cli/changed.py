@@ -1,0 +1,127 @@
+"""What becomes of a mesh that a command changed: its file is patched where that can be, else the mesh is converted."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshgaugeError, WriteError
+from ..files import undo
+from ..io.patching import Patch, format_if_same
+from ..io.registry import for_writing
+from ..look.style import number_of
+from ..mesh import Mesh
+from . import terminal
+from .batch import Batch
+
+
+@dataclass(frozen=True, eq=False)
+class ChangedMesh:
+    """Where a changed mesh goes.
+
+    Attributes
+    ----------
+    before
+        The mesh as it was read.
+    target
+        Where to.
+    patch
+        How the file is patched; None: the mesh is converted.
+    undo
+        Where the old bytes are kept; None: nowhere.
+    """
+
+    batch: Batch
+    before: Mesh
+    target: Path
+    in_place: bool
+    patch: Patch | None
+    undo: Path | None
+
+    @classmethod
+    def of(
+        cls,
+        batch: Batch,
+        before: Mesh,
+        target: Path,
+        *,
+        in_place: bool,
+        undo: Path | None,
+        convert: bool,
+        changes_cells: bool = False,
+    ) -> ChangedMesh:
+        """Find out how a mesh is to be written, and whether it can be, before the work.
+
+        Parameters
+        ----------
+        convert
+            Write the mesh anew, whatever the format.
+        changes_cells
+            True if cells change, which no format is patched with.
+
+        Raises
+        ------
+        MeshgaugeError
+            If it cannot.
+        """
+        source = Path(before.path or "")
+        patch = None if convert or changes_cells else batch.patch(before, target)
+        if patch is None:
+            same = None if convert else format_if_same(before, target, file_format=batch.reading.file_format)
+            if same is not None and same.write is None:
+                raise WriteError(
+                    f"{target}: {same.title} can be neither patched nor written; give -o OUT in a format that "
+                    "can, such as .vtu: a conversion, without what the file holds beside the mesh"
+                )
+            for_writing(target, None)
+            if same is not None and not same.is_exact:
+                why = "is not patched where cells change" if changes_cells else "is not patched"
+                note = f"{same.title} {why}: the mesh is written anew, without what the file holds beside it"
+                terminal.warn("note", f"{target}: {note}")
+            if undo is not None and source.is_dir():
+                raise MeshgaugeError(f"{undo}: no undo of a folder that is converted: keep the folder")
+        elif patch.is_fixed.any():
+            n = int(np.count_nonzero(patch.is_fixed))
+            if n == before.n_points:
+                raise WriteError(
+                    f"{source}: no point has a place of its own in a file that may change: points of instances, of "
+                    "other systems, and beside a new file those that it includes (write into another folder); "
+                    "--convert writes the mesh anew, without what the file holds beside it"
+                )
+            what = number_of(n, "point has", "points have")
+            terminal.warn("note", f"{source}: {what} no place in a file that may change, and will not move")
+        if in_place and undo is None:
+            undo = _beside(target)
+        return cls(batch, before, target, in_place, patch, undo)
+
+    @property
+    def is_fixed(self) -> NDArray[np.bool_] | None:
+        """``(n_points,)`` True for points that cannot move; None: all can."""
+        return None if self.patch is None or not self.patch.is_fixed.any() else self.patch.is_fixed
+
+    def write(self, mesh: Mesh) -> None:
+        """Write the changed mesh; in place nothing, if it is the one that was read."""
+        if self.in_place and mesh is self.before:
+            return
+        if self.patch is not None:
+            with self.batch.progress(f"patching {self.target}"):
+                self.patch.write(mesh, overwrite=self.in_place, undo_file=self.undo)
+        else:
+            keep = None if self.undo is None else self._keep
+            self.batch.write(self.target, mesh, overwrite=self.in_place, before_replacing=keep)
+        if self.in_place and not self.batch.quiet:
+            terminal.warn("note", f"meshgauge undo {self.target} {self.undo} --in-place brings the old file back")
+
+    def _keep(self, written: Path) -> None:
+        assert self.undo is not None
+        undo.store(self.undo, [undo.Change(Path(self.before.path or ""), written)])
+
+
+def _beside(target: Path) -> Path:
+    """NAME.undo.npz, or the first with a number that does not exist: an older one undoes an older change."""
+    names = itertools.chain([f"{target.name}.undo.npz"], (f"{target.name}.undo-{n}.npz" for n in itertools.count(2)))
+    return next(path for path in map(target.with_name, names) if not path.exists())

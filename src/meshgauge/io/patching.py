@@ -1,0 +1,218 @@
+"""Giving a file back with other coordinates and nothing else touched: formats that are patched, not written anew."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ReadError, WriteError
+from ..files import private, undo
+from ..files.output import replacing
+from ..mesh import Mesh
+from . import registry
+from .plumbing.format import Format
+from .plumbing.isolate import Limits
+from .plumbing.numerals import Ints, Reals
+from .plumbing.patch import Places, copy_with
+from .plumbing.steps import StepChoice
+from .reading import format_of
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """What can be patched of a file, and where the result goes.
+
+    Attributes
+    ----------
+    mesh
+        As it was read from the file.
+    target
+        Where to.
+    chosen
+        The format.
+    places
+        Of the points of the mesh.
+    limits, step
+        As the mesh was read.
+    """
+
+    mesh: Mesh
+    target: Path
+    chosen: Format
+    places: Places
+    limits: Limits
+    step: StepChoice = None
+
+    @property
+    def is_fixed(self) -> NDArray[np.bool_]:
+        """``(n_points,)`` True for points that have no place of their own in a file that may change."""
+        return ~self.places.has_place
+
+    def rounded(self, ids: Ints, points: Reals) -> Reals:
+        """``(n, 3)`` coordinates of some points as the file will hold them."""
+        return self.places.rounded(ids, points)
+
+    def write(self, mesh: Mesh, *, overwrite: bool = False, undo_file: Path | None = None) -> None:
+        """Copy the files with the points of another mesh in their places.
+
+        The copy is read back first: it takes its place only if the points are those of the mesh, to the last bit, and
+        the cells are what they were. Undo data are on the disk before.
+
+        Parameters
+        ----------
+        mesh
+            The mesh of the file with other points, as `rounded` gives them.
+        overwrite
+            Allow to replace the file itself.
+        undo_file
+            Keeps the old bytes, see `meshgauge.files.undo`.
+
+        Raises
+        ------
+        WriteError
+            If the target is a file that was read (but for what ``overwrite`` allows), points moved that have no
+            place, or the copy does not read back as it should.
+        """
+        source = Path(self.mesh.path or "")
+        if not overwrite and os.path.realpath(self.target) in {os.path.realpath(source), *self.mesh.sources}:
+            raise WriteError(f"{self.target}: is a file that the mesh was read from; it is not overwritten")
+        before, after = (np.asarray(one.points, np.float64) for one in (self.mesh, mesh))
+        is_moved = (before.view(np.int64) != after.view(np.int64)).any(axis=1)
+        if (is_moved & self.is_fixed).any():
+            n = int(np.count_nonzero(is_moved & self.is_fixed))
+            raise WriteError(f"{self.target}: {n:,} points that moved have no place of their own in {source}")
+        targets = _targets(source, self.target, self.mesh.sources)
+        changes = []
+        with contextlib.ExitStack() as stack:
+            staged: dict[Path, Path] = {}
+            for old, new in targets.items():
+                data = old.read_bytes()
+                hunks, texts = self.places.hunks(old, data, before, after)
+                if old != source and not texts and os.path.realpath(old) == os.path.realpath(new):
+                    continue
+                if old != source and new.exists() and os.path.realpath(old) != os.path.realpath(new):
+                    raise WriteError(f"{new}: exists; {self.target} would include it: write into another folder")
+                new.parent.mkdir(parents=True, exist_ok=True) if old != source else None
+                staged[old] = stack.enter_context(replacing(new, overwrite=overwrite))
+                with staged[old].open("wb") as file:
+                    copy_with(data, hunks, texts, file)
+                if texts or old == source:
+                    changes.append(undo.Change(old, staged[old], hunks, "" if old == source else _name(source, old)))
+            self._check(staged, mesh)
+            if undo_file is not None:
+                undo.store(undo_file, changes)
+
+    def _check(self, staged: dict[Path, Path], mesh: Mesh) -> None:
+        """Raise `WriteError` unless the files read back as the mesh with its points where they are now."""
+        source = Path(self.mesh.path or "")
+        with _as_one(source, self.mesh.sources, staged) as (path, roots):
+            limits = replace(self.limits, include_roots=(*self.limits.include_roots, *roots))
+            try:
+                back = registry.read(self.chosen, path, limits, self.step)
+            except ReadError as error:
+                raise WriteError(f"{self.target}: what was written cannot be read back: {error}") from error
+        same = all(np.array_equal(getattr(back, name), getattr(mesh, name)) for name in ("types", "offsets"))
+        expected = np.asarray(mesh.points).astype(back.points.dtype)
+        if not same or not np.array_equal(back.points, expected, equal_nan=True):
+            raise WriteError(f"{self.target}: what was written does not read back as it was to be; nothing is changed")
+
+
+def patch_of(
+    mesh: Mesh,
+    target: str | os.PathLike[str],
+    *,
+    file_format: str | None = None,
+    limits: Limits | None = None,
+    step: StepChoice = None,
+) -> Patch | None:
+    """How the file of a mesh is patched, if the output is of its format and the format is one that is patched.
+
+    Parameters
+    ----------
+    mesh
+        As `meshgauge.read` returned it.
+    target
+        The output.
+    file_format, limits, step
+        As the mesh was read.
+
+    Returns
+    -------
+    Patch or None
+        None: the output is a conversion.
+
+    Raises
+    ------
+    ReadError
+        If the coordinates cannot be found in the file; the message says why.
+    """
+    chosen = format_if_same(mesh, target, file_format=file_format)
+    if chosen is None or chosen.places is None:
+        return None
+    source = Path(mesh.path or "")
+    places = registry.places(chosen, source, limits).aligned(mesh)
+    locked = _locked(source, Path(target), mesh.sources)
+    piece_is_locked = np.array([os.path.realpath(path) in locked for path, _ in places.pieces] or [False])
+    places = places.without(piece_is_locked[places.piece])
+    return Patch(mesh, Path(target), chosen, places, limits or Limits(), step)
+
+
+def format_if_same(mesh: Mesh, target: str | os.PathLike[str], *, file_format: str | None = None) -> Format | None:
+    """The format of the file of a mesh if an output has it too, by its extension; None if it is a conversion."""
+    if mesh.path is None:
+        return None
+    source, target = Path(mesh.path), Path(target)
+    if source.suffix.lower() == ".gz" or source.is_dir():
+        return None
+    chosen = format_of(source, file_format)
+    return chosen if target.suffix.lower() in (source.suffix.lower(), *chosen.extensions) else None
+
+
+def _targets(source: Path, target: Path, sources: tuple[str, ...]) -> dict[Path, Path]:
+    """Where each file goes: what is included keeps its relative name in another folder."""
+    targets = {source: target}
+    own, folder = os.path.realpath(source), source.parent.resolve()
+    for path in sources:
+        if path != own and Path(path).is_relative_to(folder):
+            targets[Path(path)] = target.parent / Path(path).relative_to(folder)
+    return targets
+
+
+def _locked(source: Path, target: Path, sources: tuple[str, ...]) -> set[str]:
+    """Files that were read and must stay: outside of the folder, or beside a new file that includes them."""
+    own, folder = os.path.realpath(source), source.parent.resolve()
+    others = {path for path in sources if path != own}
+    if os.path.realpath(target.parent) == str(folder) and os.path.realpath(target) != own:
+        return others
+    return {path for path in others if not Path(path).is_relative_to(folder)}
+
+
+def _name(source: Path, path: Path) -> str:
+    return str(Path(os.path.realpath(path)).relative_to(source.parent.resolve()))
+
+
+@contextlib.contextmanager
+def _as_one(
+    source: Path, sources: tuple[str, ...], staged: dict[Path, Path]
+) -> Iterator[tuple[Path, tuple[Path, ...]]]:
+    """The main file with what it includes around it, as it will be; and the folders where all of that stands."""
+    own, folder = os.path.realpath(source), source.parent.resolve()
+    others = [Path(path) for path in sources if path != own]
+    if not others:
+        yield staged[source], ()
+        return
+    with private.folder() as one:
+        main = one / source.name
+        main.symlink_to(staged[source].resolve())
+        for path in others:
+            if path.is_relative_to(folder):
+                link = one / path.relative_to(folder)
+                link.parent.mkdir(parents=True, exist_ok=True)
+                link.symlink_to(staged.get(path, path).resolve())
+        yield main, (folder, *(path.parent.resolve() for path in staged.values()))

@@ -1,0 +1,158 @@
+"""Where the coordinates of each point stand in a file, and a copy of it with other numbers in their places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...files.undo import Hunks
+from ...mesh import Mesh
+from ...mesh.labels import labels_of
+from .numerals import Form, Ints, Reals
+
+_NONE, _NO_SPANS = np.empty(0, np.int64), np.empty((0, 3), np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Where the coordinates of points stand.
+
+    Attributes
+    ----------
+    pieces
+        The files, and how numbers are held in each: a file may be named more than once.
+    starts, ends
+        ``(n, 3)`` the bytes of each coordinate in its file, end excluded; -1 where it has no place.
+    piece
+        ``(n,)`` which of the pieces each point is in.
+    labels
+        ``(n,)`` the numbers that the file gives to the points; None if they are in the order of the mesh.
+    """
+
+    pieces: tuple[tuple[Path, Form], ...]
+    starts: Ints
+    ends: Ints
+    piece: Ints
+    labels: Ints | None = None
+
+    @classmethod
+    def of(cls, path: Path, form: Form, starts: Ints, ends: Ints, labels: Ints | None = None) -> Places:
+        """All points in one file and one form."""
+        return cls(((path, form),), starts, ends, np.zeros(len(starts), np.int64), labels)
+
+    @classmethod
+    def joined(cls, parts: Sequence[Places]) -> Places:
+        """One after another; labels only if all have some."""
+        sizes = [len(part.pieces) for part in parts]
+        shifts = np.cumsum([0, *sizes[:-1]]).tolist()
+        labels = [part.labels for part in parts if part.labels is not None]
+        return cls(
+            tuple(piece for part in parts for piece in part.pieces),
+            np.concatenate([_NO_SPANS, *(part.starts for part in parts)]),
+            np.concatenate([_NO_SPANS, *(part.ends for part in parts)]),
+            np.concatenate([_NONE, *(part.piece + shift for part, shift in zip(parts, shifts, strict=True))]),
+            np.concatenate([_NONE, *labels]) if len(labels) == len(parts) else None,
+        )
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Each file once."""
+        return tuple(dict.fromkeys(path for path, _ in self.pieces))
+
+    @property
+    def has_place(self) -> NDArray[np.bool_]:
+        """``(n,)`` True for points of which every coordinate has one."""
+        return np.asarray((self.starts >= 0).all(axis=1))
+
+    def aligned(self, mesh: Mesh) -> Places:
+        """The places of the points of a mesh that was read from the file, those only whose numbers are its coordinates.
+
+        What the file gives in another system, generates, or gives twice has no place.
+        """
+        n = mesh.n_points
+        rows = np.full(n, -1, np.int64)
+        if self.labels is None:
+            n_given = min(n, len(self.starts))
+            rows[:n_given] = np.arange(n_given)
+        else:
+            numbers = labels_of(mesh, "point")
+            numbers = np.full(n, -1, np.int64) if numbers is None else numbers
+            known, last = np.unique(self.labels[::-1], return_index=True)  # a point given again replaces the first
+            one, counts = np.unique(numbers, return_counts=True)
+            if len(known):
+                at = np.minimum(np.searchsorted(known, numbers), len(known) - 1)
+                is_one = (counts == 1)[np.searchsorted(one, numbers)]
+                rows = np.where((known[at] == numbers) & is_one, len(self.labels) - 1 - last[at], -1)
+        starts, ends = np.full((n, 3), -1, np.int64), np.full((n, 3), -1, np.int64)
+        piece = np.zeros(n, np.int64)
+        given = np.flatnonzero(rows >= 0)
+        starts[given], ends[given], piece[given] = (all_[rows[given]] for all_ in (self.starts, self.ends, self.piece))
+        places = replace(self, starts=starts, ends=ends, piece=piece, labels=None)
+        ids = np.flatnonzero(places.has_place)
+        points = np.asarray(mesh.points)
+        here = places._values(ids).astype(points.dtype)
+        return places.without(ids[(here != points[ids]).any(axis=1)])
+
+    def without(self, points: NDArray[Any]) -> Places:
+        """The same, but some points (ids or a mask) have no place."""
+        starts = self.starts.copy()
+        starts[points] = -1
+        return replace(self, starts=starts)
+
+    def _values(self, ids: Ints) -> Reals:
+        """``(n, 3)`` the numbers that stand in the files at the places of some points."""
+        values = np.full((len(ids), 3), np.nan)
+        for path in self.files:
+            data = path.read_bytes()
+            for number, (file, form) in enumerate(self.pieces):
+                own = np.flatnonzero(self.piece[ids] == number) if file == path else _NONE
+                if len(own):
+                    flat = form.values(data, self.starts[ids[own]].ravel(), self.ends[ids[own]].ravel())
+                    values[own] = flat.reshape(-1, 3)
+        return values
+
+    def rounded(self, ids: Ints, points: Reals) -> Reals:
+        """``(n, 3)`` coordinates of some points as the file will hold them."""
+        result = np.array(points, np.float64)
+        for number, (_, form) in enumerate(self.pieces):
+            own = np.flatnonzero(self.piece[ids] == number)
+            result[own] = form.rounded(result[own].ravel()).reshape(-1, 3)
+        return result
+
+    def hunks(self, path: Path, data: bytes, before: Reals, after: Reals) -> tuple[Hunks, list[bytes]]:
+        """Where one of the files changes if points move, in the order of its bytes, and what stands there then.
+
+        Only coordinates that change are written: the others keep their characters.
+        """
+        is_here = np.isin(self.piece, [number for number, (file, _) in enumerate(self.pieces) if file == path])
+        is_moved = is_here[:, None] & (before.view(np.int64) != after.view(np.int64))
+        starts, ends, new = self.starts[is_moved], self.ends[is_moved], after[is_moved]
+        piece = np.broadcast_to(self.piece[:, None], is_moved.shape)[is_moved]
+        order = np.argsort(starts, kind="stable")
+        starts, ends, new, piece = starts[order], ends[order], new[order], piece[order]
+        texts: list[bytes] = [b""] * len(starts)
+        for number in np.unique(piece).tolist():
+            own = np.flatnonzero(piece == number)
+            old = (data[a:b] for a, b in zip(starts[own].tolist(), ends[own].tolist(), strict=True))
+            for at, text in zip(own.tolist(), self.pieces[number][1].written(new[own], old), strict=True):
+                texts[at] = text
+        return Hunks.replacing(starts, ends, [len(text) for text in texts]), texts
+
+
+def copy_with(data: bytes, hunks: Hunks, texts: Sequence[bytes], file: BinaryIO) -> None:
+    """Write a file with other bytes in some places."""
+    file.writelines(_pieces(data, hunks, texts))
+
+
+def _pieces(data: bytes, hunks: Hunks, texts: Sequence[bytes]) -> Iterator[bytes]:
+    at = 0
+    for (start, end), text in zip(hunks.old.tolist(), texts, strict=True):
+        yield data[at:start]
+        yield text
+        at = end
+    yield data[at:]

@@ -1,0 +1,166 @@
+"""Files that are patched: the same bytes but for the coordinates of the points that moved."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+from patch_files import PATCHED, WORD, bricks
+
+import meshgauge
+from meshgauge import Mesh, ReadError, WriteError
+from meshgauge.files import undo
+from meshgauge.io.patching import Patch, patch_of
+from meshgauge.io.registry import FORMATS
+
+NAMES = pytest.mark.parametrize("name", PATCHED)
+
+
+def opened(name: str, folder: Path) -> tuple[Path, Mesh, Patch]:
+    """A file, its mesh, and how it is patched into ``out``."""
+    folder.joinpath("out").mkdir(exist_ok=True)
+    path = PATCHED[name][1](folder)
+    mesh = meshgauge.read(path)
+    patch = patch_of(mesh, folder / "out" / path.name)
+    assert patch is not None
+    return path, mesh, patch
+
+
+def shifted(mesh: Mesh, patch: Patch, every: int = 7) -> tuple[Mesh, np.ndarray]:
+    """The mesh with some points elsewhere, and which."""
+    ids = np.flatnonzero(~patch.is_fixed)[::every]
+    points = np.array(mesh.points, np.float64)
+    points[ids] += np.random.default_rng(1).uniform(-0.03, 0.03, (len(ids), 3))
+    points[ids] = patch.rounded(ids, points[ids])
+    return mesh.replace(points=points), ids
+
+
+def test_every_format_that_is_patched_is_here() -> None:
+    assert {kind for kind, _, _ in PATCHED.values()} == {f.name for f in FORMATS.values() if f.places is not None}
+
+
+@NAMES
+def test_nothing_moved_gives_the_same_bytes(name: str, tmp_path: Path) -> None:
+    path, mesh, patch = opened(name, tmp_path)
+    assert not patch.is_fixed.any()
+    patch.write(mesh)
+    assert patch.target.read_bytes() == path.read_bytes()
+
+
+@NAMES
+def test_only_coordinates_of_moved_points_change(name: str, tmp_path: Path) -> None:
+    path, mesh, patch = opened(name, tmp_path)
+    moved, ids = shifted(mesh, patch)
+    patch.write(moved, undo_file=tmp_path / "undo.npz")
+    back = meshgauge.read(patch.target)
+    assert np.asarray(back.points, np.float64).tobytes() == moved.points.tobytes()
+    assert np.array_equal(back.connectivity, mesh.connectivity)
+    old, new = path.read_bytes(), patch.target.read_bytes()
+    if PATCHED[name][2]:
+        words = [WORD.findall(data) for data in (old, new)]
+        assert len(words[0]) == len(words[1])
+        changed = [(a, b) for a, b in zip(*words, strict=True) if a != b]
+        assert len(changed) == 3 * len(ids)
+        assert [WORD.sub(b"", line) for line in old.split(b"\n")] == [WORD.sub(b"", line) for line in new.split(b"\n")]
+        values = [float(b.replace(b"D", b"e")) for _, b in changed]
+        assert sorted(values) == sorted(moved.points[ids].ravel().tolist())
+        assert all((b"D" in b) == (b"D" in a) for a, b in changed if b"E" in b or b"D" in b)
+    else:
+        assert len(old) == len(new)
+        assert sum(a != b for a, b in zip(old, new, strict=True)) <= 24 * len(ids)
+    assert undo.restored(tmp_path / "undo.npz", patch.target)[""] == old
+
+
+@NAMES
+def test_from_a_shell(name: str, tmp_path: Path) -> None:
+    import command_line
+
+    path, mesh, patch = opened(name, tmp_path)
+    done = command_line.run("improve", path, "-o", patch.target, "--target", "0.9", "--undo", tmp_path / "undo.npz")
+    assert done.returncode == 0, done.stderr
+    better = meshgauge.read(patch.target)
+    assert np.nanmin(meshgauge.measure(better).values) > np.nanmin(meshgauge.measure(mesh).values)
+    lines = [data.split(b"\n") for data in (path.read_bytes(), patch.target.read_bytes())]
+    if PATCHED[name][2]:
+        n_moved = np.count_nonzero((better.points != mesh.points).any(axis=1))
+        assert sum(a != b for a, b in zip(*lines, strict=True)) == n_moved > 0
+    done = command_line.run("undo", patch.target, tmp_path / "undo.npz", "--in-place")
+    assert done.returncode == 0, done.stderr
+    assert patch.target.read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("suffix", ["inp", "su2"])
+def test_a_third_party_reader_reads_the_new_coordinates(suffix: str, tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    meshgauge.write(tmp_path / f"a.{suffix}", bricks())
+    mesh = meshgauge.read(tmp_path / f"a.{suffix}")
+    patch = patch_of(mesh, tmp_path / "out" / f"b.{suffix}")
+    assert patch is not None
+    moved, _ = shifted(mesh, patch)
+    patch.write(moved)
+    assert np.array_equal(meshio.read(patch.target).points, moved.points)
+
+
+def test_what_has_no_place_does_not_move(tmp_path: Path) -> None:
+    _, mesh, patch = opened("abaqus", tmp_path)
+    text = (tmp_path / "deck.inp").read_text()
+    first = text.index("\n", text.index("NSET=all")) + 1
+    second = text.index("\n", first) + 1
+    (tmp_path / "deck.inp").write_text(text[:first] + "1, , , \n" + text[second:])
+    mesh = meshgauge.read(tmp_path / "deck.inp")
+    patch = patch_of(mesh, tmp_path / "out" / "deck.inp")
+    assert patch is not None
+    assert np.flatnonzero(patch.is_fixed).tolist() == [0]
+    points = np.array(mesh.points)
+    points[0] += 0.1
+    with pytest.raises(WriteError, match="1 points that moved have no place"):
+        patch.write(mesh.replace(points=points))
+
+
+def test_what_does_not_read_back_is_refused(tmp_path: Path) -> None:
+    _, mesh, patch = opened("abaqus", tmp_path)
+    points = np.array(mesh.points)
+    points[5, 0] += 1e-3 * np.pi  # not rounded: 18 digits do not fit into twenty characters with an exponent
+    points[5, 1] = -1.2345678901234567e-5
+    with pytest.raises(WriteError, match="does not read back"):
+        patch.write(mesh.replace(points=points))
+    assert not patch.target.exists()
+
+
+def test_generated_nodes_are_named(tmp_path: Path) -> None:
+    (tmp_path / "out").mkdir()
+    deck = "*NODE\n1,0.,0.,0.\n3,2.,0.,0.\n4,0.,1.,0.\n5,0.,0.,1.\n*NGEN\n1,3\n*ELEMENT,TYPE=C3D4\n1,1,2,4,5\n"
+    (tmp_path / "a.inp").write_text(deck)
+    with pytest.raises(ReadError, match=r"line 6: \*NGEN generates nodes.*--convert"):
+        patch_of(meshgauge.read(tmp_path / "a.inp"), tmp_path / "out" / "a.inp")
+
+
+def test_nodes_in_included_files(tmp_path: Path) -> None:
+    """Into another folder all go along; beside the deck they stay; in place they are patched where they are."""
+    text = PATCHED["abaqus"][1](tmp_path).read_bytes()
+    start, end = text.index(b"*NODE"), text.index(b"*Element")
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "nodes.inc").write_bytes(text[start:end])
+    deck = tmp_path / "deck.inp"
+    deck.write_bytes(text[:start] + b"*INCLUDE, INPUT=in/nodes.inc\r\n" + text[end:])
+    had = [path.read_bytes() for path in (deck, tmp_path / "in" / "nodes.inc")]
+    mesh = meshgauge.read(deck)
+    beside = patch_of(mesh, tmp_path / "better.inp")
+    assert beside is not None
+    assert beside.is_fixed.all()
+    (tmp_path / "there").mkdir()
+    elsewhere = patch_of(mesh, tmp_path / "there" / "better.inp")
+    assert elsewhere is not None
+    moved, _ = shifted(mesh, elsewhere)
+    elsewhere.write(moved)
+    assert meshgauge.read(tmp_path / "there" / "better.inp").points.tobytes() == moved.points.tobytes()
+    assert (tmp_path / "there" / "better.inp").read_bytes() == had[0]
+    assert [path.read_bytes() for path in (deck, tmp_path / "in" / "nodes.inc")] == had
+    here = patch_of(mesh, deck)
+    assert here is not None
+    here.write(moved, overwrite=True, undo_file=tmp_path / "undo.npz")
+    assert meshgauge.read(deck).points.tobytes() == moved.points.tobytes()
+    assert undo.bring_back(tmp_path / "undo.npz", deck, deck)
+    assert [path.read_bytes() for path in (deck, tmp_path / "in" / "nodes.inc")] == had
