@@ -19,7 +19,7 @@ FLOORS = (
     ("kernels",),
     ("mesh",),
     ("quality", "io"),
-    ("doctor", "plot"),
+    ("slices", "doctor", "plot"),
     ("report",),
     ("check", "compare", "repair", "view"),
     ("integrations", "cli"),

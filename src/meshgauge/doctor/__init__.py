@@ -1,6 +1,6 @@
 """The doctor: what is wrong with a mesh beside the shapes of its cells, and cells that are numbered in reverse."""
 
-from .diagnosis import LIMIT, Diagnosis, Finding, diagnosis
+from .diagnosis import LIMIT, Diagnosis, Finding, diagnosis, not_diagnosed
 from .hanging import Hanging, hanging
 from .misoriented import misoriented
 from .orient import Changes, orient
@@ -19,6 +19,7 @@ __all__ = [
     "diagnosis",
     "hanging",
     "misoriented",
+    "not_diagnosed",
     "orient",
     "orientation",
     "reversal",

@@ -163,8 +163,7 @@ def diagnosis(
     0.6 s and 170 bytes for each of a million hexahedra.
     """
     if limit is not None and mesh.n_cells > limit:
-        why = f"The mesh was not diagnosed: it has {mesh.n_cells:,} cells, more than {limit:,}."
-        return Diagnosis((), None, None, (), None, None, tolerance, (why,))
+        return not_diagnosed(mesh.n_cells, limit, tolerance=tolerance)
     quality = quality if quality is not None else measure(mesh, keep_bricks=keep_bricks)
     mesh = quality.mesh  # collapsed cells as what they stand for
     is_ghost = mesh.is_ghost
@@ -218,6 +217,12 @@ def diagnosis(
         skipped=() if IS_SOLID[mesh.types].any() else (_NO_SOLIDS,),
         checked=_checks(mesh),
     )
+
+
+def not_diagnosed(n_cells: int, limit: int, *, tolerance: float = points.TOLERANCE) -> Diagnosis:
+    """The diagnosis of a mesh that has more cells than are looked at."""
+    why = f"The mesh was not diagnosed: it has {n_cells:,} cells, more than {limit:,}."
+    return Diagnosis((), None, None, (), None, None, tolerance, (why,))
 
 
 _NO_SOLIDS = "The mesh has no solid cells: nothing was looked at but its points."

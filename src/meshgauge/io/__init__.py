@@ -11,7 +11,7 @@ from .plumbing.format import Format
 from .plumbing.isolate import Limits
 from .plumbing.steps import Step
 from .plumbing.wedge_order import WEDGE_ORDERS
-from .reading import read, read_steps, steps
+from .reading import pieces, read, read_steps, steps
 from .registry import FORMATS, format_named
 from .writing import write
 
@@ -24,6 +24,7 @@ __all__ = [
     "format_named",
     "from_meshio",
     "from_pyvista",
+    "pieces",
     "read",
     "read_steps",
     "steps",

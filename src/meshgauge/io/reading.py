@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from ..files import sources
@@ -13,6 +14,7 @@ from .plumbing import files
 from .plumbing.format import Format
 from .plumbing.ghosts import note_ghosts
 from .plumbing.isolate import Limits
+from .plumbing.pieces import Pieces, stamp
 from .plumbing.steps import Step, StepChoice, displace
 from .plumbing.wedge_order import check_order, normalise
 from .registry import format_named
@@ -89,6 +91,35 @@ def format_of(path: Path, file_format: str | None = None) -> Format:
         return format_named(file_format)
     with files.open_input(path, registry.detect) as (plain, head):
         return registry.detect(plain, head)
+
+
+def pieces(path: StrPath, *, file_format: str | None = None, step: StepChoice = None) -> Pieces | None:
+    """Where the arrays of a mesh stand in its files, so that it can be read slice by slice.
+
+    Parameters
+    ----------
+    path, file_format, step
+        As for `read`.
+
+    Returns
+    -------
+    Pieces or None
+        None if the mesh has to be read whole: of a format without, packed by gzip, a folder.
+
+    Raises
+    ------
+    ReadError
+        If the file is missing, of no known format or broken.
+    """
+    given = Path(path)
+    if os.path.isdir(given) or files.is_packed(given):
+        return None
+    with sources.record() as used, files.open_input(given) as (plain, head):
+        if plain != given:
+            return None
+        chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
+        listed = registry.pieces(chosen, plain, step)
+    return None if listed is None else replace(listed, stamps=tuple(stamp(file) for file in used))
 
 
 def steps(path: StrPath, *, file_format: str | None = None, limits: Limits | None = None) -> tuple[Step, ...]:

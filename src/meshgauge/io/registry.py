@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable
 from contextvars import ContextVar
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -46,6 +47,7 @@ from .plumbing import budget, files, isolate
 from .plumbing.format import Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.patch import Places
+from .plumbing.pieces import Pieces, ReadWhole, check_alike
 from .plumbing.steps import Step, StepChoice, note, position
 
 ALL: tuple[Format, ...] = (
@@ -138,6 +140,25 @@ def _own(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh | None:
     if mesh is not None:
         budget.draw("mesh", n_bytes(mesh), "the mesh")
     return mesh
+
+
+def pieces(chosen: Format, path: Path, choice: StepChoice = None) -> Pieces | None:
+    """Where the arrays of a file, or of one of its time steps, stand; None if it has to be read whole."""
+    lister = chosen.pieces
+    if lister is None:
+        return None
+    with budget.of(path), contextlib.suppress(ReadWhole):
+        states = (_call_reader(chosen, path, chosen.steps) or ()) if chosen.steps is not None else ()
+        at = position(states, choice, path)
+        listed = _call_reader(chosen, path, lambda path: lister(path, at))
+        if listed is not None:
+            check_alike(listed.pieces)
+            return replace(
+                listed,
+                notes=(*listed.notes, *note(states, at, choice)),
+                has_both_wedge_orders=chosen.has_both_wedge_orders,
+            )
+    return None
 
 
 def n_bytes(mesh: Mesh) -> int:
@@ -271,6 +292,8 @@ def _call_reader(chosen: Format, path: Path, reader: Callable[[Path], T] | None)
     try:
         with np.errstate(all="ignore"):  # of numbers that a broken file makes too large NumPy would warn
             return reader(path)
+    except ReadWhole:
+        raise
     except MeshgaugeError as error:
         raise ReadError(named_once(path, str(error))) from (error.__cause__ or error)
     except (Exception, SystemExit) as error:

@@ -101,10 +101,11 @@ def resolve(mesh: Mesh, is_doubtful: NDArray[np.bool_] | None = None) -> Mesh:
     for own, nodes in changed:
         origins[offsets[own][:, None] + np.arange(len(nodes))] = before[own][:, None] + np.array(nodes)
     ids = mesh.connectivity[origins]
-    return mesh.replace(types=types, offsets=offsets, connectivity=ids, notes=(*mesh.notes, _note(counts)))
+    return mesh.replace(types=types, offsets=offsets, connectivity=ids, notes=(*mesh.notes, note_on(counts)))
 
 
-def _note(counts: Counter[str]) -> str:
+def note_on(counts: Counter[str]) -> str:
+    """The note on cells with repeated nodes, by the type that they stand for."""
     n = counts.total()
     what = ", ".join(f"{k:,} {name}" for name, k in sorted(counts.items()))
     means = "is measured as what it stands for" if n == 1 else "are measured as what they stand for"

@@ -246,12 +246,7 @@ class Mesh:
         They are those that cell data `GHOST_TYPE` marks with bit 1 or 32, whatever the format.
         """
         marks = self.cell_data.get(GHOST_TYPE)
-        if marks is None or marks.ndim != 1 or marks.dtype.kind not in "iufb":
-            return None
-        if marks.dtype.kind == "f":  # where pieces without the array were filled with NaN
-            marks = np.nan_to_num(marks, posinf=0, neginf=0)
-        is_ghost = np.asarray(marks.astype(np.uint8, copy=False) & GHOST_BITS, np.bool_)
-        return is_ghost if is_ghost.any() else None
+        return None if marks is None else ghost_mask(marks)
 
     def __getitem__(self, cells: ArrayLike | slice) -> Mesh:
         """A mesh of some cells: a mask ``(n_cells,)``, ids (negative ones count from the end), one id, or a slice.
@@ -327,6 +322,16 @@ class Mesh:
         ]
         where = f" from {self.path}" if self.path else ""
         return notebook.block(f"Mesh{where}", notebook.table((), rows), *data, *self.notes)
+
+
+def ghost_mask(marks: NDArray[Any]) -> NDArray[np.bool_] | None:
+    """``(n,)`` True where `GHOST_TYPE` marks a ghost or a hidden cell; None if there are none."""
+    if marks.ndim != 1 or marks.dtype.kind not in "iufb":
+        return None
+    if marks.dtype.kind == "f":  # where pieces without the array were filled with NaN
+        marks = np.nan_to_num(marks, posinf=0, neginf=0)
+    is_ghost = np.asarray(marks.astype(np.uint8, copy=False) & GHOST_BITS, np.bool_)
+    return is_ghost if is_ghost.any() else None
 
 
 # The default of the parameter is left on the class, where ``mesh.copy`` would be True and no method.

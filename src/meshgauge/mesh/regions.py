@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES, IS_SOLID
 from ..look.style import printable
-from .mesh import Mesh
+from .mesh import CellBlock, Mesh
 
 KEYS: tuple[str, ...] = (
     "med:group",
@@ -118,68 +118,99 @@ _Partition = tuple[NDArray[np.int64], tuple[str, ...]]
 
 def _blocks(mesh: Mesh) -> _Partition | None:
     """Blocks; those of one name are one region."""
-    labels = [block.name or f"block {n}" for n, block in enumerate(mesh.blocks, 1)]
-    if len(mesh.blocks) < 2:
+    of_blocks = block_regions(mesh.blocks)
+    if of_blocks is None:
         return None
-    names = tuple(dict.fromkeys(labels))
     ids = np.zeros(mesh.n_cells, np.int64)
-    for label, block in zip(labels, mesh.blocks, strict=True):
-        ids[block.start : block.stop] = names.index(label)
-    return ids, names
+    for region, block in zip(of_blocks[0], mesh.blocks, strict=True):
+        ids[block.start : block.stop] = region
+    return ids, of_blocks[1]
+
+
+def block_regions(blocks: Sequence[CellBlock]) -> tuple[tuple[int, ...], tuple[str, ...]] | None:
+    """The region of each block, and their names; None if there are less than two blocks."""
+    if len(blocks) < 2:
+        return None
+    labels = [block.name or f"block {n}" for n, block in enumerate(blocks, 1)]
+    names = tuple(dict.fromkeys(labels))
+    return tuple(map(names.index, labels)), names
 
 
 def named_blocks(mesh: Mesh) -> _Partition | None:
     """Blocks if their names say more than a type of cells, a piece or the entity of a model."""
+    return _blocks(mesh) if have_names(mesh.blocks) else None
+
+
+def have_names(blocks: Sequence[CellBlock]) -> bool:
+    """Whether the names of blocks say more than a type of cells, a piece or the entity of a model."""
     # "polyhedron12": some formats add the number of nodes to the type.
     of_any_size = (row.name for row in CELL_TYPES.values() if row.n_nodes is None and row.dimension >= 2)
     dull = ("block ", "partition ", "piece ", "volume ", "surface ", "curve ", "point ", *of_any_size)
-    telling = [b for b in mesh.blocks if b.name and b.name not in BY_NAME and not b.name.startswith(dull)]
-    return _blocks(mesh) if len({b.name for b in telling}) > 1 else None
+    return len({b.name for b in blocks if b.name and b.name not in BY_NAME and not b.name.startswith(dull)}) > 1
+
+
+def place_of(name: str) -> int | None:
+    """How well the name of cell data says that they tell regions, 0 is best; None if it does not."""
+    return _PLACES.get(name.lower().replace("-", "_").replace(" ", "_"))
+
+
+_PLACES = {key: place for place, key in enumerate(KEYS)}
 
 
 def _from_data(mesh: Mesh) -> list[_Partition]:
-    order = {key: place for place, key in enumerate(KEYS)}
     partitions = []
     for name, values in mesh.cell_data.items():
-        place = order.get(name.lower().replace("-", "_").replace(" ", "_"))
+        place = place_of(name)
         if place is not None and (partition := _partition(mesh, name, values)) is not None:
             partitions.append((place, partition))
     return [partition for _, partition in sorted(partitions, key=lambda pair: pair[0])]
 
 
 def _partition(mesh: Mesh, name: str, values: NDArray[Any]) -> _Partition | None:
-    flat = values.reshape(len(values), -1)
-    if flat.shape[1] != 1 or not len(flat):
+    keys = distinct(values) if len(values) else None
+    if keys is None:
         return None
-    column = flat[:, 0]
+    return ids_of(values, keys), names_of(name, keys, mesh.field_data)
+
+
+def distinct(values: NDArray[Any]) -> NDArray[Any] | None:
+    """The values of cell data ``(n, ...)``, ascending, each once; None if they do not tell regions."""
+    flat = values.reshape(len(values), -1)
+    if len(flat) and flat.shape[1] != 1:
+        return None
+    column = flat[:, 0] if len(flat) else flat.reshape(-1)
     if column.dtype.kind == "f" and not (np.isfinite(column) & (column == np.trunc(column))).all():
         return None
     if column.dtype.kind not in "iubfU":
         return None
-    keys, ids = np.unique(column, return_inverse=True)
-    if len(keys) > MOST:
-        return None
-    known = _known_names(mesh, name)
+    keys = np.unique(column)
+    return keys if len(keys) <= MOST else None
+
+
+def ids_of(values: NDArray[Any], keys: NDArray[Any]) -> NDArray[np.int64]:
+    """The position of each value in the keys, which are all of them."""
+    return np.searchsorted(keys, values.reshape(-1)).astype(np.int64)
+
+
+def names_of(name: str, keys: NDArray[Any], field_data: Mapping[str, NDArray[Any]]) -> tuple[str, ...]:
+    """What the regions are called that these values of cell data tell."""
+    known = _known_names(field_data, name)
     label = name.split(":")[-1]
-    if column.dtype.kind == "U":
-        names = tuple(str(key) or "none" for key in keys)
-    else:
-        names = tuple(known.get(int(key), f"{label} {int(key)}") for key in keys)
-    return ids.reshape(-1).astype(np.int64), names
+    if keys.dtype.kind == "U":
+        return tuple(str(key) or "none" for key in keys)
+    return tuple(known.get(int(key), f"{label} {int(key)}") for key in keys)
 
 
-def _known_names(mesh: Mesh, name: str) -> dict[int, str]:
+def _known_names(field_data: Mapping[str, NDArray[Any]], name: str) -> dict[int, str]:
     """Names of numbers: Gmsh's physical groups of solids, and lists kept as field data ``<name>:names``, of the numbers
     in ``<name>:numbers``, or from 1 on."""
-    listed = mesh.field_data.get(f"{name}:names")
-    numbers = mesh.field_data.get(f"{name}:numbers")
+    listed = field_data.get(f"{name}:names")
+    numbers = field_data.get(f"{name}:numbers")
     if listed is not None and numbers is not None and numbers.shape == listed.shape and numbers.dtype.kind in "iu":
         return dict(zip(numbers.ravel().tolist(), map(str, listed.ravel().tolist()), strict=True))
     if listed is not None:
         return {0: f"no {name.split(':')[-1]}", **{n: str(v) for n, v in enumerate(listed.ravel().tolist(), 1)}}
     if name != "gmsh:physical":
         return {}
-    groups = [
-        (int(v[1]), int(v[0]), key) for key, v in mesh.field_data.items() if v.shape == (2,) and v.dtype.kind in "iu"
-    ]
+    groups = [(int(v[1]), int(v[0]), key) for key, v in field_data.items() if v.shape == (2,) and v.dtype.kind in "iu"]
     return {0: "no physical", **{tag: key for _, tag, key in sorted(groups)}}

@@ -22,9 +22,11 @@ def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n_of_type: int) -> Cel
     return Cells(row, mesh.points, nodes, path.is_compiled(n_of_type))
 
 
-def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, out: Values, threads: int | None) -> None:
-    """Put a metric's values of all cells of one type, for which it is defined, into ``out`` ``(mesh.n_cells,)``."""
-    n = connectivity.count(cells)
+def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, n: int, out: Values, threads: int | None) -> None:
+    """Put a metric's values of all cells of one type, for which it is defined, into ``out`` ``(mesh.n_cells,)``.
+
+    ``n``: so many decide whether kernels are taken, see `kernels.path`.
+    """
     if not one.in_slices:
         out[cells] = one.of_cells(mesh_cells(mesh, row, cells, n))
         return

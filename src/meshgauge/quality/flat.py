@@ -3,6 +3,7 @@ whole cell without volume."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -46,42 +47,79 @@ def mark_flat(mesh: Mesh, row: CellType, ids: NDArray[np.int64], values: NDArray
         codes[some[is_flat & ~(signs < 0).any(axis=1)]] = Status.DEGENERATE
 
 
-def describe(mesh: Mesh, cells: NDArray[np.int64]) -> str:
-    """How many of some degenerate cells have a collapsed edge, but a volume, and how many have no volume; a phrase in
-    parentheses, empty if there are neither."""
-    n_pinched = n_flat = 0
-    shortest = np.inf
-    part = mesh[cells]
-    for row, _, of_type in part.groups():
-        if row is not None and row.shape is not None:
-            ids = connectivity.pick(part, row, of_type, row.corners)
-            x = np.asarray(part.points[ids], np.float64)
-            has_volume = volumes(x, row.shape) > NO_VOLUME
-            a, b = np.array(row.shape.edges).T
-            is_pinched = (x[:, a] == x[:, b]).all(axis=2).any(axis=1)
-            lengths = np.linalg.norm(x[:, a] - x[:, b], axis=2)
-            shortest = float(lengths[lengths > 0].min(initial=shortest))
-            n_pinched += int((is_pinched & has_volume).sum())
-            n_flat += int((~has_volume).sum())
-    phrases = []
-    if n_pinched:
-        phrases.append(f"{n_pinched:,} with a collapsed edge and a positive volume")
-    if n_flat:
-        phrases.append(f"{n_flat:,} without volume")
-    step = _step(part)
-    if step > COARSE * shortest and np.isfinite(shortest):
-        phrases.append(
-            f"the file holds coordinates in single precision: steps of {step:.3g}, shortest edge {shortest:.3g}"
+@dataclass(frozen=True, slots=True)
+class Flatness:
+    """What is flat about some degenerate cells. Merges exactly.
+
+    Attributes
+    ----------
+    n_pinched, n_flat
+        Cells with a collapsed edge, but a volume, and cells without volume.
+    shortest
+        Edge that has a length; inf if none has.
+    largest
+        Coordinate, by its amount.
+    is_single
+        The file holds coordinates in single precision.
+    """
+
+    n_pinched: int
+    n_flat: int
+    shortest: float
+    largest: float
+    is_single: bool
+
+    @classmethod
+    def of(cls, mesh: Mesh, cells: NDArray[np.int64]) -> Flatness:
+        """That of some cells of a mesh."""
+        n_pinched = n_flat = 0
+        shortest = np.inf
+        part = mesh[cells]
+        for row, _, of_type in part.groups():
+            if row is not None and row.shape is not None:
+                ids = connectivity.pick(part, row, of_type, row.corners)
+                x = np.asarray(part.points[ids], np.float64)
+                has_volume = volumes(x, row.shape) > NO_VOLUME
+                a, b = np.array(row.shape.edges).T
+                is_pinched = (x[:, a] == x[:, b]).all(axis=2).any(axis=1)
+                lengths = np.linalg.norm(x[:, a] - x[:, b], axis=2)
+                shortest = float(lengths[lengths > 0].min(initial=shortest))
+                n_pinched += int((is_pinched & has_volume).sum())
+                n_flat += int((~has_volume).sum())
+        largest = float(np.nanmax(np.abs(part.points), initial=0.0))
+        return cls(n_pinched, n_flat, shortest, largest, mesh.stored == "single")
+
+    def merge(self, other: Flatness) -> Flatness:
+        """That of the cells of both."""
+        return Flatness(
+            self.n_pinched + other.n_pinched,
+            self.n_flat + other.n_flat,
+            min(self.shortest, other.shortest),
+            max(self.largest, other.largest),
+            self.is_single,
         )
-    return f" ({', '.join(phrases)})" if phrases else ""
 
+    @property
+    def text(self) -> str:
+        """A phrase in parentheses; empty if there is nothing to say."""
+        phrases = []
+        if self.n_pinched:
+            phrases.append(f"{self.n_pinched:,} with a collapsed edge and a positive volume")
+        if self.n_flat:
+            phrases.append(f"{self.n_flat:,} without volume")
+        if self._step > COARSE * self.shortest and np.isfinite(self.shortest):
+            phrases.append(
+                f"the file holds coordinates in single precision: steps of {self._step:.3g}, shortest edge "
+                f"{self.shortest:.3g}"
+            )
+        return f" ({', '.join(phrases)})" if phrases else ""
 
-def _step(mesh: Mesh) -> float:
-    """The distance of neighbouring numbers in single precision at the largest coordinate; 0 in double precision."""
-    largest = np.nanmax(np.abs(mesh.points), initial=0.0)
-    if mesh.stored != "single" or not largest < np.finfo(np.float32).max:
-        return 0.0
-    return float(np.spacing(np.float32(largest)))
+    @property
+    def _step(self) -> float:
+        """The distance of neighbouring numbers in single precision at the largest coordinate; 0 in double precision."""
+        if not self.is_single or not self.largest < np.finfo(np.float32).max:
+            return 0.0
+        return float(np.spacing(np.float32(self.largest)))
 
 
 def volumes(corners: NDArray[np.float64], shape: Shape) -> NDArray[np.float64]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from types import MappingProxyType
@@ -371,12 +371,54 @@ def measure(
     thread_count(threads)  # a wrong number is refused, also where there is nothing to measure
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
-    rows = {JENS: METRICS[JENS], **metric_rows(metrics)}
-    quality = _measure_all(mesh, rows, threads)
-    return quality if keep_bricks else with_collapsed(quality, lambda part: _measure_all(part, rows, threads))
+    return measure_part(mesh, {JENS: METRICS[JENS], **metric_rows(metrics)}, threads=threads, keep_bricks=keep_bricks)
 
 
-def _measure_all(mesh: Mesh, rows: Mapping[str, Metric], threads: int | None) -> Quality:
+CountOf = Callable[[CellType, int], int]
+"""So many cells of a type decide whether kernels are taken, see `kernels.path`; it is given how many there are."""
+
+
+def measure_part(
+    mesh: Mesh,
+    rows: Mapping[str, Metric],
+    *,
+    threads: int | None = None,
+    keep_bricks: bool = False,
+    count_of: CountOf | None = None,
+    n_cells: int | None = None,
+    beyond: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None = None,
+) -> Quality:
+    """Measure a mesh, or a part of one to the last bit as if it were measured with the whole.
+
+    Parameters
+    ----------
+    mesh
+        What is measured.
+    rows
+        J_ENS and other metrics, by name.
+    threads, keep_bricks
+        As for `measure`.
+    count_of, n_cells
+        Cells of a type, and of any, in the whole mesh; None: of this one.
+    beyond
+        What lies beyond faces of polyhedra in the whole mesh, see `measure_polyhedra`; None: `mesh.beyond` of this one.
+    """
+    count = count_of or (lambda row, n: n)
+    total = mesh.n_cells if n_cells is None else n_cells
+    quality = _measure_all(mesh, rows, threads, count, beyond)
+    if keep_bricks:
+        return quality
+    # How many are collapsed is not known before all are measured: that there are many cells is.
+    return with_collapsed(quality, lambda part: _measure_all(part, rows, threads, lambda row, n: total, None))
+
+
+def _measure_all(
+    mesh: Mesh,
+    rows: Mapping[str, Metric],
+    threads: int | None,
+    count_of: CountOf,
+    beyond_faces: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None,
+) -> Quality:
     """Every cell as it is."""
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
     others = [row for name, row in rows.items() if name != JENS]
@@ -393,7 +435,7 @@ def _measure_all(mesh: Mesh, rows: Mapping[str, Metric], threads: int | None) ->
                 cells,
                 threads=threads,
                 stored=mesh.stored,
-                beyond=partial(beyond, mesh),
+                beyond=beyond_faces or partial(beyond, mesh),
             )
             status[cells] = polyhedra.status
             given = PolyhedralCells(mesh.points, mesh.polyhedra, polyhedra)
@@ -401,10 +443,11 @@ def _measure_all(mesh: Mesh, rows: Mapping[str, Metric], threads: int | None) ->
                 if one.polyhedra is not None:
                     values[one.name][cells] = evaluate.of_polyhedra(one, given, threads)
         if row is not None and row.shape is not None:
-            _measure_jens(mesh, row, cells, values[JENS], status, threads)
+            n = count_of(row, connectivity.count(cells))
+            _measure_jens(mesh, row, cells, n, values[JENS], status, threads)
             for one in others:
                 if one.is_defined_for(row.shape.name):
-                    evaluate.of_cells(one, mesh, row, cells, values[one.name], threads)
+                    evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
     if mesh.purpose == "fv":
         mark_concave(mesh, status, polyhedra)
     interface = is_interface(mesh)
@@ -426,9 +469,8 @@ def _measure_all(mesh: Mesh, rows: Mapping[str, Metric], threads: int | None) ->
 
 
 def _measure_jens(
-    mesh: Mesh, row: CellType, cells: CellIds, values: Values, status: NDArray[np.uint8], threads: int | None
+    mesh: Mesh, row: CellType, cells: CellIds, n: int, values: Values, status: NDArray[np.uint8], threads: int | None
 ) -> None:
-    n = connectivity.count(cells)
     compiled = path.is_compiled(n)
     columns = driver.columns(row)
     driver.prepare(row, mesh.points, n)

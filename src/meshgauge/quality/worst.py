@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from numpy.typing import NDArray
 from ..look.records import brief
 from ..mesh import Mesh, connectivity
 from ..mesh.cast import frozen
+
+if TYPE_CHECKING:
+    from .flat import Flatness
 
 Values = NDArray[np.float64]
 
@@ -42,6 +46,7 @@ class StatusCells:
     location: tuple[float, float, float]  #: mean of the nodes of the first one; NaN if one of them is
     labels: tuple[int | None, ...] = ()  #: the file's own numbers of `cells`; empty if it numbers none
     spacing: float = 0.0  #: of the first one, see `WorstCell`
+    flatness: Flatness | None = None  #: of degenerate ones
 
     __repr__ = brief
 

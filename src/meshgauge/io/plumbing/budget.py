@@ -81,8 +81,8 @@ class Budget:
                 total += os.stat(file).st_size
         return total
 
-    def draw(self, what: str, n: int, name: str = "", fail: Fail | None = None) -> None:
-        """Take so much of one of `LIMITS`, before it is made.
+    def draw(self, what: str, n: int, name: str = "", fail: Fail | None = None, *, held: bool = True) -> None:
+        """Take so much of one of `LIMITS`, before it is made; not ``held``: it is never in memory as a whole.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Budget:
             If it is more than is left, or the time is up; it says for what (``name``), how much, and what is allowed.
         """
         self.drawn[what] += n
-        if n >= _LARGE and "bytes" in LIMITS[what].unit:
+        if held and n >= _LARGE and "bytes" in LIMITS[what].unit:
             left = free_memory()
             if left is not None and n > left:
                 raise (fail or self._fail)(
@@ -164,11 +164,11 @@ def _clock(budget: Budget) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, signal.SIG_DFL)
 
 
-def draw(what: str, n: int, name: str = "", fail: Fail | None = None) -> None:
+def draw(what: str, n: int, name: str = "", fail: Fail | None = None, *, held: bool = True) -> None:
     """Draw on the budget of the read that is under way, see `Budget.draw`; outside of one nothing is counted."""
     budget = _current.get()
     if budget is not None:
-        budget.draw(what, n, name, fail)
+        budget.draw(what, n, name, fail, held=held)
 
 
 def roots() -> tuple[Path, ...]:

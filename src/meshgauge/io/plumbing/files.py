@@ -62,6 +62,11 @@ def open_input(path: Path, detect: Callable[[Path, bytes], object] | None = None
             yield plain, _head(plain)
 
 
+def is_packed(path: Path) -> bool:
+    """Whether a file is packed by gzip."""
+    return _head(path).startswith(_GZIP)
+
+
 @contextlib.contextmanager
 def _named(plain: Path, path: Path) -> Iterator[None]:
     """Errors of the file that is read name the one that was asked for."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...mesh import Mesh
 from .patch import Places
+from .pieces import Pieces
 from .steps import Step
 
 Reader = Callable[[Path], Mesh]
@@ -39,6 +40,9 @@ Scanner = Callable[[Path, Take], bool]
 
 PlacesFinder = Callable[[Path], Places]
 """Scans a file again for where it holds the coordinates of points, in the order of the mesh or with their labels."""
+
+PieceLister = Callable[[Path, int], Pieces | None]
+"""Where the arrays of a time step stand in a file; None for a kind of file that has to be read whole."""
 
 Sniffer = Callable[[bytes, Path], bool]
 """True if the first bytes of a file (up to `HEAD` of them) are of this format."""
@@ -85,6 +89,9 @@ class Format:
     places
         Where coordinates stand, so that a file comes back with others and nothing else touched; None where the format
         is not patched.
+    pieces
+        Tells where the arrays stand, so that a large mesh is measured without having it in memory; None if there is
+        only reading it.
     by_content
         False if the bytes tell this format only together with its extension.
     has_both_wedge_orders
@@ -109,6 +116,7 @@ class Format:
     foreign_steps: StepLister | None = None
     read_step: OwnStepReader | None = None
     foreign_step: StepReader | None = None
+    pieces: PieceLister | None = None
 
     @property
     def is_readable(self) -> bool:

@@ -25,11 +25,17 @@ def with_labels(data: Mapping[str, NDArray[Any]], flagged: str | None = None) ->
     flagged
         The array that the file marks as global ids; one of `GLOBAL_IDS` else.
     """
+    name = label_source(data, flagged)
+    return dict(data) if name is None else {**data, LABEL: data[name].astype(np.int64, copy=False)}
+
+
+def label_source(data: Mapping[str, Any], flagged: str | None = None) -> str | None:
+    """The array, of anything with a shape and a dtype, that `with_labels` takes the numbers from."""
     for name in (flagged, *GLOBAL_IDS):
         values = data.get(name) if name is not None and LABEL not in data else None
-        if values is not None and values.ndim == 1 and values.dtype.kind in "iu":
-            return {**data, LABEL: values.astype(np.int64, copy=False)}
-    return dict(data)
+        if values is not None and len(values.shape) == 1 and values.dtype.kind in "iu":
+            return name
+    return None
 
 
 def drop_counts(mesh: Mesh, *, only_copies: bool = False) -> Mesh:

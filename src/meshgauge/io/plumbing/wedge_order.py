@@ -8,7 +8,7 @@ order, so that a negative wedge in it is an inverted one, and stays.
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,43 +75,99 @@ def normalise(mesh: Mesh, order: str, *, has_both: bool = True) -> Mesh:
     if len(wedges) == 0:
         return mesh
     if order == "vtk-legacy":
-        return _turn(mesh, wedges, "as asked (vtk-legacy)")
-    negative, positive = _signs(mesh, wedges)
-    below, above = _signs_of_others(mesh)
-    if below + above == 0:
-        return _alone(mesh, wedges, negative, positive)
-    if max(below, above) < UNANIMOUS * (below + above):
+        return apply(mesh, AS_ASKED)
+    signs = signs_of(mesh)
+    decision = decide(signs)
+    if decision is None:
         against, along = _against_neighbours(mesh, wedges)
-        if against + along:
-            if against == along:
-                return _undecided(mesh, "their neighbours over faces disagree")
-            return _turn(mesh, wedges, "because they run against their neighbours") if against > along else mesh
-    if below == above:
-        return _undecided(mesh, "as many of the other solid cells are negative as positive")
-    is_mirrored = below > above
-    opposite, same = (positive, negative) if is_mirrored else (negative, positive)
+        if against == along:
+            decision = _by_signs(signs) if along == 0 else Decision(doubt="their neighbours over faces disagree")
+        else:
+            decision = Decision(turn="because they run against their neighbours" if against > along else "")
+    return apply(mesh, decision)
+
+
+class Signs(NamedTuple):
+    """Wedges, and other solid cells of a sample, of negative and of positive volume. Add up over parts of a mesh."""
+
+    negative: int
+    positive: int
+    below: int
+    above: int
+
+
+class Decision(NamedTuple):
+    """What becomes of the wedges: turned, for a reason, or left, for one or none."""
+
+    turn: str = ""  #: why all are turned; empty: they are not
+    doubt: str = ""  #: why it could not be decided
+
+
+AS_ASKED = Decision(turn="as asked (vtk-legacy)")
+
+
+def signs_of(mesh: Mesh, *, step: int | None = None, first: int = 0) -> Signs:
+    """The signs of a mesh, or of a part of one.
+
+    Of the other solids of a whole each ``step``-th counts, see `sample_step`, from ``first`` on in this part.
+    """
+    wedges = np.flatnonzero(_IS_WEDGE[mesh.types])
+    return Signs(*_signs(mesh, wedges), *_signs_of_others(mesh, step, first))
+
+
+def sample_step(n_others: int) -> int:
+    """How many of so many solid cells other than wedges one stands for."""
+    return n_others // SAMPLE + 1
+
+
+def is_other(types: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """Solid cells other than wedges."""
+    return np.asarray(IS_SOLID[types] & ~_IS_WEDGE[types])
+
+
+def n_wedges(types: NDArray[np.uint8]) -> int:
+    """Number of wedges, of any order."""
+    return int(np.count_nonzero(_IS_WEDGE[types]))
+
+
+def decide(signs: Signs) -> Decision | None:
+    """What the signs say; None if the neighbours of the wedges are to be asked."""
+    below, above = signs.below, signs.above
+    if below + above == 0:
+        return _alone(signs)
+    return None if max(below, above) < UNANIMOUS * (below + above) else _by_signs(signs)
+
+
+def _by_signs(signs: Signs) -> Decision:
+    if signs.below == signs.above:
+        return Decision(doubt="as many of the other solid cells are negative as positive")
+    is_mirrored = signs.below > signs.above
+    opposite, same = (signs.positive, signs.negative) if is_mirrored else (signs.negative, signs.positive)
     if opposite > same:
-        signs = ("positive", "negative") if is_mirrored else ("negative", "positive")
-        return _turn(mesh, wedges, f"because most are {signs[0]} as read and the other solid cells {signs[1]}")
-    if opposite == same > 0:
-        return _undecided(mesh, "half of them have the sign of the other solid cells")
-    return mesh
+        names = ("positive", "negative") if is_mirrored else ("negative", "positive")
+        return Decision(turn=f"because most are {names[0]} as read and the other solid cells {names[1]}")
+    return Decision(doubt="half of them have the sign of the other solid cells" if opposite == same > 0 else "")
 
 
-def _alone(mesh: Mesh, wedges: Ids, negative: int, positive: int) -> Mesh:
+def _alone(signs: Signs) -> Decision:
     """Of a mesh without other solids: nothing but zero to compare with."""
-    if negative and not positive:
+    if signs.negative and not signs.positive:
         why = "because all are negative as read; with no other solid cells to compare, they may be inverted instead"
-        return _turn(mesh, wedges, f"{why} (--wedge-order gmsh)")
-    if negative:
-        return _undecided(mesh, f"{negative:,} are negative, {positive:,} positive, and there are no other solid cells")
-    return mesh
+        return Decision(turn=f"{why} (--wedge-order gmsh)")
+    if signs.negative:
+        counts = f"{signs.negative:,} are negative, {signs.positive:,} positive"
+        return Decision(doubt=f"{counts}, and there are no other solid cells")
+    return Decision()
 
 
-def _undecided(mesh: Mesh, why: str) -> Mesh:
-    return mesh.replace(
-        notes=(*mesh.notes, f"The order of the wedges could not be decided: {why}. They are left as they are.")
-    )
+def apply(mesh: Mesh, decision: Decision) -> Mesh:
+    """The mesh with its wedges as decided, and a note if they are turned or it could not be decided."""
+    if decision.turn:
+        return _turn(mesh, np.flatnonzero(_IS_WEDGE[mesh.types]), decision.turn)
+    if not decision.doubt:
+        return mesh
+    note = f"The order of the wedges could not be decided: {decision.doubt}. They are left as they are."
+    return mesh.replace(notes=(*mesh.notes, note))
 
 
 def check_order(order: str) -> None:
@@ -139,11 +195,11 @@ def _others(mesh: Mesh, ids: Ids) -> list[tuple[CellType, Ids]]:
     return [(row, ids[types == row.vtk_id]) for row in rows if row.shape is not None]
 
 
-def _signs_of_others(mesh: Mesh) -> tuple[int, int]:
+def _signs_of_others(mesh: Mesh, step: int | None, first: int) -> tuple[int, int]:
     """Number of other solids whose corners have a negative and a positive sum of determinants, of a sample."""
-    solids = np.flatnonzero(IS_SOLID[mesh.types] & ~_IS_WEDGE[mesh.types])
+    solids = np.flatnonzero(is_other(mesh.types))
     negative = positive = 0
-    for row, cells in _others(mesh, solids[:: len(solids) // SAMPLE + 1]):
+    for row, cells in _others(mesh, solids[first :: step or sample_step(len(solids))]):
         assert row.shape is not None
         a, i, j, k = np.array(row.shape.triples).T
         for start in range(0, len(cells), CHUNK):
@@ -167,7 +223,7 @@ def _against_neighbours(mesh: Mesh, wedges: Ids) -> tuple[int, int]:
     touched = np.zeros(mesh.n_points, bool)
     corners = mesh.connectivity[mesh.offsets[wedges][:, None] + np.arange(6)]
     touched[corners] = True
-    solids = np.flatnonzero(IS_SOLID[mesh.types] & ~_IS_WEDGE[mesh.types])
+    solids = np.flatnonzero(is_other(mesh.types))
     against = along = 0
     for size in (3, 4):
         mine = np.concatenate([corners[:, face] for face in WEDGE.faces if len(face) == size])
@@ -234,11 +290,15 @@ def _turn(mesh: Mesh, cells: Ids, why: str) -> Mesh:
             for start in range(0, len(first), CHUNK):
                 at = first[start : start + CHUNK, None]
                 connectivity[at + np.arange(n_nodes)] = mesh.connectivity[at + order]
-    was = "was" if len(cells) == 1 else "were"
-    note = f"{plural(len(cells), WEDGE.name)} {was} turned from VTK's documented order into ours, {why}."
+    note = turned(len(cells), why)
     if corners_only:
         note += f" Of {corners_only} curved ones only the corners were turned."
     return mesh.replace(connectivity=frozen(connectivity), notes=(*mesh.notes, note))
+
+
+def turned(n: int, why: str) -> str:
+    """The note on so many wedges that were turned."""
+    return f"{plural(n, WEDGE.name)} {'was' if n == 1 else 'were'} turned from VTK's documented order into ours, {why}."
 
 
 @cache

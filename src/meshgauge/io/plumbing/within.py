@@ -80,11 +80,12 @@ def check_hdf_file(path: Path) -> None:
         return
 
 
-def check_hdf(path: Path, file: Any, *, follows: bool = False) -> None:
+def check_hdf(path: Path, file: Any, *, follows: bool = False, held: bool = True) -> None:
     """Raise if an HDF5 file keeps data in others: external links, virtual data sets, external storage.
 
     With ``follows`` links and virtual data sets may name other files of its folder, which must keep all of theirs.
-    Nor may its arrays be more than such a file can hold, each counted as often as it can be reached.
+    Not ``held``: the arrays are never in memory as a whole. Nor may they be more than such a file can hold, each
+    counted as often as it can be reached.
     """
     import h5py
 
@@ -121,7 +122,7 @@ def check_hdf(path: Path, file: Any, *, follows: bool = False) -> None:
                     sizes[hash(item.id)] = 0
                     stack.append(item)
     check_present(path, sorted(others))  # HDF5 looks for a missing one elsewhere, or puts zeros in its place
-    budget.draw("unpacked", sum(ways[key] * sizes[key] for key in sizes), str(file.name))
+    budget.draw("unpacked", sum(ways[key] * sizes[key] for key in sizes), str(file.name), held=held)
     for name in sorted(others):
         with h5py.File(path.parent / name, "r") as opened:
-            check_hdf(path.parent / name, opened)
+            check_hdf(path.parent / name, opened, held=held)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import reduce
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -76,7 +78,8 @@ def _chunk(x: NDArray[np.float64], signs: NDArray[np.integer] | None) -> NDArray
     edges = np.moveaxis(_scale_to_unit(np.moveaxis(edges, -1, 0)), 0, -1)
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = edges[:3]
     volume = (ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)) / 6.0
-    cube = ((edges * edges).sum(axis=(0, 1)) / 6.0) ** 1.5
+    # One after another: `sum` adds the squares of a cell that is alone in another order.
+    cube = (reduce(np.add, (edges * edges).reshape(18, -1)) / 6.0) ** 1.5
     cube[cube == 0.0] = 1.0
     values: NDArray[np.float64] = np.clip(12.0 / np.sqrt(2.0) * volume / cube, -1.0, 1.0)
     if signs is not None:

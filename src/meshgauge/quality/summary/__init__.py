@@ -6,7 +6,7 @@ they are, and more are counted in fixed fine bins, a choice that depends on noth
 """
 
 from .ranking import CRITERIA, ROUNDING, Criterion, KeyFigures, Ranking, rankings
-from .record import Summary, summarise
+from .record import Summary, summarise, summarise_nothing
 from .scale import Scale
 from .tally import EXACT, QUANTILES, UNDEFINED, Tally
 
@@ -24,4 +24,5 @@ __all__ = [
     "Tally",
     "rankings",
     "summarise",
+    "summarise_nothing",
 ]

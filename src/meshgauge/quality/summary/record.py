@@ -215,6 +215,11 @@ def summarise(
     return Summary(Scale.of(row), _merge_tallies(run(partial, range(0, len(values), chunk), threads)), purpose)
 
 
+def summarise_nothing(like: Summary) -> Summary:
+    """The summary of no cells, by the metric and for the purpose of another one."""
+    return Summary(like.scale, {}, like.purpose)
+
+
 def _merge_tallies(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
     merged: dict[int, Tally] = {}
     for part in parts:

@@ -6,23 +6,25 @@ beside: external links and virtual data sets are followed to files of the folder
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....errors import MeshgaugeError, ReadError
 from ....mesh import Mesh
+from ....mesh.labels import LABEL
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import vtk, within
 from ...plumbing.format import Format, Take
-from ...plumbing.ids import drop_counts, with_labels
+from ...plumbing.ids import drop_counts, label_source, with_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.messages import is_out_of_memory
+from ...plumbing.pieces import Piece, Pieces, ReadWhole, Rows, hdf_rows
 from ...plumbing.steps import Step, number_steps
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -76,13 +78,13 @@ _PLACES = ("PartOffsets", "NumberOfParts", "PointOffsets", "CellOffsets", "Conne
 
 
 @contextmanager
-def _open(path: Path) -> Iterator[Any]:
-    """The root group of a file; whatever is wrong with it as a `ReadError`."""
+def _open(path: Path, *, held: bool = True) -> Iterator[Any]:
+    """The root group of a file; whatever is wrong with it as a `ReadError`. Not ``held``: it is not read as a whole."""
     import h5py
 
     try:
         with h5py.File(path, "r") as file:
-            within.check_hdf(path, file, follows=True)
+            within.check_hdf(path, file, follows=True, held=held)
             yield file["VTKHDF"]
     except MeshgaugeError:
         raise
@@ -184,8 +186,19 @@ def _start(group: Any, at: int) -> _Start:
     )
 
 
-def _parts(name: str, group: Any, at: int) -> list[Part]:
-    """The partitions of one grid at a time step."""
+def _rows(dataset: Any, start: int, n: int) -> NDArray[Any]:
+    if start < 0 or n < 0 or start + n > len(dataset):
+        raise ReadError(f"{dataset.name} has {len(dataset)} rows, but rows {start} to {start + n} are stated")
+    if dataset.dtype.hasobject or n == 0:
+        return np.asarray(dataset[start : start + n])
+    # Three times as fast as slicing where the dataset is in small chunks, as VTK writes it.
+    rows = np.empty((n, *dataset.shape[1:]), dataset.dtype)
+    dataset.read_direct(rows, np.s_[start : start + n])
+    return rows
+
+
+def _parts(name: str, group: Any, at: int, rows: Callable[[Any, int, int], Any] = _rows) -> list[Part]:
+    """The partitions of one grid at a time step, whose arrays are what ``rows`` makes of rows of a data set."""
     step = _start(group, at)
     chosen = slice(step.part, None if step.n_parts is None else step.part + step.n_parts)
     n_points, n_cells, n_ids = (group[key][chosen].astype(np.int64) for key in _SIZES)
@@ -199,13 +212,13 @@ def _parts(name: str, group: Any, at: int) -> list[Part]:
         parts.append(
             Part(
                 name=name if len(n_points) == 1 else f"{name or 'partition'} {index}".strip(),
-                points=_rows(group["Points"], place.point, points),
-                types=_rows(group["Types"], place.cell, cells),
-                offsets=_rows(group["Offsets"], place.cell + place.part, cells + 1) if cells else np.zeros(1, np.int64),
-                connectivity=_rows(group["Connectivity"], place.connectivity, ids),
-                polyhedra=_polyhedra(group, place, cells, step.part + index) if has_polyhedra else None,
-                point_data=_data(group, "PointData", step, place.point - step.point, step.point, points),
-                cell_data=_data(group, "CellData", step, place.cell - step.cell, step.cell, cells),
+                points=rows(group["Points"], place.point, points),
+                types=rows(group["Types"], place.cell, cells),
+                offsets=rows(group["Offsets"], place.cell + place.part, cells + 1) if cells else np.zeros(1, np.int64),
+                connectivity=rows(group["Connectivity"], place.connectivity, ids),
+                polyhedra=_polyhedra(group, place, cells, step.part + index, rows) if has_polyhedra else None,
+                point_data=_data(group, "PointData", step, place.point - step.point, step.point, points, rows),
+                cell_data=_data(group, "CellData", step, place.cell - step.cell, step.cell, cells, rows),
             )
         )
         place.point, place.cell, place.connectivity, place.part = (
@@ -227,18 +240,7 @@ class _Cursor:
     part: int
 
 
-def _rows(dataset: Any, start: int, n: int) -> NDArray[Any]:
-    if start < 0 or n < 0 or start + n > len(dataset):
-        raise ReadError(f"{dataset.name} has {len(dataset)} rows, but rows {start} to {start + n} are stated")
-    if dataset.dtype.hasobject or n == 0:
-        return np.asarray(dataset[start : start + n])
-    # Three times as fast as slicing where the dataset is in small chunks, as VTK writes it.
-    rows = np.empty((n, *dataset.shape[1:]), dataset.dtype)
-    dataset.read_direct(rows, np.s_[start : start + n])
-    return rows
-
-
-def _polyhedra(group: Any, at: _Cursor, n_cells: int, part: int) -> Polyhedra:
+def _polyhedra(group: Any, at: _Cursor, n_cells: int, part: int, rows: Callable[[Any, int, int], Any]) -> Polyhedra:
     def before(key: str) -> tuple[int, int]:
         counts = group[key][: part + 1]
         return int(counts[:-1].sum()), int(counts[-1])
@@ -246,22 +248,26 @@ def _polyhedra(group: Any, at: _Cursor, n_cells: int, part: int) -> Polyhedra:
     (face, n_faces), (item, n_items) = before("NumberOfFaces"), before("NumberOfFaceConnectivityIds")
     to_face, n_to_face = before("NumberOfPolyhedronToFaceIds")
     return Polyhedra(
-        cell_offsets=_rows(group["PolyhedronOffsets"], at.cell + at.part, n_cells + 1),
-        cell_faces=_rows(group["PolyhedronToFaces"], to_face, n_to_face),
-        face_offsets=_rows(group["FaceOffsets"], face + part, n_faces + 1),
-        face_points=_rows(group["FaceConnectivity"], item, n_items),
+        cell_offsets=rows(group["PolyhedronOffsets"], at.cell + at.part, n_cells + 1),
+        cell_faces=rows(group["PolyhedronToFaces"], to_face, n_to_face),
+        face_offsets=rows(group["FaceOffsets"], face + part, n_faces + 1),
+        face_points=rows(group["FaceConnectivity"], item, n_items),
     )
 
 
-def _data(group: Any, kind: str, step: _Start, start: int, base: int, n: int) -> dict[str, NDArray[Any]]:
+def _data(
+    group: Any, kind: str, step: _Start, start: int, base: int, n: int, rows: Callable[[Any, int, int], Any]
+) -> dict[str, Any]:
     if kind not in group:
         return {}
     own = step.data.get(kind, {})
-    arrays = {
-        name: _text(_rows(values, own.get(name, base) + start, n), values) for name, values in group[kind].items()
-    }
+    arrays = {name: rows(values, own.get(name, base) + start, n) for name, values in group[kind].items()}
     flagged = group[kind].attrs.get("GlobalIds")
-    return with_labels(arrays, flagged.decode() if isinstance(flagged, bytes) else flagged)
+    flagged = flagged.decode() if isinstance(flagged, bytes) else flagged
+    if rows is not _rows:
+        source = label_source(arrays, flagged)
+        return arrays if source is None else {**arrays, LABEL: arrays[source]}
+    return with_labels({name: _text(array, group[kind][name]) for name, array in arrays.items()}, flagged)
 
 
 def _field_data(group: Any) -> dict[str, NDArray[Any]]:
@@ -314,6 +320,39 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
             for key, values in data.items():
                 _write_array(group, key, values, lost)
     return tuple(lost)
+
+
+def pieces(path: Path, at: int) -> Pieces | None:
+    """The partitions of every unstructured grid of the file; None if there is another."""
+    with _open(path, held=False) as root:
+        kind = _kind(root)
+        grids = [("", root)] if kind == "UnstructuredGrid" else list(_grids(root)) if kind in _COMPOSITE else []
+        if not grids or any(_kind(group) != "UnstructuredGrid" for _, group in grids):
+            return None
+        own = tuple(_piece(part) for name, group in grids for part in _parts(name, group, at, hdf_rows))
+        filled = tuple(piece for piece in own if piece.n_cells or piece.n_points)
+        return Pieces(str(path), filled, _field_data(root)) if filled else None
+
+
+def _piece(part: Part) -> Piece:
+    """A part of which the arrays are rows."""
+    rows: list[Any] = [part.points, part.types, part.offsets, part.connectivity]
+    if isinstance(part.offsets, np.ndarray):  # of a partition without cells
+        rows[2] = part.connectivity
+    if rows[0].shape[1:] != (3,) or rows[0].dtype.kind != "f" or rows[1].dtype != np.uint8:
+        raise ReadWhole("points or types of another kind")
+    poly = part.polyhedra
+    points, types, offsets, connectivity = rows
+    return Piece(
+        part.name,
+        points,
+        types,
+        offsets,
+        connectivity,
+        {name: cast(Rows, getattr(poly, name)) for name in _OF_POLYHEDRA} if poly is not None else None,
+        cast(Mapping[str, Rows], part.cell_data),
+        cast(Mapping[str, Rows], part.point_data),
+    )
 
 
 _ROWS = 1 << 16
@@ -370,5 +409,5 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
 
 VTKHDF = Format(
     "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
-    scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk,
+    scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk, pieces=pieces,
 )  # fmt: skip

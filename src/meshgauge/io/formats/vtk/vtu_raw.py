@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
+from ....mesh.labels import LABEL
 from ...plumbing import budget
 from ...plumbing.budget import DENSEST
 from ...plumbing.format import Take
-from ...plumbing.ids import drop_counts, with_labels
+from ...plumbing.ids import drop_counts, label_source, with_labels
+from ...plumbing.pieces import MOST_UNPACKED, EndsOnly, FileRows, PackedRows, Piece, Pieces, ReadWhole, Rows
 from ...plumbing.vtk import MARKED, RENUMBERED
 
 _START = re.compile(rb"<AppendedData\b[^>]*\bencoding\s*=\s*[\"']raw[\"'][^>]*>\s*_")
@@ -149,6 +151,36 @@ class _Appended:
         native = values if dtype.isnative else values.astype(dtype.newbyteorder("="))
         return native.reshape(-1, width) if width > 1 else native
 
+    def rows(self, item: ElementTree.Element, n: int) -> Rows:
+        """Where the array of an XML element stands, and how it is to be read."""
+        if item.tag != "DataArray" or item.get("format") != "appended":
+            raise _Unknown
+        name, width = item.get("Name", ""), int(item.get("NumberOfComponents", "1"))
+        dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
+        shape = (n, width) if width > 1 else (n,)
+        at, expected = self.start + int(item.attrib["offset"]), n * max(width, 1) * dtype.itemsize
+        self.file.seek(at)
+        stated = self._stated(name)
+        if stated != expected:
+            raise ReadError(f"{self.path}: array {name!r} states {stated} bytes, expected {expected}")
+        begin = at + self.header.itemsize
+        path = str(self.path.absolute())
+        if not self.is_packed:
+            if begin + expected > self.size:
+                raise ReadError(f"{self.path}: array {name!r} needs {expected} bytes at {at}, the file has {self.size}")
+            return FileRows(path, begin, dtype, shape)
+        budget.draw(self.what, expected, f"array {name!r}", held=False)
+        self.file.seek(at)
+        n_blocks, size, _ = self._headers(3, name)
+        sizes = np.frombuffer(self.file.read(n_blocks * self.header.itemsize), self.header).astype(np.int64)
+        first = at + (3 + n_blocks) * self.header.itemsize
+        starts = np.concatenate([[first], first + np.cumsum(sizes)])
+        if len(sizes) != n_blocks or (sizes < 0).any() or starts[-1] > self.size:
+            raise ReadError(f"{self.path}: array {name!r} is not whole")
+        if size > MOST_UNPACKED:
+            raise ReadWhole(f"array {name!r} is in blocks of more than {MOST_UNPACKED >> 20} MiB")
+        return PackedRows(path, starts, size, dtype, shape)
+
     def texts(self, item: ElementTree.Element, rows: int) -> NDArray[np.str_]:
         """Strings, each ended by a zero byte."""
         if item.get("format") != "appended":
@@ -222,26 +254,97 @@ class _Appended:
             yield block
 
 
-def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
-    grid, piece = _one_piece(root)
-    version = tuple(int(part) for part in root.get("version", "0.1").split(".")[:2])
+def _sizes(piece: ElementTree.Element) -> tuple[int, int]:
+    """Number of points and of cells."""
     n_points, n_cells = int(piece.attrib["NumberOfPoints"]), int(piece.attrib["NumberOfCells"])
+    if min(n_points, n_cells) < 0:
+        raise _Unknown
+    return n_points, n_cells
+
+
+def _core(piece: ElementTree.Element, at: int) -> tuple[ElementTree.Element, dict[str | None, ElementTree.Element]]:
+    """The points of a time step, and the three arrays of the cells."""
     cells = {item.get("Name"): item for item in _of_step(piece, "Cells/DataArray", at)}
     points = _of_step(piece, "Points/DataArray", at)
-    if set(cells) != {"connectivity", "offsets", "types"} or len(points) != 1 or min(n_points, n_cells) < 0:
+    if set(cells) != {"connectivity", "offsets", "types"} or len(points) != 1:
         raise _Unknown  # polyhedra, or one of VTK's older layouts
     if cells["types"].get("type") != "UInt8":
         raise _Unknown
+    return points[0], cells
+
+
+def _is_renumbered(root: ElementTree.Element) -> bool:
+    """Whether some types may be numbered as VTK did before."""
+    return tuple(int(part) for part in root.get("version", "0.1").split(".")[:2]) < (2, 1)
+
+
+def pieces(path: Path, at: int) -> Pieces | None:
+    """Where the arrays of a time step stand; None if this file is of another kind.
+
+    Raises
+    ------
+    ReadError
+        If an array does not have the size that it must have.
+    """
+    with path.open("rb") as file:
+        try:
+            root, data = _open(file, path)
+            grid, piece = _one_piece(root)
+            n_points, n_cells = _sizes(piece)
+            points, cells = _core(piece, at)
+            ends = data.rows(cells["offsets"], n_cells)
+            n_ids = int(ends.read(n_cells - 1, n_cells)[0]) if n_cells else 0
+            own = Piece(
+                "",
+                data.rows(points, n_points),
+                data.rows(cells["types"], n_cells),
+                EndsOnly(ends),
+                data.rows(cells["connectivity"], n_ids),
+                None,
+                _rows_of(piece, "CellData", data, n_cells, at),
+                _rows_of(piece, "PointData", data, n_points, at),
+            )
+            fields = _arrays_of(grid, "FieldData", data, None, at)
+        except _UNKNOWN:
+            return None
+    if own.points.shape[1:] != (3,) or own.points.dtype.kind != "f":
+        return None
+    return Pieces(str(path), (own,), fields, renumbered=tuple(RENUMBERED) if _is_renumbered(root) else ())
+
+
+def _rows_of(parent: ElementTree.Element, kind: str, data: _Appended, n: int, at: int) -> dict[str, Rows]:
+    """Data of numbers, as `_arrays_of` has them."""
+    rows: dict[str, Rows] = {}
+    for item in _of_step(parent, f"{kind}/*", at):
+        if not item.get("Name") or (item.get("type") == "String" and kind == "CellData"):
+            raise _Unknown
+        if item.get("type") != "String":
+            rows[item.attrib["Name"]] = data.rows(item, n)
+    group = parent.find(kind)
+    if group is None:
+        return rows
+    for name in MARKED:
+        marked = group.get(name, "")
+        if marked in rows and name not in rows:
+            rows[name] = rows.pop(marked)
+    source = label_source(rows, group.get("GlobalIds"))
+    return rows if source is None else {**rows, LABEL: rows[source]}
+
+
+def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
+    grid, piece = _one_piece(root)
+    n_points, n_cells = _sizes(piece)
+    points, cells = _core(piece, at)
     offsets = data.array(cells["offsets"], n_cells, after=1)
     offsets[0] = 0
     types = data.array(cells["types"], n_cells)
-    if version < (2, 1) and np.isin(types, RENUMBERED).any():
+    if _is_renumbered(root) and np.isin(types, RENUMBERED).any():
         raise _Unknown
     n_ids = int(offsets[-1])
     if n_ids < 0:
         raise ReadError(f"{data.path}: the offsets of the cells end at {n_ids}")
     mesh = Mesh(
-        points=data.array(points[0], n_points),  # type: ignore[arg-type]
+        points=data.array(points, n_points),  # type: ignore[arg-type]
         types=types,  # type: ignore[arg-type]
         offsets=offsets,  # type: ignore[arg-type]
         connectivity=data.array(cells["connectivity"], n_ids),  # type: ignore[arg-type]

@@ -124,7 +124,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
 
 VTU = Format(
     "vtu", "VTK XML", (".vtu",), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
-    scan=vtu_raw.scan, steps=steps, read_step=vtu_raw.read, foreign_step=read,
+    scan=vtu_raw.scan, steps=steps, read_step=vtu_raw.read, foreign_step=read, pieces=vtu_raw.pieces,
 )  # fmt: skip
 VTK_XML = Format(
     "vtk-xml",

@@ -1,0 +1,294 @@
+"""Where the arrays of a mesh stand in its file: what is needed to read some rows of them, and no others.
+
+A format that can tell lists its *pieces* without reading them. All records can be sent to other processes.
+"""
+
+from __future__ import annotations
+
+import os
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import MeshgaugeError, ReadError
+from ...mesh.labels import LABEL
+
+MOST_UNPACKED = 64 << 20
+"""Bytes of a chunk of HDF5 beyond which a file is read whole: for each slice the chunk would be unpacked anew."""
+
+
+class ReadWhole(MeshgaugeError):
+    """What a mesh holds, or is asked for, cannot be had slice by slice; the message says what."""
+
+
+class Rows(Protocol):
+    """Rows of an array in a file."""
+
+    @property
+    def dtype(self) -> np.dtype[Any]: ...
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        """The rows ``start <= row < stop``, in native byte order. Raises `ReadError` if the file ends before."""
+        ...
+
+
+def row_bytes(rows: Rows) -> int:
+    """Bytes of a row."""
+    return rows.dtype.itemsize * int(np.prod(rows.shape[1:], dtype=np.int64))
+
+
+@dataclass(frozen=True, slots=True)
+class FileRows:
+    """An array that lies in a file as it is in memory."""
+
+    path: str
+    offset: int  #: of its first byte
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        rows = np.empty((stop - start, *self.shape[1:]), self.dtype)
+        into = rows.reshape(-1).view(np.uint8).data
+        with open(self.path, "rb", buffering=0) as file:
+            file.seek(self.offset + start * row_bytes(self))
+            at = 0
+            while at < len(into):
+                n = file.readinto(into[at:])
+                if not n:
+                    raise ReadError(f"{self.path}: ends before row {stop} of an array at {self.offset}")
+                at += n
+        return _native(rows)
+
+
+@dataclass(frozen=True, slots=True)
+class PackedRows:
+    """An array in blocks, each packed by zlib, as VTK appends it."""
+
+    path: str
+    starts: NDArray[np.int64]  #: ``(n_blocks + 1,)`` of the first byte of each block
+    block: int  #: bytes that each block but the last unpacks to
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        size = row_bytes(self)
+        first, last = start * size, min(stop, self.shape[0]) * size
+        rows = np.empty((stop - start, *self.shape[1:]), self.dtype)
+        into = rows.reshape(-1).view(np.uint8)
+        if first >= last:
+            return _native(rows)
+        total = self.shape[0] * size
+        with open(self.path, "rb", buffering=0) as file:
+            for number in range(first // self.block, (last - 1) // self.block + 1):
+                begin, end = number * self.block, min((number + 1) * self.block, total)
+                file.seek(int(self.starts[number]))
+                packed = file.read(int(self.starts[number + 1] - self.starts[number]))
+                try:
+                    unpacked = zlib.decompressobj().decompress(packed, end - begin)
+                except zlib.error as error:
+                    raise ReadError(f"{self.path}: an array cannot be unpacked: {error}") from error
+                if len(unpacked) != end - begin:
+                    raise ReadError(f"{self.path}: an array is not whole")
+                a, b = max(begin, first), min(end, last)
+                into[a - first : b - first] = np.frombuffer(unpacked, np.uint8)[a - begin : b - begin]
+        return _native(rows)
+
+
+@dataclass(frozen=True, slots=True)
+class HdfRows:
+    """Some rows of a data set of HDF5, in chunks, packed or not."""
+
+    path: str
+    name: str
+    first: int
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        import h5py
+
+        rows = np.empty((stop - start, *self.shape[1:]), self.dtype)
+        if not rows.size:
+            return _native(rows)
+        try:
+            with h5py.File(self.path, "r", rdcc_nbytes=MOST_UNPACKED) as file:
+                file[self.name].read_direct(rows, np.s_[self.first + start : self.first + stop])
+        except (OSError, KeyError, ValueError, RuntimeError) as error:
+            raise ReadError(f"{self.path}: array {self.name} cannot be read: {error}") from error
+        return _native(rows)
+
+
+def hdf_rows(dataset: Any, first: int, n: int) -> Rows:
+    """Rows of an open data set. Raises `ReadWhole` where slices cannot be had for their own price."""
+    kind, shape = dataset.dtype, (n, *dataset.shape[1:])
+    if first < 0 or n < 0 or first + n > len(dataset):
+        raise ReadError(f"{dataset.name} has {len(dataset)} rows, but rows {first} to {first + n} are stated")
+    if kind.kind not in "iufb":
+        raise ReadWhole(f"array {dataset.name} is of type {kind}")
+    path, at = os.path.abspath(dataset.file.filename), dataset.id.get_offset()
+    if dataset.chunks is None and not dataset.is_virtual and at is not None and not dataset.file.userblock_size:
+        size = kind.itemsize * int(np.prod(shape[1:], dtype=np.int64))
+        return FileRows(path, at + first * size, kind, shape)
+    if dataset.chunks is not None and kind.itemsize * int(np.prod(dataset.chunks, dtype=np.int64)) > MOST_UNPACKED:
+        raise ReadWhole(f"array {dataset.name} is in chunks of more than {MOST_UNPACKED >> 20} MiB")
+    return HdfRows(path, dataset.name, first, kind, shape)
+
+
+@dataclass(frozen=True, slots=True)
+class EndsOnly:
+    """Offsets that a file states without the zero in front: row 0 is that zero."""
+
+    ends: Rows
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.ends.dtype
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return (self.ends.shape[0] + 1,)
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        if start > 0:
+            return self.ends.read(start - 1, stop - 1)
+        return np.concatenate([np.zeros(1, self.dtype.newbyteorder("=")), self.ends.read(0, max(stop - 1, 0))])[:stop]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Points and cells with a numbering of their own: arrays as in `Mesh`, as rows to be read.
+
+    Attributes
+    ----------
+    name
+        Of its block.
+    points, types, offsets, connectivity
+        Those of the piece; offsets begin at 0.
+    polyhedra
+        The four arrays of `Polyhedra` by name, or None.
+    cell_data, point_data
+        Numbers only. The file's own numbers are called `LABEL`; they are another array as well, the same object, where
+        they were taken from it.
+    """
+
+    name: str
+    points: Rows
+    types: Rows
+    offsets: Rows
+    connectivity: Rows
+    polyhedra: Mapping[str, Rows] | None
+    cell_data: Mapping[str, Rows]
+    point_data: Mapping[str, Rows]
+
+    @property
+    def n_cells(self) -> int:
+        return self.types.shape[0]
+
+    @property
+    def n_points(self) -> int:
+        return self.points.shape[0]
+
+
+Stamp = tuple[str, int, int, int]
+"""Path, size, time of the last change in nanoseconds, and number of a file."""
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """A mesh as pieces of files, one after another; points are not merged.
+
+    Attributes
+    ----------
+    path
+        What was asked for.
+    pieces
+        In the order of their cells; all with the same data, and points of one dtype.
+    field_data, notes
+        As of `Mesh`.
+    has_both_wedge_orders
+        See `Format`.
+    renumbered
+        VTK ids of cells that are numbered otherwise in this file: with them it has to be read whole.
+    stamps
+        Of the files that are read, to see that none changes meanwhile.
+    """
+
+    path: str
+    pieces: tuple[Piece, ...]
+    field_data: Mapping[str, NDArray[Any]]
+    notes: tuple[str, ...] = ()
+    has_both_wedge_orders: bool = False
+    renumbered: tuple[int, ...] = ()
+    stamps: tuple[Stamp, ...] = ()
+
+    @property
+    def n_cells(self) -> int:
+        return sum(piece.n_cells for piece in self.pieces)
+
+    @property
+    def n_points(self) -> int:
+        return sum(piece.n_points for piece in self.pieces)
+
+    @cached_property
+    def cell_starts(self) -> tuple[int, ...]:
+        """The first cell of each piece, and at last how many there are."""
+        return (0, *np.cumsum([piece.n_cells for piece in self.pieces], dtype=np.int64).tolist())
+
+    @cached_property
+    def point_starts(self) -> tuple[int, ...]:
+        """The first point of each piece, and at last how many there are."""
+        return (0, *np.cumsum([piece.n_points for piece in self.pieces], dtype=np.int64).tolist())
+
+    @property
+    def n_bytes(self) -> int:
+        """Of all arrays, as they are read."""
+        total = 0
+        for piece in self.pieces:
+            own: tuple[Rows, ...] = (piece.points, piece.types, piece.offsets, piece.connectivity)
+            for rows in (*own, *piece.cell_data.values(), *piece.point_data.values()):
+                total += rows.shape[0] * row_bytes(rows)
+        return total
+
+    def check_unchanged(self) -> None:
+        """Raise `ReadError` if a file is not the one it was when the pieces were listed."""
+        for known in self.stamps:
+            if stamp(known[0]) != known:
+                raise ReadError(f"{known[0]}: was changed while it was read")
+
+
+def stamp(path: str) -> Stamp:
+    """What a file is known by."""
+    state = os.stat(path)
+    return path, state.st_size, state.st_mtime_ns, state.st_ino
+
+
+def check_alike(pieces: tuple[Piece, ...]) -> None:
+    """Raise `ReadWhole` unless all pieces have the same data of the same types, so that none has to be filled."""
+
+    def kinds(piece: Piece) -> list[tuple[str, str, np.dtype[Any], tuple[int, ...]]]:
+        named = [("cell", item) for item in piece.cell_data.items()]
+        named += [("point", item) for item in piece.point_data.items()]
+        return [(what, name, rows.dtype, rows.shape[1:]) for what, (name, rows) in sorted(named, key=str)]
+
+    first = pieces[0]
+    for piece in pieces:
+        same = piece.points.dtype == first.points.dtype and (piece.polyhedra is None) == (first.polyhedra is None)
+        if not same or kinds(piece) != kinds(first):
+            raise ReadWhole("its pieces have different data")
+
+
+def is_stored_label(data: Mapping[str, Rows]) -> bool:
+    """Whether numbers of the file stand there as `LABEL`, and not as a copy of another array."""
+    return LABEL in data and not any(name != LABEL and rows is data[LABEL] for name, rows in data.items())
+
+
+def _native(rows: NDArray[Any]) -> NDArray[Any]:
+    return rows if rows.dtype.isnative else rows.astype(rows.dtype.newbyteorder("="))

@@ -1,0 +1,153 @@
+"""The report on a mesh that is measured slice by slice, and never in memory as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor
+
+from ..doctor import LIMIT, not_diagnosed
+from ..files.resources import free_memory
+from ..io.plumbing.pieces import Pieces, ReadWhole
+from ..mesh.collapsed import note_on
+from ..quality.metrics import metric_rows
+from ..quality.summary import Summary, summarise_nothing
+from ..slices import Ask, Facts, Job, Partial, Progress, facts_of, measure_pieces
+from ..slices.job import keep_points, share
+from ..slices.labels import labelled_findings, labelled_worst
+from ..slices.partial import CellRows
+from ..slices.read import SIZE
+from ..status import Purpose
+from .record import WORST, FileReport
+
+UNKNOWN_MEMORY = 1 << 30
+"""Bytes that points may take where the system does not say what is free."""
+
+
+def default_memory() -> int:
+    """Bytes that points may take: a quarter of what is free or allowed."""
+    left = free_memory()
+    return UNKNOWN_MEMORY if left is None else left // 4
+
+
+def check_metrics(metrics: Iterable[str]) -> None:
+    """Raise `ReadWhole` if a metric takes all cells of a type in one call."""
+    for name, row in metric_rows(metrics).items():
+        if not row.in_slices:
+            raise ReadWhole(f"metric {name} takes all cells at once")
+
+
+def job_of(pieces: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: str = "auto") -> Job:
+    """The first round: the facts of the whole; its points are read if they fit.
+
+    Raises
+    ------
+    ReadError
+        If a file is broken.
+    ReadWhole
+        If it cannot be measured slice by slice.
+    """
+    check_metrics(ask.metrics)
+    if not pieces.n_cells:
+        raise ReadWhole("it has no cells")
+    memory = default_memory() if memory is None else memory
+    points = share(pieces, memory)
+    facts = facts_of(pieces, points, wedge_order=wedge_order, with_regions=ask.by_region or ask.counter is not None)
+    job = Job(pieces, facts, ask, memory)
+    keep_points(job, points)
+    return job
+
+
+def report_on(
+    pieces: Pieces,
+    *,
+    path: str | None = None,
+    metrics: tuple[str, ...] = ("jens",),
+    worst: int = WORST,
+    by_region: bool = False,
+    with_diagnosis: bool = False,
+    purpose: Purpose | None = None,
+    keep_bricks: bool = False,
+    wedge_order: str = "auto",
+    memory: int | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    size: int = SIZE,
+    on_rows: Callable[[int, CellRows], object] | None = None,
+    progress: Progress | None = None,
+) -> FileReport:
+    """The report on a mesh in pieces, the same as `FileReport.of` the mesh as a whole.
+
+    Parameters
+    ----------
+    pieces
+        From `meshgauge.io.pieces`.
+    path
+        What to call the mesh.
+    metrics
+        Names of what is measured, ``"jens"`` first.
+    worst, by_region, with_diagnosis
+        As for `FileReport.of`. The diagnosis needs the whole mesh: it says that it was left out.
+    purpose, keep_bricks, threads
+        As for `meshgauge.measure`.
+    wedge_order
+        As for `meshgauge.read`.
+    memory
+        Bytes that points may take; None: `default_memory`.
+    executor
+        Where slices are measured; None: threads.
+    size, on_rows, progress
+        As for `meshgauge.slices.measure_pieces`.
+
+    Raises
+    ------
+    ReadError
+        If a file is broken, or was changed while it was read.
+    ReadWhole
+        If it cannot be measured slice by slice; the message says why.
+    """
+    ask = Ask(
+        metrics=metrics,
+        n_worst=worst,
+        by_region=by_region,
+        purpose=purpose,
+        keep_bricks=keep_bricks,
+        keeps_rows=on_rows is not None,
+    )
+    job = job_of(pieces, ask, memory=memory, wedge_order=wedge_order)
+    partial = measure_pieces(job, executor=executor, threads=threads, size=size, on_rows=on_rows, progress=progress)
+    return file_report(job, partial, path=path, with_diagnosis=with_diagnosis)
+
+
+def file_report(job: Job, partial: Partial, *, path: str | None = None, with_diagnosis: bool = False) -> FileReport:
+    """What a report says of a mesh, from the results on all of its cells."""
+    pieces, facts = job.pieces, job.facts
+    summaries = dict(partial.summaries)
+    summary = summaries.pop("jens")
+    names = facts.regions.names
+    cells = labelled_worst(pieces, facts, (cell for cell, _ in partial.worst))
+    return FileReport(
+        path=path or pieces.path,
+        n_points=facts.n_points,
+        n_cells=facts.n_cells - partial.n_ghosts,
+        summary=summary,
+        worst=cells,
+        others=tuple(summaries.values()),
+        notes=notes_of(facts, partial),
+        findings=labelled_findings(pieces, facts, partial.findings),
+        diagnosis=not_diagnosed(facts.n_cells, LIMIT) if with_diagnosis else None,
+        regions=_regions(job, partial, summary) if job.ask.by_region else (),
+        worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),
+    )
+
+
+def _regions(job: Job, partial: Partial, summary: Summary) -> tuple[tuple[str, Summary], ...]:
+    names = job.facts.regions.names
+    if len(names) == 1:
+        return ((names[0], summary),)
+    nothing = summarise_nothing(summary)
+    return tuple((name, partial.regions.get(region, nothing)) for region, name in enumerate(names))
+
+
+def notes_of(facts: Facts, partial: Partial) -> tuple[str, ...]:
+    """What was noticed while reading and measuring."""
+    return (*facts.notes, *([note_on(partial.collapsed)] if partial.collapsed else []))

@@ -1,0 +1,54 @@
+"""What is asked of a mesh that is measured slice by slice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..quality.measure import Quality
+from ..status import Purpose
+from .facts import Facts
+from .read import Slice
+
+
+class Counter(Protocol):
+    """Something else to be counted in every slice. It can be sent to other processes, and so can its result."""
+
+    def count(self, quality: Quality, part: Slice, regions: NDArray[np.int64], facts: Facts) -> Any:
+        """What a slice comes to: something with an associative ``merge``, its ids as those of the whole."""
+        ...
+
+
+@dataclass(frozen=True)
+class Ask:
+    """What is measured and kept of each slice.
+
+    Attributes
+    ----------
+    metrics
+        Names, J_ENS first.
+    n_worst, n_findings
+        Cells kept: the worst, and the first of each status.
+    by_region
+        Summarise regions as well.
+    purpose
+        What the mesh is for; None: as the file says.
+    keep_bricks
+        Measure cells with repeated nodes as they are.
+    keeps_rows
+        Every partial result carries types, status and values of its cells.
+    counter
+        Something else to be counted.
+    """
+
+    metrics: tuple[str, ...] = ("jens",)
+    n_worst: int = 10
+    n_findings: int = 5
+    by_region: bool = False
+    purpose: Purpose | None = None
+    keep_bricks: bool = False
+    keeps_rows: bool = False
+    counter: Counter | None = None

@@ -1,0 +1,199 @@
+"""Facts of the whole mesh: what the measuring of a slice depends on beyond its own cells. The first of two rounds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import CELL_TYPES, CellType
+from ..io.plumbing import ghosts
+from ..io.plumbing.pieces import Pieces, ReadWhole, Rows, is_stored_label
+from ..io.plumbing.wedge_order import (
+    AS_ASKED,
+    Decision,
+    Signs,
+    decide,
+    is_other,
+    n_wedges,
+    sample_step,
+    signs_of,
+    turned,
+)
+from ..mesh.ghosts import without_ghosts
+from ..mesh.labels import LABEL
+from .points import Points
+from .read import Place, places, read_slice
+from .regions import Regions, regions_of
+
+Labels = Literal["none", "counted", "stored"]
+"""How the file numbers its cells, or points: not at all; from 1 on in their order; by numbers that it stores."""
+
+VARYING = [vtk_id for vtk_id, row in CELL_TYPES.items() if row.shape is not None and row.n_nodes is None]
+"""Types whose cells are of different rows."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is known of the whole before a slice is measured.
+
+    Attributes
+    ----------
+    n_cells, n_points
+        Of all, ghosts too.
+    counts
+        Cells that are not ghosts, by VTK id and number of nodes (0 where the type says how many).
+    decision
+        What becomes of the wedges.
+    regions
+        The partition of the cells, where it was asked for.
+    cell_labels, point_labels
+        How the file numbers them.
+    notes
+        What a reader would have noted.
+    """
+
+    n_cells: int
+    n_points: int
+    counts: Mapping[tuple[int, int], int]
+    decision: Decision
+    regions: Regions
+    cell_labels: Labels
+    point_labels: Labels
+    notes: tuple[str, ...]
+
+    def count_of(self, row: CellType, n: int) -> int:
+        """Cells of a type in the whole; of a slice there are ``n``."""
+        return self.counts.get(_key(row), n)
+
+
+def _key(row: CellType) -> tuple[int, int]:
+    return row.vtk_id, (row.n_nodes or 0) if row.vtk_id in VARYING else 0
+
+
+def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto", with_regions: bool = False) -> Facts:
+    """Look through the types, and through what else there is to decide.
+
+    Parameters
+    ----------
+    pieces, points
+        The mesh, and the points of each piece.
+    wedge_order
+        As for `meshgauge.read`.
+    with_regions
+        Whether regions are wanted.
+
+    Raises
+    ------
+    ReadError
+        If a file is broken.
+    ReadWhole
+        If something cannot be decided slice by slice.
+    """
+    counts: Counter[tuple[int, int]] = Counter()
+    others: list[int] = []  #: of each slice
+    n_ghosts = wedges = 0
+    all_places = places(pieces)
+    for place in all_places:
+        types = pieces.pieces[place.piece].types.read(place.start, place.stop)
+        others.append(int(np.count_nonzero(is_other(types))))
+        wedges += n_wedges(types)
+        is_ghost = _ghosts(pieces, place)
+        if is_ghost is not None:
+            n_ghosts += int(is_ghost.sum())
+            types = types[~is_ghost]
+        by_type = np.bincount(types, minlength=256)
+        counts.update({(vtk_id, 0): int(by_type[vtk_id]) for vtk_id in np.flatnonzero(by_type).tolist()})
+    present = {vtk_id for vtk_id, _ in counts}
+    if present & set(pieces.renumbered):
+        raise ReadWhole("cells are numbered as in older files")
+    if present & set(VARYING):
+        counts.update(_by_nodes(pieces, all_places, points))
+    decision = _decision(pieces, points, all_places, others, wedge_order) if wedges else Decision()
+    notes = list(pieces.notes)
+    if decision.turn:
+        notes.append(turned(wedges, decision.turn))
+    elif decision.doubt:
+        notes.append(f"The order of the wedges could not be decided: {decision.doubt}. They are left as they are.")
+    if n_ghosts:
+        notes.append(ghosts.not_looked_at(n_ghosts))
+    return Facts(
+        n_cells=pieces.n_cells,
+        n_points=pieces.n_points,
+        counts=dict(counts),
+        decision=decision,
+        regions=regions_of(pieces) if with_regions else Regions(),
+        cell_labels=_labels([piece.cell_data for piece in pieces.pieces], pieces.cell_starts),
+        point_labels=_labels([piece.point_data for piece in pieces.pieces], pieces.point_starts),
+        notes=tuple(notes),
+    )
+
+
+def _ghosts(pieces: Pieces, place: Place) -> NDArray[np.bool_] | None:
+    """``(n,)`` True for the ghosts among some cells, if there are any."""
+    columns = {name: rows for name, rows in pieces.pieces[place.piece].cell_data.items() if name in ghosts.NAMES}
+    return ghosts.ghosts_of({name: rows.read(place.start, place.stop) for name, rows in columns.items()})
+
+
+def _by_nodes(pieces: Pieces, all_places: list[Place], points: list[Points]) -> Counter[tuple[int, int]]:
+    """Cells of types whose number of nodes varies, by row."""
+    counts: Counter[tuple[int, int]] = Counter()
+    for place in all_places:
+        mesh = without_ghosts(read_slice(pieces, place, points[place.piece]).mesh)
+        for row, vtk_id, cells in mesh.groups():
+            if row is not None and vtk_id in VARYING:
+                counts[_key(row)] += cells.stop - cells.start if isinstance(cells, slice) else len(cells)
+    return counts
+
+
+def _decision(
+    pieces: Pieces, points: list[Points], all_places: list[Place], others: list[int], wedge_order: str
+) -> Decision:
+    """What becomes of the wedges of the whole."""
+    if wedge_order == "vtk-legacy":
+        return AS_ASKED
+    if wedge_order == "gmsh" or not pieces.has_both_wedge_orders:
+        return Decision()
+    step, before = sample_step(sum(others)), 0
+    total = Signs(0, 0, 0, 0)
+    for place, n in zip(all_places, others, strict=True):
+        mesh = read_slice(pieces, place, points[place.piece]).mesh
+        part = signs_of(mesh, step=step, first=-before % step)
+        total = Signs(*(a + b for a, b in zip(total, part, strict=True)))
+        before += n
+    decision = decide(total)
+    if decision is None:
+        raise ReadWhole("the order of its wedges depends on their neighbours")
+    return decision
+
+
+def _labels(data: list[Mapping[str, Rows]], starts: tuple[int, ...]) -> Labels:
+    """How the items are numbered; numbers that were taken from another array and count from 0 are none."""
+    rows = [columns.get(LABEL) for columns in data]
+    first = rows[0]
+    if first is None or len(first.shape) != 1 or first.dtype.kind not in "iu":
+        return "none"
+    if is_stored_label(data[0]):
+        if first.dtype != np.int64:
+            return "none"
+        if _count_from([one for one in rows if one is not None], starts) is not None:
+            raise ReadWhole("whether its numbers say anything depends on other data")
+        return "stored"
+    begin = _count_from([one for one in rows if one is not None], starts)
+    return "stored" if begin is None else "counted" if begin == 1 else "none"
+
+
+def _count_from(rows: list[Rows], starts: tuple[int, ...]) -> int | None:
+    """0 or 1 if numbers only count their items from there; else None."""
+    begin: int | None = None
+    for one, start in zip(rows, starts, strict=False):
+        for at in range(0, one.shape[0], 1 << 18):
+            numbers = one.read(at, min(at + (1 << 18), one.shape[0]))
+            begin = int(numbers[0]) - start - at if begin is None else begin
+            if begin not in (0, 1) or not np.array_equal(numbers, np.arange(len(numbers)) + (start + at + begin)):
+                return None
+    return begin

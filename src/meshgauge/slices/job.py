@@ -1,0 +1,153 @@
+"""The work on a slice: read, measure, summarise, forget. A job can be sent to other processes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..cells import type_name
+from ..io.plumbing.pieces import Pieces, ReadWhole
+from ..mesh.interface import is_interface
+from ..mesh.labels import LABEL
+from ..quality.measure import JENS, Quality, measure_part
+from ..quality.metrics import METRICS, metric_rows
+from ..quality.summary import Summary, summarise
+from ..quality.worst import WorstCell
+from ..status import Purpose
+from .ask import Ask
+from .facts import Facts
+from .partial import CellRows, Partial
+from .points import Points
+from .read import Place, Slice, read_slice
+
+
+@dataclass(frozen=True)
+class Job:
+    """A mesh, what is known of it, and what is asked; called with a place, it returns the `Partial` of these cells.
+
+    Attributes
+    ----------
+    pieces, facts, ask
+        What is measured, and how.
+    memory
+        Bytes that the points of a piece may take, in each process.
+    """
+
+    pieces: Pieces
+    facts: Facts
+    ask: Ask
+    memory: int
+    key: str = field(default_factory=lambda: uuid4().hex)
+
+    def __call__(self, place: Place) -> Partial:
+        part = read_slice(self.pieces, place, points_of(self, place.piece), self.facts.decision, self.purpose)
+        quality = measure_part(
+            part.mesh,
+            {JENS: METRICS[JENS], **metric_rows(self.ask.metrics)},
+            threads=1,
+            keep_bricks=self.ask.keep_bricks,
+            count_of=self.facts.count_of,
+            n_cells=self.facts.n_cells,
+            beyond=_unknown,
+        )
+        return self._partial(quality, part, place)
+
+    @cached_property
+    def purpose(self) -> Purpose:
+        """What the mesh is for."""
+        return self.ask.purpose or "fem"
+
+    def _partial(self, quality: Quality, part: Slice, place: Place) -> Partial:
+        mesh, ask, first = quality.mesh, self.ask, part.first_cell
+        region_ids = self.facts.regions.ids(place.piece, mesh.cell_data, mesh.n_cells)
+        worst = quality.worst(ask.n_worst) if ask.n_worst else []
+        findings = (
+            replace(one, cells=tuple(cell + first for cell in one.cells), labels=())
+            for one in quality.findings(ask.n_findings)
+        )
+        is_ghost = mesh.is_ghost
+        labels = mesh.cell_data.get(LABEL) if self.facts.cell_labels == "stored" else None
+        if self.facts.cell_labels == "counted":
+            labels = np.arange(first + 1, first + 1 + mesh.n_cells)
+        return Partial(
+            spans=((first, first + mesh.n_cells),),
+            n_ghosts=0 if is_ghost is None else int(is_ghost.sum()),
+            summaries={name: quality.summary(name, threads=1) for name in quality.metrics},
+            worst=tuple((self._whole(cell, part), int(region_ids[cell.cell])) for cell in worst),
+            n_worst=ask.n_worst,
+            findings=tuple(findings),
+            n_findings=ask.n_findings,
+            regions=_by_region(quality, region_ids) if ask.by_region and len(self.facts.regions.names) > 1 else {},
+            collapsed=_collapsed(quality),
+            counted=None if ask.counter is None else ask.counter.count(quality, part, region_ids, self.facts),
+            rows=CellRows(mesh.types, quality.status, dict(quality.metrics), labels) if ask.keeps_rows else None,
+        )
+
+    def _whole(self, cell: WorstCell, part: Slice) -> WorstCell:
+        """The same with ids of the whole; labels are looked up at the end, of the few that are listed."""
+        return replace(
+            cell, cell=cell.cell + part.first_cell, point=part.point(cell.point), cell_label=None, point_label=None
+        )
+
+
+def _by_region(quality: Quality, ids: NDArray[np.int64]) -> dict[int, Summary]:
+    interface = is_interface(quality.mesh)
+    types, purpose = quality.mesh.types, quality.mesh.purpose
+    summaries = {}
+    for region in np.unique(ids).tolist():
+        cells = np.flatnonzero((ids == region) if interface is None else (ids == region) & ~interface)
+        summaries[region] = summarise(
+            quality.values[cells], quality.status[cells], types[cells], JENS, purpose=purpose, threads=1
+        )
+    return summaries
+
+
+def _collapsed(quality: Quality) -> Counter[str]:
+    if quality.collapsed_from is None:
+        return Counter()
+    types = quality.mesh.types[quality.mesh.types != quality.collapsed_from.types]
+    ids, numbers = np.unique(types, return_counts=True)
+    return Counter({type_name(vtk_id): n for vtk_id, n in zip(ids.tolist(), numbers.tolist(), strict=True)})
+
+
+def _unknown(entries: NDArray[np.int64]) -> NDArray[np.int64]:
+    raise ReadWhole("whether points of its polyhedra hang depends on the cells beside them")
+
+
+_points: dict[str, list[Points]] = {}
+"""The points of the job that this process works on."""
+
+
+def points_of(job: Job, piece: int) -> Points:
+    """Those of a piece; kept as long as this is the job."""
+    if job.key not in _points:
+        _points.clear()
+        _points[job.key] = share(job.pieces, job.memory)
+    return _points[job.key][piece]
+
+
+def keep_points(job: Job, points: list[Points]) -> None:
+    """Take points that were read already."""
+    _points.clear()
+    _points[job.key] = points
+
+
+def forget_points() -> None:
+    """Give their memory back."""
+    _points.clear()
+
+
+def share(pieces: Pieces, memory: int) -> list[Points]:
+    """Points of each piece; together those that are kept whole take no more than the memory."""
+    left, shared = memory, []
+    for piece in pieces.pieces:
+        points = Points(piece.points, left)
+        if points.fits:
+            left -= points.n_bytes
+        shared.append(points)
+    return shared

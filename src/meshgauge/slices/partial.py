@@ -1,0 +1,129 @@
+"""What is known of some cells of a mesh: a record that merges with those of the others to that of the whole."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshgaugeError
+from ..look.records import brief
+from ..quality.findings import merge_findings
+from ..quality.summary import Summary
+from ..quality.worst import StatusCells, WorstCell
+
+Span = tuple[int, int]
+"""Cells ``start <= cell < stop`` of the whole."""
+
+
+@dataclass(frozen=True, eq=False)
+class CellRows:
+    """Type, status and values of some cells, in file order; not kept when results are merged."""
+
+    types: NDArray[np.uint8]
+    status: NDArray[np.uint8]
+    values: Mapping[str, NDArray[np.float64]]
+    labels: NDArray[np.int64] | None
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True, eq=False)
+class Partial:
+    """The result on some cells. Ids are those of the whole.
+
+    Attributes
+    ----------
+    spans
+        The cells, ascending; none is there twice.
+    n_ghosts
+        Those of them that are ghosts.
+    summaries
+        By metric.
+    worst
+        The lowest J_ENS, lowest first, equal ones in file order, at most ``n_worst``, with the region of each.
+    n_worst, n_findings
+        How many cells are kept.
+    findings
+        Cells that are not ok, by status.
+    regions
+        J_ENS by region.
+    collapsed
+        Cells with repeated nodes, by the type that they stand for.
+    counted
+        What the counter made of them; see `Ask`.
+    rows
+        Of a single slice, where they were asked for.
+    """
+
+    spans: tuple[Span, ...]
+    n_ghosts: int
+    summaries: Mapping[str, Summary]
+    worst: tuple[tuple[WorstCell, int], ...]
+    n_worst: int
+    findings: tuple[StatusCells, ...]
+    n_findings: int
+    regions: Mapping[int, Summary] = field(default_factory=dict)
+    collapsed: Counter[str] = field(default_factory=Counter)
+    counted: Any = None
+    rows: CellRows | None = None
+
+    __repr__ = brief
+
+    def merge(self, other: Partial) -> Partial:
+        """That of the cells of both. Associative and commutative, to the last bit.
+
+        Raises
+        ------
+        MeshgaugeError
+            If some cells are in both, or they were not asked for the same.
+        """
+        if (self.n_worst, self.n_findings, *self.summaries) != (other.n_worst, other.n_findings, *other.summaries):
+            raise MeshgaugeError("partial results of different questions do not merge")
+        worst = sorted((*self.worst, *other.worst), key=lambda one: (one[0].quality, one[0].cell))
+        regions = dict(self.regions)
+        for region, summary in other.regions.items():
+            regions[region] = regions[region].merge(summary) if region in regions else summary
+        return Partial(
+            spans=_joined((*self.spans, *other.spans)),
+            n_ghosts=self.n_ghosts + other.n_ghosts,
+            summaries={name: summary.merge(other.summaries[name]) for name, summary in self.summaries.items()},
+            worst=tuple(worst[: self.n_worst]),
+            n_worst=self.n_worst,
+            findings=merge_findings(self.findings, other.findings, self.n_findings),
+            n_findings=self.n_findings,
+            regions=regions,
+            collapsed=self.collapsed + other.collapsed,
+            counted=other.counted if self.counted is None else self.counted.merge(other.counted),
+        )
+
+    def check_covers(self, n_cells: int) -> None:
+        """Raise `MeshgaugeError` unless these are all cells of a mesh of so many."""
+        if self.spans != ((0, n_cells),) and n_cells:
+            raise MeshgaugeError(f"of {n_cells:,} cells only some were measured: {self.spans[:3]}")
+
+    def without_rows(self) -> Partial:
+        """The same without the rows."""
+        return self if self.rows is None else replace(self, rows=None)
+
+
+def merged(parts: list[Partial]) -> Partial:
+    """That of all cells of some parts."""
+    return reduce(Partial.merge, parts)
+
+
+def _joined(spans: tuple[Span, ...]) -> tuple[Span, ...]:
+    joined: list[Span] = []
+    for start, stop in sorted(spans):
+        if joined and start < joined[-1][1]:
+            raise MeshgaugeError(f"cells {start} to {min(stop, joined[-1][1]) - 1} were measured twice")
+        if joined and start == joined[-1][1]:
+            joined[-1] = (joined[-1][0], stop)
+        else:
+            joined.append((start, stop))
+    return tuple(joined)

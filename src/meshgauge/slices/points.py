@@ -1,0 +1,125 @@
+"""The points of a slice: from the whole array where it fits, else from the blocks that the slice touches, else by their
+ids."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError
+from ..io.plumbing.pieces import Rows, row_bytes
+from ..kernels import blocks
+from ..mesh.cast import frozen
+
+SHIFT = 15
+BLOCK = 1 << SHIFT
+"""Points of a block: 768 kB in double precision."""
+
+WINDOW = 1 << 18
+"""Points read at a time where ids are gathered: 6 MB."""
+
+Ids = NDArray[np.int64]
+
+
+class Points:
+    """Points of a piece, some at a time. Used from several threads.
+
+    Parameters
+    ----------
+    rows
+        ``(n_points, 3)`` of the piece.
+    budget
+        Bytes that points may take; those of one slice in any case.
+    """
+
+    def __init__(self, rows: Rows, budget: int) -> None:
+        self.rows, self.n, self.budget = rows, rows.shape[0], budget
+        self.bytes_read = 0
+        self._whole: NDArray[np.floating] | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def n_bytes(self) -> int:
+        """Of all."""
+        return self.n * row_bytes(self.rows)
+
+    @property
+    def fits(self) -> bool:
+        """Whether all are kept."""
+        return self.n_bytes <= self.budget
+
+    def of(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Ids | None]:
+        """Points that include those of some ids.
+
+        Returns
+        -------
+        points
+            ``(n, 3)``.
+        local
+            Position among these of each id.
+        origins
+            ``(n,)`` the id of each of these points; None if they are all points of the piece.
+
+        Raises
+        ------
+        MeshError
+            If there is no such point.
+        """
+        if len(ids) and not 0 <= int(ids.min()) <= int(ids.max()) < self.n:
+            wrong = int(ids[np.argmax((ids < 0) | (ids >= self.n))])
+            raise MeshError(f"point id {wrong} is outside 0..{self.n - 1}")
+        if self.fits:
+            return self.whole, ids, None
+        touched = self.blocks_of(ids)
+        if len(touched) * BLOCK * row_bytes(self.rows) <= self.budget:
+            return self._from_blocks(ids, touched)
+        return self._by_ids(ids)
+
+    @property
+    def whole(self) -> NDArray[np.floating]:
+        """All points, read once."""
+        with self._lock:
+            if self._whole is None:
+                self._whole = frozen(self._read(0, self.n))
+            return self._whole
+
+    def blocks_of(self, ids: Ids) -> Ids:
+        """The blocks that some ids lie in, ascending."""
+        touched = np.zeros((self.n >> SHIFT) + 1, np.uint8)
+        blocks.mark(ids, SHIFT, touched)
+        return np.flatnonzero(touched)
+
+    def _from_blocks(self, ids: Ids, touched: Ids) -> tuple[NDArray[np.floating], Ids, Ids]:
+        runs = np.split(touched, np.flatnonzero(np.diff(touched) > 1) + 1) if len(touched) else []
+        parts = [(int(run[0]) * BLOCK, min((int(run[-1]) + 1) * BLOCK, self.n)) for run in runs]
+        points = np.empty((sum(b - a for a, b in parts), 3), self.rows.dtype.newbyteorder("="))
+        origins = np.empty(len(points), np.int64)
+        moves = np.zeros((self.n >> SHIFT) + 1, np.int64)  # of the ids in each block
+        at = 0
+        for run, (a, b) in zip(runs, parts, strict=True):
+            points[at : at + b - a], origins[at : at + b - a] = self._read(a, b), np.arange(a, b)
+            moves[run] = at - a
+            at += b - a
+        local = np.empty(len(ids), np.int64)
+        blocks.place(ids, SHIFT, moves, local)
+        return points, local, origins
+
+    def _by_ids(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Ids]:
+        """Those points and no others: read window by window, of which one is held at a time."""
+        origins = np.unique(ids)
+        points = np.empty((len(origins), 3), self.rows.dtype.newbyteorder("="))
+        ends = np.searchsorted(origins, np.arange(0, self.n, WINDOW) + WINDOW)
+        begin = 0
+        for end in ends.tolist():
+            if end > begin:
+                first, last = int(origins[begin]), int(origins[end - 1]) + 1
+                points[begin:end] = self._read(first, last)[origins[begin:end] - first]
+            begin = end
+        return points, np.searchsorted(origins, ids).astype(np.int64), origins
+
+    def _read(self, start: int, stop: int) -> NDArray[np.floating]:
+        with_bytes = (stop - start) * row_bytes(self.rows)
+        self.bytes_read += with_bytes
+        return self.rows.read(start, stop)

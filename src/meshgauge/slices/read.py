@@ -1,0 +1,173 @@
+"""A slice of a piece as a `Mesh` with its own points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError, ReadError
+from ..io.plumbing import ghosts
+from ..io.plumbing.pieces import Piece, Pieces, ReadWhole, Rows
+from ..io.plumbing.wedge_order import Decision, apply, n_wedges
+from ..mesh import Mesh
+from ..mesh.high_order import DEGREES, WEIGHTS
+from ..mesh.interface import INTERFACE
+from ..mesh.labels import LABEL
+from ..mesh.polyhedra import Polyhedra
+from ..mesh.regions import place_of
+from ..status import Purpose
+from .points import Points
+
+SIZE = 1 << 18
+"""Cells of a slice."""
+
+Ids = NDArray[np.int64]
+
+AS_READ = Decision()
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Some cells of a piece: ``start <= cell < stop``, as the piece counts them."""
+
+    piece: int
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Slice:
+    """Cells that were read, as a mesh; where they stand in the whole, and its points in the piece."""
+
+    mesh: Mesh
+    first_cell: int
+    first_point: int
+    origins: Ids | None  #: ``(n_points,)`` ids of the points in the piece; None: all of the piece, in order
+
+    def point(self, local: int) -> int:
+        """The id, in the whole, of a point of the slice."""
+        return self.first_point + (local if self.origins is None else int(self.origins[local]))
+
+
+def places(pieces: Pieces, size: int = SIZE) -> list[Place]:
+    """All cells, in slices."""
+    return [
+        Place(number, start, min(start + size, piece.n_cells))
+        for number, piece in enumerate(pieces.pieces)
+        for start in range(0, piece.n_cells, size)
+    ]
+
+
+def read_slice(
+    pieces: Pieces, place: Place, points: Points, decision: Decision = AS_READ, purpose: Purpose = "fem"
+) -> Slice:
+    """Read some cells.
+
+    Parameters
+    ----------
+    pieces, place
+        Which.
+    points
+        Of the piece.
+    decision
+        What becomes of wedges.
+    purpose
+        Of the mesh.
+
+    Raises
+    ------
+    ReadError
+        If the file is broken or changed.
+    ReadWhole
+        If faces of its polyhedra are spread over the file.
+    """
+    piece = pieces.pieces[place.piece]
+    first = pieces.cell_starts[place.piece] + place.start
+    try:
+        types, offsets, ids = _cells(piece, place)
+        poly, face_points = _polyhedra(piece, place)
+        xyz, local, origins = points.of(ids if poly is None else np.concatenate([ids, face_points]))
+        if poly is not None:
+            poly = Polyhedra(poly.cell_offsets, poly.cell_faces, poly.face_offsets, local[len(ids) :])
+        mesh = Mesh(
+            points=xyz,
+            types=types,
+            offsets=offsets,
+            connectivity=local[: len(ids)],
+            polyhedra=poly,
+            point_data=_weights(piece, origins),
+            cell_data={name: _column(name, rows, place) for name, rows in piece.cell_data.items() if is_needed(name)},
+            purpose=purpose,
+            copy=False,
+        )
+    except MeshError as error:
+        raise ReadError(
+            f"{pieces.path}: among cells {first} to {first + place.stop - place.start - 1}: {error}"
+        ) from error
+    mesh = ghosts.note_ghosts(mesh)
+    if n_wedges(mesh.types):
+        mesh = apply(mesh, decision)
+    return Slice(mesh, first, pieces.point_starts[place.piece], origins)
+
+
+def is_needed(name: str) -> bool:
+    """Whether something depends on cell data of this name."""
+    return name in (*ghosts.NAMES, INTERFACE, DEGREES, LABEL) or place_of(name) is not None
+
+
+def _column(name: str, rows: Rows, place: Place) -> NDArray[Any]:
+    values = rows.read(place.start, place.stop)
+    return values.astype(np.int64, copy=False) if name == LABEL else values
+
+
+def _cells(piece: Piece, place: Place) -> tuple[NDArray[np.uint8], Ids, Ids]:
+    types, (offsets, first, last) = piece.types.read(place.start, place.stop), _offsets(piece.offsets, place)
+    n = piece.connectivity.shape[0]
+    if (place.start == 0 and first != 0) or (place.stop == piece.n_cells and last != n) or not 0 <= first <= last <= n:
+        raise MeshError(f"offsets run from {first} to {last}, of {n} point ids")
+    return types, offsets, piece.connectivity.read(first, last).astype(np.int64, copy=False)
+
+
+def _offsets(rows: Rows, place: Place) -> tuple[Ids, int, int]:
+    """Offsets of the cells from 0 on; where they begin and end in the piece."""
+    offsets = rows.read(place.start, place.stop + 1).astype(np.int64, copy=False)
+    first, last = int(offsets[0]), int(offsets[-1])
+    return offsets - first, first, last
+
+
+def _polyhedra(piece: Piece, place: Place) -> tuple[Polyhedra | None, Ids]:
+    """Faces of the cells, with faces of other cells between them; and the ids of their points in the piece."""
+    none = np.empty(0, np.int64)
+    if piece.polyhedra is None:
+        return None, none
+    rows = piece.polyhedra
+    offsets, first, last = _offsets(rows["cell_offsets"], place)
+    if not 0 <= first <= last <= rows["cell_faces"].shape[0]:
+        raise MeshError(f"offsets of faces run from {first} to {last}")
+    faces = rows["cell_faces"].read(first, last).astype(np.int64, copy=False)
+    if not len(faces):
+        return None, none
+    low, high = int(faces.min()), int(faces.max()) + 1
+    if not 0 <= low < high < rows["face_offsets"].shape[0]:
+        raise MeshError(f"faces {low} to {high - 1} are not all there")
+    if high - low > 4 * len(faces):
+        raise ReadWhole("the faces of its polyhedra are spread over the file")
+    of_faces, begin, end = _offsets(rows["face_offsets"], Place(0, low, high))
+    if not 0 <= begin <= end <= rows["face_points"].shape[0]:
+        raise MeshError(f"offsets of points of faces run from {begin} to {end}")
+    points = rows["face_points"].read(begin, end).astype(np.int64, copy=False)
+    return Polyhedra(offsets, faces - low, of_faces, points), points
+
+
+def _weights(piece: Piece, origins: Ids | None) -> dict[str, NDArray[Any]]:
+    """The weights of rational cells at the points of a slice."""
+    rows = piece.point_data.get(WEIGHTS)
+    if rows is None:
+        return {}
+    if origins is not None and len(origins):
+        first = int(origins.min())
+        return {WEIGHTS: rows.read(first, int(origins.max()) + 1)[origins - first]}
+    return {WEIGHTS: rows.read(0, rows.shape[0] if origins is None else 0)}

@@ -1,0 +1,100 @@
+"""Slices one after another, or several at a time, on anything that is an executor."""
+
+from __future__ import annotations
+
+import itertools
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+
+from ..kernels.threads import thread_count
+from .job import Job, forget_points
+from .partial import CellRows, Partial
+from .read import SIZE, Place, places
+
+Progress = Callable[[int, int], object]
+"""Is told how many cells are done, and of how many."""
+
+
+def measure_pieces(
+    job: Job,
+    *,
+    executor: Executor | None = None,
+    threads: int | None = None,
+    size: int = SIZE,
+    on_rows: Callable[[int, CellRows], object] | None = None,
+    progress: Progress | None = None,
+) -> Partial:
+    """Measure all cells.
+
+    Parameters
+    ----------
+    job
+        The mesh and the question.
+    executor
+        Where slices are worked on; None: threads of this process, as many as ``threads``, or one a processor.
+    size
+        Cells of a slice. It has no influence on the answer.
+    on_rows
+        Takes the rows of each slice, in file order, with the first cell; see `Ask.keeps_rows`.
+    progress
+        Is called after each slice.
+
+    Returns
+    -------
+    Partial
+        Of all cells, each covered once.
+
+    Raises
+    ------
+    ReadError
+        If a file is broken, or was changed meanwhile.
+    ReadWhole
+        If the mesh holds what cannot be measured slice by slice.
+    """
+    todo = places(job.pieces, size)
+    total: Partial | None = None
+    done = 0
+    try:
+        for place, part in _results(job, todo, executor, thread_count(threads)):
+            job.pieces.check_unchanged()
+            if on_rows is not None and part.rows is not None:
+                on_rows(part.spans[0][0], part.rows)
+            total = part.without_rows() if total is None else total.merge(part)
+            done += place.stop - place.start
+            if progress is not None:
+                progress(done, job.facts.n_cells)
+    finally:
+        forget_points()
+    assert total is not None  # a mesh without cells is read whole
+    total.check_covers(job.facts.n_cells)
+    return total
+
+
+def _results(job: Job, todo: list[Place], executor: Executor | None, n_threads: int) -> Iterator[tuple[Place, Partial]]:
+    """The result of each place, in order; what is under way is bounded."""
+    if executor is None:
+        yield todo[0], job(todo[0])  # what is compiled, is compiled on this thread
+        if n_threads == 1 or len(todo) == 1:
+            yield from ((place, job(place)) for place in todo[1:])
+            return
+        with ThreadPoolExecutor(n_threads) as pool:
+            yield from _in_order(pool, job, todo[1:], n_threads)
+    else:
+        yield from _in_order(executor, job, todo, 2 * n_threads)
+
+
+def _in_order(executor: Executor, job: Job, todo: list[Place], ahead: int) -> Iterator[tuple[Place, Partial]]:
+    waiting: deque[tuple[Place, Future[Partial]]] = deque()
+    rest = iter(todo)
+    try:
+        for place in itertools.islice(rest, ahead):
+            waiting.append((place, executor.submit(job, place)))
+        while waiting:
+            place, future = waiting.popleft()
+            part = future.result()
+            waiting.extend((following, executor.submit(job, following)) for following in itertools.islice(rest, 1))
+            yield place, part
+    finally:
+        for _, future in waiting:
+            future.cancel()

@@ -1,0 +1,146 @@
+"""Meshes in which everything occurs that a slice could get wrong, and files of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from meshgauge import Mesh
+from meshgauge.cells import CELL_TYPES
+from meshgauge.io.formats.vtk import hdf
+from meshgauge.mesh.polyhedra import Polyhedra
+
+PLAIN = tuple(
+    row
+    for row in CELL_TYPES.values()
+    if row.shape is not None and row.n_nodes is not None and row.n_nodes == row.shape.n_nodes + row.n_middles
+)
+"""Types whose nodes are their corners, and the middles of edges."""
+
+COPIES = {"hexahedron": 400, "tetra": 200, "wedge": 60, "quadratic_tetra": 60}
+"""Cells of a type; a few of the others."""
+
+
+def garden(*, shuffled: bool = False, seed: int = 0, single: bool = False) -> Mesh:
+    """Cells of all plain types, moved at random, some flat, inverted, collapsed or not finite; and surface cells."""
+    rng = np.random.default_rng(seed)
+    points: list[np.ndarray] = []
+    cells: list[tuple[int, np.ndarray]] = []
+    total = 0
+    for row in PLAIN:
+        assert row.shape is not None
+        for copy in range(COPIES.get(row.name, 5)):
+            corners = np.empty((row.shape.n_nodes, 3))
+            corners[list(row.corners[: row.shape.n_nodes])] = np.array(row.shape.points)
+            corners += rng.normal(size=corners.shape) * 0.12 + rng.integers(0, 50, 3)
+            middles = [(corners[a] + corners[b]) / 2 for a, b, *_ in row.edges[: row.n_middles]]
+            own = np.vstack([corners, *middles]) if middles else corners
+            ids = total + np.arange(len(own))
+            if row.name == "hexahedron" and copy % 29 == 1:
+                own[[3, 7]], ids[[3, 7]] = own[[2, 6]], ids[[2, 6]]  # a wedge, as programs without wedges write it
+            if copy % 31 == 2:
+                own[1] = own[0]
+            if copy % 37 == 3:
+                own[:, 2] = own[0, 2]
+            if copy == 44:
+                own[0, 0] = np.nan
+            points.append(own)
+            cells.append((row.vtk_id, ids))
+            total += len(own)
+    cells += [(5, np.array([0, 1, 2]) + 3 * at) for at in range(40)]
+    order = rng.permutation(len(cells)) if shuffled else np.arange(len(cells))
+    cells = [cells[at] for at in order]
+    xyz = np.vstack(points)
+    if shuffled:
+        places = rng.permutation(total)
+        moved = np.empty_like(xyz)
+        moved[places] = xyz
+        xyz, cells = moved, [(vtk_id, places[ids]) for vtk_id, ids in cells]
+    n = len(cells)
+    marks = np.zeros(n, np.uint8)
+    marks[rng.choice(n, 25, replace=False)] = 1
+    return Mesh(
+        points=xyz.astype(np.float32 if single else np.float64),
+        types=np.array([vtk_id for vtk_id, _ in cells], np.uint8),
+        offsets=np.concatenate([[0], np.cumsum([len(ids) for _, ids in cells])]),
+        connectivity=np.concatenate([ids for _, ids in cells]),
+        cell_data={
+            "material": rng.integers(1, 5, n).astype(np.int32),
+            "GlobalElementId": rng.permutation(n).astype(np.int64) + 7,
+            "vtkGhostType": marks,
+            "interface": (rng.random(n) < 0.02).astype(np.uint8),
+        },
+        point_data={"GlobalNodeId": rng.permutation(len(xyz)).astype(np.int64) + 100},
+    )
+
+
+def boxes(n: int = 7) -> Mesh:
+    """n³ boxes as polyhedra, between them hexahedra."""
+    i = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
+    bottom = [i[:-1, :-1, :-1], i[1:, :-1, :-1], i[1:, 1:, :-1], i[:-1, 1:, :-1]]
+    top = [i[:-1, :-1, 1:], i[1:, :-1, 1:], i[1:, 1:, 1:], i[:-1, 1:, 1:]]
+    cubes = np.stack(bottom + top, -1).reshape(-1, 8)
+    points = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    points += np.random.default_rng(2).normal(size=points.shape) * 0.15
+    sides = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    types = np.where(np.arange(len(cubes)) % 3 == 1, 12, 42).astype(np.uint8)
+    counts = np.where(types == 42, 6, 0)
+    faces = np.concatenate([cubes[types == 42][:, side] for side in sides], axis=1).reshape(-1)
+    n_faces = int(counts.sum())
+    return Mesh(
+        points=points,
+        types=types,
+        offsets=8 * np.arange(len(cubes) + 1),
+        connectivity=cubes.reshape(-1),
+        polyhedra=Polyhedra(
+            np.concatenate([[0], np.cumsum(counts)]), np.arange(n_faces), 4 * np.arange(n_faces + 1), faces
+        ),
+    )
+
+
+def write_raw_vtu(path: Path, mesh: Mesh) -> None:
+    """A VTU with raw appended data that are not packed, by VTK."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(mesh.to_pyvista())
+    writer.SetDataModeToAppended()
+    writer.EncodeAppendedDataOff()
+    writer.SetCompressorTypeToNone()
+    writer.SetHeaderTypeToUInt64()
+    assert writer.Write() == 1
+
+
+def write_packed_hdf(path: Path, mesh: Mesh) -> None:
+    """A VTKHDF file in small chunks, packed by gzip."""
+    hdf.write(path.with_suffix(".plain"), mesh)
+    with h5py.File(path.with_suffix(".plain"), "r") as plain, h5py.File(path, "w") as packed:
+        plain.copy("VTKHDF", packed)
+        root = packed["VTKHDF"]
+        for name in ("Points", "Types", "Offsets", "Connectivity", "CellData/material"):
+            values = root[name][...]
+            del root[name]
+            root.create_dataset(name, data=values, chunks=(97, *values.shape[1:]), compression="gzip")
+
+
+def write_parts(path: Path, meshes: list[Mesh]) -> None:
+    """A VTKHDF file with a partition of each mesh."""
+    with h5py.File(path, "w") as file:
+        root = file.create_group("VTKHDF")
+        root.attrs["Version"] = np.array([2, 0], np.int64)
+        root.attrs.create("Type", np.bytes_("UnstructuredGrid"))
+        for name, sizes in (
+            ("NumberOfPoints", [m.n_points for m in meshes]),
+            ("NumberOfCells", [m.n_cells for m in meshes]),
+            ("NumberOfConnectivityIds", [len(m.connectivity) for m in meshes]),
+        ):
+            root[name] = np.array(sizes, np.int64)
+        root["Points"] = np.vstack([m.points for m in meshes])
+        for name, attribute in (("Types", "types"), ("Offsets", "offsets"), ("Connectivity", "connectivity")):
+            root[name] = np.concatenate([getattr(m, attribute) for m in meshes])
+        for group, attribute in (("CellData", "cell_data"), ("PointData", "point_data")):
+            for key in getattr(meshes[0], attribute):
+                root[f"{group}/{key}"] = np.concatenate([getattr(m, attribute)[key] for m in meshes])

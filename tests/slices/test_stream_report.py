@@ -1,0 +1,210 @@
+"""A report that was made slice by slice is that of the whole, to the last bit."""
+
+from __future__ import annotations
+
+import json
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from slice_meshes import boxes, garden, write_packed_hdf, write_parts, write_raw_vtu
+
+import meshgauge
+from meshgauge import Mesh, io
+from meshgauge.errors import MeshgaugeError, ReadError
+from meshgauge.io.plumbing.pieces import Pieces, ReadWhole
+from meshgauge.kernels import path as kernels_path
+from meshgauge.report import FileReport
+from meshgauge.report.json import report_dict
+from meshgauge.report.stream import job_of, report_on
+from meshgauge.slices import Ask
+from meshgauge.slices.points import Points
+from meshgauge.slices.read import places
+
+METRICS = ("jens", "scaled_jacobian", "aspect_ratio_gamma")
+
+MEMORY = {"whole": 1 << 30, "blocks": 1 << 20, "ids": 1}
+"""Bytes for points: all of them, blocks, only those of a slice."""
+
+
+@pytest.fixture(autouse=True)
+def some_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hexahedra and tetrahedra are many, other types few; blocks of points are small."""
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 150)
+
+
+def pieces_of(path: Path) -> Pieces:
+    pieces = io.pieces(path)
+    assert pieces is not None
+    return pieces
+
+
+def plain(report: FileReport) -> dict[str, Any]:
+    """What JSON holds of a report, but for the notes."""
+    every = json.loads(json.dumps(report_dict([report])))
+    del every["files"][0]["notes"]
+    return every
+
+
+def whole(path: Path, **how: Any) -> FileReport:
+    mesh = io.read(path, wedge_order=how.pop("wedge_order", "auto"))
+    quality = meshgauge.measure(mesh, metrics=METRICS, keep_bricks=how.pop("keep_bricks", False))
+    return FileReport.of(quality, path=str(path), by_region=True, **how)
+
+
+def streamed(path: Path, memory: int = 1 << 30, size: int = 97, **how: Any) -> FileReport:
+    return report_on(pieces_of(path), path=str(path), metrics=METRICS, by_region=True, memory=memory, size=size, **how)
+
+
+def write(path: Path, mesh: Mesh, kind: str) -> Path:
+    path = path / f"mesh{kind}"
+    {".vtkhdf": io.write, ".vtu": io.write, ".raw.vtu": write_raw_vtu, ".gz.vtkhdf": write_packed_hdf}[kind](path, mesh)
+    return path
+
+
+@pytest.mark.parametrize(("shuffled", "memory"), [(False, "whole"), (True, "blocks"), (True, "ids")])
+@pytest.mark.parametrize("kind", [".vtkhdf", ".gz.vtkhdf", ".vtu", ".raw.vtu"])
+def test_the_report_is_that_of_the_whole(
+    tmp_path: Path, kind: str, shuffled: bool, memory: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("meshgauge.slices.points.SHIFT", 6)
+    monkeypatch.setattr("meshgauge.slices.points.BLOCK", 64)
+    path = write(tmp_path, garden(shuffled=shuffled), kind)
+    expected, made = whole(path), streamed(path, MEMORY[memory])
+    assert plain(made) == plain(expected)
+    assert set(made.notes) == set(expected.notes)
+    counts = made.summary.all
+    assert min(counts.n_invalid, counts.n_degenerate, counts.n_unmeasured, len(made.findings[0].labels)) > 0
+    assert len(made.regions) == 4
+    assert None not in (made.worst[0].cell_label, made.worst[0].point_label)
+
+
+@pytest.mark.parametrize("size", [13, 100_000])
+def test_any_size_of_slice_gives_the_same(tmp_path: Path, size: int) -> None:
+    path = write(tmp_path, garden(), ".vtkhdf")
+    assert plain(streamed(path, size=size)) == plain(whole(path))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_any_number_of_threads_gives_the_same(tmp_path: Path, threads: int) -> None:
+    path = write(tmp_path, garden(shuffled=True), ".vtkhdf")
+    assert plain(streamed(path, threads=threads)) == plain(whole(path))
+
+
+def test_an_executor_gives_the_same(tmp_path: Path) -> None:
+    path = write(tmp_path, garden(), ".vtu")
+    with ThreadPoolExecutor(2) as pool:
+        assert plain(streamed(path, executor=pool)) == plain(whole(path))
+
+
+@pytest.mark.parametrize("keep_bricks", [False, True])
+def test_collapsed_bricks(tmp_path: Path, keep_bricks: bool) -> None:
+    path = write(tmp_path, garden(), ".vtkhdf")
+    assert plain(streamed(path, keep_bricks=keep_bricks)) == plain(whole(path, keep_bricks=keep_bricks))
+
+
+def test_single_precision(tmp_path: Path) -> None:
+    path = write(tmp_path, garden(single=True), ".vtkhdf")
+    assert plain(streamed(path)) == plain(whole(path))
+
+
+@pytest.mark.parametrize("memory", MEMORY)
+def test_polyhedra(tmp_path: Path, memory: str) -> None:
+    path = write(tmp_path, boxes(), ".vtkhdf")
+    assert plain(streamed(path, MEMORY[memory])) == plain(whole(path))
+
+
+@pytest.mark.parametrize("memory", MEMORY)
+def test_partitions_are_regions(tmp_path: Path, memory: str) -> None:
+    path = tmp_path / "a.vtkhdf"
+    parts = [garden(seed=1), garden(seed=2, shuffled=True), garden(seed=3)]
+    parts = [m.replace(cell_data={k: v for k, v in m.cell_data.items() if k != "material"}) for m in parts]
+    write_parts(path, parts)
+    made = streamed(path, MEMORY[memory])
+    assert plain(made) == plain(whole(path))
+    assert [name for name, _ in made.regions] == ["partition 0", "partition 1", "partition 2"]
+
+
+@pytest.mark.parametrize("turned", ["all", "none"])
+@pytest.mark.parametrize("order", ["auto", "gmsh", "vtk-legacy"])
+def test_the_order_of_wedges_is_that_of_the_whole(tmp_path: Path, order: str, turned: str) -> None:
+    mesh = garden()
+    if turned == "all":
+        ids = mesh.connectivity.copy()
+        for first in mesh.offsets[:-1][mesh.types == 13]:
+            ids[first : first + 6] = ids[first : first + 6][[0, 2, 1, 3, 5, 4]]
+        mesh = mesh.replace(connectivity=ids)
+    path = write(tmp_path, mesh, ".vtkhdf")
+    expected, made = whole(path, wedge_order=order), streamed(path, wedge_order=order, size=50)
+    assert plain(made) == plain(expected)
+    assert [n for n in made.notes if "turned" in n] == [n for n in expected.notes if "turned" in n]
+
+
+def test_wedges_that_their_neighbours_decide_are_read_whole(tmp_path: Path) -> None:
+    mesh = garden()
+    ids = mesh.connectivity.copy()
+    for first in mesh.offsets[:-1][mesh.types == 12][::2]:
+        ids[first : first + 8] = ids[first : first + 8][[4, 5, 6, 7, 0, 1, 2, 3]]
+    path = write(tmp_path, mesh.replace(connectivity=ids), ".vtkhdf")
+    with pytest.raises(ReadWhole, match="order of its wedges"):
+        streamed(path)
+
+
+def test_metrics_of_all_cells_at_once_are_read_whole(tmp_path: Path) -> None:
+    path = write(tmp_path, garden(), ".vtkhdf")
+    with pytest.raises(ReadWhole, match="metric verdict_condition takes all"):
+        report_on(pieces_of(path), metrics=("jens", "verdict_condition"))
+
+
+def test_a_file_that_changes_is_an_error(tmp_path: Path) -> None:
+    path = write(tmp_path, garden(), ".vtkhdf")
+
+    def touch(done: int, total: int) -> None:
+        os.utime(path, ns=(done, done))
+
+    with pytest.raises(ReadError, match="was changed while it was read"):
+        streamed(path, progress=touch)
+
+
+def test_cells_are_covered_once(tmp_path: Path) -> None:
+    path = write(tmp_path, garden(), ".vtkhdf")
+    job = job_of(pieces_of(path), Ask())
+    first, second, *_ = (job(place) for place in places(job.pieces, 100)[:3])
+    with pytest.raises(MeshgaugeError, match="cells 0 to 99 were measured twice"):
+        first.merge(second).merge(first)
+    with pytest.raises(MeshgaugeError, match="only some were measured"):
+        first.merge(second).check_covers(job.facts.n_cells)
+    with pytest.raises(MeshgaugeError, match="different questions"):
+        first.merge(replace(second, n_worst=3))
+
+
+def test_a_bad_id_names_the_place(tmp_path: Path) -> None:
+    mesh = garden()
+    path = write(tmp_path, mesh, ".raw.vtu")
+    data = bytearray(path.read_bytes())
+    needle = mesh.connectivity[2000:2016].astype(np.int64).tobytes()
+    at = data.index(needle)
+    data[at : at + 8] = np.int64(1 << 40).tobytes()
+    path.write_bytes(data)
+    with pytest.raises(ReadError, match=r"among cells \d+ to \d+: point id 1099511627776 is outside"):
+        streamed(path)
+
+
+@pytest.mark.parametrize("memory", MEMORY.values())
+def test_points_of_ids(memory: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("meshgauge.slices.points.SHIFT", 3)
+    monkeypatch.setattr("meshgauge.slices.points.BLOCK", 8)
+    monkeypatch.setattr("meshgauge.slices.points.WINDOW", 50)
+    path = write(tmp_path, garden(), ".vtkhdf")
+    piece = pieces_of(path).pieces[0]
+    points, mesh = Points(piece.points, memory), io.read(path)
+    for ids in ([0], [5, 5, 3], [mesh.n_points - 1, 0], np.random.default_rng(0).integers(0, mesh.n_points, 300)):
+        ids = np.asarray(ids, np.int64)
+        xyz, local, origins = points.of(ids)
+        np.testing.assert_array_equal(xyz[local], mesh.points[ids])
+        if origins is not None:
+            np.testing.assert_array_equal(origins[local], ids)
