@@ -18,6 +18,7 @@ from cgns_files import mixed, polyhedral
 from fluent_files import cff
 from io_meshes import mesh_of
 from ovm_files import ovmb
+from plt_files import Zone, drawing, plt
 
 from meshgauge import io
 from meshgauge.errors import ReadError
@@ -185,7 +186,7 @@ TEXTS: dict[str, dict[str, str]] = {
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
        "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
-       "lsdyna", "elmer", "frontistr", "femap",
+       "lsdyna", "elmer", "frontistr", "femap", "tecplot-binary",
        "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
@@ -244,6 +245,12 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
     yield "ovm", binary, [binary]
     fluent = cff(folder / "classic" / "a.cas.h5", mesh)
     yield "fluent", fluent, [fluent]
+    for version in (102, 111, 112):
+        points = [*np.array([line.split() for line in _TETRA.splitlines()], float).T]
+        zones = [Zone(points, "tetra", np.arange(4)[None], n_points=4, strand=0),
+                 Zone([np.arange(8.0)] * 3, shape=(2, 2, 2))]  # fmt: skip
+        path = plt(folder / "classic" / f"{version}.plt", "XYZ", zones, version=version, extra=drawing())
+        yield "tecplot-binary", path, [path]
     for path in (mixed(folder / "classic" / "a.cgns", mesh), polyhedral(folder / "classic" / "b.cgns", mesh)):
         yield "cgns", path, [path]
     for file in sorted((HERE / "seeds").glob("*")) if (HERE / "seeds").is_dir() else []:

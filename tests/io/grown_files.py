@@ -9,6 +9,7 @@ import numpy as np
 from cgns_files import base, put, section, zone
 from io_meshes import mesh_of
 from ovm_files import ovm
+from plt_files import Zone, plt
 
 from meshgauge import io
 from meshgauge.mesh import CellBlock, Mesh
@@ -235,6 +236,13 @@ def femap(n: int) -> str:
     return "".join(f"   -1\n   {number}\n{body}   -1\n" for number, body in blocks)
 
 
+def tecplot_binary(folder: Path, n: int) -> Path:
+    """A zone for each cell."""
+    zones = [Zone([*np.array(points(n)[4 * k : 4 * k + 4], float).T], "tetra", np.arange(4)[None], n_points=4,
+                  name=f"zone {k}") for k in range(n)]  # fmt: skip
+    return plt(folder / "a.plt", ("X", "Y", "Z"), zones)
+
+
 def exodus(folder: Path, n: int) -> Path:
     """A block and two fields for each cell."""
     import h5py
@@ -280,6 +288,7 @@ MAKERS: dict[str, Callable[[Path, int], Path]] = {
     "cgns": cgns,
     "frontistr": text("a.msh", frontistr),
     "femap": text("a.neu", femap),
+    "tecplot-binary": tecplot_binary,
     "elmer": text("mesh.header", elmer),
     "su2": written("a.su2"),
     "abaqus": text("a.inp", abaqus),

@@ -36,6 +36,7 @@ from .formats.others import OTHERS
 from .formats.ovm.read import OVM
 from .formats.plusplus import PLUSPLUS
 from .formats.su2.read import SU2
+from .formats.tecplot_binary import TECPLOT_BINARY
 from .formats.tetgen import RF, TETGEN
 from .formats.ugrid import UGRID
 from .formats.unv import UNV
@@ -81,6 +82,7 @@ ALL: tuple[Format, ...] = (
     MDPA,
     *OTHERS,
     LSDYNA,
+    TECPLOT_BINARY,
     elmer.ELMER,
     femap.FEMAP,
     frontistr.FRONTISTR,

@@ -136,7 +136,7 @@ _HDF = _mark(rb"\A\x89HDF\r\n\x1a\n")
 
 OTHERS: tuple[Format, ...] = (
     # By PyVista.
-    Format("tecplot", "Tecplot ASCII", (".dat", ".tec"), tecplot.sniff,
+    Format("tecplot", "Tecplot ASCII", (".dat", ".tec", ".plt"), tecplot.sniff,
            foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_write_tecplot, by_content=False,
            forbidden=",\"'=()" + _BLANKS, steps=tecplot.steps, read_step=tecplot.read),
     # By either.

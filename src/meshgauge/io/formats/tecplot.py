@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
 from ..plumbing import budget
+from ..plumbing.budget import Fail
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.steps import Step, number_steps
 from ..plumbing.text import Text, numbers
@@ -139,13 +140,14 @@ def read(path: Path, at: int) -> Mesh | None:
         return None
     times = sorted({zone.time for zone in zones if zone.time is not None})
     parts: list[Part] = []
-    read_zones: list[_Values] = []
+    read_zones: list[Values] = []
     for zone in zones:
         try:
             values = _values(text, zone, read_zones)
             read_zones.append(values)
             if not times or zone.time in (None, times[at]):
-                parts.append(_part(text, zone, values))
+                name = zone.options.get("T", "").strip('"').strip()
+                parts.append(part(name, zone.variables, values, text.fail))
         except (ValueError, IndexError, OverflowError) as error:
             raise text.fail(f"zone {len(read_zones) + 1} is not whole: {error}", zone.row) from error
     if not any(len(part.types) for part in parts):
@@ -154,17 +156,17 @@ def read(path: Path, at: int) -> Mesh | None:
 
 
 @dataclass(slots=True)
-class _Values:
+class Values:
     """The arrays of a zone, whether each is of cells, and the nodes of its cells; ``shape`` of an ordered zone."""
 
-    arrays: list[NDArray[np.float64]]
+    arrays: list[NDArray[Any]]
     is_of_cells: list[bool]
     nodes: NDArray[np.int64]
     shape: tuple[int, ...]
     cell: str
 
 
-def _values(text: Text, zone: _Zone, before: list[_Values]) -> _Values:
+def _values(text: Text, zone: _Zone, before: list[Values]) -> Values:
     flat = _flat(text, zone)
     n_variables = len(zone.variables)
     packing = zone.text("DATAPACKING") or zone.text("F") or "POINT"
@@ -181,7 +183,7 @@ def _values(text: Text, zone: _Zone, before: list[_Values]) -> _Values:
     places, shared = zone.chosen("VARLOCATION"), zone.chosen("VARSHARELIST", str(len(before)))
     passive = zone.chosen("PASSIVEVARLIST", "yes")
     of_cells = [places.get(k, "NODAL").startswith("CELL") for k in range(n_variables)]
-    arrays: list[NDArray[np.float64]] = []
+    arrays: list[NDArray[Any]] = []
     own = [k for k in range(n_variables) if k not in shared and k not in passive]
     if packing.endswith("BLOCK"):
         sizes = [n_cells if of_cells[k] else n_points for k in own]
@@ -205,10 +207,10 @@ def _values(text: Text, zone: _Zone, before: list[_Values]) -> _Values:
             raise ValueError(f"variable {zone.variables[k]!r} has {len(given[k])} values, expected {size}")
         arrays.append(given[k])
     if not is_elements:
-        return _Values(arrays, of_cells, np.empty((0, 0), np.int64), shape, "")
+        return Values(arrays, of_cells, np.empty((0, 0), np.int64), shape, "")
     source = zone.integer("CONNECTIVITYSHAREZONE") or (before and "D" in zone.options and len(before)) or 0
     if source:
-        return _Values(arrays, of_cells, before[int(source) - 1].nodes, (), before[int(source) - 1].cell)
+        return Values(arrays, of_cells, before[int(source) - 1].nodes, (), before[int(source) - 1].cell)
     rest = flat[used:]
     cell = _SHAPES.get(kind) or {3: "triangle", 8: "hexahedron"}.get(len(rest) // max(n_cells, 1), "quad")
     width = BY_NAME[cell].n_nodes or 0
@@ -217,7 +219,7 @@ def _values(text: Text, zone: _Zone, before: list[_Values]) -> _Values:
     nodes = rest.reshape(n_cells, width).astype(np.int64) - 1
     if nodes.size and not 0 <= int(nodes.min()) <= int(nodes.max()) < n_points:
         raise ValueError(f"an element refers to a point outside of 1..{n_points}")
-    return _Values(arrays, of_cells, nodes, (), cell)
+    return Values(arrays, of_cells, nodes, (), cell)
 
 
 def _flat(text: Text, zone: _Zone) -> NDArray[np.float64]:
@@ -231,28 +233,28 @@ def _flat(text: Text, zone: _Zone) -> NDArray[np.float64]:
     return numbers(block, np.float64)
 
 
-def _part(text: Text, zone: _Zone, values: _Values) -> Part:
-    axes = list(_axes(zone.variables))
+def part(name: str, variables: Sequence[str], values: Values, fail: Fail) -> Part:
+    """Cells of a zone, with the variables that are no coordinates as data; ``fail`` makes an error."""
+    axes = list(coordinates(variables))
     n = len(values.arrays[axes[0]])
-    budget.draw("made", sum(array.nbytes for array in values.arrays) + values.nodes.nbytes, "a zone", text.fail)
+    budget.draw("made", sum(array.nbytes for array in values.arrays) + values.nodes.nbytes, "a zone", fail)
     points = np.zeros((n, 3))
     for column, at in enumerate(axes):
         points[:, column] = values.arrays[at]
-    name = zone.options.get("T", "").strip('"').strip()
     if values.shape:
-        part = structured_part(name, values.shape, points)
+        made = structured_part(name, values.shape, points)
     else:
         n_cells, width = values.nodes.shape
-        types = np.full(n_cells, BY_NAME[values.cell].vtk_id, np.uint8)
-        part = Part(name, points, types, np.arange(n_cells + 1) * width, values.nodes.ravel())
-    data: tuple[dict[str, Any], dict[str, Any]] = (part.point_data, part.cell_data)
-    for k, variable in enumerate(zone.variables):
+        types = np.full(n_cells, BY_NAME[values.cell].vtk_id if values.cell else 0, np.uint8)
+        made = Part(name, points, types, np.arange(n_cells + 1) * width, values.nodes.ravel())
+    data: tuple[dict[str, Any], dict[str, Any]] = (made.point_data, made.cell_data)
+    for k, variable in enumerate(variables):
         if k not in axes:
             data[values.is_of_cells[k]][variable] = values.arrays[k]
-    return part
+    return made
 
 
-def _axes(variables: list[str]) -> Iterator[int]:
+def coordinates(variables: Sequence[str]) -> Iterator[int]:
     """Where x, y and z stand among the variables: by their names, else the first two or three."""
     found = [next((k for k, name in enumerate(variables) if axis.match(name.strip())), None) for axis in _AXES]
     if found[0] is None or found[1] is None:
