@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
+import meshio
 import numpy as np
 
 import meshgauge
@@ -75,20 +77,92 @@ def _text(path: Path, lines: list[str], end: str = "\n") -> Path:
     return path
 
 
-PATCHED: dict[str, tuple[str, Callable[[Path], Path], bool]] = {
-    "abaqus": ("abaqus", abaqus, True),
-    "su2": ("su2", su2, True),
+def nastran(folder: Path, *, width: int = 8, separator: str = "") -> Path:
+    """A deck with a case control, comments, exponents without a letter, and points of a local system."""
+    mesh = bricks()
+    points = [
+        " " * 0 + line for n, row in enumerate(mesh.points.tolist(), 1) for line in _grid(n, row, width, separator)
+    ]
+    elements = []
+    for n, row in enumerate(cells(mesh, 1), 1):
+        fields = [f"{k:<8d}" for k in row]
+        elements += ["CHEXA   " + f"{n:<8d}" + f"{1:<8d}" + "".join(fields[:6]), " " * 8 + "".join(fields[6:])]
+    lines = [
+        "SOL 101",
+        "CEND",
+        "LOAD = 1",
+        "BEGIN BULK",
+        "$ GRID,1,,0.,0.,0.",
+        *points[:4],
+        "$ between",
+        *points[4:],
+        *elements,
+    ]
+    lines += [
+        "PSOLID  1       1",
+        "MAT1    1       2.1+5           .3",
+        "FORCE   1       64      0       1.0-3   0.0     0.0     1.0",
+    ]
+    return _text(folder / "deck.bdf", [*lines, "ENDDATA"])
+
+
+def _grid(n: int, row: list[float], width: int, separator: str) -> list[str]:
+    texts = [f"{x:.4f}" if k else f"{x:.4e}".replace("e-0", "-").replace("e+0", "+") for k, x in enumerate(row)]
+    if separator:
+        return [f"GRID, {n},,{','.join(texts)}  $ {n}"]
+    if width == 8:
+        return [f"GRID    {n:<8d}{'':8s}" + "".join(f"{text:>8s}" for text in texts)]
+    fields = [f"{text:<16s}" for text in texts]
+    return [f"GRID*   {n:<16d}{'0':>16s}{fields[0]}{fields[1]}", f"*       {fields[2]}"]
+
+
+def gmsh(folder: Path, *, version: str, is_binary: bool) -> Path:
+    """As meshio writes it."""
+    mesh = bricks()
+    whole = meshio.Mesh(mesh.points, {"hexahedron": mesh.connectivity.reshape(-1, 8)})
+    whole.write(folder / "mesh.msh", file_format=version, binary=is_binary)
+    return folder / "mesh.msh"
+
+
+def gmsh_40(folder: Path) -> Path:
+    """By hand: each node after its tag, some of them parametric."""
+    mesh = bricks()
+    nodes = [f"{n} {row}" for n, row in enumerate(rows(mesh), 1)]
+    elements = [f"{n} " + " ".join(map(str, row)) for n, row in enumerate(cells(mesh, 1), 1)]
+    lines = ["$MeshFormat", "4.0 0 8", "$EndMeshFormat", "$Comments", "1 2 3", "$EndComments", "$Nodes", "2 64"]
+    lines += ["1 2 1 4", *(f"{node} 0.5 0.25" for node in nodes[:4]), "1 3 0 60", *nodes[4:], "$EndNodes"]
+    lines += ["$Elements", f"1 {len(elements)}", f"1 3 5 {len(elements)}", *elements, "$EndElements"]
+    return _text(folder / "mesh.msh", lines)
+
+
+def medit(folder: Path, *, suffix: str, is_single: bool = False) -> Path:
+    """As our writer makes it; the text with comments, and numbers of single precision."""
+    path = folder / f"mesh.{suffix}"
+    meshgauge.write(path, bricks())
+    if suffix == "mesh":
+        text = path.read_text().replace("Vertices", "# 1 2 3\nVertices # of 64\n", 1)
+        if is_single:
+            text = text.replace("MeshVersionFormatted 2", "MeshVersionFormatted 1")
+            assert "MeshVersionFormatted 1" in text
+        path.write_text(text)
+    return path
+
+
+PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
+    "abaqus": ("abaqus", abaqus, "text"),
+    "su2": ("su2", su2, "text"),
+    "nastran": ("nastran", nastran, "columns"),
+    "nastran large": ("nastran", partial(nastran, width=16), "columns"),
+    "nastran free": ("nastran", partial(nastran, separator=","), "text"),
+    "gmsh 2.2": ("gmsh", partial(gmsh, version="gmsh22", is_binary=False), "text"),
+    "gmsh 2.2 binary": ("gmsh", partial(gmsh, version="gmsh22", is_binary=True), "bytes"),
+    "gmsh 4.0": ("gmsh", gmsh_40, "text"),
+    "gmsh 4.1": ("gmsh", partial(gmsh, version="gmsh", is_binary=False), "text"),
+    "gmsh 4.1 binary": ("gmsh", partial(gmsh, version="gmsh", is_binary=True), "bytes"),
+    "medit": ("medit", partial(medit, suffix="mesh"), "text"),
+    "medit single": ("medit", partial(medit, suffix="mesh", is_single=True), "text"),
+    "medit binary": ("medit", partial(medit, suffix="meshb"), "bytes"),
 }
-"""By name: the format, what makes a file in a folder, and whether it is text."""
+"""By name: the format, what makes a file in a folder, and how numbers stand in it: as words, in columns or as bytes."""
 
 WORD = re.compile(rb"[^\s,]+")
-
-
-def written_by(name: str) -> Callable[[Path], Path]:
-    """A file as our own writer makes it."""
-
-    def make(folder: Path) -> Path:
-        meshgauge.write(folder / name, bricks())
-        return folder / name
-
-    return make

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import meshio
@@ -15,6 +16,7 @@ from meshgauge.files import undo
 from meshgauge.io.patching import Patch, patch_of
 from meshgauge.io.registry import FORMATS
 
+EXPONENT = re.compile(rb"(?<=[0-9.])([+-][0-9]+)$")
 NAMES = pytest.mark.parametrize("name", PATCHED)
 
 
@@ -58,15 +60,21 @@ def test_only_coordinates_of_moved_points_change(name: str, tmp_path: Path) -> N
     assert np.asarray(back.points, np.float64).tobytes() == moved.points.tobytes()
     assert np.array_equal(back.connectivity, mesh.connectivity)
     old, new = path.read_bytes(), patch.target.read_bytes()
-    if PATCHED[name][2]:
+    if PATCHED[name][2] == "text":
         words = [WORD.findall(data) for data in (old, new)]
         assert len(words[0]) == len(words[1])
         changed = [(a, b) for a, b in zip(*words, strict=True) if a != b]
         assert len(changed) == 3 * len(ids)
         assert [WORD.sub(b"", line) for line in old.split(b"\n")] == [WORD.sub(b"", line) for line in new.split(b"\n")]
-        values = [float(b.replace(b"D", b"e")) for _, b in changed]
-        assert sorted(values) == sorted(moved.points[ids].ravel().tolist())
+        values = [float(EXPONENT.sub(rb"e\1", b.replace(b"D", b"e"))) for _, b in changed]
+        assert sorted(np.array(values, mesh.points.dtype).tolist()) == sorted(moved.points[ids].ravel().tolist())
         assert all((b"D" in b) == (b"D" in a) for a, b in changed if b"E" in b or b"D" in b)
+    elif PATCHED[name][2] == "columns":
+        lines = [data.split(b"\n") for data in (old, new)]
+        assert list(map(len, lines[0])) == list(map(len, lines[1]))
+        changed_lines = [a for a, b in zip(*lines, strict=True) if a != b]
+        assert {line[:1] for line in changed_lines} <= {b"G", b"*"}
+        assert len(changed_lines) == len(ids) * (1 + any(line.startswith(b"*") for line in changed_lines))
     else:
         assert len(old) == len(new)
         assert sum(a != b for a, b in zip(old, new, strict=True)) <= 24 * len(ids)
@@ -83,7 +91,7 @@ def test_from_a_shell(name: str, tmp_path: Path) -> None:
     better = meshgauge.read(patch.target)
     assert np.nanmin(meshgauge.measure(better).values) > np.nanmin(meshgauge.measure(mesh).values)
     lines = [data.split(b"\n") for data in (path.read_bytes(), patch.target.read_bytes())]
-    if PATCHED[name][2]:
+    if PATCHED[name][2] == "text":
         n_moved = np.count_nonzero((better.points != mesh.points).any(axis=1))
         assert sum(a != b for a, b in zip(*lines, strict=True)) == n_moved > 0
     done = command_line.run("undo", patch.target, tmp_path / "undo.npz", "--in-place")
@@ -91,7 +99,7 @@ def test_from_a_shell(name: str, tmp_path: Path) -> None:
     assert patch.target.read_bytes() == path.read_bytes()
 
 
-@pytest.mark.parametrize("suffix", ["inp", "su2"])
+@pytest.mark.parametrize("suffix", ["inp", "su2", "msh", "mesh"])
 def test_a_third_party_reader_reads_the_new_coordinates(suffix: str, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     meshgauge.write(tmp_path / f"a.{suffix}", bricks())

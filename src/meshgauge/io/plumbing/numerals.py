@@ -71,6 +71,8 @@ class Text:
         If not None, numbers are written as 1.234e-05, with so many decimals (fewer if that is too long).
     n_exponent
         Digits of the exponent, at least.
+    is_single
+        True if the numbers are read in single precision.
     """
 
     most: int | None = None
@@ -78,12 +80,15 @@ class Text:
     exponent: str = "e"
     decimals: int | None = None
     n_exponent: int = 1
+    is_single: bool = False
 
     def values(self, data: bytes, starts: Ints, ends: Ints) -> Reals:
         spans = zip(starts.tolist(), ends.tolist(), strict=True)
         return np.array([self._value(data[start:end]) for start, end in spans], np.float64)
 
     def rounded(self, values: Reals) -> Reals:
+        if self.is_single:
+            return values.astype(np.float32).astype(np.float64)
         if self.most is None:
             return values
         return np.array([float(self._digits(value)[0]) for value in values.tolist()], np.float64)
@@ -115,7 +120,7 @@ class Text:
         """A number as Python reads it, and as it is written, with ``e`` in the place of the letter."""
         most = self.most or 64
         if self.decimals is None:
-            plain = repr(value)
+            plain = str(np.float32(value)) if self.is_single else repr(value)
             text = self._shown(plain)
             if len(text) <= most:
                 return plain, text

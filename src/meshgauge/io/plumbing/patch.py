@@ -96,7 +96,7 @@ class Places:
         ids = np.flatnonzero(places.has_place)
         points = np.asarray(mesh.points)
         here = places._values(ids).astype(points.dtype)
-        return places.without(ids[(here != points[ids]).any(axis=1)])
+        return places.without(ids[(here != points[ids]).any(axis=1)]).without(_at_middles(mesh))
 
     def without(self, points: NDArray[Any]) -> Places:
         """The same, but some points (ids or a mask) have no place."""
@@ -142,6 +142,17 @@ class Places:
             for at, text in zip(own.tolist(), self.pieces[number][1].written(new[own], old), strict=True):
                 texts[at] = text
         return Hunks.replacing(starts, ends, [len(text) for text in texts]), texts
+
+
+def _at_middles(mesh: Mesh) -> Ints:
+    """Points of cells of which the file leaves nodes out, which are taken halfway between others."""
+    labels = labels_of(mesh, "point")
+    if labels is None or not (labels < 0).any():
+        return _NONE
+    sizes = np.diff(mesh.offsets)
+    lacks = np.add.reduceat(labels[mesh.connectivity] < 0, mesh.offsets[:-1][sizes > 0]) > 0
+    owner = np.repeat(lacks, sizes[sizes > 0])
+    return np.unique(mesh.connectivity[owner]).astype(np.int64)
 
 
 def copy_with(data: bytes, hunks: Hunks, texts: Sequence[bytes], file: BinaryIO) -> None:

@@ -154,7 +154,7 @@ def _sections(cursor: Cursor) -> _Content:
 def _section(cursor: Cursor, section: str, content: _Content) -> None:
     new = cursor.version.startswith("4")
     if section == "MeshFormat":
-        _format(cursor)
+        take_format(cursor)
     elif section == "PhysicalNames":
         for _ in range(cursor.integers()[0]):
             match = re.match(r'(?:(\d+)\s+)?(-?\d+)\s+"(.*)"', cursor.line())
@@ -186,7 +186,8 @@ def _section(cursor: Cursor, section: str, content: _Content) -> None:
         cursor.skip(section)
 
 
-def _format(cursor: Cursor) -> None:
+def take_format(cursor: Cursor) -> None:
+    """Note the version, and whether the file is binary."""
     version, binary, size = cursor.line().split()[:3]
     cursor.version, cursor.is_binary, cursor.size_t = f"{float(version):.1f}", binary == "1", int(size)
     if cursor.version not in ("2.0", "2.1", "2.2", "4.0", "4.1") or cursor.size_t not in (4, 8):

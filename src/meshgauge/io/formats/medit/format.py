@@ -12,7 +12,9 @@ import numpy as np
 
 from ....mesh import Mesh
 from ...plumbing.format import Format
+from ...plumbing.patch import Places
 from . import read as medit_read
+from .places import places
 from .write import write
 
 _MARK = re.compile(rb"^(?:\s|#[^\n]*\n)*MeshVersionFormatted\b")
@@ -32,9 +34,16 @@ def _is_binary(head: bytes) -> bool:
 
 
 def read(path: Path) -> Mesh:
+    return medit_read.read(path, is_binary=_is_binary(_head(path)))
+
+
+def _places(path: Path) -> Places:
+    return places(path, is_binary=_is_binary(_head(path)))
+
+
+def _head(path: Path) -> bytes:
     with path.open("rb") as file:
-        head = file.read(12)
-    return medit_read.read(path, is_binary=_is_binary(head))
+        return file.read(12)
 
 
-MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, read, write=write)
+MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, read, write=write, places=_places)

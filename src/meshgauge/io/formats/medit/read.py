@@ -54,10 +54,10 @@ _BY_KEYWORD: dict[str | int, Section] = {
 }
 VERTICES, DIMENSION, END = ("vertices", 4), ("dimension", 3), ("end", 54)
 """Keywords of text and numbers of binary files."""
-_SINGLE = re.compile(rb"\s*MeshVersionFormatted\s+1\b")
+SINGLE = re.compile(rb"\s*MeshVersionFormatted\s+1\b")
 _NO_CELLS = re.compile(r"(corners|ridges|required|normal|tangent|angle|sol|isol|subdomain|boundingbox|meshversion)")
 _CODES_OF_NO_CELLS = frozenset((*range(11, 24), 26, 28, 29, 31, 32, *range(34, 49), *range(50, 54), *range(55, 75)))
-_WORD = re.compile(rb"(?<!\S)(?!(?:nan|inf|infinity)(?:\s|\Z))[A-Za-z]\w*", re.IGNORECASE)
+WORD = re.compile(rb"(?<!\S)(?!(?:nan|inf|infinity)(?:\s|\Z))[A-Za-z]\w*", re.IGNORECASE)
 _SHOWN = 8
 
 
@@ -153,8 +153,8 @@ def _ascii(path: Path, data: bytes) -> Iterator[_Rows]:
     """Sections between words; the numbers of a row may be on any lines. Version 1 means numbers of single precision."""
     if b"#" in data:
         data = re.sub(rb"#[^\n]*", b"", data)
-    real = np.float32 if _SINGLE.match(data) else np.float64
-    marks = list(_WORD.finditer(data))
+    real = np.float32 if SINGLE.match(data) else np.float64
+    marks = list(WORD.finditer(data))
     for place, mark in enumerate(marks):
         keyword, end = (
             mark[0].decode("ascii").lower(),
@@ -184,39 +184,63 @@ def _ascii(path: Path, data: bytes) -> Iterator[_Rows]:
         yield _Rows(keyword, values)
 
 
-def _binary(path: Path, data: bytes) -> Iterator[_Rows]:
+@dataclass(slots=True)
+class BinarySection:
+    """A section of a binary file: its keyword, where its numbers stand, and how."""
+
+    code: int
+    start: int  #: of what follows the keyword
+    stop: int
+    real: np.dtype[Any]
+    integer: np.dtype[Any]
+    order: str
+    dimension: int  #: of the mesh, as stated before
+
+
+def binary_sections(path: Path, data: bytes) -> Iterator[BinarySection]:
     """Each section begins with its keyword and the byte where the next one does; 0 is the end."""
     order = "<" if data[:1] == b"\x01" else ">"
     version = int(np.frombuffer(data, f"{order}i4", 1, 4)[0])
     real, integer = np.dtype(f"{order}f{4 if version == 1 else 8}"), np.dtype(f"{order}i{8 if version > 3 else 4}")
     jump = np.dtype(f"{order}i{8 if version > 2 else 4}")
-    at, head = 8, 4 + jump.itemsize
+    at, head, dimension = 8, 4 + jump.itemsize, 3
     while at:
         if at + head > len(data):
             raise ReadError(f"{path}: a section is stated at byte {at} of {len(data)}; the file is truncated")
         code = int(np.frombuffer(data, f"{order}i4", 1, at)[0])
         following = int(np.frombuffer(data, jump, 1, at + 4)[0])
         if code == END[1]:
-            yield _Rows(code, None)
+            yield BinarySection(code, at + head, at + head, real, integer, order, dimension)
             return
         if following and not at < following <= len(data):
             raise ReadError(f"{path}: the section {code} states that the next is at byte {following} of {len(data)}")
-        stop = following or len(data)
+        if code == DIMENSION[1] and at + head + 4 <= len(data):
+            dimension = int(np.frombuffer(data, f"{order}i4", 1, at + head)[0])
+        yield BinarySection(code, at + head, following or len(data), real, integer, order, dimension)
+        at = following
 
-        def values(width: int, is_real: bool, start: int = at + head, code: int = code, stop: int = stop) -> Any:
-            size = 4 if code == DIMENSION[1] else integer.itemsize
-            if start + size > len(data):
-                raise ReadError(f"{path}: the section {code} is cut off")
-            n = int(np.frombuffer(data, f"{order}i{size}", 1, start)[0])
+
+def _binary(path: Path, data: bytes) -> Iterator[_Rows]:
+    for section in binary_sections(path, data):
+        if section.code == END[1]:
+            yield _Rows(section.code, None)
+            return
+
+        def values(width: int, is_real: bool, one: BinarySection = section) -> Any:
+            size = 4 if one.code == DIMENSION[1] else one.integer.itemsize
+            if one.start + size > len(data):
+                raise ReadError(f"{path}: the section {one.code} is cut off")
+            n = int(np.frombuffer(data, f"{one.order}i{size}", 1, one.start)[0])
             if not width:
                 return n
-            row = np.dtype([("x", real, (width,)), ("ref", integer)]) if is_real else np.dtype((integer, (width + 1,)))
-            if n < 0 or start + size + n * row.itemsize > stop:
-                raise ReadError(f"{path}: the section {code} states {n} rows, which {stop - start} bytes do not hold")
-            table = np.frombuffer(data, row, n, start + size)
+            fields = [("x", one.real, (width,)), ("ref", one.integer)]
+            row = np.dtype(fields) if is_real else np.dtype((one.integer, (width + 1,)))
+            if n < 0 or one.start + size + n * row.itemsize > one.stop:
+                held = one.stop - one.start
+                raise ReadError(f"{path}: the section {one.code} states {n} rows, which {held} bytes do not hold")
+            table = np.frombuffer(data, row, n, one.start + size)
             if is_real:
-                return table["x"].astype(real.newbyteorder("=")), table["ref"].astype(np.int64)
+                return table["x"].astype(one.real.newbyteorder("=")), table["ref"].astype(np.int64)
             return table.astype(np.int64)
 
-        yield _Rows(code, values)
-        at = following
+        yield _Rows(section.code, values)

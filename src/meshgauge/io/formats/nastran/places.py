@@ -1,0 +1,108 @@
+"""Where a Nastran deck, and what it includes, hold the coordinates of GRID points."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from ...plumbing.numerals import Form, Text
+from ...plumbing.patch import Places
+from .cards import Card, cards
+
+_SMALL, _LARGE = 8, 16
+_NO_SPAN = (-1, -1)
+
+Span = tuple[int, int]
+
+
+def places(path: Path) -> Places:
+    """Of points in the basic system that define no other: a field keeps its width."""
+    grids: dict[Path, list[Card]] = defaultdict(list)
+    fixed: set[int] = set()
+    is_basic = ""  # what field of a system means the basic one, beside 0
+    for card in cards(path):
+        if card.name == "GRID":
+            grids[card.path].append(card)
+        elif card.name == "GRDSET" and card.text(1) not in ("", "0"):
+            is_basic = "0"
+        elif card.name.startswith("CORD1"):
+            fixed.update(int(word) for word in (*card.fields[1:4], *card.fields[5:8]) if word.isdigit())
+    parts = [_of_file(file, [c for c in own if c.text(1) in ("0", is_basic)]) for file, own in grids.items()]
+    whole = Places.joined(parts)
+    return whole if whole.labels is None else whole.without(np.isin(whole.labels, list(fixed)))
+
+
+def _of_file(path: Path, grids: list[Card]) -> Places:
+    lines = path.read_bytes().splitlines(keepends=True)
+    begins = np.cumsum([0, *map(len, lines)]).tolist()
+    forms: dict[Form, int] = {}
+    spans, kinds = [], []
+    for card in grids:
+        form, own = _fields(lines, begins, card.line - 1)
+        spans.append(own)
+        kinds.append(forms.setdefault(form, len(forms)))
+    table = np.array(spans, np.int64).reshape(-1, 3, 2)
+    return Places(
+        tuple((path, form) for form in forms),
+        table[:, :, 0],
+        table[:, :, 1],
+        np.array(kinds, np.int64),
+        np.array([card.integer(0) for card in grids], np.int64),
+    )
+
+
+def _fields(lines: list[bytes], begins: list[int], at: int) -> tuple[Form, list[Span]]:
+    """The three fields of a GRID, which may go on in the next line that is not a comment; and how numbers are held."""
+    line = lines[at].partition(b"$")[0].rstrip()
+    is_large = b"*" in line[:_SMALL].partition(b",")[0]
+    width = _LARGE if is_large else _SMALL
+    if b"," in line:
+        return _free(lines, begins, at, width)
+    own = [_field(lines, begins, at, 2 + k, width) for k in range(2 if is_large else 3)]
+    if is_large:
+        own.append(_field(lines, begins, _next(lines, at), 0, width))
+    return Text(most=width, is_field=True, exponent=""), own
+
+
+def _field(lines: list[bytes], begins: list[int], at: int, place: int, width: int) -> Span:
+    """A field of columns; none if the line ends before, or columns are those of tabs."""
+    if at >= len(lines):
+        return _NO_SPAN
+    line = lines[at].partition(b"$")[0].rstrip(b"\r\n")
+    start = _SMALL + place * width
+    if b"\t" in line or b"," in line or len(line) < start + width:
+        text = line[start:]
+        if b"\t" in line or b"," in line or not text.strip():
+            return _NO_SPAN
+        return begins[at] + start, begins[at] + len(line)  # the last field of a line need not be filled
+    return begins[at] + start, begins[at] + start + width
+
+
+def _free(lines: list[bytes], begins: list[int], at: int, width: int) -> tuple[Form, list[Span]]:
+    """Fields between commas."""
+    words = _words(lines[at], begins[at])
+    own = words[3 : 5 if width == _LARGE else 6]
+    if width == _LARGE and (following := _next(lines, at)) < len(lines):
+        own += _words(lines[following], begins[following])[1:2]
+    own = [*own, *[_NO_SPAN] * 3][:3]
+    longest = max(end - start for start, end in own)
+    return Text(most=max(width, longest), exponent=""), own
+
+
+def _words(line: bytes, begin: int) -> list[Span]:
+    spans, at = [], begin
+    for word in line.partition(b"$")[0].rstrip().split(b","):
+        start = at + len(word) - len(word.lstrip())
+        spans.append((start, start + len(word.strip())) if word.strip() else _NO_SPAN)
+        at += len(word) + 1
+    return spans
+
+
+def _next(lines: list[bytes], at: int) -> int:
+    """The next line that holds something."""
+    at += 1
+    while at < len(lines) and not lines[at].partition(b"$")[0].strip():
+        at += 1
+    return at
