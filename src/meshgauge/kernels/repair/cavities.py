@@ -55,7 +55,7 @@ def collapse(t: Tetrahedra, s: Scratch, a: Id, b: Id, mode: int, mean: float, fl
     n_left = 0
     for i in range(n):
         cell = s.cells[i]
-        if has(t, cell, b):
+        if has(t.nodes, cell, b):
             continue
         for m in range(4):
             point = np.int64(t.nodes[cell, m])
@@ -99,7 +99,9 @@ def insertion(t: Tetrahedra, s: Scratch, cell: Id, gain: float) -> bool:
         + (t.points[t.nodes[cell, 0], 2] - z) ** 2
     )
     s.cells[0] = cell
-    n_cells, n = 1, 0
+    n: Id = np.int64(0)
+    n_kept: Id = np.int64(0)
+    n_cells = 1
     for f in range(4):
         for m in range(3):
             s.faces[n, m] = t.nodes[cell, s.outward[f, m]]
@@ -107,7 +109,7 @@ def insertion(t: Tetrahedra, s: Scratch, cell: Id, gain: float) -> bool:
         s.of_face[n] = quality_at(x, y, z, t.points, s.faces[n, 0], s.faces[n, 1], s.faces[n, 2], t.objective)
         n += 1
     least = t.quality[cell]
-    best, best_least, best_cells, n_kept = -3.0, least, 0, 0
+    best, best_least, best_cells = -3.0, least, 0
     while True:
         low = 3.0
         for i in range(n):
@@ -173,7 +175,7 @@ def insertion(t: Tetrahedra, s: Scratch, cell: Id, gain: float) -> bool:
 
 
 @inlined
-def _cross(t: Tetrahedra, s: Scratch, cell: Id, x: float, y: float, z: float, n: int) -> int:
+def _cross(t: Tetrahedra, s: Scratch, cell: Id, x: float, y: float, z: float, n: Id) -> Id:
     """Take a cell into the cavity: a face that it shares goes, the others come; returns the number of faces."""
     for f in range(4):
         a = np.int64(t.nodes[cell, s.outward[f, 0]])
@@ -197,7 +199,7 @@ def _cross(t: Tetrahedra, s: Scratch, cell: Id, x: float, y: float, z: float, n:
 
 
 @inlined
-def _is_whole(t: Tetrahedra, s: Scratch, n_cells: int, n_faces: int) -> bool:
+def _is_whole(t: Tetrahedra, s: Scratch, n_cells: int, n_faces: Id) -> bool:
     """True if each edge of the cavity's outside has two faces, and what must stay is not inside of it."""
     for i in range(n_faces):
         for m in range(3):
@@ -216,7 +218,7 @@ def _is_whole(t: Tetrahedra, s: Scratch, n_cells: int, n_faces: int) -> bool:
 
 
 @inlined
-def _n_faces(s: Scratch, n_faces: int, a: Id, b: Id) -> int:
+def _n_faces(s: Scratch, n_faces: Id, a: Id, b: Id) -> int:
     n = 0
     for j in range(n_faces):
         p, q, r = s.kept[j, 0], s.kept[j, 1], s.kept[j, 2]

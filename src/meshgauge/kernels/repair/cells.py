@@ -316,6 +316,13 @@ def _at(
     return worth
 
 
+@fused_inlined
+def _copy(place: Float64Array, to: Float64Array) -> None:
+    """A place to another array; assigning to a slice would take Numba seconds to compile, for its error message."""
+    for d in range(3):
+        to[d] = place[d]
+
+
 @fused_kernel
 def ascend(
     points: Float64Array,
@@ -373,8 +380,8 @@ def ascend(
     corners, kinds, bends, constants, _ = shape
     for p in free:
         flat, n = FLAT, 0
-        mean[:] = 0.0
-        total[:] = 0.0
+        for d in range(3):
+            mean[d], total[d] = 0.0, 0.0
         for a in range(links[0][p], links[0][p + 1]):
             c = links[1][a]
             if constants[kinds[c]] == 0.0:
@@ -414,8 +421,8 @@ def ascend(
                 worth[t - last - 2] = value
             elif t < first or value > best:
                 best = value
-                chosen[:] = place
-        simplex[3] = chosen
+                _copy(place, chosen)
+        _copy(chosen, simplex[3])
         worth[3] = best
         for _ in range(STEPS):
             high, low = 0, 0
@@ -448,7 +455,7 @@ def ascend(
                     continue
                 if t == 1 or value > best:
                     best = value
-                    chosen[:] = place
+                    _copy(place, chosen)
                 if t == 1:
                     if worth[second] < best <= worth[high]:
                         t = 2
@@ -456,19 +463,19 @@ def ascend(
                         share = 2.0 if best > worth[high] else (0.5 if best > worth[low] else -0.5)
                 if t == 2 and best > worth[low]:
                     worth[low] = best
-                    simplex[low] = chosen
+                    _copy(chosen, simplex[low])
                     break
         high = 0
         for m in range(1, 4):
             if worth[m] > worth[high]:
                 high = m
         if is_trial:
-            points[p] = simplex[high]
+            _copy(simplex[high], points[p])
             n = _n_below(points, shape, links, p, enough)
             points[p, 0], points[p, 1], points[p, 2] = x, y, z
             mended[p] = _n_below(points, shape, links, p, enough) - n
         elif worth[high] > start + least_gain:
             has_moved[p] = True
-            points[p] = simplex[high]
+            _copy(simplex[high], points[p])
         else:
             points[p, 0], points[p, 1], points[p, 2] = x, y, z

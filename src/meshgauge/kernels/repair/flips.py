@@ -40,7 +40,7 @@ def _ring(t: Tetrahedra, s: Scratch, a: Id, b: Id) -> int:
     corner = t.heads[a]
     while corner >= 0:
         cell = corner >> 2
-        if has(t, cell, b):
+        if has(t.nodes, cell, b):
             if n == RING:
                 return 0
             i = corner & 3
@@ -106,7 +106,7 @@ def edge_removal(t: Tetrahedra, s: Scratch, a: Id, b: Id, mode: int, mean: float
     top = best[0, n - 1]
     if not (top > bound if mode == LEAST else top > total + gain):
         return False
-    if n == 3 and beyond(t, ring[0], ring[1], ring[2], -1) >= 0:
+    if n == 3 and beyond(t, ring[0], ring[1], ring[2], np.int64(-1)) >= 0:
         return False
     # The triangles of the ring; those of more than three points have an edge that must be new.
     m, top_of_stack, n_triangles = 0, 1, 0
@@ -165,7 +165,7 @@ def face_removal(t: Tetrahedra, s: Scratch, cell: Id, f: Id, mode: int, mean: fl
         return False
     ring, values = s.ring, s.of_face
     ring[0], ring[1], ring[2] = a, b, c
-    n, k = 3, 2
+    n, k = 3, np.int64(2)
     s.cells[0], s.cells[1] = cell, other
     for i in range(3):
         values[i] = quality_of(t, d, e, ring[i], ring[(i + 1) % 3])
@@ -223,7 +223,7 @@ def _beyond_of(t: Tetrahedra, s: Scratch, x: Id, y: Id, d: Id, k: Id) -> int:
     corner = t.heads[d]
     while corner >= 0:
         cell = corner >> 2
-        if has(t, cell, x) and has(t, cell, y):
+        if has(t.nodes, cell, x) and has(t.nodes, cell, y):
             is_inside = False
             for m in range(k):
                 is_inside = is_inside or s.cells[m] == cell

@@ -15,10 +15,45 @@ from ..arrays import Int64Array
 from ..jit import inlined, kernel
 from .cavities import collapse, insertion
 from .flips import edge_removal, face_removal
-from .tetrahedra import FIXED, LEAST, MEAN, NOW, Id, Scratch, Tetrahedra, quality_at, quality_of
+from .tetrahedra import FIXED, LEAST, MEAN, NOW, Id, Scratch, Tetrahedra, quality_at, quality_of_cell
 
 
 @kernel
+def _raise(
+    t: Tetrahedra,
+    s: Scratch,
+    order: Int64Array,
+    mode: int,
+    threshold: float,
+    mean: float,
+    floor: float,
+    gain: float,
+    done: Int64Array,
+) -> int:
+    """`raise_least` and `raise_mean`: one kernel, as what both do takes most of the time to compile."""
+    n_changed = 0
+    for cell in order:
+        if t.nodes[cell, 0] < 0 or t.changed[cell] == t.counts[NOW]:
+            continue
+        if mode == LEAST and not t.quality[cell] < threshold:
+            continue
+        if _connect(t, s, cell, mode, mean, floor, gain, done):
+            n_changed += 1
+            continue
+        moved = False
+        for m in range(4 if mode == LEAST else 0):
+            point = np.int64(t.nodes[cell, m])
+            if t.marks[point] & FIXED == 0 and _ascent(t, s, point, gain):
+                done[2] += 1
+                moved = True
+        if moved or _collapse_one(t, s, cell, mode, mean, floor, gain, done):
+            n_changed += 1
+        elif mode == LEAST and insertion(t, s, cell, gain):
+            done[4] += 1
+            n_changed += 1
+    return n_changed
+
+
 def raise_least(t: Tetrahedra, s: Scratch, order: Int64Array, threshold: float, gain: float, done: Int64Array) -> int:
     """Try all operations on cells below a threshold, in their order; each cell is changed at most once.
 
@@ -35,28 +70,9 @@ def raise_least(t: Tetrahedra, s: Scratch, order: Int64Array, threshold: float, 
 
     Returns the number of cells that were changed.
     """
-    n_changed = 0
-    for cell in order:
-        if t.nodes[cell, 0] < 0 or not t.quality[cell] < threshold or t.changed[cell] == t.counts[NOW]:
-            continue
-        if _connect(t, s, cell, LEAST, 0.0, 0.0, gain, done):
-            n_changed += 1
-            continue
-        moved = False
-        for m in range(4):
-            point = np.int64(t.nodes[cell, m])
-            if t.marks[point] & FIXED == 0 and _ascent(t, s, point, gain):
-                done[2] += 1
-                moved = True
-        if moved or _collapse_one(t, s, cell, LEAST, 0.0, 0.0, gain, done):
-            n_changed += 1
-        elif insertion(t, s, cell, gain):
-            done[4] += 1
-            n_changed += 1
-    return n_changed
+    return _raise(t, s, order, LEAST, threshold, 0.0, 0.0, gain, done)
 
 
-@kernel
 def raise_mean(
     t: Tetrahedra, s: Scratch, order: Int64Array, mean: float, floor: float, gain: float, done: Int64Array
 ) -> int:
@@ -71,15 +87,7 @@ def raise_mean(
 
     The others are as for `raise_least`.
     """
-    n_changed = 0
-    for cell in order:
-        if t.nodes[cell, 0] < 0 or t.changed[cell] == t.counts[NOW]:
-            continue
-        if _connect(t, s, cell, MEAN, mean, floor, gain, done) or _collapse_one(
-            t, s, cell, MEAN, mean, floor, gain, done
-        ):
-            n_changed += 1
-    return n_changed
+    return _raise(t, s, order, MEAN, np.inf, mean, floor, gain, done)
 
 
 @inlined
@@ -117,15 +125,11 @@ def _collapse_one(
 @inlined
 def _with_corner(t: Tetrahedra, corner: Id, x: float, y: float, z: float) -> float:
     """The quality of the cell of a corner if that stood at x y z."""
-    n = t.nodes[corner >> 2]
-    m = corner & 3
-    if m == 0:
-        return quality_at(x, y, z, t.points, n[1], n[2], n[3], t.objective)
-    if m == 1:
-        return quality_at(x, y, z, t.points, n[0], n[3], n[2], t.objective)
-    if m == 2:
-        return quality_at(x, y, z, t.points, n[0], n[1], n[3], t.objective)
-    return quality_at(x, y, z, t.points, n[0], n[2], n[1], t.objective)
+    n, m = t.nodes[corner >> 2], corner & 3
+    b = n[1 if m == 0 else 0]
+    c = n[3 if m == 1 else (1 if m == 2 else 2)]
+    d = n[2 if m == 1 else (1 if m == 3 else 3)]
+    return quality_at(x, y, z, t.points, np.int64(b), np.int64(c), np.int64(d), t.objective)
 
 
 @inlined
@@ -134,8 +138,7 @@ def _place(t: Tetrahedra, point: Id, x: float, y: float, z: float) -> None:
     t.points[point, 0], t.points[point, 1], t.points[point, 2] = x, y, z
     corner = t.heads[point]
     while corner >= 0:
-        n = t.nodes[corner >> 2]
-        t.quality[corner >> 2] = quality_of(t, n[0], n[1], n[2], n[3])
+        t.quality[corner >> 2] = quality_of_cell(t, corner >> 2)
         corner = t.after[corner]
 
 

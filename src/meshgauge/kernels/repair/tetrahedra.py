@@ -188,8 +188,14 @@ def quality_of(t: Tetrahedra, a: Id, b: Id, c: Id, d: Id) -> float:
 
 
 @inlined
-def has(t: Tetrahedra, cell: Id, point: Id) -> bool:
+def quality_of_cell(t: Tetrahedra, cell: Id) -> float:
     n = t.nodes[cell]
+    return quality_of(t, np.int64(n[0]), np.int64(n[1]), np.int64(n[2]), np.int64(n[3]))
+
+
+@inlined
+def has(nodes: Int32Array, cell: Id, point: Id) -> bool:
+    n = nodes[cell]
     return bool(n[0] == point or n[1] == point or n[2] == point or n[3] == point)
 
 
@@ -197,7 +203,7 @@ def has(t: Tetrahedra, cell: Id, point: Id) -> bool:
 def is_edge(t: Tetrahedra, a: Id, b: Id) -> bool:
     corner = t.heads[a]
     while corner >= 0:
-        if has(t, corner >> 2, b):
+        if has(t.nodes, corner >> 2, b):
             return True
         corner = t.after[corner]
     return False
@@ -210,7 +216,7 @@ def beyond(t: Tetrahedra, a: Id, b: Id, c: Id, cell: Id) -> int:
     corner = t.heads[a]
     while corner >= 0:
         one = corner >> 2
-        if one != cell and has(t, one, b) and has(t, one, c):
+        if one != cell and has(t.nodes, one, b) and has(t.nodes, one, c):
             if other >= 0:
                 return -1
             other = one
@@ -224,7 +230,7 @@ def cell_of(t: Tetrahedra, a: Id, b: Id, c: Id, d: Id) -> int:
     corner = t.heads[a]
     while corner >= 0:
         cell: int = corner >> 2
-        if has(t, cell, b) and has(t, cell, c) and has(t, cell, d):
+        if has(t.nodes, cell, b) and has(t.nodes, cell, c) and has(t.nodes, cell, d):
             return cell
         corner = t.after[corner]
     return -1
@@ -236,7 +242,7 @@ def keeps_face(t: Tetrahedra, a: Id, b: Id, c: Id) -> bool:
 
 
 @inlined
-def has_room(t: Tetrahedra, n: int) -> bool:
+def has_room(t: Tetrahedra, n: Id) -> bool:
     return bool(t.counts[N_FREE] + len(t.nodes) - t.counts[N_CELLS] >= n)
 
 
@@ -289,5 +295,4 @@ def link(t: Tetrahedra) -> None:
     t.heads[:] = -1
     for cell in range(t.counts[N_CELLS] - 1, -1, -1):
         _hang(t, cell)
-        n = t.nodes[cell]
-        t.quality[cell] = quality_of(t, n[0], n[1], n[2], n[3])
+        t.quality[cell] = quality_of_cell(t, cell)
