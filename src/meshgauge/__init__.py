@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from .repair import Improvement as Improvement
     from .repair import RepairReport as RepairReport
     from .repair import improve as improve
+    from .report.stream import stream as stream
     from .status import STATUSES as STATUSES
     from .status import Status as Status
 
@@ -93,6 +94,7 @@ _HOME = {
     "Quality": "quality.measure",
     "WorstCell": "quality.worst",
     "measure": "quality.measure",
+    "stream": "report.stream",
     "STATUSES": "status",
     "Status": "status",
     "Summary": "quality.summary",

@@ -206,5 +206,5 @@ def test_points_of_ids(memory: int, tmp_path: Path, monkeypatch: pytest.MonkeyPa
         ids = np.asarray(ids, np.int64)
         xyz, local, origins = points.of(ids)
         np.testing.assert_array_equal(xyz[local], mesh.points[ids])
-        if origins is not None:
-            np.testing.assert_array_equal(origins[local], ids)
+        np.testing.assert_array_equal(origins.all(len(xyz))[local], ids)
+        assert [origins.of(int(at)) for at in local] == ids.tolist()

@@ -7,28 +7,41 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import FailedFile, MeshgaugeError, ReadError, WriteError
-from ..io import Limits, read, steps, write
+from ..files.resources import free_memory
+from ..io import Limits, pieces, read, steps, write
 from ..io import Step as TimeStep
 from ..io.patching import Patch, patch_of
+from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice
 from ..mesh import Mesh
-from . import inputs, terminal
+from . import inputs, slices, terminal
 from .options import Purposes, Reading, WedgeOrders
 from .terminal import COULD_NOT, DONE, TRACEBACK
 
 if TYPE_CHECKING:
     from ..quality.measure import Quality
     from ..quality.one_cell import OneCell
+    from ..slices import Ask, Job, Partial
+    from ..slices.partial import CellRows
 
 T = TypeVar("T")
 
 LARGE = 4_000_000
 """Bytes of a file from which its cells are likely too many to be measured without Numba."""
+
+DIAGNOSED = 5_000_000
+"""Cells up to which a mesh is read whole if there is memory: it is diagnosed as well, see `doctor.LIMIT`."""
+
+WHOLE = 3.0
+"""Times the bytes of its arrays that a mesh takes where it is read and measured whole."""
+
+OFTEN = 2.0
+"""Times from which on it is said how often points are read."""
 
 AS_STORED = WedgeOrders.gmsh
 """Wedges are not renumbered while reading: for commands that find out which cells are numbered in reverse."""
@@ -56,6 +69,7 @@ class Batch:
     purpose: Purposes | None = None  #: what meshes are for; None: as their format says
     threads: int | None = None
     keep_bricks: bool = False  #: measure cells with repeated nodes as they are
+    memory: str | None = None  #: that the points of a large mesh may take, as text; None: a quarter of what is free
     quiet: bool = False  #: no progress
     on_failure: Callable[[FailedFile], object] | None = None  #: is called for each file that fails, beside the message
     failures: list[FailedFile] = field(default_factory=list)
@@ -131,6 +145,49 @@ class Batch:
 
             return measure(mesh, metrics=metrics, threads=self.threads, keep_bricks=self.keep_bricks)
 
+    def in_slices(
+        self, path: str, ask: Ask, on_rows: Callable[[int, CellRows], object] | None = None
+    ) -> tuple[Job, Partial] | None:
+        """What is asked of a mesh, measured slice by slice; None if it is small, or has to be read whole.
+
+        Raises `ReadError` and `MetricError`.
+        """
+        memory = None if self.memory is None else slices.n_bytes(self.memory)
+        if self.reading.displacement is not None or inputs.size(path.file if isinstance(path, State) else path) < LARGE:
+            return None
+        listed = self._pieces(path)
+        if listed is None or not is_large(listed, memory):
+            return None
+        from ..report.stream import job_of
+        from ..slices import measure_pieces
+        from ..slices.plan import times_points_are_read
+
+        ask = replace(ask, purpose=None if self.purpose is None else self.purpose.value, keep_bricks=self.keep_bricks)
+        try:
+            with self.progress(f"looking through {path}"):
+                job = job_of(listed, ask, memory=memory, wedge_order=self.wedge_order.value)
+                times = times_points_are_read(job)
+            if times > OFTEN and not self.quiet:
+                whole = slices.size_text(
+                    1.01 * sum(piece.points.shape[0] * row_bytes(piece.points) for piece in listed.pieces)
+                )
+                terminal.warn("note", f"{path}: points are read {times:.0f} times; --memory {whole} reads them once")
+            with slices.progress(path, shown=not self.quiet) as progress:
+                return job, measure_pieces(job, threads=self.threads, on_rows=on_rows, progress=progress)
+        except ReadWhole as reason:
+            if not self.quiet:
+                terminal.warn("note", f"{path}: is read whole: {reason}")
+            return None
+
+    def _pieces(self, path: str) -> Pieces | None:
+        """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""
+        step = path.step if isinstance(path, State) else _choice(self.reading.step)
+        file = path.file if isinstance(path, State) else path
+        try:
+            return pieces(file, file_format=self.reading.file_format, step=step)
+        except ReadError:
+            return None
+
     def cell(self, path: str, text: str, metrics: Iterable[str] = ("jens",)) -> OneCell:
         """One cell of the mesh in a file, see `find_cell`. Raises `ReadError`, `MetricError` and `OptionError`."""
         from ..mesh.labels import find_cell
@@ -194,6 +251,12 @@ class Batch:
             self.on_failure(failure)
         terminal.warn("error", f"{path}: {failure.reason}")
         return failure
+
+
+def is_large(listed: Pieces, memory: int | None) -> bool:
+    """Whether a mesh is measured slice by slice: beyond what is diagnosed, or what memory allows."""
+    allowed = memory if memory is not None else free_memory()
+    return listed.n_cells > DIAGNOSED or (allowed is not None and WHOLE * listed.n_bytes > allowed)
 
 
 def _choice(text: str | None) -> StepChoice:

@@ -160,6 +160,17 @@ Threads = Annotated[
     int | None, option("--threads", "N", "Threads to use.", MEASURING, least=1, default="all processors")
 ]
 
+Memory = Annotated[
+    str | None,
+    option(
+        "--memory",
+        "SIZE",
+        "Memory for the points of a large mesh, such as 512MB or 4GB.",
+        MEASURING,
+        default="a quarter of what is free",
+    ),
+]
+
 OutputMesh = Annotated[Path | None, option("--output -o", "MESH", "Write the mesh here.", WRITING)]
 InPlace = Annotated[bool, option("--in-place", None, "Replace the input instead.", WRITING)]
 Undo = Annotated[

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ from .options import WRITING, option
 if TYPE_CHECKING:
     from ..report import FileReport
     from ..report.html import HtmlWriter
+    from ..slices.partial import CellRows
 
 
 def report(
@@ -29,6 +31,7 @@ def report(
     purpose: options.Purpose = None,
     keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
+    memory: options.Memory = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
 ) -> int:
@@ -47,13 +50,21 @@ def report(
     from ..report import FileReport
     from ..report.csv import CsvWriter
     from ..report.one_cell import OneCellText, dumps
+    from ..report.stream import file_report
+    from ..slices import Ask
     from .batch import Batch
     from .printer import printer
     from .terminal import Output, emit
 
     metrics, bins = contents.metrics(), contents.bins
     batch = Batch(
-        reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, keep_bricks=keep_bricks, quiet=quiet
+        reading=reading,
+        wedge_order=wedge_order,
+        purpose=purpose,
+        threads=threads,
+        keep_bricks=keep_bricks,
+        memory=memory,
+        quiet=quiet,
     )
     if contents.cell is not None:
         wanted = contents.cell
@@ -63,14 +74,24 @@ def report(
     paths = batch.states(paths)
     several = len(paths) > 1
 
+    def add_rows(path: str, first: int, rows: CellRows) -> None:
+        assert table is not None  # else no rows are kept
+        table.add(path, rows.types, rows.status, rows.values, rows.labels, first=first)
+
     def examine(path: str) -> FileReport:
+        n_worst, by_region = contents.n_worst(several=several), contents.by is not None
+        if target is None and page is None:
+            ask = Ask(metrics, n_worst, by_region=by_region, keeps_rows=table is not None)
+            done = batch.in_slices(path, ask, partial(add_rows, path))
+            if done is not None:
+                return file_report(*done, path=path, with_diagnosis=contents.diagnosis)
         quality = batch.measure(path, metrics)
         with batch.progress(f"summarising {path}"):
             one = FileReport.of(
                 quality,
                 path=path,
-                worst=contents.n_worst(several=several),
-                by_region=contents.by is not None,
+                worst=n_worst,
+                by_region=by_region,
                 with_diagnosis=contents.diagnosis,
                 threads=threads,
             )

@@ -220,8 +220,11 @@ def diagnosis(
 
 
 def not_diagnosed(n_cells: int, limit: int, *, tolerance: float = points.TOLERANCE) -> Diagnosis:
-    """The diagnosis of a mesh that has more cells than are looked at."""
-    why = f"The mesh was not diagnosed: it has {n_cells:,} cells, more than {limit:,}."
+    """The diagnosis of a mesh that has more cells than are looked at, or is not in memory as a whole."""
+    reason = f"it has {n_cells:,} cells, more than {limit:,}"
+    if n_cells <= limit:
+        reason = "it is measured slice by slice, with less memory than its diagnosis takes"
+    why = f"The mesh was not diagnosed: {reason}."
     return Diagnosis((), None, None, (), None, None, tolerance, (why,))
 
 

@@ -24,12 +24,13 @@ def status_cells(quality: Quality, n: int) -> list[StatusCells]:
     """What `Quality.findings` is."""
     mesh, status = quality.mesh, quality.status
     findings: list[StatusCells] = []
-    if not status.any():
+    n_of = np.bincount(status, minlength=len(Status))
+    if n_of[Status.OK] == len(status):
         return findings
     interface = is_interface(mesh)
     counts = True if interface is None else ~interface
     for row in STATUSES.values():
-        if row.status == Status.OK or row.category == Category.APART:
+        if row.status == Status.OK or row.category == Category.APART or not n_of[row.status]:
             continue
         cells = np.flatnonzero((status == row.status) & counts)
         if not len(cells):

@@ -68,9 +68,11 @@ class CsvWriter:
         status: NDArray[np.uint8],
         values: Mapping[str, NDArray[np.float64]],
         labels: NDArray[np.int64] | None = None,
+        *,
+        first: int = 0,
     ) -> None:
-        """Append the cells of one mesh: VTK ids, status codes and the values of each metric, ``(n_cells,)`` each; and
-        the file's own numbers, if it has any, below 0 where it gives none."""
+        """Append cells of one mesh, from the ``first`` on: VTK ids, status codes and the values of each metric,
+        ``(n_cells,)`` each; and the file's own numbers, if it has any, below 0 where it gives none."""
         self._is_empty = False
         prefix = f"{_quote(file)}," if self.with_file else ""
         # Type and status together have few values: one lookup a row in a table of ready text.
@@ -85,7 +87,9 @@ class CsvWriter:
                 self._stream.write(
                     "".join(
                         f"{prefix}{cell},{number}{texts[kind]}{row}\n"
-                        for cell, (number, kind, row) in enumerate(zip(numbers, kinds, cells, strict=False), start)
+                        for cell, (number, kind, row) in enumerate(
+                            zip(numbers, kinds, cells, strict=False), first + start
+                        )
                     )
                 )
         except OSError as error:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 
 from ..doctor import LIMIT, not_diagnosed
+from ..errors import OptionError
 from ..files.resources import free_memory
+from ..io import pieces, read
 from ..io.plumbing.pieces import Pieces, ReadWhole
+from ..io.plumbing.steps import StepChoice
+from ..kernels.threads import thread_count
 from ..mesh.collapsed import note_on
+from ..quality.measure import measure
 from ..quality.metrics import metric_rows
 from ..quality.summary import Summary, summarise_nothing
 from ..slices import Ask, Facts, Job, Partial, Progress, facts_of, measure_pieces
 from ..slices.job import keep_points, share
 from ..slices.labels import labelled_findings, labelled_worst
 from ..slices.partial import CellRows
-from ..slices.read import SIZE
 from ..status import Purpose
 from .record import WORST, FileReport
 
@@ -36,7 +41,7 @@ def check_metrics(metrics: Iterable[str]) -> None:
             raise ReadWhole(f"metric {name} takes all cells at once")
 
 
-def job_of(pieces: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: str = "auto") -> Job:
+def job_of(listed: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: str = "auto") -> Job:
     """The first round: the facts of the whole; its points are read if they fit.
 
     Raises
@@ -47,18 +52,20 @@ def job_of(pieces: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: 
         If it cannot be measured slice by slice.
     """
     check_metrics(ask.metrics)
-    if not pieces.n_cells:
+    if not listed.n_cells:
         raise ReadWhole("it has no cells")
+    if ask.keeps_rows and any(piece.polyhedra is not None for piece in listed.pieces):
+        raise ReadWhole("not all that its polyhedra depend on is known before they are measured")
     memory = default_memory() if memory is None else memory
-    points = share(pieces, memory)
-    facts = facts_of(pieces, points, wedge_order=wedge_order, with_regions=ask.by_region or ask.counter is not None)
-    job = Job(pieces, facts, ask, memory)
+    points = share(listed, memory)
+    facts = facts_of(listed, points, wedge_order=wedge_order, with_regions=ask.by_region or ask.counter is not None)
+    job = Job(listed, facts, ask, memory)
     keep_points(job, points)
     return job
 
 
 def report_on(
-    pieces: Pieces,
+    listed: Pieces,
     *,
     path: str | None = None,
     metrics: tuple[str, ...] = ("jens",),
@@ -71,7 +78,7 @@ def report_on(
     memory: int | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
-    size: int = SIZE,
+    size: int | None = None,
     on_rows: Callable[[int, CellRows], object] | None = None,
     progress: Progress | None = None,
 ) -> FileReport:
@@ -79,7 +86,7 @@ def report_on(
 
     Parameters
     ----------
-    pieces
+    listed
         From `meshgauge.io.pieces`.
     path
         What to call the mesh.
@@ -113,27 +120,27 @@ def report_on(
         keep_bricks=keep_bricks,
         keeps_rows=on_rows is not None,
     )
-    job = job_of(pieces, ask, memory=memory, wedge_order=wedge_order)
+    job = job_of(listed, ask, memory=memory, wedge_order=wedge_order)
     partial = measure_pieces(job, executor=executor, threads=threads, size=size, on_rows=on_rows, progress=progress)
     return file_report(job, partial, path=path, with_diagnosis=with_diagnosis)
 
 
 def file_report(job: Job, partial: Partial, *, path: str | None = None, with_diagnosis: bool = False) -> FileReport:
     """What a report says of a mesh, from the results on all of its cells."""
-    pieces, facts = job.pieces, job.facts
+    listed, facts = job.pieces, job.facts
     summaries = dict(partial.summaries)
     summary = summaries.pop("jens")
     names = facts.regions.names
-    cells = labelled_worst(pieces, facts, (cell for cell, _ in partial.worst))
+    cells = labelled_worst(listed, facts, (cell for cell, _ in partial.worst))
     return FileReport(
-        path=path or pieces.path,
+        path=path or listed.path,
         n_points=facts.n_points,
         n_cells=facts.n_cells - partial.n_ghosts,
         summary=summary,
         worst=cells,
         others=tuple(summaries.values()),
         notes=notes_of(facts, partial),
-        findings=labelled_findings(pieces, facts, partial.findings),
+        findings=labelled_findings(listed, facts, partial.findings),
         diagnosis=not_diagnosed(facts.n_cells, LIMIT) if with_diagnosis else None,
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),
@@ -151,3 +158,82 @@ def _regions(job: Job, partial: Partial, summary: Summary) -> tuple[tuple[str, S
 def notes_of(facts: Facts, partial: Partial) -> tuple[str, ...]:
     """What was noticed while reading and measuring."""
     return (*facts.notes, *([note_on(partial.collapsed)] if partial.collapsed else []))
+
+
+def stream(
+    path: str | os.PathLike[str],
+    *,
+    metrics: Iterable[str] = (),
+    worst: int = WORST,
+    by_region: bool = False,
+    purpose: Purpose | None = None,
+    keep_bricks: bool = False,
+    memory: int | None = None,
+    threads: int | None = None,
+    executor: Executor | None = None,
+    file_format: str | None = None,
+    step: StepChoice = None,
+    wedge_order: str = "auto",
+    progress: Progress | None = None,
+) -> FileReport:
+    """Measure a mesh slice by slice, whatever its size: the report that it would have as a whole, to the last bit.
+
+    Parameters
+    ----------
+    path
+        A file. What cannot be had in slices is read whole, see docs/large-meshes.md.
+    metrics
+        Names of what to measure beside ``"jens"``.
+    worst, by_region
+        How many of the worst cells to list; summarise each region as well.
+    purpose, keep_bricks, threads
+        As for `measure`.
+    memory
+        Bytes that the points may take, in each process; None: a quarter of what is free.
+    executor
+        A `concurrent.futures.Executor` on which slices are measured: of processes, of Dask
+        (``client.get_executor()``), of MPI (``mpi4py.futures.MPIPoolExecutor``); None: threads.
+    file_format, step, wedge_order
+        As for `read`.
+    progress
+        Is called with the number of cells that are done, and of all.
+
+    Returns
+    -------
+    FileReport
+        Without a diagnosis. ``summary.all`` has the counts and values.
+
+    Raises
+    ------
+    ReadError
+        If the file cannot be read, or was changed while it was read.
+    MetricError
+        If there is no such metric.
+    OptionError
+        If there is less than one thread, or fewer than no cells are to be listed.
+    """
+    if worst < 0:
+        raise OptionError(f"worst is {worst}, expected 0 or more")
+    thread_count(threads)
+    names = tuple(dict.fromkeys(("jens", *metrics)))
+    try:
+        listed = pieces(path, file_format=file_format, step=step)
+        if listed is None:
+            raise ReadWhole("its format is not read in slices")
+        return report_on(
+            listed,
+            metrics=names,
+            worst=worst,
+            by_region=by_region,
+            purpose=purpose,
+            keep_bricks=keep_bricks,
+            wedge_order=wedge_order,
+            memory=memory,
+            threads=threads,
+            executor=executor,
+            progress=progress,
+        )
+    except ReadWhole:
+        mesh = read(path, file_format=file_format, step=step, wedge_order=wedge_order)
+        quality = measure(mesh, metrics=names, threads=threads, purpose=purpose, keep_bricks=keep_bricks)
+        return FileReport.of(quality, worst=worst, by_region=by_region, threads=threads)

@@ -17,9 +17,8 @@ from ..io.plumbing.wedge_order import (
     AS_ASKED,
     Decision,
     Signs,
+    count,
     decide,
-    is_other,
-    n_wedges,
     sample_step,
     signs_of,
     turned,
@@ -100,13 +99,14 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
     all_places = places(pieces)
     for place in all_places:
         types = pieces.pieces[place.piece].types.read(place.start, place.stop)
-        others.append(int(np.count_nonzero(is_other(types))))
-        wedges += n_wedges(types)
+        by_type = np.bincount(types, minlength=256)
+        own_wedges, own_others = count(by_type)
+        wedges += own_wedges
+        others.append(own_others)
         is_ghost = _ghosts(pieces, place)
         if is_ghost is not None:
             n_ghosts += int(is_ghost.sum())
-            types = types[~is_ghost]
-        by_type = np.bincount(types, minlength=256)
+            by_type = np.bincount(types[~is_ghost], minlength=256)
         counts.update({(vtk_id, 0): int(by_type[vtk_id]) for vtk_id in np.flatnonzero(by_type).tolist()})
     present = {vtk_id for vtk_id, _ in counts}
     if present & set(pieces.renumbered):

@@ -4,13 +4,13 @@ ids."""
 from __future__ import annotations
 
 import threading
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshError
 from ..io.plumbing.pieces import Rows, row_bytes
-from ..kernels import blocks
 from ..mesh.cast import frozen
 
 SHIFT = 15
@@ -21,6 +21,40 @@ WINDOW = 1 << 18
 """Points read at a time where ids are gathered: 6 MB."""
 
 Ids = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Origins:
+    """Ids in the piece of the points that a slice has.
+
+    Attributes
+    ----------
+    starts
+        Of each run of points that follow one another in the piece; None: each point is one.
+    firsts
+        The id of the first of each run.
+    """
+
+    starts: Ids | None
+    firsts: Ids
+
+    def of(self, local: int) -> int:
+        """The id of one point."""
+        if self.starts is None:
+            return int(self.firsts[local])
+        run = int(np.searchsorted(self.starts, local, side="right")) - 1
+        return int(self.firsts[run] + local - self.starts[run])
+
+    def all(self, n: int) -> Ids:
+        """``(n,)`` those of all points, of which there are so many."""
+        if self.starts is None:
+            return self.firsts
+        sizes = np.diff(np.append(self.starts, n))
+        return np.arange(n) + np.repeat(self.firsts - self.starts, sizes)
+
+
+ALL = Origins(np.zeros(1, np.int64), np.zeros(1, np.int64))
+"""Those of all points of a piece, in order."""
 
 
 class Points:
@@ -50,7 +84,7 @@ class Points:
         """Whether all are kept."""
         return self.n_bytes <= self.budget
 
-    def of(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Ids | None]:
+    def of(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Origins]:
         """Points that include those of some ids.
 
         Returns
@@ -60,7 +94,7 @@ class Points:
         local
             Position among these of each id.
         origins
-            ``(n,)`` the id of each of these points; None if they are all points of the piece.
+            The ids of these points.
 
         Raises
         ------
@@ -71,7 +105,7 @@ class Points:
             wrong = int(ids[np.argmax((ids < 0) | (ids >= self.n))])
             raise MeshError(f"point id {wrong} is outside 0..{self.n - 1}")
         if self.fits:
-            return self.whole, ids, None
+            return self.whole, ids, ALL
         touched = self.blocks_of(ids)
         if len(touched) * BLOCK * row_bytes(self.rows) <= self.budget:
             return self._from_blocks(ids, touched)
@@ -87,26 +121,30 @@ class Points:
 
     def blocks_of(self, ids: Ids) -> Ids:
         """The blocks that some ids lie in, ascending."""
+        from ..kernels import blocks  # loads Numba
+
         touched = np.zeros((self.n >> SHIFT) + 1, np.uint8)
         blocks.mark(ids, SHIFT, touched)
         return np.flatnonzero(touched)
 
-    def _from_blocks(self, ids: Ids, touched: Ids) -> tuple[NDArray[np.floating], Ids, Ids]:
+    def _from_blocks(self, ids: Ids, touched: Ids) -> tuple[NDArray[np.floating], Ids, Origins]:
+        from ..kernels import blocks
+
         runs = np.split(touched, np.flatnonzero(np.diff(touched) > 1) + 1) if len(touched) else []
         parts = [(int(run[0]) * BLOCK, min((int(run[-1]) + 1) * BLOCK, self.n)) for run in runs]
         points = np.empty((sum(b - a for a, b in parts), 3), self.rows.dtype.newbyteorder("="))
-        origins = np.empty(len(points), np.int64)
+        starts = np.cumsum([0] + [b - a for a, b in parts])[:-1]
         moves = np.zeros((self.n >> SHIFT) + 1, np.int64)  # of the ids in each block
         at = 0
         for run, (a, b) in zip(runs, parts, strict=True):
-            points[at : at + b - a], origins[at : at + b - a] = self._read(a, b), np.arange(a, b)
+            points[at : at + b - a] = self._read(a, b)
             moves[run] = at - a
             at += b - a
         local = np.empty(len(ids), np.int64)
         blocks.place(ids, SHIFT, moves, local)
-        return points, local, origins
+        return points, local, Origins(starts, np.array([a for a, _ in parts], np.int64))
 
-    def _by_ids(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Ids]:
+    def _by_ids(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Origins]:
         """Those points and no others: read window by window, of which one is held at a time."""
         origins = np.unique(ids)
         points = np.empty((len(origins), 3), self.rows.dtype.newbyteorder("="))
@@ -117,7 +155,7 @@ class Points:
                 first, last = int(origins[begin]), int(origins[end - 1]) + 1
                 points[begin:end] = self._read(first, last)[origins[begin:end] - first]
             begin = end
-        return points, np.searchsorted(origins, ids).astype(np.int64), origins
+        return points, np.searchsorted(origins, ids).astype(np.int64), Origins(None, origins)
 
     def _read(self, start: int, stop: int) -> NDArray[np.floating]:
         with_bytes = (stop - start) * row_bytes(self.rows)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError, ReadError
 from ..io.plumbing import ghosts
 from ..io.plumbing.pieces import Piece, Pieces, ReadWhole, Rows
-from ..io.plumbing.wedge_order import Decision, apply, n_wedges
+from ..io.plumbing.wedge_order import Decision, apply, has_wedges
 from ..mesh import Mesh
 from ..mesh.high_order import DEGREES, WEIGHTS
 from ..mesh.interface import INTERFACE
@@ -19,7 +19,7 @@ from ..mesh.labels import LABEL
 from ..mesh.polyhedra import Polyhedra
 from ..mesh.regions import place_of
 from ..status import Purpose
-from .points import Points
+from .points import Origins, Points
 
 SIZE = 1 << 18
 """Cells of a slice."""
@@ -45,15 +45,16 @@ class Slice:
     mesh: Mesh
     first_cell: int
     first_point: int
-    origins: Ids | None  #: ``(n_points,)`` ids of the points in the piece; None: all of the piece, in order
+    origins: Origins
 
     def point(self, local: int) -> int:
         """The id, in the whole, of a point of the slice."""
-        return self.first_point + (local if self.origins is None else int(self.origins[local]))
+        return self.first_point + self.origins.of(local)
 
 
-def places(pieces: Pieces, size: int = SIZE) -> list[Place]:
-    """All cells, in slices."""
+def places(pieces: Pieces, size: int | None = None) -> list[Place]:
+    """All cells, in slices of so many; None: `SIZE`."""
+    size = SIZE if size is None else size
     return [
         Place(number, start, min(start + size, piece.n_cells))
         for number, piece in enumerate(pieces.pieces)
@@ -98,7 +99,7 @@ def read_slice(
             offsets=offsets,
             connectivity=local[: len(ids)],
             polyhedra=poly,
-            point_data=_weights(piece, origins),
+            point_data=_weights(piece, len(xyz), origins),
             cell_data={name: _column(name, rows, place) for name, rows in piece.cell_data.items() if is_needed(name)},
             purpose=purpose,
             copy=False,
@@ -108,7 +109,7 @@ def read_slice(
             f"{pieces.path}: among cells {first} to {first + place.stop - place.start - 1}: {error}"
         ) from error
     mesh = ghosts.note_ghosts(mesh)
-    if n_wedges(mesh.types):
+    if decision.turn and has_wedges(mesh.types):
         mesh = apply(mesh, decision)
     return Slice(mesh, first, pieces.point_starts[place.piece], origins)
 
@@ -162,12 +163,11 @@ def _polyhedra(piece: Piece, place: Place) -> tuple[Polyhedra | None, Ids]:
     return Polyhedra(offsets, faces - low, of_faces, points), points
 
 
-def _weights(piece: Piece, origins: Ids | None) -> dict[str, NDArray[Any]]:
+def _weights(piece: Piece, n: int, origins: Origins) -> dict[str, NDArray[Any]]:
     """The weights of rational cells at the points of a slice."""
     rows = piece.point_data.get(WEIGHTS)
     if rows is None:
         return {}
-    if origins is not None and len(origins):
-        first = int(origins.min())
-        return {WEIGHTS: rows.read(first, int(origins.max()) + 1)[origins - first]}
-    return {WEIGHTS: rows.read(0, rows.shape[0] if origins is None else 0)}
+    ids = origins.all(n)
+    first = int(ids.min(initial=rows.shape[0]))
+    return {WEIGHTS: rows.read(first, int(ids.max(initial=first - 1)) + 1)[ids - first]}

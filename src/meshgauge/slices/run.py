@@ -10,7 +10,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from ..kernels.threads import thread_count
 from .job import Job, forget_points
 from .partial import CellRows, Partial
-from .read import SIZE, Place, places
+from .read import Place, places
 
 Progress = Callable[[int, int], object]
 """Is told how many cells are done, and of how many."""
@@ -21,7 +21,7 @@ def measure_pieces(
     *,
     executor: Executor | None = None,
     threads: int | None = None,
-    size: int = SIZE,
+    size: int | None = None,
     on_rows: Callable[[int, CellRows], object] | None = None,
     progress: Progress | None = None,
 ) -> Partial:

@@ -32,6 +32,8 @@ UNANIMOUS = 0.9
 _IS_WEDGE = np.zeros(256, np.bool_)
 _IS_WEDGE[[t for t, row in CELL_TYPES.items() if row.shape is not None and row.shape.other_order]] = True
 
+_IS_OTHER = IS_SOLID & ~_IS_WEDGE
+
 # Old position of each new node when the triangles are turned round (1 <-> 2, 4 <-> 5).
 _CORNERS = (0, 2, 1, 3, 5, 4)
 _TURNED = {
@@ -120,14 +122,14 @@ def sample_step(n_others: int) -> int:
     return n_others // SAMPLE + 1
 
 
-def is_other(types: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Solid cells other than wedges."""
-    return np.asarray(IS_SOLID[types] & ~_IS_WEDGE[types])
+def count(by_type: NDArray[np.int64]) -> tuple[int, int]:
+    """Wedges, and other solid cells, of the numbers ``(256,)`` of cells of each type."""
+    return int(by_type[_IS_WEDGE].sum()), int(by_type[_IS_OTHER].sum())
 
 
-def n_wedges(types: NDArray[np.uint8]) -> int:
-    """Number of wedges, of any order."""
-    return int(np.count_nonzero(_IS_WEDGE[types]))
+def has_wedges(types: NDArray[np.uint8]) -> bool:
+    """Whether some of the cells are wedges, of any order."""
+    return bool(_IS_WEDGE[types].any())
 
 
 def decide(signs: Signs) -> Decision | None:
@@ -197,7 +199,7 @@ def _others(mesh: Mesh, ids: Ids) -> list[tuple[CellType, Ids]]:
 
 def _signs_of_others(mesh: Mesh, step: int | None, first: int) -> tuple[int, int]:
     """Number of other solids whose corners have a negative and a positive sum of determinants, of a sample."""
-    solids = np.flatnonzero(is_other(mesh.types))
+    solids = np.flatnonzero(_IS_OTHER[mesh.types])
     negative = positive = 0
     for row, cells in _others(mesh, solids[first :: step or sample_step(len(solids))]):
         assert row.shape is not None
@@ -223,7 +225,7 @@ def _against_neighbours(mesh: Mesh, wedges: Ids) -> tuple[int, int]:
     touched = np.zeros(mesh.n_points, bool)
     corners = mesh.connectivity[mesh.offsets[wedges][:, None] + np.arange(6)]
     touched[corners] = True
-    solids = np.flatnonzero(is_other(mesh.types))
+    solids = np.flatnonzero(_IS_OTHER[mesh.types])
     against = along = 0
     for size in (3, 4):
         mine = np.concatenate([corners[:, face] for face in WEDGE.faces if len(face) == size])

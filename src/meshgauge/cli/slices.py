@@ -1,0 +1,82 @@
+"""Large meshes, measured slice by slice: which they are, how far it is, and where a run was stopped."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import sys
+import time
+from collections.abc import Iterator
+
+from rich.console import Console
+
+from ..errors import OptionError
+from ..look.style import number
+from ..slices import Progress
+from .terminal import PATIENCE
+
+_UNITS = {"": 1, "k": 1000, "m": 1000**2, "g": 1000**3, "t": 1000**4}
+_SIZE = re.compile(r"\s*(\d+(?:\.\d*)?)\s*([kmgt]?)(i?)b\s*", re.IGNORECASE)
+
+
+def n_bytes(text: str) -> int:
+    """Bytes of a size such as ``512MB``, ``1.5 GB`` or ``4GiB``.
+
+    Raises
+    ------
+    OptionError
+        If it is none.
+    """
+    match = _SIZE.fullmatch(text)
+    if match is None:
+        raise OptionError(f"--memory is {text!r}, expected a size such as 512MB or 4GB")
+    unit = _UNITS[match[2].lower()]
+    return int(float(match[1]) * (1024 ** (len(str(unit)) // 3) if match[3] else unit))
+
+
+def size_text(n: float) -> str:
+    """``1.5GB``, as `n_bytes` takes it."""
+    for unit in ("TB", "GB", "MB"):
+        size = _UNITS[unit[0].lower()]
+        if n >= size:
+            return f"{n / size:.3g}{unit}"
+    return f"{n / 1000:.3g}kB"
+
+
+@contextlib.contextmanager
+def progress(path: str, *, shown: bool) -> Iterator[Progress]:
+    """A line on standard error, if that is a terminal, with what is done and the time that is left.
+
+    Where Ctrl-C or another signal stops it, a line says how far it was.
+    """
+    console = Console(stderr=True, highlight=False, markup=False)
+    status = console.status(f"measuring {path}") if shown and sys.stderr.isatty() else None
+    start, at = time.monotonic(), (0, 0)
+    is_started = False
+
+    def update(done: int, total: int) -> None:
+        nonlocal at, is_started
+        at = done, total
+        passed = time.monotonic() - start
+        if status is None or passed < PATIENCE:
+            return
+        if not is_started:
+            status.start()
+            is_started = True
+        left = passed * (total - done) / done
+        status.update(f"measuring {path}: {done / total:.0%}, {_duration(left)} left")
+
+    try:
+        yield update
+    except KeyboardInterrupt:
+        with contextlib.suppress(OSError, ValueError, RuntimeError):
+            done, total = at
+            print(f"meshgauge: {path}: stopped, {number(done)} of {number(total)} cells were measured", file=sys.stderr)
+        raise
+    finally:
+        if status is not None:
+            status.stop()
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"

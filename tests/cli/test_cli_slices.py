@@ -1,0 +1,154 @@
+"""Large meshes on the command line: measured slice by slice, with the output of the whole."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from meshgauge import Mesh, io
+from meshgauge.cli import batch, slices
+from meshgauge.cli.main import main
+from meshgauge.errors import OptionError
+from meshgauge.slices import run
+
+Captured = pytest.CaptureFixture[str]
+
+LITTLE = ("--memory", "1kB", "--no-diagnosis")
+
+
+@pytest.fixture
+def large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A file that counts as large; it is cut into slices of 50 cells."""
+    monkeypatch.setattr(batch, "LARGE", 0)
+    monkeypatch.setattr("meshgauge.slices.read.SIZE", 50)
+    rng = np.random.default_rng(0)
+    corner = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    points = (corner + rng.normal(size=(170, 4, 3)) * 0.3).reshape(-1, 3)
+    mesh = Mesh.from_arrays(points, {"tetra": np.arange(680).reshape(-1, 4)}, cell_data={"zone": np.arange(170) % 3})
+    path = tmp_path / "large.vtkhdf"
+    io.write(path, mesh)
+    return path
+
+
+@pytest.fixture
+def sliced(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many slices were measured."""
+    done: list[int] = []
+    results = run._results
+
+    def counted(*arguments: Any) -> Any:
+        for result in results(*arguments):
+            done.append(1)
+            yield result
+
+    monkeypatch.setattr(run, "_results", counted)
+    return done
+
+
+def without_notes(text: str) -> Any:
+    document = json.loads(text)
+    for file in document["files"]:
+        del file["notes"]
+    return document
+
+
+@pytest.mark.parametrize(
+    "more", [(), ("--by", "region", "--metric", "scaled_jacobian", "--worst", "30", "--for", "fv")]
+)
+def test_the_json_is_that_of_the_whole(large: Path, more: tuple[str, ...], sliced: list[int], capsys: Captured) -> None:
+    assert main(["report", str(large), "--json", "--no-diagnosis", *more]) == 0
+    expected = capsys.readouterr().out
+    assert not sliced
+    assert main(["report", str(large), "--json", *LITTLE, *more]) == 0
+    out, err = capsys.readouterr()
+    assert len(sliced) == 4
+    assert without_notes(out) == without_notes(expected)
+    assert "note: " in err  # points are read often
+
+
+def test_the_table_is_that_of_the_whole(large: Path, sliced: list[int], tmp_path: Path) -> None:
+    whole, made = tmp_path / "whole.csv", tmp_path / "made.csv"
+    assert main(["report", str(large), "--csv", str(whole), "-q"]) == 0
+    assert main(["report", str(large), "--csv", str(made), "-q", *LITTLE]) == 0
+    assert len(sliced) == 4
+    assert made.read_bytes() == whole.read_bytes()
+
+
+def test_the_diagnosis_says_that_it_was_left_out(large: Path, sliced: list[int], capsys: Captured) -> None:
+    assert main(["report", str(large), "--json", "--memory", "1kB"]) == 0
+    (why,) = json.loads(capsys.readouterr().out)["files"][0]["diagnosis"]["skipped"]
+    assert "slice by slice" in why
+    assert sliced
+
+
+def test_a_mesh_that_fits_is_read_whole(large: Path, sliced: list[int], capsys: Captured) -> None:
+    assert main(["report", str(large), "--memory", "1GB"]) == 0
+    assert "not diagnosed" not in capsys.readouterr().out
+    assert not sliced
+
+
+def test_what_has_to_be_read_whole_says_why(large: Path, sliced: list[int], capsys: Captured) -> None:
+    assert main(["report", str(large), "--metric", "verdict_condition", *LITTLE]) == 0
+    assert "is read whole: metric verdict_condition" in capsys.readouterr().err
+    assert not sliced
+
+
+def test_outputs_of_all_cells_are_made_of_the_whole(large: Path, sliced: list[int], tmp_path: Path) -> None:
+    assert main(["report", str(large), "-o", str(tmp_path / "out.vtu"), "-q", *LITTLE]) == 0
+    assert io.read(tmp_path / "out.vtu").cell_data["jens"].shape == (170,)
+    assert not sliced
+
+
+def test_a_broken_file_has_the_message_of_reading(large: Path, capsys: Captured) -> None:
+    large.write_bytes(large.read_bytes()[:3000])
+    assert main(["report", str(large), *LITTLE]) == 2
+    sliced = capsys.readouterr().err
+    assert main(["report", str(large)]) == 2
+    assert capsys.readouterr().err == sliced
+
+
+def test_ctrl_c_says_how_far_it_was(large: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
+    results = run._results
+
+    def stopped(*arguments: Any) -> Any:
+        for number, result in enumerate(results(*arguments)):
+            if number == 2:
+                raise KeyboardInterrupt
+            yield result
+
+    monkeypatch.setattr(run, "_results", stopped)
+    assert main(["report", str(large), *LITTLE]) == 130
+    assert "large.vtkhdf: stopped, 100 of 170 cells were measured" in capsys.readouterr().err
+
+
+def test_progress_tells_the_time_left(monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(slices, "PATIENCE", 0.0)
+    with slices.progress("a.vtu", shown=True) as update:
+        update(1, 4)
+        update(3, 4)
+    assert "a.vtu: 75%, 0 s left" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "n"),
+    [("512MB", 512_000_000), ("1.5 GB", 1_500_000_000), ("4GiB", 1 << 32), ("64KiB", 1 << 16), ("100b", 100)],
+)
+def test_sizes(text: str, n: int) -> None:
+    assert slices.n_bytes(text) == n
+
+
+@pytest.mark.parametrize("text", ["", "4", "GB", "-1MB", "4XB", "4MB!"])
+def test_what_is_no_size(text: str) -> None:
+    with pytest.raises(OptionError, match="expected a size"):
+        slices.n_bytes(text)
+
+
+def test_a_size_comes_back() -> None:
+    for n in (1_000, 64_000_000, 1_500_000_000, 2_000_000_000_000):
+        assert slices.n_bytes(slices.size_text(n)) == n
