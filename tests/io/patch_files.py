@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import re
 from collections.abc import Callable
 from functools import partial
@@ -146,6 +147,73 @@ def medit(folder: Path, *, suffix: str, is_single: bool = False) -> Path:
             assert "MeshVersionFormatted 1" in text
         path.write_text(text)
     return path
+
+
+SIDES = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
+"""Faces of a hexahedron, outward."""
+
+
+def poly_mesh(folder: Path, points: np.ndarray, bodies: list[list[int]], form: str) -> None:
+    """A polyMesh of hexahedra; ``form`` of its points: ascii, binary, single or gzip."""
+    owners: dict[tuple[int, ...], list[tuple[int, list[int]]]] = {}
+    for cell, nodes in enumerate(bodies):
+        for side in SIDES:
+            face = [nodes[k] for k in side]
+            owners.setdefault(tuple(sorted(face)), []).append((cell, face))
+    inner = sorted((one for one in owners.values() if len(one) == 2), key=lambda one: (one[0][0], one[1][0]))
+    outer = [one for one in owners.values() if len(one) == 1]
+    faces = [one[0][1] for one in (*inner, *outer)]
+    folder.mkdir(parents=True)
+    text = {
+        "faces": [f"4({' '.join(map(str, face))})" for face in faces],
+        "owner": [str(one[0][0]) for one in (*inner, *outer)],
+        "neighbour": [str(one[1][0]) for one in inner],
+    }
+    for name, rows_ in text.items():
+        body = "\n".join([str(len(rows_)), "(", *rows_, ")"])
+        (folder / name).write_text(f"{_head('ascii')}\n{body}\n")
+    patch = f"walls {{ type wall; nFaces {len(outer)}; startFace {len(inner)}; }}"
+    (folder / "boundary").write_text(f"{_head('ascii')}\n1\n(\n{patch}\n)\n")
+    if form in ("binary", "single"):
+        kind = "<f8" if form == "binary" else "<f4"
+        data = (
+            f"{_head('binary', 32 if form == 'single' else 64)}\n{len(points)}\n(".encode()
+            + points.astype(kind).tobytes()
+        )
+        (folder / "points").write_bytes(data + b")\n// end\n")
+        return
+    lines = [f"({x:.10g} {y:.8e} {z:.10g})" for x, y, z in points.tolist()]
+    data = (f"{_head('ascii')}\n// 2 (1 2 3)\n{len(points)}\n(\n" + "\n".join(lines) + "\n)\n\n// end\n").encode()
+    if form == "gzip":
+        (folder / "points.gz").write_bytes(gzip.compress(data))
+    else:
+        (folder / "points").write_bytes(data)
+
+
+def _head(form: str, bits: int = 64) -> str:
+    arch = f'"LSB;label=32;scalar={bits}"'
+    return f"/* a (comment) */ FoamFile {{ version 2.0; format {form}; arch {arch}; class c; object o; }}"
+
+
+def case(folder: Path, form: str, *, is_decomposed: bool = False) -> Path:
+    """A case with a time and settings beside its mesh; or one of two processors that share the points between."""
+    mesh, root = bricks(), folder / "case"
+    bodies, points = cells(mesh), np.asarray(mesh.points)
+    for name, text in (("system/controlDict", "deltaT 1;"), ("0/p", "uniform 0;"), ("0.5/p", "uniform 1;")):
+        (root / name).parent.mkdir(parents=True)
+        (root / name).write_text(text)
+    (root / "Allrun").write_text("#!/bin/sh\n")
+    (root / "Allrun").chmod(0o755)
+    if not is_decomposed:
+        poly_mesh(root / "constant" / "polyMesh", points, bodies, form)
+        return root
+    for number, own in enumerate((bodies[:12], bodies[12:])):
+        ids, nodes = np.unique(np.array(own), return_inverse=True)
+        piece = root / f"processor{number}" / "constant" / "polyMesh"
+        poly_mesh(piece, points[ids], nodes.reshape(-1, 8).tolist(), form)
+        addresses = "\n".join(map(str, ids.tolist()))
+        (piece / "pointProcAddressing").write_text(f"{_head('ascii')}\n{len(ids)}\n(\n{addresses}\n)\n")
+    return root
 
 
 PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {

@@ -65,6 +65,35 @@ def replacing(path: str | os.PathLike[str], *, overwrite: bool = False, text: bo
         raise
 
 
+@contextlib.contextmanager
+def new_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A folder to write to; it becomes ``path`` at the end, and nothing if anything went wrong.
+
+    Raises
+    ------
+    WriteError
+        If there is something at ``path`` already, or it cannot be written.
+    """
+    path = Path(path)
+    if os.path.lexists(path):
+        raise WriteError(f"{path}: exists; a folder is written only where there is nothing")
+    if not path.absolute().parent.is_dir():
+        raise WriteError(f"{path}: there is no folder {path.parent}")
+    try:
+        with private.folder(path.absolute().parent) as outer:
+            temporary = outer / path.absolute().name
+            temporary.mkdir()
+            yield temporary
+            for file in temporary.rglob("*"):
+                if file.is_file() and not file.is_symlink():
+                    _sync(file)
+            os.rename(temporary, path)
+            _sync(path.absolute().parent)
+    except OSError as error:
+        full = no_space(error, path)
+        raise WriteError(full or f"{path}: cannot be written: {error.strerror or error}") from error
+
+
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a file of text, whole or not at all; ``-`` means standard output.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
+import shutil
 import zipfile
 import zlib
 from collections.abc import Sequence
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ReadError, WriteError
-from .output import replacing
+from .output import new_folder, replacing
 
 KIND = "meshgauge-undo-3"
 
@@ -105,12 +106,19 @@ def bring_back(path: str | os.PathLike[str], file: Path, target: Path) -> bool:
         If a file cannot be written; or others changed with it that would be replaced, unasked.
     """
     files = restored(path, file)
+    if file.is_dir() and target != file:
+        with new_folder(target) as new:
+            shutil.copytree(file, new, symlinks=True, dirs_exist_ok=True)
+            for name, data in files.items():
+                (new / name).write_bytes(data)
+        return True
     if len(files) > 1 and target != file and os.path.realpath(target.parent) == os.path.realpath(file.parent):
         raise WriteError(
             f"{target}: {len(files) - 1} more files changed with {file}: undo in place or in another folder"
         )
-    targets = {name: target.parent / name if name else target for name in files}
-    changed = any(data != (file if not name else file.parent / name).read_bytes() for name, data in files.items())
+    here, there = (one if file.is_dir() else one.parent for one in (file, target))
+    targets = {name: there / name if name else target for name in files}
+    changed = any(data != (here / name if name else file).read_bytes() for name, data in files.items())
     with contextlib.ExitStack() as stack:
         for name, data in files.items():
             stack.enter_context(replacing(targets[name], overwrite=True)).write_bytes(data)

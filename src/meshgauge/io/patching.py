@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..errors import ReadError, WriteError
 from ..files import private, undo
-from ..files.output import replacing
+from ..files.output import new_folder, replacing
 from ..mesh import Mesh
 from . import registry
 from .plumbing.format import Format
@@ -79,44 +80,105 @@ class Patch:
             If the target is a file that was read (but for what ``overwrite`` allows), points moved that have no
             place, or the copy does not read back as it should.
         """
+        if Path(self.mesh.path or "").is_dir():
+            self._write_folder(mesh, overwrite=overwrite, undo_file=undo_file)
+        else:
+            self._write_file(mesh, overwrite=overwrite, undo_file=undo_file)
+
+    def _moved(self, mesh: Mesh) -> tuple[Reals, Reals]:
+        """Coordinates before and after. Raises `WriteError` if points moved that have no place."""
+        before, after = (np.asarray(one.points, np.float64) for one in (self.mesh, mesh))
+        is_moved = (before.view(np.int64) != after.view(np.int64)).any(axis=1)
+        n = int(np.count_nonzero(is_moved & self.is_fixed))
+        if n:
+            raise WriteError(f"{self.target}: {n:,} points that moved have no place of their own in {self.mesh.path}")
+        return before, after
+
+    def _write_file(self, mesh: Mesh, *, overwrite: bool, undo_file: Path | None) -> None:
         source = Path(self.mesh.path or "")
         if not overwrite and os.path.realpath(self.target) in {os.path.realpath(source), *self.mesh.sources}:
             raise WriteError(f"{self.target}: is a file that the mesh was read from; it is not overwritten")
-        before, after = (np.asarray(one.points, np.float64) for one in (self.mesh, mesh))
-        is_moved = (before.view(np.int64) != after.view(np.int64)).any(axis=1)
-        if (is_moved & self.is_fixed).any():
-            n = int(np.count_nonzero(is_moved & self.is_fixed))
-            raise WriteError(f"{self.target}: {n:,} points that moved have no place of their own in {source}")
+        before, after = self._moved(mesh)
         targets = _targets(source, self.target, self.mesh.sources)
         changes = []
         with contextlib.ExitStack() as stack:
             staged: dict[Path, Path] = {}
             for old, new in targets.items():
-                data = old.read_bytes()
-                hunks, texts = self.places.hunks(old, data, before, after)
+                hunks, texts = self.places.hunks(old, before, after)
                 if old != source and not texts and os.path.realpath(old) == os.path.realpath(new):
                     continue
                 if old != source and new.exists() and os.path.realpath(old) != os.path.realpath(new):
                     raise WriteError(f"{new}: exists; {self.target} would include it: write into another folder")
                 new.parent.mkdir(parents=True, exist_ok=True) if old != source else None
                 staged[old] = stack.enter_context(replacing(new, overwrite=overwrite))
-                with staged[old].open("wb") as file:
-                    copy_with(data, hunks, texts, file)
+                written = copy_with(old, hunks, texts, staged[old])
                 if texts or old == source:
-                    changes.append(undo.Change(old, staged[old], hunks, "" if old == source else _name(source, old)))
-            self._check(staged, mesh)
+                    changes.append(undo.Change(old, staged[old], written, "" if old == source else _name(source, old)))
+            with _as_one(source, self.mesh.sources, staged) as (path, roots):
+                limits = replace(self.limits, include_roots=(*self.limits.include_roots, *roots))
+                self._check(mesh, lambda: registry.read(self.chosen, path, limits, self.step))
             if undo_file is not None:
                 undo.store(undo_file, changes)
 
-    def _check(self, staged: dict[Path, Path], mesh: Mesh) -> None:
-        """Raise `WriteError` unless the files read back as the mesh with its points where they are now."""
-        source = Path(self.mesh.path or "")
-        with _as_one(source, self.mesh.sources, staged) as (path, roots):
-            limits = replace(self.limits, include_roots=(*self.limits.include_roots, *roots))
-            try:
-                back = registry.read(self.chosen, path, limits, self.step)
-            except ReadError as error:
-                raise WriteError(f"{self.target}: what was written cannot be read back: {error}") from error
+    def _write_folder(self, mesh: Mesh, *, overwrite: bool, undo_file: Path | None) -> None:
+        """Copy a folder, or put the files that change back into it."""
+        folder, before, after = Path(self.mesh.path or ""), *self._moved(mesh)
+        changes = []
+        sources = [Path(path) for path in self.mesh.sources if Path(path).is_relative_to(folder.resolve())]
+        with contextlib.ExitStack() as stack:
+            staged: dict[Path, Path] = {}
+            if not overwrite:
+                new = stack.enter_context(new_folder(self.target))
+                self._copy_folder(folder, new)
+            for old in self.places.files:
+                hunks, texts = self.places.hunks(old, before, after)
+                if not texts:
+                    continue
+                real = old.resolve()
+                name = str(real.relative_to(folder.resolve()))
+                if overwrite:
+                    staged[real] = stack.enter_context(replacing(old, overwrite=True))
+                else:
+                    staged[real] = new / name
+                    staged[real].unlink()
+                changes.append(undo.Change(old, staged[real], copy_with(old, hunks, texts, staged[real]), name))
+                shutil.copymode(old, staged[real])
+            with private.folder() as one:
+                for path in sources:
+                    link = one / path.relative_to(folder.resolve())
+                    link.parent.mkdir(parents=True, exist_ok=True)
+                    link.symlink_to(staged.get(path, path).resolve())
+                # Of the time steps the one that was read, and what it needs of those before, are there.
+                self._check(mesh, lambda: registry.read_folder(one, self.chosen.name, "last"))
+            if undo_file is not None:
+                undo.store(undo_file, changes)
+
+    @property
+    def left_out(self) -> tuple[str, ...]:
+        """What a copy of a folder goes without: results and the like, of the mesh as it was, unless they were read."""
+        folder, is_stale = Path(self.mesh.path or ""), self.chosen.is_stale
+        if is_stale is None or not folder.is_dir() or self.target == folder:
+            return ()
+        real = folder.resolve()
+        used = {Path(path).relative_to(real).parts[0] for path in self.mesh.sources if Path(path).is_relative_to(real)}
+        return tuple(sorted(e.name for e in folder.iterdir() if is_stale(e.name) and e.name not in used))
+
+    def _copy_folder(self, folder: Path, new: Path) -> None:
+        left_out = self.left_out
+        for entry in folder.iterdir():
+            if entry.name in left_out:
+                continue
+            if entry.is_dir() and not entry.is_symlink():
+                shutil.copytree(entry, new / entry.name, symlinks=True)
+            else:
+                shutil.copy2(entry, new / entry.name, follow_symlinks=False)
+
+    def _check(self, mesh: Mesh, reader: Callable[[], Mesh]) -> None:
+        """Raise `WriteError` unless what was written reads back as the mesh with its points where they are now."""
+        try:
+            back = reader()
+        except ReadError as error:
+            raise WriteError(f"{self.target}: what was written cannot be read back: {error}") from error
         same = all(np.array_equal(getattr(back, name), getattr(mesh, name)) for name in ("types", "offsets"))
         expected = np.asarray(mesh.points).astype(back.points.dtype)
         if not same or not np.array_equal(back.points, expected, equal_nan=True):
@@ -153,10 +215,15 @@ def patch_of(
         If the coordinates cannot be found in the file; the message says why.
     """
     chosen = format_if_same(mesh, target, file_format=file_format)
-    if chosen is None or chosen.places is None:
+    if chosen is None or not chosen.is_patched:
         return None
     source = Path(mesh.path or "")
-    places = registry.places(chosen, source, limits).aligned(mesh)
+    if source.is_dir():
+        places = registry.places(chosen, registry.case_of(source, file_format)[1], limits, step).aligned(mesh)
+        inside = [path.resolve().is_relative_to(source.resolve()) for path, _ in places.pieces] or [True]
+        places = places.without(~np.array(inside)[places.piece])
+        return Patch(mesh, Path(target), chosen, places, limits or Limits(), step)
+    places = registry.places(chosen, source, limits, step).aligned(mesh)
     locked = _locked(source, Path(target), mesh.sources)
     piece_is_locked = np.array([os.path.realpath(path) in locked for path, _ in places.pieces] or [False])
     places = places.without(piece_is_locked[places.piece])
@@ -168,7 +235,10 @@ def format_if_same(mesh: Mesh, target: str | os.PathLike[str], *, file_format: s
     if mesh.path is None:
         return None
     source, target = Path(mesh.path), Path(target)
-    if source.suffix.lower() == ".gz" or source.is_dir():
+    if source.is_dir():
+        is_file = target.suffix.lower() in {e for f in registry.ALL if f.write is not None for e in f.extensions}
+        return registry.case_of(source, file_format)[0] if not is_file or target == source else None
+    if source.suffix.lower() == ".gz":
         return None
     chosen = format_of(source, file_format)
     return chosen if target.suffix.lower() in (source.suffix.lower(), *chosen.extensions) else None

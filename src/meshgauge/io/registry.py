@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..files import sources
 from ..mesh import Mesh
-from .formats import elmer, femap, frontistr, openfoam
+from .formats import elmer, femap, frontistr
 from .formats.abaqus.format import ABAQUS
 from .formats.ansys.read import ANSYS
 from .formats.cgns.read import CGNS
@@ -31,7 +31,8 @@ from .formats.med.read import MED
 from .formats.medit.format import MEDIT
 from .formats.mfem.read import MFEM
 from .formats.nastran.read import NASTRAN
-from .formats.openfoam import OPENFOAM
+from .formats.openfoam.format import OPENFOAM
+from .formats.openfoam.read import inside as inside_case
 from .formats.others import OTHERS
 from .formats.ovm.read import OVM
 from .formats.plusplus import PLUSPLUS
@@ -169,10 +170,15 @@ def n_bytes(mesh: Mesh) -> int:
     return sum(values.nbytes for values in (mesh.points, mesh.types, mesh.offsets, mesh.connectivity, *data))
 
 
-def places(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> Places:
-    """Where the file holds the coordinates of points. Raises `ReadError`."""
+def places(chosen: Format, path: Path, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Places:
+    """Where the file, or one of its time steps, holds the coordinates of points. Raises `ReadError`."""
+    of_step = chosen.step_places
     with budget.of(path, *(limits or isolate.Limits()).given):
-        given = _call_reader(chosen, path, chosen.places)
+        if of_step is None:
+            given = _call_reader(chosen, path, chosen.places)
+        else:
+            at = position(steps(chosen, path, limits), choice, path)
+            given = _call_reader(chosen, path, lambda path: of_step(path, at))
     if given is None:
         raise ReadError(f"{path}: {chosen.title} is not patched")
     return given
@@ -261,7 +267,7 @@ def read_folder(folder: Path, name: str | None, choice: StepChoice = None) -> Me
     ReadError
         If it is none.
     """
-    chosen, inside = _case(folder, name)
+    chosen, inside = case_of(folder, name)
     try:
         return read(chosen, inside, choice=choice).replace(path=str(folder))
     except ReadError as error:
@@ -270,12 +276,12 @@ def read_folder(folder: Path, name: str | None, choice: StepChoice = None) -> Me
 
 def steps_of_folder(folder: Path, name: str | None) -> tuple[Step, ...]:
     """The time steps of a case of OpenFOAM; a mesh of Elmer has none."""
-    return steps(*_case(folder, name))
+    return steps(*case_of(folder, name))
 
 
-def _case(folder: Path, name: str | None) -> tuple[Format, Path]:
+def case_of(folder: Path, name: str | None) -> tuple[Format, Path]:
     """The format of a folder, and the path in it by which it is read."""
-    for chosen, inside in ((openfoam.OPENFOAM, openfoam.inside), (elmer.ELMER, elmer.inside)):
+    for chosen, inside in ((OPENFOAM, inside_case), (elmer.ELMER, elmer.inside)):
         if name in (None, chosen.name) and (path := inside(folder)) is not None:
             return chosen, path
     raise ReadError(

@@ -44,6 +44,9 @@ PlacesFinder = Callable[[Path], Places]
 PieceLister = Callable[[Path, int], Pieces | None]
 """Where the arrays of a time step stand in a file; None for a kind of file that has to be read whole."""
 
+StepPlacesFinder = Callable[[Path, int], Places]
+"""The same of one time step, by its index from 0."""
+
 Sniffer = Callable[[bytes, Path], bool]
 """True if the first bytes of a file (up to `HEAD` of them) are of this format."""
 
@@ -92,6 +95,11 @@ class Format:
     pieces
         Tells where the arrays stand, so that a large mesh is measured without having it in memory; None if there is
         only reading it.
+    step_places
+        In place of ``places`` where a file may hold several time steps.
+    is_stale
+        Of a format whose files are a folder: which entries of it are of the mesh as it was, such as results, so that a
+        copy with other coordinates goes without them.
     by_content
         False if the bytes tell this format only together with its extension.
     has_both_wedge_orders
@@ -108,6 +116,8 @@ class Format:
     write: Writer | None = None
     scan: Scanner | None = None
     places: PlacesFinder | None = None
+    step_places: StepPlacesFinder | None = None
+    is_stale: Callable[[str], bool] | None = None
     by_content: bool = True
     has_both_wedge_orders: bool = False
     forbidden: str = ""
@@ -121,6 +131,11 @@ class Format:
     @property
     def is_readable(self) -> bool:
         return any((self.read, self.read_step, self.is_foreign))
+
+    @property
+    def is_patched(self) -> bool:
+        """Whether a file can be given back with other coordinates and nothing else touched."""
+        return self.places is not None or self.step_places is not None
 
     @property
     def is_foreign(self) -> bool:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from ...mesh import Mesh
 from ...mesh.labels import labels_of
 from .numerals import Form, Ints, Reals
 
+GZIP = b"\x1f\x8b"
 _NONE, _NO_SPANS = np.empty(0, np.int64), np.empty((0, 3), np.int64)
 
 
@@ -32,6 +34,8 @@ class Places:
         ``(n,)`` which of the pieces each point is in.
     labels
         ``(n,)`` the numbers that the file gives to the points; None if they are in the order of the mesh.
+    copies
+        Further places of points, whose labels are their positions in the mesh: all must be the same.
     """
 
     pieces: tuple[tuple[Path, Form], ...]
@@ -39,6 +43,7 @@ class Places:
     ends: Ints
     piece: Ints
     labels: Ints | None = None
+    copies: Places | None = None
 
     @classmethod
     def of(cls, path: Path, form: Form, starts: Ints, ends: Ints, labels: Ints | None = None) -> Places:
@@ -58,6 +63,19 @@ class Places:
             np.concatenate([_NONE, *(part.piece + shift for part, shift in zip(parts, shifts, strict=True))]),
             np.concatenate([_NONE, *labels]) if len(labels) == len(parts) else None,
         )
+
+    def rows(self, some: Ints) -> Places:
+        """Some of the places."""
+        labels = None if self.labels is None else self.labels[some]
+        return Places(self.pieces, self.starts[some], self.ends[some], self.piece[some], labels)
+
+    def labelled(self, labels: Ints) -> Places:
+        """The same with numbers."""
+        return replace(self, labels=labels)
+
+    def with_copies(self, copies: Places) -> Places:
+        """The same with further places."""
+        return replace(self, copies=copies)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -96,7 +114,12 @@ class Places:
         ids = np.flatnonzero(places.has_place)
         points = np.asarray(mesh.points)
         here = places._values(ids).astype(points.dtype)
-        return places.without(ids[(here != points[ids]).any(axis=1)]).without(_at_middles(mesh))
+        places = places.without(ids[(here != points[ids]).any(axis=1)]).without(_at_middles(mesh))
+        copies = self.copies
+        if copies is None or copies.labels is None:
+            return places
+        here = copies._values(np.arange(len(copies.labels))).astype(points.dtype)
+        return places.without(copies.labels[(here != points[copies.labels]).any(axis=1)])
 
     def without(self, points: NDArray[Any]) -> Places:
         """The same, but some points (ids or a mask) have no place."""
@@ -108,7 +131,7 @@ class Places:
         """``(n, 3)`` the numbers that stand in the files at the places of some points."""
         values = np.full((len(ids), 3), np.nan)
         for path in self.files:
-            data = path.read_bytes()
+            data = contents(path)
             for number, (file, form) in enumerate(self.pieces):
                 own = np.flatnonzero(self.piece[ids] == number) if file == path else _NONE
                 if len(own):
@@ -124,22 +147,26 @@ class Places:
             result[own] = form.rounded(result[own].ravel()).reshape(-1, 3)
         return result
 
-    def hunks(self, path: Path, data: bytes, before: Reals, after: Reals) -> tuple[Hunks, list[bytes]]:
-        """Where one of the files changes if points move, in the order of its bytes, and what stands there then.
+    def hunks(self, path: Path, before: Reals, after: Reals) -> tuple[Hunks, list[bytes]]:
+        """Where one of the files, unpacked, changes if points move, in the order of its bytes, and what is there then.
 
         Only coordinates that change are written: the others keep their characters.
         """
-        is_here = np.isin(self.piece, [number for number, (file, _) in enumerate(self.pieces) if file == path])
-        is_moved = is_here[:, None] & (before.view(np.int64) != after.view(np.int64))
-        starts, ends, new = self.starts[is_moved], self.ends[is_moved], after[is_moved]
-        piece = np.broadcast_to(self.piece[:, None], is_moved.shape)[is_moved]
+        data = contents(path)
+        own = replace(self, copies=None, labels=np.arange(len(self.starts)))
+        every = own if self.copies is None else Places.joined([own, self.copies])
+        points = every.labels
+        is_here = np.isin(every.piece, [number for number, (file, _) in enumerate(every.pieces) if file == path])
+        is_moved = is_here[:, None] & (before.view(np.int64) != after.view(np.int64))[points]
+        starts, ends, new = every.starts[is_moved], every.ends[is_moved], after[points][is_moved]
+        piece = np.broadcast_to(every.piece[:, None], is_moved.shape)[is_moved]
         order = np.argsort(starts, kind="stable")
         starts, ends, new, piece = starts[order], ends[order], new[order], piece[order]
         texts: list[bytes] = [b""] * len(starts)
         for number in np.unique(piece).tolist():
-            own = np.flatnonzero(piece == number)
-            old = (data[a:b] for a, b in zip(starts[own].tolist(), ends[own].tolist(), strict=True))
-            for at, text in zip(own.tolist(), self.pieces[number][1].written(new[own], old), strict=True):
+            own_rows = np.flatnonzero(piece == number)
+            old = (data[a:b] for a, b in zip(starts[own_rows].tolist(), ends[own_rows].tolist(), strict=True))
+            for at, text in zip(own_rows.tolist(), every.pieces[number][1].written(new[own_rows], old), strict=True):
                 texts[at] = text
         return Hunks.replacing(starts, ends, [len(text) for text in texts]), texts
 
@@ -155,9 +182,23 @@ def _at_middles(mesh: Mesh) -> Ints:
     return np.unique(mesh.connectivity[owner]).astype(np.int64)
 
 
-def copy_with(data: bytes, hunks: Hunks, texts: Sequence[bytes], file: BinaryIO) -> None:
-    """Write a file with other bytes in some places."""
-    file.writelines(_pieces(data, hunks, texts))
+def contents(path: Path) -> bytes:
+    """The bytes of a file, unpacked if it is gzipped."""
+    data = path.read_bytes()
+    return gzip.decompress(data) if data.startswith(GZIP) else data
+
+
+def copy_with(old: Path, hunks: Hunks, texts: Sequence[bytes], new: Path) -> Hunks | None:
+    """Write a file with other bytes in some places; returns where the two differ, None if that is everywhere."""
+    data = old.read_bytes()
+    if not data.startswith(GZIP):
+        with new.open("wb") as file:
+            file.writelines(_pieces(data, hunks, texts))
+        return hunks
+    if texts:
+        data = gzip.compress(b"".join(_pieces(gzip.decompress(data), hunks, texts)), mtime=0)
+    new.write_bytes(data)
+    return None
 
 
 def _pieces(data: bytes, hunks: Hunks, texts: Sequence[bytes]) -> Iterator[bytes]:

@@ -14,27 +14,22 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ...errors import ReadError
-from ...files import sources
-from ...mesh import Mesh
-from ..plumbing import budget, face_based
-from ..plumbing.budget import DENSEST
-from ..plumbing.format import Format
-from ..plumbing.steps import Step, number_steps
-from ..plumbing.text import numbers
+from ....errors import ReadError
+from ....files import sources
+from ....mesh import Mesh
+from ...plumbing import budget, face_based
+from ...plumbing.budget import DENSEST
+from ...plumbing.steps import Step, number_steps
+from ...plumbing.text import numbers
 
 # None of these goes back over what it has passed: a file must not take time with the square of its size.
-_COMMENT = re.compile(rb"/\*.*?(?:\*/|\Z)|//[^\n]*", re.DOTALL)
+COMMENT = re.compile(rb"/\*.*?(?:\*/|\Z)|//[^\n]*", re.DOTALL)
 _HEADER = re.compile(rb"FoamFile\s*+\{")
 _ENTRY = re.compile(rb"(?:[^;\"]|\"[^\"]*+(?:\"|\Z))++")
 _KEY = re.compile(rb"\s*+(\w++)\s++(.*)", re.DOTALL)
-_COUNT = re.compile(rb"\s*(\d+)\s*([({])")
+COUNT = re.compile(rb"\s*(\d+)\s*([({])")
 _PATCH = re.compile(rb"(?<![^\s{}()\";])([^\s{}()\";]++|\"[^\"]*+\")\s*+\{([^{}]*+)\}")
 _STATED = re.compile(rb"n(Points|Cells|Faces|InternalFaces):\s*(\d+)")
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    return path.suffix.lower() == ".foam" or b"FoamFile" in head
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +55,7 @@ def read(path: Path, at: int) -> Mesh:
     are one mesh with a block for each. Zones of cells are not read.
     """
     states = steps(path)
-    pieces = [_piece(name, folder) for name, folder in _folders(path, states[at].name if states else "constant")]
+    pieces = [_piece(name, folder) for name, folder in folders(path, states[at].name if states else "constant")]
     notes: list[str] = []
     ids, points = _join_points(pieces)
     if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
@@ -99,12 +94,12 @@ def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, 
 
 
 def _piece(name: str, folder: Path) -> _Piece:
-    points_file = _File(folder, "points")
+    points_file = MeshFile(folder, "points")
     points = points_file.points()
-    face_offsets, face_points = _File(folder, "faces").faces()
-    owner_file = _File(folder, "owner")
+    face_offsets, face_points = MeshFile(folder, "faces").faces()
+    owner_file = MeshFile(folder, "owner")
     owner = owner_file.labels()
-    neighbour = _File(folder, "neighbour").labels()
+    neighbour = MeshFile(folder, "neighbour").labels()
     n_faces = len(face_offsets) - 1
     if len(owner) != n_faces or len(neighbour) > n_faces:
         raise ReadError(f"{folder}: {n_faces} faces have {len(owner)} owners and {len(neighbour)} neighbours")
@@ -120,19 +115,19 @@ def _piece(name: str, folder: Path) -> _Piece:
     if n_cells and int(counts.min()) < 4:
         cell = int(np.argmin(counts))
         raise ReadError(f"{folder}: cell {cell} has {int(counts[cell])} faces, expected 4 or more")
-    ids = _point_ids(folder, len(points)) if name.startswith("processor") else None
+    ids = point_ids_of(folder, len(points)) if name.startswith("processor") else None
     patches = _patches(folder, n_faces)
     is_single = points_file.is_binary and points_file.scalar.itemsize == 4
     return _Piece(name, points, ids, face_offsets, face_points, owner, others, n_cells, patches, is_single)
 
 
-def _point_ids(folder: Path, n_points: int) -> NDArray[np.int64] | None:
+def point_ids_of(folder: Path, n_points: int) -> NDArray[np.int64] | None:
     """Where the points of a processor's piece are in the whole mesh, None if there is no such file."""
     # Beside the faces that were read: another time may have other points.
-    own = _present(folder, "faces").parent
+    own = present(folder, "faces").parent
     if not _is_there(own, "pointProcAddressing"):
         return None
-    ids = _File(own, "pointProcAddressing").labels()
+    ids = MeshFile(own, "pointProcAddressing").labels()
     if len(ids) != n_points:
         raise ReadError(f"{folder / 'pointProcAddressing'}: does not fit the {n_points} points of the piece")
     return ids
@@ -155,7 +150,7 @@ def steps(path: Path) -> tuple[Step, ...]:
         folder.parents[len(tail.parts) - 1].name
         for root, tail in roots
         for folder in root.glob(f"*/{tail.as_posix()}")
-        if _TIME.fullmatch(folder.parents[len(tail.parts) - 1].name)
+        if TIME.fullmatch(folder.parents[len(tail.parts) - 1].name)
         and any(_is_there(folder, name) for name in ("points", "faces"))
     }
     times = sorted(names, key=float)
@@ -180,7 +175,7 @@ def _roots(path: Path) -> list[tuple[Path, Path]]:
     return [(case, Path(folder.parent.name, mesh)) for folder in regions]
 
 
-def _folders(path: Path, instance: str) -> list[tuple[str, Path]]:
+def folders(path: Path, instance: str) -> list[tuple[str, Path]]:
     """Name and folder of each polyMesh to read, of an instance: ``constant`` or a time."""
     if path.parent.name == "polyMesh":
         return [("cells", path.parent)]
@@ -200,7 +195,7 @@ def _name(root: Path, tail: Path) -> str:
     return root.name if re.fullmatch(r"processor\d+", root.name) else "cells"
 
 
-_TIME = re.compile(r"\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
+TIME = re.compile(r"\d+(\.\d+)?(e[+-]?\d+)?", re.IGNORECASE)
 
 
 def _header(data: bytes) -> tuple[int, int]:
@@ -216,12 +211,12 @@ def _entries(data: bytes) -> dict[bytes, bytes]:
     return {match[1]: match[2].strip() for match in matches if match is not None}
 
 
-class _File:
+class MeshFile:
     """One file of a polyMesh: its header, and its lists."""
 
     def __init__(self, folder: Path, name: str) -> None:
-        self.path = _present(folder, name)
-        data = _bytes(self.path)
+        self.path = present(folder, name)
+        data = file_bytes(self.path)
         start, end = _header(data)
         if end == 0:
             raise ReadError(f"{self.path}: has no header FoamFile")
@@ -235,7 +230,7 @@ class _File:
         self.scalar = np.dtype(self.order + ("f4" if "scalar=32" in arch else "f8"))
         self.data, self.at = data[end:], 0
         if not self.is_binary:
-            self.data = _COMMENT.sub(b" ", self.data)
+            self.data = COMMENT.sub(b" ", self.data)
         else:
             while (comment := re.compile(rb"\s*(/\*.*?\*/|//[^\n]*)", re.DOTALL).match(self.data, self.at)) is not None:
                 self.at = comment.end()
@@ -252,7 +247,7 @@ class _File:
 
     def _list(self, dtype: DTypeLike, width: int) -> NDArray[np.generic]:
         """The next list: its size, then its items in parentheses, or one for all in braces."""
-        count = _COUNT.match(self.data, self.at)
+        count = COUNT.match(self.data, self.at)
         if count is None or int(count.group(1)) > len(self.data):
             if self.data[self.at :].split()[:1] in ([b"0"], [b"0()"], [b"()"]):
                 return np.empty(0, dtype)
@@ -278,7 +273,7 @@ class _File:
 
     def _numbers(self, kind: np.dtype[np.generic]) -> NDArray[np.generic]:
         """All numbers from here on."""
-        rest = self.data[self.at :].translate(_BRACKETS)
+        rest = self.data[self.at :].translate(BRACKETS)
         try:
             return numbers(rest, np.float64 if kind.kind == "f" else np.int64)
         except ValueError:
@@ -297,7 +292,7 @@ class _File:
             if not len(offsets) or offsets[0] != 0 or int(offsets[-1]) != len(points) or (np.diff(offsets) < 0).any():
                 raise self.fail("the offsets of its faces do not run from 0 to the number of their points")
             return offsets, points
-        count = _COUNT.match(self.data)
+        count = COUNT.match(self.data)
         if count is None:
             raise self.fail("does not begin with the number of faces")
         self.at = count.end()
@@ -318,17 +313,17 @@ class _File:
         return face_based.offsets_of(n), flat[face_based.spans(np.array(firsts, np.int64), n)]
 
 
-_BRACKETS = bytes.maketrans(b"(){}", b"    ")
+BRACKETS = bytes.maketrans(b"(){}", b"    ")
 
 
-def _present(folder: Path, name: str) -> Path:
+def present(folder: Path, name: str) -> Path:
     """Where a file of a polyMesh is: a time in which only points move has the others from before."""
     if _is_there(folder, name):
         return folder / name
     for instance in (folder.parent, folder.parent.parent):  # the latter of a region
-        if _TIME.fullmatch(instance.name):
+        if TIME.fullmatch(instance.name):
             tail = folder.relative_to(instance)
-            times = [p for p in instance.parent.iterdir() if _TIME.fullmatch(p.name)]
+            times = [p for p in instance.parent.iterdir() if TIME.fullmatch(p.name)]
             earlier = [p for p in times if float(p.name) < float(instance.name)]
             earlier.sort(key=lambda p: float(p.name), reverse=True)
             for other in (*earlier, instance.parent / "constant"):
@@ -341,7 +336,7 @@ def _is_there(folder: Path, name: str) -> bool:
     return any((folder / f"{name}{suffix}").is_file() for suffix in ("", ".gz"))
 
 
-def _bytes(path: Path) -> bytes:
+def file_bytes(path: Path) -> bytes:
     packed = path.with_name(path.name + ".gz")
     sources.note(path if path.is_file() else packed)
     if path.is_file():
@@ -361,7 +356,7 @@ def _bytes(path: Path) -> bytes:
 
 def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
     """Name and faces of each patch."""
-    data = _COMMENT.sub(b" ", _bytes(_present(folder, "boundary")))
+    data = COMMENT.sub(b" ", file_bytes(present(folder, "boundary")))
     _, start = _header(data)
     patches = []
     for name, body in _PATCH.findall(data[start:]):
@@ -378,6 +373,3 @@ def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
         budget.draw("made", 8 * n, f"patch {called!r}")  # several may have the same faces
         patches.append((called, np.arange(first, first + n)))
     return patches
-
-
-OPENFOAM = Format("openfoam", "OpenFOAM", (".foam",), sniff, steps=steps, read_step=read)
