@@ -116,6 +116,7 @@ TEXTS: dict[str, dict[str, str]] = {
         + "   -1\n   -1\n   404\n1,1,1,25,6,1,0,0,\n1,2,3,0,4,0,0,0,0,0,\n" + "0," * 10 + "\n" + "0.,0.,0.,\n" * 3
         + "0," * 16 + "\n   -1\n   -1\n   402\n1,1,0,25,1,0,\niron\n0,0,0,0,\n   -1\n"
     },
+    "plot3d": {"a.xyz": "2\n2 2 2\n2 2 2\n" + "0.5 1 2 3 4 5 6 7\n" * 6},
     "unv": {
         "a.unv": "    -1\n  2411\n"
         + "".join(f"{i} 1 1 11\n{line}\n" for i, line in enumerate(_TETRA.replace("1", "1.0D+00").splitlines(), 1))
@@ -186,7 +187,7 @@ TEXTS: dict[str, dict[str, str]] = {
 
 OWN = ("vtu", "vtkhdf", "gmsh", "su2", "mfem", "hedra", "rf", "tetgen", "unv", "fluent", "openfoam", "abaqus", "exodus",
        "ansys", "ovm", "gambit", "tecplot", "med", "nastran", "cgns", "ugrid", "medit",
-       "lsdyna", "elmer", "frontistr", "femap", "tecplot-binary",
+       "lsdyna", "elmer", "frontistr", "femap", "tecplot-binary", "plot3d",
        "vtk")  # fmt: skip
 """Formats whose readers run in the process of the caller."""
 
@@ -245,6 +246,11 @@ def seeds(folder: Path) -> Iterator[tuple[str, Path, list[Path]]]:
     yield "ovm", binary, [binary]
     fluent = cff(folder / "classic" / "a.cas.h5", mesh)
     yield "fluent", fluent, [fluent]
+    for order in "<>":
+        path = folder / "classic" / f"{'little' if order == '<' else 'big'}.x"
+        head = np.array([4, 1, 4, 12, 2, 2, 2, 12, 192], f"{order}i4").tobytes()
+        path.write_bytes(head + np.arange(24.0).astype(f"{order}f8").tobytes() + head[-4:])
+        yield "plot3d", path, [path]
     for version in (102, 111, 112):
         points = [*np.array([line.split() for line in _TETRA.splitlines()], float).T]
         zones = [Zone(points, "tetra", np.arange(4)[None], n_points=4, strand=0),

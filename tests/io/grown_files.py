@@ -243,6 +243,16 @@ def tecplot_binary(folder: Path, n: int) -> Path:
     return plt(folder / "a.plt", ("X", "Y", "Z"), zones)
 
 
+def plot3d(n: int) -> str:
+    """A hexahedron a block."""
+    cubes = "".join(
+        " ".join(str(float(c) + 2 * k * (axis == 0)) for c in values) + "\n"
+        for k in range(n)
+        for axis, values in enumerate(("01010101", "00110011", "00001111"))
+    )
+    return f"{n}\n{'2 2 2 ' * n}\n{cubes}"
+
+
 def exodus(folder: Path, n: int) -> Path:
     """A block and two fields for each cell."""
     import h5py
@@ -289,6 +299,7 @@ MAKERS: dict[str, Callable[[Path, int], Path]] = {
     "frontistr": text("a.msh", frontistr),
     "femap": text("a.neu", femap),
     "tecplot-binary": tecplot_binary,
+    "plot3d": text("a.xyz", plot3d),
     "elmer": text("mesh.header", elmer),
     "su2": written("a.su2"),
     "abaqus": text("a.inp", abaqus),

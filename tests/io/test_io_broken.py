@@ -142,12 +142,32 @@ def test_content_decides_between_formats_of_one_extension(tmp_path: Path) -> Non
     assert io.read(tmp_path / "a.mesh").type_counts() == {"tetra": 2}  # the wrong extension does not matter
 
 
-def test_unknown_format_lists_the_known(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        (
+            "a.vtuu",
+            r"'\.vtuu' and the content are of no known format; nearest are \.vtu \(vtu\), .*; --format NAME reads",
+        ),
+        ("a.mshh", r"nearest are \.msh \(gmsh or fluent or frontistr\)"),
+        ("a.qqqqqq", r"of no known format; --format NAME reads it as another format$"),
+        ("a", "has no extension, and its content is of no known format; --format NAME"),
+        ("a.neu", r"\.neu does \(GAMBIT neutral: gambit or FEMAP neutral: femap\); --format NAME reads it as another"),
+    ],
+)
+def test_an_unknown_format_names_the_nearest_and_the_option(name: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text("hello")
+    with pytest.raises(ReadError, match=message) as caught:
+        io.read(tmp_path / name)
+    assert len(str(caught.value).removeprefix(str(tmp_path))) < 250
+
+
+def test_an_unknown_name_of_a_format(tmp_path: Path) -> None:
     (tmp_path / "a.xyz").write_text("hello")
-    with pytest.raises(ReadError, match=r"'\.xyz'.*\.vtu"):
-        io.read(tmp_path / "a.xyz")
-    with pytest.raises(ReadError, match=r"'nonsense'.*vtu"):
-        io.read(tmp_path / "a.xyz", file_format="nonsense")
+    with pytest.raises(ReadError, match=r"no format 'gmhs'; nearest are gmsh"):
+        io.read(tmp_path / "a.xyz", file_format="gmhs")
+    with pytest.raises(ReadError, match=r"no format 'qqqqqq'; known are .*vtu"):
+        io.read(tmp_path / "a.xyz", file_format="qqqqqq")
 
 
 @pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf"])

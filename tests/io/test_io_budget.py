@@ -44,7 +44,7 @@ def test_twice_the_input_draws_at_most_twice_the_budget(name: str, tmp_path: Pat
         results[n] = read(path)
         mesh = results[n][0]
         assert registry.detect(path, path.read_bytes()[:4096]).name == name
-        assert (mesh.types == 10).sum() == n
+        assert (mesh.types == (12 if name == "plot3d" else 10)).sum() == n
     (_, once, peak), (_, twice, more) = results[N], results[2 * N]
     assert once["mesh"] > 0
     for what, amount in twice.items():

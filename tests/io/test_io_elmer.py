@@ -210,7 +210,7 @@ def test_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str])
 def test_counts_beside_other_formats(tmp_path: Path) -> None:
     """Files of TetGen and others of these extensions are not taken for Elmer's."""
     (tmp_path / "a.nodes").write_text("1 2 3\n")
-    with pytest.raises(ReadError, match=r"does not begin as a file with the extension \.nodes does \(Elmer\)"):
+    with pytest.raises(ReadError, match=r"does not begin as a file with the extension \.nodes does \(Elmer: elmer\)"):
         io.read(tmp_path / "a.nodes")
 
 

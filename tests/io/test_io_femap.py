@@ -171,5 +171,5 @@ def test_a_file_that_ends_early(tmp_path: Path) -> None:
 
 def test_gambit_and_femap_are_told_apart(tmp_path: Path) -> None:
     assert read(tmp_path, neutral("tetra")).n_cells == 1
-    with pytest.raises(ReadError, match=r"GAMBIT neutral or FEMAP neutral"):
+    with pytest.raises(ReadError, match=r"GAMBIT neutral: gambit or FEMAP neutral: femap"):
         read(tmp_path, "netgen\n1 2 3\n")

@@ -167,7 +167,7 @@ def test_what_is_wrong_is_named(old: str, new: str, message: str, tmp_path: Path
 def test_other_formats_of_the_extension_are_told_apart(tmp_path: Path) -> None:
     io.write(tmp_path / "gmsh.msh", io.read(_written(tmp_path)))
     assert io.read(tmp_path / "gmsh.msh").n_cells == 1
-    with pytest.raises(ReadError, match=r"Gmsh or Fluent or FrontISTR"):
+    with pytest.raises(ReadError, match=r"Gmsh: gmsh or Fluent: fluent or FrontISTR"):
         read(tmp_path, "StartNode\n")
 
 

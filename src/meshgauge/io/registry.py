@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 from collections.abc import Callable
 from contextvars import ContextVar
 from dataclasses import replace
@@ -35,6 +36,7 @@ from .formats.openfoam.format import OPENFOAM
 from .formats.openfoam.read import inside as inside_case
 from .formats.others import OTHERS
 from .formats.ovm.read import OVM
+from .formats.plot3d import PLOT3D
 from .formats.plusplus import PLUSPLUS
 from .formats.su2.read import SU2
 from .formats.tecplot_binary import TECPLOT_BINARY
@@ -85,6 +87,7 @@ ALL: tuple[Format, ...] = (
     LSDYNA,
     TECPLOT_BINARY,
     elmer.ELMER,
+    PLOT3D,
     femap.FEMAP,
     frontistr.FRONTISTR,
     *PLUSPLUS,
@@ -103,7 +106,9 @@ def format_named(name: str) -> Format:
         If there is none; the message lists the names.
     """
     if name not in FORMATS:
-        raise ReadError(f"no format {name!r}; known are {', '.join(FORMATS)}")
+        near = difflib.get_close_matches(name.lower(), FORMATS, _MOST_NEAR, _NEAR)
+        others = f"nearest are {', '.join(near)}" if near else f"known are {', '.join(FORMATS)}"
+        raise ReadError(f"no format {name!r}; {others}")
     return FORMATS[name]
 
 
@@ -118,10 +123,24 @@ def detect(path: Path, head: bytes) -> Format:
             if chosen.sniff(head, path):
                 return chosen
     if here:
-        expected = " or ".join(f.title for f in here)
-        raise ReadError(f"{path}: does not begin as a file with the extension {extension} does ({expected})")
-    known = ", ".join(sorted({e for f in ALL if f.is_readable for e in f.extensions}))
-    raise ReadError(f"{path}: the extension {extension!r} and the content are of no known format; known are {known}")
+        expected = " or ".join(f"{f.title}: {f.name}" for f in here)
+        raise ReadError(
+            f"{path}: does not begin as a file with the extension {extension} does ({expected}); {_OTHERWISE}"
+        )
+    given = f"the extension {extension!r} and the content are" if extension else "has no extension, and its content is"
+    raise ReadError(f"{path}: {given} of no known format{_nearest(extension)}; {_OTHERWISE}")
+
+
+_OTHERWISE = "--format NAME reads it as another format"
+_MOST_NEAR, _NEAR = 3, 0.6
+"""Names that a message repeats at most, and how alike they are at least (`difflib`)."""
+
+
+def _nearest(extension: str) -> str:
+    """The formats whose extensions are most like one."""
+    known = {e: [f.name for f in ALL if f.is_readable and e in f.extensions] for f in ALL for e in f.extensions}
+    near = difflib.get_close_matches(extension, [e for e in known if known[e]], _MOST_NEAR, _NEAR)
+    return "; nearest are " + ", ".join(f"{e} ({' or '.join(known[e])})" for e in near) if near else ""
 
 
 def read(chosen: Format, path: Path, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Mesh:

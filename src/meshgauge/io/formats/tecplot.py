@@ -23,7 +23,7 @@ from ..plumbing import budget
 from ..plumbing.budget import Fail
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.steps import Step, number_steps
-from ..plumbing.text import Text, numbers
+from ..plumbing.text import Text, numbers, write_out_repeated
 from .structured import structured_part
 
 _RECORD = re.compile(
@@ -33,7 +33,6 @@ _RECORD = re.compile(
 _NUMBER = re.compile(rb"[-+.]?\d|[-+]?(nan|inf)", re.IGNORECASE)
 _PAIR = re.compile(r'(?<!\w)(\w++)\s*=\s*("(?:[^"\\]|\\.)*"|\((?:[^()]|\([^()]*\))*\)|[^\s,()"]+)')
 _QUOTED = re.compile(r'"([^"]*)"|([^\s,"=]+)')
-_REPEATED = re.compile(rb"(?<!\d)(\d++)\*(\S+)")
 _LISTED = re.compile(r"\(?\[([\d,\s-]+)\]\s*=\s*(\w+)|(?<=[(,])\s*(\w+)\s*(?=[,)])")
 _SHAPES = {
     "LINESEG": "line",
@@ -226,11 +225,7 @@ def _flat(text: Text, zone: _Zone) -> NDArray[np.float64]:
     """All numbers of a zone; ``3*0.5`` stands for three."""
     block = text.rows(zone.first, zone.last).replace(b",", b" ")
     block = re.sub(rb"^[ \t]*#[^\n]*", b"", block, flags=re.MULTILINE)
-    if b"*" in block:
-        repeated = sum(int(m[1]) * (len(m[2]) + 1) for m in _REPEATED.finditer(block))
-        budget.draw("made", repeated, "repeated numbers", text.fail)
-        block = _REPEATED.sub(lambda m: (m[2] + b" ") * int(m[1]), block)
-    return numbers(block, np.float64)
+    return numbers(write_out_repeated(block, text.fail), np.float64)
 
 
 def part(name: str, variables: Sequence[str], values: Values, fail: Fail) -> Part:

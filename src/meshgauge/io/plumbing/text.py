@@ -194,6 +194,18 @@ def numbers(text: bytes, dtype: type) -> NDArray[Any]:
     return values
 
 
+_REPEATED = re.compile(rb"(?<!\d)(\d++)\*(\S+)")
+
+
+def write_out_repeated(text: bytes, fail: budget.Fail) -> bytes:
+    """The text with ``3*0.5``, as Fortran writes three equal numbers, written out."""
+    if b"*" not in text:
+        return text
+    n_bytes = sum(int(m[1]) * (len(m[2]) + 1) for m in _REPEATED.finditer(text))
+    budget.draw("made", n_bytes, "repeated numbers", fail)
+    return _REPEATED.sub(lambda m: (m[2] + b" ") * int(m[1]), text)
+
+
 def _is_filled(data: bytes, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Which lines hold more than blanks."""
     if not len(starts):
