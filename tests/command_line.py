@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import io
 import json
@@ -9,8 +10,10 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -71,30 +74,61 @@ import contextlib, io, json, os, sys
 from meshgauge.__main__ import run
 from meshgauge.cli.main import main
 
-folder, processes = sys.argv[1], json.loads(sys.argv[2])
 with contextlib.redirect_stdout(io.StringIO()):  # loads what most commands need
-    main(["report", f"{folder}/first.mesh"])
-exec(sys.argv[3])
-for n, (arguments, before, streams) in enumerate(processes):
-    child = os.fork()
-    if child:
-        print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+    main(["report", sys.argv[1]])
+
+
+def each():
+    # A process for each that is asked for; returns in that one only.
+    for line in sys.stdin:
+        here, folder, environment, loading, processes = json.loads(line)
+        exec(loading)
+        for n, one in enumerate(processes):
+            if child := os.fork():
+                print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+            else:
+                os.chdir(here)
+                os.environ.clear()
+                os.environ.update(environment)
+                return n, folder, *one
+    os._exit(0)
+
+
+n, folder, arguments, before, streams = each()
+for number, name in enumerate(("stdin", "stdout", "stderr")):
+    os.close(number)
+    path = streams.get(str(number), os.devnull if number == 0 else f"{folder}/{n}.{number}")
+    if path is None:
+        setattr(sys, name, None)
+        setattr(sys, f"__{name}__", None)
         continue
-    for number, name in enumerate(("stdin", "stdout", "stderr")):
-        os.close(number)
-        path = streams.get(str(number), os.devnull if number == 0 else f"{folder}/{n}.{number}")
-        if path is None:
-            setattr(sys, name, None)
-            setattr(sys, f"__{name}__", None)
-            continue
-        opened = os.open(path, os.O_WRONLY | os.O_CREAT if number else os.O_RDONLY)
-        if opened != number:
-            os.dup2(opened, number)
-            os.close(opened)
-    sys.argv = ["meshgauge", *(os.fsdecode(argument.encode("latin-1")) for argument in arguments)]
-    exec(before)
-    sys.exit(run())
+    opened = os.open(path, os.O_WRONLY | os.O_CREAT if number else os.O_RDONLY)
+    if opened != number:
+        os.dup2(opened, number)
+        os.close(opened)
+sys.argv = ["meshgauge", *(os.fsdecode(argument.encode("latin-1")) for argument in arguments)]
+exec(before)
+sys.exit(run())
 """
+
+
+@cache
+def _server(environment: tuple[tuple[str, str], ...] | None) -> subprocess.Popen[str]:
+    """The process whose forks all others are, one for the tests of a worker; another where Python starts otherwise."""
+    with tempfile.TemporaryDirectory() as folder:
+        mesh = Path(folder, "first.mesh")
+        mesh.write_text(_MESH)
+        server = subprocess.Popen(
+            [sys.executable, "-c", _FORKS, mesh], stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8",
+            env=None if environment is None else dict(environment),
+        )  # fmt: skip
+        assert server.stdin is not None
+        assert server.stdout is not None
+        atexit.register(server.kill)
+        server.stdin.write(json.dumps(["", "", {}, "print('ready', flush=True)", []]) + "\n")
+        server.stdin.flush()
+        assert server.stdout.readline() == "ready\n"
+    return server
 
 
 def processes(
@@ -105,13 +139,18 @@ def processes(
     As in a process of its own a signal, a closed stream and the exit code are the real ones; what a start of Python
     makes of them is not tested. ``loading`` is program text for imports that all share.
     """
-    asked = json.dumps([([_bytes(a) for a in p.arguments], p.before, dict(p.streams)) for p in wanted])
+    server = _server(None if environment is None else tuple(environment.items()))
+    assert server.stdin is not None
+    assert server.stdout is not None
+    asked = [([_bytes(a) for a in p.arguments], p.before, dict(p.streams)) for p in wanted]
+    end = threading.Timer(timeout, server.kill)
+    end.start()
     with tempfile.TemporaryDirectory() as folder:
-        Path(folder, "first.mesh").write_text(_MESH)
-        command = [sys.executable, "-c", _FORKS, folder, asked, loading]
-        done = subprocess.run(command, env=environment, capture_output=True, timeout=timeout, check=False)
-        codes = done.stdout.split()
-        assert len(codes) == len(wanted), done.stderr.decode()
+        server.stdin.write(json.dumps([os.getcwd(), folder, dict(environment or os.environ), loading, asked]) + "\n")
+        server.stdin.flush()
+        codes = [server.stdout.readline() for _ in wanted]
+        end.cancel()
+        assert all(codes), "the server has ended"
         return [
             CompletedProcess(p.arguments, int(codes[n]), *(_printed(Path(folder, f"{n}.{k}")) for k in (1, 2)))
             for n, p in enumerate(wanted)

@@ -47,20 +47,21 @@ def test_every_recipe_has_code_and_a_test() -> None:
         assert "$ python -m pytest" in recipe
 
 
-@pytest.mark.parametrize("name", RECIPES)
-def test_a_recipe_works(name: str, tmp_path: Path) -> None:
+def follow(root: Path, *names: str) -> None:
+    """Do what recipes say in a copy of the checkout, one after the other, and run their commands and tests."""
     for folder in ("src", "tests", "docs", "examples", "benchmarks"):
-        shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "pictures"))
+        shutil.copytree(ROOT / folder, root / folder, ignore=shutil.ignore_patterns("__pycache__", "pictures"))
     for file in ("pyproject.toml", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
-        shutil.copy(ROOT / file, tmp_path)
-    recipe = RECIPES[name]
-    for path, code in re.findall(r"^```python file=(\S+)\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
-        assert not (tmp_path / path).exists()
-        (tmp_path / path).write_text(code, encoding="utf-8")
-    for diff in re.findall(r"^```diff\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
-        change(tmp_path, diff)
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path / "src"), "PYTHONIOENCODING": "utf-8"}
-    lines = re.findall(r"^\$ python (.*)$", recipe, re.MULTILINE)
+        shutil.copy(ROOT / file, root)
+    lines: list[str] = []
+    for recipe in map(RECIPES.__getitem__, names):
+        for path, code in re.findall(r"^```python file=(\S+)\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
+            assert not (root / path).exists()
+            (root / path).write_text(code, encoding="utf-8")
+        for diff in re.findall(r"^```diff\n(.*?)^```$", recipe, re.DOTALL | re.MULTILINE):
+            change(root, diff)
+        lines += re.findall(r"^\$ python (.*)$", recipe, re.MULTILINE)
+    environment = {**os.environ, "PYTHONPATH": str(root / "src"), "PYTHONIOENCODING": "utf-8"}
     # Pages are left out: they print reports of large meshes, slow, and are held by tests of their own.
     commands = [
         ["-m", *shlex.split(line.removeprefix("-m "))] for line in lines if not re.search("refresh|pytest", line)
@@ -70,7 +71,17 @@ def test_a_recipe_works(name: str, tmp_path: Path) -> None:
     tests = [line.removeprefix("-m pytest ") for line in lines if line.startswith("-m pytest ")]
     for command in [*commands, ["-c", TESTS, *tests]]:
         done = subprocess.run(
-            [sys.executable, *command], cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8",
+            [sys.executable, *command], cwd=root, env=environment, capture_output=True, encoding="utf-8",
             timeout=300, check=False,
         )  # fmt: skip
         assert done.returncode == 0, f"{command}\n{done.stdout[-3000:]}\n{done.stderr[-2000:]}"
+
+
+def test_all_recipes_work_one_after_the_other(tmp_path: Path) -> None:
+    follow(tmp_path, *RECIPES)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", RECIPES)
+def test_a_recipe_works_alone(name: str, tmp_path: Path) -> None:
+    follow(tmp_path, name)

@@ -105,18 +105,29 @@ def test_the_damage_is_as_described(mesh_of: dict[str, Mesh]) -> None:
     assert np.count_nonzero(moved) == 28
 
 
+def are_equal(made: Mesh, shipped: Mesh) -> None:
+    np.testing.assert_allclose(made.points, shipped.points, atol=1e-9)
+    np.testing.assert_array_equal(made.connectivity, shipped.connectivity)
+    np.testing.assert_array_equal(made.types, shipped.types)
+    assert made.cell_data.keys() == shipped.cell_data.keys()
+    for key, values in shipped.cell_data.items():
+        np.testing.assert_array_equal(made.cell_data[key], values)
+
+
+@pytest.mark.long
 def test_the_meshes_are_those_the_program_makes(
     make_meshes: ModuleType, mesh_of: dict[str, Mesh], tmp_path: Path
 ) -> None:
     make_meshes.main(tmp_path)
     for name, shipped in mesh_of.items():
-        made = read(tmp_path / name)
-        np.testing.assert_allclose(made.points, shipped.points, atol=1e-9)
-        np.testing.assert_array_equal(made.connectivity, shipped.connectivity)
-        np.testing.assert_array_equal(made.types, shipped.types)
-        assert made.cell_data.keys() == shipped.cell_data.keys()
-        for key, values in shipped.cell_data.items():
-            np.testing.assert_array_equal(made.cell_data[key], values)
+        are_equal(read(tmp_path / name), shipped)
+
+
+def test_the_small_mesh_is_that_the_program_makes(
+    make_meshes: ModuleType, mesh_of: dict[str, Mesh], tmp_path: Path
+) -> None:
+    make_meshes.write_gmsh(tmp_path / "a.msh", make_meshes.bracket((4, 3, 2, 2), 2, 3, holes=False))
+    are_equal(read(tmp_path / "a.msh"), mesh_of["bracket_small.msh"])
 
 
 @pytest.mark.parametrize(

@@ -99,7 +99,7 @@ def test_limits_of_third_party_readers_hold_in_every_subcommand(
         raise ReadError(f"{path}: {limits}")
 
     monkeypatch.chdir(tmp_path)
-    io.write(tmp_path / "a.avs", Mesh.from_arrays(SHAPES["tetra"].points, {"tetra": [(0, 1, 2, 3)]}))
+    (tmp_path / "a.avs").write_text("4 1 0 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n1 0 tet 1 2 3 4\n")
     io.write(tmp_path / "b.vtu", Mesh.from_arrays(SHAPES["tetra"].points, {"tetra": [(0, 1, 2, 3)]}))
     capsys.readouterr()
     monkeypatch.setattr(isolate, "read", refuse)

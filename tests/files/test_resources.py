@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from thinned import quick
 
 import meshgauge
 from meshgauge import Mesh
@@ -41,8 +42,10 @@ def test_too_little_address_space_is_one_line(megabytes: int, tmp_path: Path) ->
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
-@pytest.mark.parametrize("megabytes", [300, 600])
-@pytest.mark.parametrize("extension", [".vtu", ".vtkhdf"])
+@pytest.mark.parametrize(
+    ("megabytes", "extension"),
+    quick([(300, ".vtu"), (600, ".vtu"), (300, ".vtkhdf"), (600, ".vtkhdf")], (300, ".vtu"), (600, ".vtkhdf")),
+)
 def test_of_a_large_file_too_little_is_one_line(megabytes: int, extension: str, tmp_path: Path) -> None:
     """While it is read the kernels are loaded by another thread."""
     path, n = tmp_path / f"a{extension}", 200_000

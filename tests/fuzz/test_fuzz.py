@@ -55,11 +55,11 @@ def tried(seeds: list[tuple[str, Path, list[Path]]], n: int, seconds: float, see
 
 
 def test_broken_files_of_own_readers(seeds: list[tuple[str, Path, list[Path]]]) -> None:
-    assert tried([s for s in seeds if s[0] in fuzzing.OWN], 600, 8.0, 1) == []
+    assert tried([s for s in seeds if s[0] in fuzzing.OWN], 300, 8.0, 1) == []
 
 
 def test_broken_files_of_other_readers(seeds: list[tuple[str, Path, list[Path]]]) -> None:
-    assert tried([s for s in seeds if s[0] not in fuzzing.OWN], 16, 8.0, 2) == []
+    assert tried([s for s in seeds if s[0] not in fuzzing.OWN], 8, 8.0, 2) == []
 
 
 @pytest.mark.long

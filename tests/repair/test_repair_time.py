@@ -20,9 +20,9 @@ from meshgauge.repair.remeasure import remeasured
 from meshgauge.status import is_solid, is_usable
 
 MESHES: dict[str, Callable[[], Mesh]] = {
-    "hexahedron": lambda: shaken("hexahedron", 6, 0.45),
-    "tetra": lambda: shaken("tetra", 5, 0.4),
-    "pipe": lambda: pipe(6),
+    "hexahedron": lambda: shaken("hexahedron", 4, 0.45),
+    "tetra": lambda: shaken("tetra", 3, 0.4),
+    "pipe": lambda: pipe(4),
 }
 
 WAYS: list[dict[str, object]] = [

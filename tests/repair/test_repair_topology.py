@@ -220,9 +220,10 @@ def test_a_deck_is_not_replaced_by_other_cells(tmp_path: Path, capsys: pytest.Ca
 
 
 # mixed12 overlaps itself: a claim on its volume would refuse all.
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "worst", "mean"),
-    [("msq_mixed-hex-pyr-tet", 0.3, 0.70), pytest.param("mixed12_clean", 0.4, 0.82, marks=pytest.mark.long)],
+    [("msq_mixed-hex-pyr-tet", 0.3, 0.70), ("mixed12_clean", 0.4, 0.82)],
 )
 def test_real_meshes(shared: Path, name: str, worst: float, mean: float) -> None:
     mesh = meshgauge.read(shared / "repair" / f"{name}.vtk")
