@@ -216,6 +216,96 @@ def case(folder: Path, form: str, *, is_decomposed: bool = False) -> Path:
     return root
 
 
+def ansys(folder: Path) -> Path:
+    """An archive with a load on a face, and exponents of three digits."""
+    mesh = bricks()
+    numbered = enumerate(mesh.points.tolist(), 1)
+    nodes = [f"{n:9d}{0:9d}{0:9d}" + "".join(_three_digits(x) for x in row) for n, row in numbered]
+    heads = [1, 1, 1, 1, 0, 0, 0, 0, 8, 0]
+    elements = ["".join(f"{k:9d}" for k in (*heads, n, *row)) for n, row in enumerate(cells(mesh, 1), 1)]
+    lines = ["/COM,ANSYS RELEASE 2021 R2", "/PREP7", "ET,1,185", f"NBLOCK,6,SOLID,{len(nodes):9d},{len(nodes):9d}"]
+    lines += ["(3i9,6e21.13e3)", *nodes, "N,R5.3,LOC,       -1,", f"EBLOCK,19,SOLID,{len(elements):9d}", "(19i9)"]
+    lines += [*elements, "       -1", "SFE,1,1,PRES,0,1.0", "D,1,ALL,0.", "/SOLU", "SOLVE", "FINISH"]
+    return _text(folder / "model.cdb", lines, "\r\n")
+
+
+def _three_digits(x: float) -> str:
+    mantissa, exponent = f"{x:.13e}".split("e")
+    return f"{mantissa}E{int(exponent):+04d}".rjust(21)
+
+
+def lsdyna(folder: Path) -> Path:
+    """Columns, comments, and constraints behind the coordinates."""
+    mesh = bricks()
+    nodes = [f"{n:8d}{x:16.8f}{y:16.8E}{z:16.9f}{0:8d}{7:8d}" for n, (x, y, z) in enumerate(mesh.points.tolist(), 1)]
+    elements = ["".join(f"{k:8d}" for k in (n, 1, *row)) for n, row in enumerate(cells(mesh, 1), 1)]
+    lines = ["*KEYWORD", "*TITLE", "a title, 1.0", "*NODE", "$    nid               x", *nodes, "*ELEMENT_SOLID"]
+    lines += [*elements, "*PART", "steel", f"{1:10d}{1:10d}{1:10d}", "*LOAD_NODE_POINT"]
+    return _text(folder / "model.k", [*lines, f"{64:10d}{3:10d}{1:10d}{-1.0:10.3f}", "*END"])
+
+
+def unv(folder: Path) -> Path:
+    """Doubles of Fortran, and a header before."""
+    mesh = bricks()
+    lines = ["    -1", "   151", "made by hand", "    -1", "    -1", "  2411"]
+    for n, row in enumerate(mesh.points.tolist(), 1):
+        lines += [f"{n:10d}{1:10d}{1:10d}{11:10d}", "".join(f"{x:25.16E}" for x in row).replace("E", "D")]
+    lines += ["    -1", "    -1", "  2412"]
+    for n, row in enumerate(cells(mesh, 1), 1):
+        lines += [f"{n:10d}{115:10d}{1:10d}{1:10d}{7:10d}{8:10d}", "".join(f"{k:10d}" for k in row)]
+    return _text(folder / "model.unv", [*lines, "    -1"])
+
+
+KUHN = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
+"""Tetrahedra of a hexahedron."""
+
+
+def tetgen(folder: Path) -> Path:
+    """A pair of files, with attributes and comments."""
+    mesh = bricks()
+    bodies = [[row[k] for k in tetra] for row in cells(mesh) for tetra in KUHN]
+    points = [f"{n}  {row}  {n}.5  0" for n, row in enumerate(rows(mesh))]
+    _text(folder / "mesh.ele", [f"{len(bodies)} 4 0", *(f"{n} {' '.join(map(str, b))}" for n, b in enumerate(bodies))])
+    return _text(folder / "mesh.node", ["# 1 2 3 4", f"{len(points)} 3 1 1", *points, "# made by hand"])
+
+
+def rf(folder: Path) -> Path:
+    """Cells by their faces."""
+    mesh = bricks()
+    lines = [f"{len(cells(mesh))} 0"]
+    for n, row in enumerate(cells(mesh)):
+        lines += [f"{n} 6", *(f"{k} 4 {' '.join(str(row[i]) for i in side)}" for k, side in enumerate(SIDES))]
+    _text(folder / "mesh.ele", lines)
+    return _text(folder / "mesh.node", [f"{mesh.n_points} 3 0 0", *(f"{n} {x}" for n, x in enumerate(rows(mesh)))])
+
+
+def mfem(folder: Path) -> Path:
+    """Comments, and a boundary."""
+    mesh = bricks()
+    lines = ["MFEM mesh v1.0", "# 1 2 3", "dimension", "3", "elements", str(len(cells(mesh)))]
+    lines += [f"1 5 {' '.join(map(str, row))}" for row in cells(mesh)]
+    lines += ["boundary", "1", "1 3 0 1 5 4", "vertices", str(mesh.n_points), "3", *rows(mesh, "%.12g", "\t"), ""]
+    return _text(folder / "cube.mesh", lines)
+
+
+def by_meshio(folder: Path, *, name: str, file_format: str) -> Path:
+    """As meshio writes it."""
+    mesh = bricks()
+    whole = meshio.Mesh(mesh.points, {"hexahedron": mesh.connectivity.reshape(-1, 8)})
+    whole.write(folder / name, file_format=file_format)
+    return folder / name
+
+
+def written_by(name: str) -> Callable[[Path], Path]:
+    """A file as our own writer makes it."""
+
+    def make(folder: Path) -> Path:
+        meshgauge.write(folder / name, bricks())
+        return folder / name
+
+    return make
+
+
 PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "abaqus": ("abaqus", abaqus, "text"),
     "su2": ("su2", su2, "text"),
@@ -227,6 +317,19 @@ PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "gmsh 4.0": ("gmsh", gmsh_40, "text"),
     "gmsh 4.1": ("gmsh", partial(gmsh, version="gmsh", is_binary=False), "text"),
     "gmsh 4.1 binary": ("gmsh", partial(gmsh, version="gmsh", is_binary=True), "bytes"),
+    "ansys": ("ansys", ansys, "columns"),
+    "lsdyna": ("lsdyna", lsdyna, "columns"),
+    "unv": ("unv", unv, "columns"),
+    "tetgen": ("tetgen", tetgen, "text"),
+    "rf": ("rf", rf, "text"),
+    "mfem": ("mfem", mfem, "text"),
+    "ugrid": ("ugrid", written_by("cube.ugrid"), "text"),
+    "ugrid big-endian": ("ugrid", written_by("cube.b8.ugrid"), "bytes"),
+    "ugrid single": ("ugrid", written_by("cube.lb4.ugrid"), "bytes"),
+    "ugrid records": ("ugrid", written_by("cube.lr8.ugrid"), "bytes"),
+    "netgen": ("netgen", written_by("cube.vol"), "text"),
+    "avs": ("avs", written_by("cube.avs"), "text"),
+    "flac3d": ("flac3d", partial(by_meshio, name="cube.f3grid", file_format="flac3d"), "text"),
     "medit": ("medit", partial(medit, suffix="mesh"), "text"),
     "medit single": ("medit", partial(medit, suffix="mesh", is_single=True), "text"),
     "medit binary": ("medit", partial(medit, suffix="meshb"), "bytes"),

@@ -107,7 +107,9 @@ class Patch:
                 hunks, texts = self.places.hunks(old, before, after)
                 if old != source and not texts and os.path.realpath(old) == os.path.realpath(new):
                     continue
-                if old != source and new.exists() and os.path.realpath(old) != os.path.realpath(new):
+                is_pair = _is_companion(os.path.realpath(old), os.path.realpath(source))
+                is_other = old != source and not is_pair and os.path.realpath(old) != os.path.realpath(new)
+                if is_other and new.exists():
                     raise WriteError(f"{new}: exists; {self.target} would include it: write into another folder")
                 new.parent.mkdir(parents=True, exist_ok=True) if old != source else None
                 staged[old] = stack.enter_context(replacing(new, overwrite=overwrite))
@@ -246,18 +248,26 @@ def format_if_same(mesh: Mesh, target: str | os.PathLike[str], *, file_format: s
 
 def _targets(source: Path, target: Path, sources: tuple[str, ...]) -> dict[Path, Path]:
     """Where each file goes: what is included keeps its relative name in another folder."""
-    targets = {source: target}
     own, folder = os.path.realpath(source), source.parent.resolve()
+    pair = [path for path in sources if _is_companion(path, own)]
+    targets = {source: target.with_suffix(source.suffix) if pair else target}
     for path in sources:
-        if path != own and Path(path).is_relative_to(folder):
+        if path in pair:
+            targets[Path(path)] = target.with_suffix(Path(path).suffix)
+        elif path != own and Path(path).is_relative_to(folder):
             targets[Path(path)] = target.parent / Path(path).relative_to(folder)
     return targets
+
+
+def _is_companion(path: str, own: str) -> bool:
+    """Whether a file is one of a pair with the main one: of its name, with another extension."""
+    return path != own and Path(path).with_suffix("") == Path(own).with_suffix("")
 
 
 def _locked(source: Path, target: Path, sources: tuple[str, ...]) -> set[str]:
     """Files that were read and must stay: outside of the folder, or beside a new file that includes them."""
     own, folder = os.path.realpath(source), source.parent.resolve()
-    others = {path for path in sources if path != own}
+    others = {path for path in sources if path != own and not _is_companion(path, own)}
     if os.path.realpath(target.parent) == str(folder) and os.path.realpath(target) != own:
         return others
     return {path for path in others if not Path(path).is_relative_to(folder)}

@@ -11,6 +11,7 @@ from ...mesh import Mesh
 from ..plumbing import meshio
 from ..plumbing.format import Format, Writer
 from ..plumbing.text import Text
+from . import rows_places
 
 _MARK = re.compile(rb"^mesh3d\b", re.MULTILINE)
 _WORD = re.compile(rb"[A-Za-z]\w*\Z")
@@ -78,4 +79,4 @@ def _section(text: Text, name: bytes, rows_each: int) -> list[bytes]:
 
 def netgen(write: Writer) -> Format:
     """The format, with a writer."""
-    return Format("netgen", "Netgen", (".vol",), sniff, foreign=read, write=write)
+    return Format("netgen", "Netgen", (".vol",), sniff, foreign=read, write=write, places=rows_places.netgen)

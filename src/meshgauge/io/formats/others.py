@@ -20,7 +20,7 @@ from ..plumbing import meshio, vtk, within
 from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
 from ..plumbing.messages import is_out_of_memory
 from ..plumbing.writing import REGION
-from . import tecplot
+from . import rows_places, tecplot
 from .netgen import netgen
 
 
@@ -146,12 +146,14 @@ OTHERS: tuple[Format, ...] = (
            foreign=_first_of(by_pyvista, _by_meshio("obj")), by_content=False),
     # By meshio.
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
-           foreign=_by_meshio("avsucd"), write=_of_one_integer("avsucd", MATERIAL), by_content=False),
+           foreign=_by_meshio("avsucd"), places=rows_places.avs, by_content=False,
+           write=_of_one_integer("avsucd", MATERIAL)),
     Format("h5m", "MOAB", (".h5m",), _HDF,
            foreign=_with_check(within.check_hdf_file, _by_meshio("h5m")), by_content=False),
     netgen(_of_one_integer("netgen", "netgen:index")),
     Format("dolfin", "DOLFIN XML", (".xml",), _mark(rb"<dolfin\b"), foreign=_by_meshio("dolfin")),
-    Format("flac3d", "FLAC3D", (".f3grid",), anything, foreign=_by_meshio("flac3d"), by_content=False),
+    Format("flac3d", "FLAC3D", (".f3grid",), anything, foreign=_by_meshio("flac3d"),
+           places=rows_places.flac3d, by_content=False),
     Format("permas", "PERMAS", (".post", ".dato"), _mark(rb"^\s*\$"),
            foreign=_by_meshio("permas"), by_content=False),
     Format("off", "OFF", (".off",), _mark(rb"\A\s*(#[^\n]*\n\s*)*OFF\b"), foreign=_by_meshio("off")),

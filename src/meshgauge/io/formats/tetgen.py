@@ -19,6 +19,7 @@ from ..plumbing.build import Kind, gather
 from ..plumbing.format import HEAD, Format
 from ..plumbing.ids import Index, drop_counts
 from ..plumbing.text import Text
+from .tetgen_places import places
 
 _COUNTS = re.compile(rb"\A(?:#[^\n]*+\n|\s)*+(\d+(?:[ \t]+\d+)*)[ \t]*(?:#[^\n]*)?\r?(?:\n|\Z)")
 
@@ -209,5 +210,5 @@ def _parse_cells(
     return np.array(n_faces, np.int64), np.array(first, np.int64), np.array(sizes, np.int64)
 
 
-RF = Format("rf", "RF (HArDCore)", (".ele", ".node"), sniff_rf, read_rf, by_content=False)
-TETGEN = Format("tetgen", "TetGen", (".ele", ".node"), sniff_tetgen, read_tetgen, by_content=False)
+RF = Format("rf", "RF (HArDCore)", (".ele", ".node"), sniff_rf, read_rf, places=places, by_content=False)
+TETGEN = Format("tetgen", "TetGen", (".ele", ".node"), sniff_tetgen, read_tetgen, places=places, by_content=False)

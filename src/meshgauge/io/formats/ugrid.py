@@ -6,8 +6,6 @@ lb8 are binary, big- and little-endian, r8 and lr8 the same in Fortran's records
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -21,6 +19,8 @@ from ..plumbing import writing
 from ..plumbing.build import Ints, Kind, gather
 from ..plumbing.format import Format, anything
 from ..plumbing.text import numbers
+from . import ugrid_places
+from .ugrid_places import Encoding, encoding_of
 
 REF = "ugrid:ref"
 _KINDS = (
@@ -32,30 +32,11 @@ _KINDS = (
     Kind("hexahedron", 8),
 )
 _N_SURFACES = 2
-_ENCODING = re.compile(r"\.(l?)([br])([48])(l?)\.ugrid$", re.IGNORECASE)
-
-
-@dataclass(frozen=True, slots=True)
-class _Encoding:
-    """How the numbers of a binary file stand there."""
-
-    real: str
-    integer: str
-    has_records: bool
-
-
-def _encoding(path: Path) -> _Encoding | None:
-    """None for ascii."""
-    match = _ENCODING.search(path.name)
-    if match is None:
-        return None
-    order = "<" if match[1] else ">"
-    return _Encoding(f"{order}f{match[3]}", f"{order}i{8 if match[4] else 4}", match[2].lower() == "r")
 
 
 def read(path: Path) -> Mesh:
     """Cells by type, in the order of the file; cell data ``ugrid:ref`` is the tag of a surface cell, 0 of a solid."""
-    encoding, data = _encoding(path), path.read_bytes()
+    encoding, data = encoding_of(path), path.read_bytes()
     if encoding is None:
         arrays = _ascii(path, data)
     else:
@@ -96,7 +77,7 @@ def _sizes(counts: list[int]) -> tuple[int, list[int], int]:
     return 3 * counts[0], nodes, sum(counts[1 : 1 + _N_SURFACES])
 
 
-def _binary(path: Path, data: bytes, encoding: _Encoding) -> _Content:
+def _binary(path: Path, data: bytes, encoding: Encoding) -> _Content:
     real, integer = np.dtype(encoding.real), np.dtype(encoding.integer)
     if len(data) < 7 * integer.itemsize:
         raise ReadError(f"{path}: has only {len(data)} bytes")
@@ -120,7 +101,7 @@ def _split_tables(flat: Ints, nodes: list[int], n_tags: int) -> tuple[list[Ints]
     return np.split(rest, np.cumsum(nodes)[:-1]), tags
 
 
-def _without_records(path: Path, data: bytes, encoding: _Encoding) -> bytes:
+def _without_records(path: Path, data: bytes, encoding: Encoding) -> bytes:
     """The content of Fortran's records: each has its length in 4 bytes before and behind it."""
     parts, at = [], 0
     order: Literal["big", "little"] = "big" if encoding.real[0] == ">" else "little"
@@ -167,7 +148,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     own = tags[surfaces].astype(np.int64) if tags is not None and has_tags else np.zeros(len(surfaces), np.int64)
     head = np.array([mesh.n_points, *map(len, by_type)], np.int64)
     flat = [*(x.ravel() for x in lists[:_N_SURFACES]), own, *(x.ravel() for x in lists[_N_SURFACES:])]
-    encoding = _encoding(path)
+    encoding = encoding_of(path)
     if encoding is None:
         tables = [head[None], *lists[:_N_SURFACES], own[:, None], *lists[_N_SURFACES:]]
         texts = [writing.rows(table) for table in tables]
@@ -179,7 +160,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return (*order, *writing.loss_notes(mesh, cell=(REF,) if has_tags else ()))
 
 
-def _write_binary(path: Path, encoding: _Encoding, head: Ints, mesh: Mesh, flat: Ints) -> None:
+def _write_binary(path: Path, encoding: Encoding, head: Ints, mesh: Mesh, flat: Ints) -> None:
     first = head.astype(encoding.integer).tobytes()
     rest = mesh.points.astype(encoding.real).tobytes() + flat.astype(encoding.integer).tobytes()
     if encoding.has_records:
@@ -188,4 +169,6 @@ def _write_binary(path: Path, encoding: _Encoding, head: Ints, mesh: Mesh, flat:
     path.write_bytes(first + rest)
 
 
-UGRID = Format("ugrid", "AFLR UGRID", (".ugrid",), anything, read, write=write, by_content=False)
+UGRID = Format(
+    "ugrid", "AFLR UGRID", (".ugrid",), anything, read, write=write, places=ugrid_places.places, by_content=False
+)

@@ -24,6 +24,7 @@ from ..plumbing.meshio import MAX_SETS
 from ..plumbing.nodes import fill_middles
 from ..plumbing.notes import count_note
 from ..plumbing.text import Text
+from . import unv_places
 
 _TRIANGLE6 = (0, 2, 4, 1, 3, 5)
 _QUAD8 = (0, 2, 4, 6, 1, 3, 5, 7)
@@ -219,4 +220,4 @@ def _mesh(content: _Content, path: Path) -> Mesh:
     return drop_counts(mesh)
 
 
-UNV = Format("unv", "I-DEAS universal", (".unv",), sniff, read, by_content=False)
+UNV = Format("unv", "I-DEAS universal", (".unv",), sniff, read, places=unv_places.places, by_content=False)

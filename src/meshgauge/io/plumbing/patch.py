@@ -94,12 +94,11 @@ class Places:
         """
         n = mesh.n_points
         rows = np.full(n, -1, np.int64)
-        if self.labels is None:
+        numbers = labels_of(mesh, "point")
+        if self.labels is None or numbers is None:
             n_given = min(n, len(self.starts))
             rows[:n_given] = np.arange(n_given)
         else:
-            numbers = labels_of(mesh, "point")
-            numbers = np.full(n, -1, np.int64) if numbers is None else numbers
             known, last = np.unique(self.labels[::-1], return_index=True)  # a point given again replaces the first
             one, counts = np.unique(numbers, return_counts=True)
             if len(known):

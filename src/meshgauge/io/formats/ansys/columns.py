@@ -14,7 +14,7 @@ from ...plumbing import budget
 from ...plumbing import columns as fixed
 from ...plumbing.text import Text
 
-_END = re.compile(rb"^[ \t]*(?:-1[ \t]*$|[A-Za-z/*!])", re.MULTILINE)
+END = re.compile(rb"^[ \t]*(?:-1[ \t]*$|[A-Za-z/*!])", re.MULTILINE)
 _ITEM = re.compile(r"\s*+(\d{0,4}+)\s*+([iaefg])\s*+(\d{1,4}+)[\w.]*+\s*+", re.IGNORECASE)
 _WIDEST = 64  # characters of a number
 _MOST = 100  # columns
@@ -57,32 +57,32 @@ def read_block(text: Text) -> Block:
         If there is no format, or its columns have no possible width.
     """
     given = text.line("the format of a block").decode("utf-8", "replace")
-    items = _items(given)
-    if not items:
+    columns_given = items(given)
+    if not columns_given:
         raise text.fail(f"{given[:40]!r} where the format of a block is expected, as (19i9)")
-    widths = [width for n, _, width in items for _ in range(n)]
-    kinds = [kind for n, kind, _ in items for _ in range(n)]
+    widths = [width for n, _, width in columns_given for _ in range(n)]
+    kinds = [kind for n, kind, _ in columns_given for _ in range(n)]
     if not widths or len(widths) > _MOST or not 0 < min(widths) <= max(widths) <= _WIDEST:
         raise text.fail(f"the format {given[:40]!r} has columns of no possible width")
     starts = [0, *accumulate(widths)]
     columns = list(zip(starts, widths, strict=False))
     n_integers = next((k for k, kind in enumerate(kinds) if kind in "efg"), len(kinds))
-    end = _END.search(text.data, text.position())
+    end = END.search(text.data, text.position())
     last = text.row_at(end.end() - 1) if end else text.n_lines
     block = text.lines(max(last - text.row, 0), "lines of a block").split(b"\n")
     lines = [line.rstrip() for line in block if line.strip()]
     return Block(text, lines, columns[:n_integers], columns[n_integers:])
 
 
-def _items(given: str) -> list[tuple[int, str, int]]:
+def items(given: str) -> list[tuple[int, str, int]]:
     """Count, letter and width of each item of a format; none if it is no format."""
     inner = given.strip()
     if not inner.startswith("(") or ")" not in inner:
         return []
-    items = []
+    given_items = []
     for word in inner[1 : inner.index(")")].split(","):
         match = _ITEM.fullmatch(word)
         if match is None:
             return []
-        items.append((min(int(match[1] or 1), _MOST + 1), match[2].lower(), int(match[3])))
-    return items
+        given_items.append((min(int(match[1] or 1), _MOST + 1), match[2].lower(), int(match[3])))
+    return given_items

@@ -28,6 +28,7 @@ from . import cells
 from .columns import Block, read_block
 from .commands import Command, commands
 from .model import MOST_NODES, Model, members
+from .places import places
 
 _MARK = re.compile(rb"^\s*(/COM,\s*ANSYS\b|/PREP7|NBLOCK\s*,|EBLOCK\s*,)", re.IGNORECASE | re.MULTILINE)
 _SHOWN = 8  # types that a message names
@@ -289,4 +290,4 @@ def _surfaces(codes: Ints, nodes: Ints, sizes: Ints, families: NDArray[np.str_])
     return straight
 
 
-ANSYS = Format("ansys", "ANSYS archive", (".cdb",), sniff, read)
+ANSYS = Format("ansys", "ANSYS archive", (".cdb",), sniff, read, places=places)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ...plumbing import budget, columns
 from ...plumbing.includes import Includes
+from ...plumbing.spans import in_place
 
 _KEYWORD = re.compile(rb"^\*[^\n]*", re.MULTILINE)
 _NAME = re.compile(r"\*\s*(\w+)\s*([+\-%]?)")
@@ -31,6 +32,7 @@ class Card:
     name: str  #: upper case, without the star
     width: int  #: of a column: 8, 10 or 20 characters
     data: bytes
+    start: int  #: the byte of the file where the lines begin
 
     def fail(self, what: str, line: int | None = None) -> ReadError:
         return ReadError(f"{self.path}, line {self.line if line is None else line}: *{self.name} {what}")
@@ -88,7 +90,7 @@ def cards(path: Path) -> list[Card]:
 
 
 def _gather(path: Path, includes: Includes, made: list[Card]) -> None:
-    data = path.read_bytes().replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    data = in_place(path.read_bytes())
     budget.draw("text", len(data), path.name)
     breaks = np.flatnonzero(np.frombuffer(data, np.uint8) == 10)
     heads = list(_KEYWORD.finditer(data))
@@ -106,7 +108,14 @@ def _gather(path: Path, includes: Includes, made: list[Card]) -> None:
             long = _LONG.search(text)
             usual = _LONG_WIDTH if long and long[1] in "Yy" else _I10_WIDTH if _I10.search(text) else 8
         width = {"+": _LONG_WIDTH, "-": 8, "%": _I10_WIDTH}.get(mark, usual)
-        card = Card(path, int(np.searchsorted(breaks, head.start())) + 1, name, width, data[head.end() + 1 : end])
+        card = Card(
+            path,
+            int(np.searchsorted(breaks, head.start())) + 1,
+            name,
+            width,
+            data[head.end() + 1 : end],
+            head.end() + 1,
+        )
         if name == "INCLUDE":
             for file in _files(card):
                 with includes.opened(file, card.fail) as target:

@@ -23,6 +23,7 @@ from ...plumbing.format import Format
 from ...plumbing.ids import Index, drop_counts
 from ...plumbing.nodes import NodeTable
 from .cards import Card, cards
+from .places import places
 
 PART = "lsdyna:part"
 
@@ -222,4 +223,4 @@ def _list(content: _Content, before: str) -> str:
     return f"{before}{', '.join(content.left_out)}" if content.left_out else ""
 
 
-LSDYNA = Format("lsdyna", "LS-DYNA keyword", (".k", ".key", ".dyn"), sniff, read, by_content=False)
+LSDYNA = Format("lsdyna", "LS-DYNA keyword", (".k", ".key", ".dyn"), sniff, read, places=places, by_content=False)

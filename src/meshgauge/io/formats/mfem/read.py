@@ -16,6 +16,7 @@ from ....mesh import Mesh
 from ...plumbing.build import Cells, Kind, check_codes, gather, runs
 from ...plumbing.format import Format
 from ...plumbing.text import Text, numbers
+from .. import rows_places
 from .nodes import continuous, discontinuous
 
 _KINDS = {
@@ -203,4 +204,4 @@ def _of_high_order(elements: Cells) -> Cells:
     return replace(elements, types=types)
 
 
-MFEM = Format("mfem", "MFEM", (".mesh",), sniff, read)
+MFEM = Format("mfem", "MFEM", (".mesh",), sniff, read, places=rows_places.mfem)

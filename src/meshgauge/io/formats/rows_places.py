@@ -1,0 +1,64 @@
+"""Where formats of text hold points in a section of their own, a line each: MFEM, Netgen, FLAC3D and AVS UCD."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import ReadError
+from ..plumbing.numerals import Text
+from ..plumbing.patch import Places
+from ..plumbing.spans import after_lines, columns, in_place
+
+_VERTICES = re.compile(rb"^[ \t]*vertices\s+(\d+)\s+(\d+)[ \t]*\n", re.MULTILINE)
+_NODES = re.compile(rb"^[ \t]*nodes[ \t]*$", re.MULTILINE)
+_POINTS = re.compile(rb"^[ \t]*points\s+(\d+)[ \t]*\n", re.MULTILINE)
+_COMMENT_LINE = re.compile(rb"^[ \t]*#[^\n]*", re.MULTILINE)
+_GRID_POINTS = re.compile(rb"(?:^[ \t]*G[ \t]+\d+[ \t][^\n]*\n?)+", re.MULTILINE)
+
+
+def mfem(path: Path) -> Places:
+    """The vertices of straight meshes.
+
+    Raises
+    ------
+    ReadError
+        If the mesh has nodes: these tell its shape.
+    """
+    data = in_place(path.read_bytes(), b"#")
+    if _NODES.search(data):
+        raise ReadError(f"{path}: MFEM's meshes with nodes are not patched yet, only those with vertices alone")
+    return _after(path, data, _VERTICES)
+
+
+def netgen(path: Path) -> Places:
+    data = in_place(path.read_bytes())
+    return _after(path, _COMMENT_LINE.sub(lambda match: b" " * len(match[0]), data), _POINTS)
+
+
+def flac3d(path: Path) -> Places:
+    """Lines of G, a number and the coordinates."""
+    data = in_place(path.read_bytes())
+    return Places.joined(
+        [
+            Places.of(path, Text(), *columns(data, head.start(), head.end(), 2, 3))
+            for head in _GRID_POINTS.finditer(data)
+        ]
+    )
+
+
+def avs(path: Path) -> Places:
+    """Behind the line of counts, a number and the coordinates a line."""
+    data = in_place(path.read_bytes(), b"#")
+    begin = after_lines(data, 0, 1)
+    end = after_lines(data, begin, int(data[:begin].split()[0]))
+    return Places.of(path, Text(), *columns(data, begin, end, 1, 3))
+
+
+def _after(path: Path, data: bytes, mark: re.Pattern[bytes]) -> Places:
+    head = mark.search(data)
+    if head is None:
+        return Places.of(path, Text(), *np.empty((2, 0, 3), np.int64))
+    return Places.of(path, Text(), *columns(data, head.end(), after_lines(data, head.end(), int(head[1])), 0, 3))
