@@ -152,3 +152,27 @@ def test_what_is_no_size(text: str) -> None:
 def test_a_size_comes_back() -> None:
     for n in (1_000, 64_000_000, 1_500_000_000, 2_000_000_000_000):
         assert slices.n_bytes(slices.size_text(n)) == n
+
+
+def test_the_gate_is_that_of_the_whole(large: Path, sliced: list[int], capsys: Captured) -> None:
+    rules = ("--fail", "nothing invalid", "--warn", "jens >= 0.4 @ 1% in 'zone 1'", "--json")
+    code = main(["check", str(large), *rules])
+    expected = json.loads(capsys.readouterr().out)
+    assert not sliced
+    assert main(["check", str(large), *rules, *LITTLE[:2]]) == code == 1
+    assert json.loads(capsys.readouterr().out) == expected
+    assert len(sliced) == 4
+
+
+def test_a_baseline_is_that_of_the_whole(large: Path, sliced: list[int], tmp_path: Path) -> None:
+    whole, made = tmp_path / "whole.json", tmp_path / "made.json"
+    assert main(["check", str(large), "--write-baseline", str(whole), "-q"]) == 0
+    assert main(["check", str(large), "--write-baseline", str(made), "-q", *LITTLE[:2]]) == 0
+    assert sliced
+    assert made.read_bytes() == whole.read_bytes()
+
+
+def test_rules_about_neighbours_are_checked_on_the_whole(large: Path, sliced: list[int], capsys: Captured) -> None:
+    assert main(["check", str(large), "--fail", "nothing hanging", *LITTLE[:2]]) == 0
+    assert "is read whole: 'nothing hanging' depends on the cells beside" in capsys.readouterr().err
+    assert not sliced

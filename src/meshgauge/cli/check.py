@@ -36,6 +36,7 @@ def check(
     purpose: options.Purpose = None,
     keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
+    memory: options.Memory = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
 ) -> int:
@@ -61,16 +62,28 @@ def check(
     from ..check.outcome import overall
     from ..check.output.json import checks_json
     from ..check.output.text import CheckLine, ChecksText, CheckText
+    from ..check.stream import check_slices, question
     from .batch import Batch
 
     batch = Batch(
-        reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, keep_bricks=keep_bricks, quiet=quiet
+        reading=reading,
+        wedge_order=wedge_order,
+        purpose=purpose,
+        threads=threads,
+        keep_bricks=keep_bricks,
+        memory=memory,
+        quiet=quiet,
     )
     paths = batch.states(paths, every=True)  # a gate that lets an invalid step pass is none
     if baseline is not None:
         return _write_baseline(batch, paths, metrics_of(rules or ()), baseline)
 
+    ask = question(rules, listed=worst, purpose=None if purpose is None else purpose.value)
+
     def examine(path: str) -> Check:
+        done = batch.in_slices(path, ask)
+        if done is not None:
+            return check_slices(*done, path=path, baselines=stored)
         quality = batch.measure(path, metrics_of(rules or ()))
         return judge(quality, rules, path=path, listed=worst, baselines=stored)
 
@@ -105,8 +118,13 @@ def _write_baseline(batch: Batch, paths: Sequence[str], metrics: Sequence[str], 
     """Store reports as a baseline, if every mesh can be measured; returns the exit code."""
     from ..check.baseline import write
     from ..report import FileReport
+    from ..report.stream import file_report
+    from ..slices import Ask
 
     def examine(path: str) -> FileReport:
+        done = batch.in_slices(path, Ask(tuple(metrics), n_worst=0))
+        if done is not None:
+            return file_report(*done, path=path)
         return FileReport.of(batch.measure(path, metrics), path=path, worst=0, threads=batch.threads)
 
     reports = [report for _, report in batch.each(paths, examine)]

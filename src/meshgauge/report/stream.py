@@ -52,6 +52,8 @@ def job_of(listed: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: 
         If it cannot be measured slice by slice.
     """
     check_metrics(ask.metrics)
+    if ask.whole:
+        raise ReadWhole(ask.whole)
     if not listed.n_cells:
         raise ReadWhole("it has no cells")
     if ask.keeps_rows and any(piece.polyhedra is not None for piece in listed.pieces):

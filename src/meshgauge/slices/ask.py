@@ -42,6 +42,8 @@ class Ask:
         Every partial result carries types, status and values of its cells.
     counter
         Something else to be counted.
+    whole
+        Why this cannot be answered slice by slice; empty if it can.
     """
 
     metrics: tuple[str, ...] = ("jens",)
@@ -52,3 +54,4 @@ class Ask:
     keep_bricks: bool = False
     keeps_rows: bool = False
     counter: Counter | None = None
+    whole: str = ""

@@ -52,7 +52,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 def steps(path: Path) -> tuple[Step, ...]:
     """Those of the file; a composite file states them for each of its grids as well."""
-    with _open(path) as root:
+    with _open(path, held=False) as root:
         own = root.get("Steps")
         if own is None:
             return ()
