@@ -176,3 +176,20 @@ def test_rules_about_neighbours_are_checked_on_the_whole(large: Path, sliced: li
     assert main(["check", str(large), "--fail", "nothing hanging", *LITTLE[:2]]) == 0
     assert "is read whole: 'nothing hanging' depends on the cells beside" in capsys.readouterr().err
     assert not sliced
+
+
+def test_a_small_file_that_names_large_ones(large: Path, sliced: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(large.with_suffix(".vtu")))
+    writer.SetInputData(io.read(large).to_pyvista())
+    writer.EncodeAppendedDataOff()
+    assert writer.Write() == 1
+    path = large.with_suffix(".pvtu")
+    path.write_text(
+        '<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid><Piece Source="large.vtu"/></PUnstructuredGrid></VTKFile>'
+    )
+    monkeypatch.setattr(batch, "LARGE", 1 << 40)
+    assert main(["report", str(path), "-q", *LITTLE]) == 0
+    assert len(sliced) == 4

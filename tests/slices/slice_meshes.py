@@ -144,3 +144,16 @@ def write_parts(path: Path, meshes: list[Mesh]) -> None:
         for group, attribute in (("CellData", "cell_data"), ("PointData", "point_data")):
             for key in getattr(meshes[0], attribute):
                 root[f"{group}/{key}"] = np.concatenate([getattr(m, attribute)[key] for m in meshes])
+
+
+def write_parallel(path: Path, meshes: list[Mesh]) -> None:
+    """A PVTU with a VTU for each mesh."""
+    items = ""
+    for number, mesh in enumerate(meshes):
+        name = f"{path.stem}_{number}.vtu"
+        write_raw_vtu(path.parent / name, mesh)
+        items += f'<Piece Source="{name}"/>'
+    path.write_text(
+        f'<VTKFile type="PUnstructuredGrid" version="1.0" byte_order="LittleEndian"><PUnstructuredGrid GhostLevel="0">'
+        f"{items}</PUnstructuredGrid></VTKFile>"
+    )

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from slice_meshes import boxes, garden, write_packed_hdf, write_parts, write_raw_vtu
+from slice_meshes import boxes, garden, write_packed_hdf, write_parallel, write_parts, write_raw_vtu
 
 import meshgauge
 from meshgauge import Mesh, io
@@ -127,6 +127,24 @@ def test_partitions_are_regions(tmp_path: Path, memory: str) -> None:
     made = streamed(path, MEMORY[memory])
     assert plain(made) == plain(whole(path))
     assert [name for name, _ in made.regions] == ["partition 0", "partition 1", "partition 2"]
+
+
+@pytest.mark.parametrize("memory", MEMORY)
+@pytest.mark.parametrize("with_regions", [False, True])
+def test_files_of_pieces(tmp_path: Path, with_regions: bool, memory: str) -> None:
+    path = tmp_path / "a.pvtu"
+    kept = ("GlobalElementId", "vtkGhostType", "material" if with_regions else "interface")
+    parts = [garden(seed=1), garden(seed=2, shuffled=True)]
+    write_parallel(path, [m.replace(cell_data={k: m.cell_data[k] for k in kept}) for m in parts])
+    made = streamed(path, MEMORY[memory])
+    assert plain(made) == plain(whole(path))
+    assert len(made.regions) == (4 if with_regions else 1)
+
+
+def test_pieces_that_differ_are_read_whole(tmp_path: Path) -> None:
+    path, mesh = tmp_path / "a.pvtu", garden()
+    write_parallel(path, [mesh, mesh.replace(cell_data={})])
+    assert io.pieces(path) is None
 
 
 @pytest.mark.parametrize("turned", ["all", "none"])

@@ -34,6 +34,9 @@ T = TypeVar("T")
 LARGE = 4_000_000
 """Bytes of a file from which its cells are likely too many to be measured without Numba."""
 
+REFERRING = (".pvtu", ".vtkhdf", ".hdf")
+"""Extensions of files that may be small although the mesh is large: its arrays stand in others."""
+
 DIAGNOSED = 5_000_000
 """Cells up to which a mesh is read whole if there is memory: it is diagnosed as well, see `doctor.LIMIT`."""
 
@@ -153,7 +156,9 @@ class Batch:
         Raises `ReadError` and `MetricError`.
         """
         memory = None if self.memory is None else slices.n_bytes(self.memory)
-        if self.reading.displacement is not None or inputs.size(path.file if isinstance(path, State) else path) < LARGE:
+        file = path.file if isinstance(path, State) else path
+        is_alone = not file.lower().endswith(REFERRING)
+        if self.reading.displacement is not None or (is_alone and inputs.size(file) < LARGE):
             return None
         listed = self._pieces(path)
         if listed is None or not is_large(listed, memory):

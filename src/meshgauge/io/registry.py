@@ -241,6 +241,15 @@ def read_inside(path: Path) -> Mesh:
         _depth.reset(before)
 
 
+def pieces_inside(path: Path) -> Pieces | None:
+    """Where the arrays of a file stand that another one names; None if it has to be read whole."""
+    if files.is_packed(path):
+        return None
+    with files.open_input(path, detect) as (plain, head), budget.of(plain):
+        chosen = detect(plain, head)
+        return None if chosen.pieces is None or plain != path else chosen.pieces(plain, 0)
+
+
 _depth: ContextVar[int] = ContextVar("depth", default=0)
 _DEEPEST = 3
 

@@ -59,7 +59,7 @@ def _of_blocks(pieces: Pieces, *, telling: bool) -> Iterable[tuple[Regions, bool
     starts = pieces.cell_starts
     filled = [number for number, piece in enumerate(pieces.pieces) if piece.n_cells]
     blocks = [CellBlock(pieces.pieces[number].name, starts[number], starts[number + 1]) for number in filled]
-    of_blocks = block_regions(blocks)
+    of_blocks = block_regions(blocks) if any(block.name for block in blocks) else None
     if of_blocks is None or (telling and not have_names(blocks)):
         return
     of_pieces = dict(zip(filled, of_blocks[0], strict=True))

@@ -13,6 +13,7 @@ from ....mesh import Mesh
 from ...plumbing import vtk, within
 from ...plumbing.budget import DENSEST
 from ...plumbing.format import HEAD, Format
+from ...plumbing.pieces import Pieces
 from ...plumbing.steps import Step, number_steps
 from ...plumbing.xml_names import names_in_xml
 from . import parallel, vtu_raw
@@ -56,9 +57,7 @@ def _times(path: Path) -> list[float]:
 
 def read(path: Path, at: int = 0) -> Mesh:
     """Any of VTK's XML data sets; a composite one gives a block for each leaf."""
-    with path.open("rb") as file:
-        match = _TYPE.search(file.read(HEAD))
-    kind = match.group(1).decode("ascii", "replace") if match else ""
+    kind = _kind(path)
     if kind not in (*_READERS, *parallel.KINDS):
         known = ", ".join((*_READERS, *parallel.KINDS))
         raise ReadError(f"{path}: a VTK file of type {kind!r} cannot be read; known are {known}")
@@ -74,6 +73,21 @@ def read(path: Path, at: int = 0) -> Mesh:
         # Inline VTK's writer makes a piece of each step, all called the first, and its reader mixes them up.
         raise ReadError(f"{path}: holds {n} time steps inline, which VTK cannot read back; write them appended")
     return vtk.mesh(vtk.output(reader, path), path)
+
+
+def pieces(path: Path, at: int) -> Pieces | None:
+    """Where the arrays of the pieces of a .pvtu stand."""
+    if _kind(path) != "PUnstructuredGrid":
+        return None
+    from ... import registry  # which knows the format of the pieces
+
+    return parallel.pieces(path, registry.pieces_inside)
+
+
+def _kind(path: Path) -> str:
+    with path.open("rb") as file:
+        match = _TYPE.search(file.read(HEAD))
+    return match.group(1).decode("ascii", "replace") if match else ""
 
 
 def _names_steps(path: Path) -> bool:
@@ -134,4 +148,5 @@ VTK_XML = Format(
     has_both_wedge_orders=True,
     steps=steps,
     foreign_step=read,
+    pieces=pieces,
 )
