@@ -66,9 +66,10 @@ def write(
     assert chosen.write is not None
     _check_sources(target, mesh, overwrite=overwrite)
     given, renamed = replace_names(with_regions(mesh), chosen.forbidden)
+    given, left_out = chosen.reduce(given) if chosen.reduce is not None else (given, ())
     with replacing(target, overwrite=overwrite) as beside:
         try:
-            lost = (*renamed, *chosen.write(beside, given))
+            lost = (*renamed, *left_out, *chosen.write(beside, given))
             _verify(chosen, beside, given, lost)
         except WriteError as error:
             message = str(error).removeprefix(f"{beside}: ").replace(str(beside), str(target))

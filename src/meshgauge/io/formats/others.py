@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import ReadError
+from ...cells import type_name
+from ...errors import ReadError, WriteError
 from ...mesh import Mesh
 from ...mesh.regions import KEYS
-from ..plumbing import meshio, vtk, within
+from ..plumbing import meshio, vtk, within, writing
 from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
 from ..plumbing.messages import is_out_of_memory
 from ..plumbing.writing import REGION
@@ -105,8 +106,21 @@ def _of_one_integer(module: str, key: str) -> Writer:
     return write
 
 
+_TECPLOT_CELLS = ("line", "triangle", "quad", "tetra", "hexahedron")
+
+
+def _reduce_tecplot(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
+    """A zone holds cells of one type."""
+    return writing.without_lesser(mesh, (), kept_dimension=3)
+
+
 def _write_tecplot(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """By meshio; of points and cells all names are variables of one list, and so are x, y and z."""
+    writing.check_types(writing.plain(mesh), _TECPLOT_CELLS)
+    types = writing.type_counts(mesh.types)
+    if len(types) != 1:
+        what = ", ".join(f"{n} {type_name(t)}" for t, n in types.items()) or "none"
+        raise WriteError(f"the format holds cells of one type, and of them some: {what}")
     taken, notes = {"x", "y", "z"}, []
     changes: dict[str, dict[str, Any]] = {"point": {}, "cell": {}}
     for what, renamed in changes.items():
@@ -138,7 +152,8 @@ OTHERS: tuple[Format, ...] = (
     # By PyVista.
     Format("tecplot", "Tecplot ASCII", (".dat", ".tec", ".plt"), tecplot.sniff,
            foreign=_first_of(_by_meshio("tecplot"), by_pyvista), write=_write_tecplot, by_content=False,
-           forbidden=",\"'=()" + _BLANKS, steps=tecplot.steps, read_step=tecplot.read),
+           forbidden=",\"'=()" + _BLANKS, steps=tecplot.steps, read_step=tecplot.read,
+           reduce=_reduce_tecplot),
     # By either.
     Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
     Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),

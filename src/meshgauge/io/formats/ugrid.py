@@ -169,6 +169,19 @@ def _write_binary(path: Path, encoding: Encoding, head: Ints, mesh: Mesh, flat: 
     path.write_bytes(first + rest)
 
 
+def reduce(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
+    """Without lines and curved surfaces."""
+    return writing.without_lesser(mesh, (k.name for k in _KINDS))
+
+
 UGRID = Format(
-    "ugrid", "AFLR UGRID", (".ugrid",), anything, read, write=write, places=ugrid_places.places, by_content=False
+    "ugrid",
+    "AFLR UGRID",
+    (".ugrid",),
+    anything,
+    read,
+    write=write,
+    places=ugrid_places.places,
+    by_content=False,
+    reduce=reduce,
 )

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import ReadError
+from ...cells import BY_NAME, type_name
+from ...errors import ReadError, WriteError
 from ...mesh import Mesh
-from ..plumbing import meshio, vtk, within
+from ...mesh.cast import frozen
+from ..plumbing import meshio, vtk, within, writing
 from ..plumbing.format import Format
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.steps import Step, number_steps
@@ -43,7 +45,15 @@ def read(path: Path, at: int) -> Mesh:
             raise ReadError(f"{path}: {'; '.join(dict.fromkeys(reasons))}") from other
     if not mesh.n_cells:
         raise ReadError(f"{path}: no cells were found in it")
-    return mesh
+    return _simple(mesh)
+
+
+def _simple(mesh: Mesh) -> Mesh:
+    """Lines of two points as lines: among cells of several types XDMF knows polylines only."""
+    is_line = (mesh.types == BY_NAME["poly_line"].vtk_id) & (np.diff(mesh.offsets) == 2)
+    if not is_line.any():
+        return mesh
+    return mesh.replace(types=frozen(np.where(is_line, BY_NAME["line"].vtk_id, mesh.types).astype(np.uint8)))
 
 
 def _reader(path: Path) -> object:
@@ -82,6 +92,13 @@ def _is_same(a: Part, b: Part) -> bool:
 
 def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """Small integers as those of 32 bits: meshio knows no way to write them as text."""
+    types = writing.type_counts(mesh.types)
+    if len(types) > 1:
+        others = [f"{n} {type_name(t)}" for t, n in types.items() if type_name(t) not in _TOGETHER]
+        if others:
+            raise WriteError(
+                f"the format holds linear cells together, and others of one type only: {', '.join(others)}"
+            )
     wide = {
         f"{what}_data": {
             k: v.astype(np.int32) if v.dtype.kind in "biu" and v.itemsize < 4 else v for k, v in data.items()
@@ -90,6 +107,9 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     }
     return meshio.write(path, mesh.replace(**wide), "xdmf", data_format="XML")
 
+
+_TOGETHER = ("line", "triangle", "quad", "tetra", "pyramid", "wedge", "hexahedron")
+"""Cells that meshio writes beside those of other types so that it reads them."""
 
 XDMF = Format(
     "xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), sniff, write=write, has_both_wedge_orders=True,

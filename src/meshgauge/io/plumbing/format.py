@@ -35,6 +35,9 @@ Writer = Callable[[Path, Mesh], tuple[str, ...]]
 Take = Callable[[str, str, Iterator[NDArray[Any]]], None]
 """Is handed what an array is (an attribute of `Mesh`), its name if it is data, and its values, flat, in pieces."""
 
+Reducer = Callable[[Mesh], tuple[Mesh, tuple[str, ...]]]
+"""Leaves out what a format cannot hold beside the cells that matter; a sentence on what that is."""
+
 Scanner = Callable[[Path, Take], bool]
 """Hands over every array of a file, in pieces; False if the file is of a kind that it does not know."""
 
@@ -86,6 +89,8 @@ class Format:
         In place of ``read`` and ``foreign`` where a file may hold several time steps.
     write
         None where the format cannot be written.
+    reduce
+        Called before ``write``: leaves out cells of lower dimension that the format has no place for; None if it has.
     scan
         Hands over what a file holds, so that a large one is compared without having it in memory; None if there is
         only reading it.
@@ -115,6 +120,7 @@ class Format:
     foreign: Reader | None = None
     write: Writer | None = None
     scan: Scanner | None = None
+    reduce: Reducer | None = None
     places: PlacesFinder | None = None
     step_places: StepPlacesFinder | None = None
     is_stale: Callable[[str], bool] | None = None

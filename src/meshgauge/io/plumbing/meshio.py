@@ -8,7 +8,7 @@ import io
 import re
 import threading
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -257,7 +257,7 @@ def from_mesh(mesh: Mesh, *, by_type: bool = False) -> Any:
         mesh.points,
         cells,
         point_data=dict(mesh.point_data),
-        cell_data={k: [v[ids] for ids in runs] for k, v in mesh.cell_data.items()},
+        cell_data={k: [v[ids] for ids in runs] for k, v in mesh.cell_data.items()} if runs else {},
         field_data=dict(mesh.field_data),
     )
 
@@ -272,10 +272,27 @@ def write(path: Path, mesh: Mesh, module: str, *, by_type: bool = False, **optio
     WriteError
         If meshio cannot write the mesh, or if cells are missing from what it wrote.
     """
-    source = from_mesh(mesh, by_type=by_type)
+    source = from_mesh(of_numbers(mesh, _SHAPES.get(module)), by_type=by_type)
     moved = by_type and np.any(np.diff(plain(mesh).types.astype(np.int64)) < 0)
     order = ("The format keeps cells by type: their order changed.",) if moved else ()
     return (*order, *write_source(path, source, mesh, module, **options))
+
+
+_SHAPES = {"xdmf": ((), (1,), (2,), (3,), (6,), (9,))}
+"""Shapes of one item of data that a format holds; else numbers, and vectors of any length."""
+
+
+def of_numbers(mesh: Mesh, shapes: Collection[tuple[int, ...]] | None = None) -> Mesh:
+    """The mesh without data that are no numbers, or of other shapes: meshio's writers fail on them."""
+    data = {
+        f"{what}_data": {
+            k: v
+            for k, v in values.items()
+            if v.dtype.kind in "biuf" and (v.ndim <= 2 if shapes is None else v.shape[1:] in shapes)
+        }
+        for what, values in (("point", mesh.point_data), ("cell", mesh.cell_data))
+    }
+    return mesh.replace(**data)
 
 
 def write_source(path: Path, source: Any, original: Mesh, module: str, **options: Any) -> tuple[str, ...]:

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME, type_name
+from ...cells import BY_NAME, CELL_TYPES, type_name
 from ...errors import WriteError
-from ...mesh import Mesh
+from ...mesh import CellBlock, Mesh
 from ...mesh.cast import frozen
 from ...mesh.labels import LABEL
 from ...mesh.regions import named_blocks
@@ -65,6 +65,47 @@ def check_types(mesh: Mesh, known: Iterable[str]) -> None:
     if len(others):
         what = ", ".join(f"{n} {type_name(t)}" for t, n in zip(others, counts, strict=True))
         raise WriteError(f"the format cannot hold these cells: {what}")
+
+
+def without_lesser(mesh: Mesh, known: Iterable[str], kept_dimension: int | None = None) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh without cells of lower dimension than its highest of types that are not known; a note counts them.
+
+    With ``kept_dimension`` also without those of a known type below it. All points stay.
+    """
+    dimension = np.array([CELL_TYPES[t].dimension if t in CELL_TYPES else -1 for t in range(256)])[mesh.types]
+    highest = int(dimension.max(initial=0))
+    ids = {BY_NAME[name].vtk_id for name in (*known, *(name for name, _ in _PLAIN.values()), "pixel", "voxel")}
+    is_lesser = dimension < highest
+    gone = is_lesser & ~np.isin(mesh.types, list(ids))
+    if kept_dimension is not None:
+        gone |= is_lesser & (dimension < kept_dimension)
+    if not gone.any():
+        return mesh, ()
+    what = [f"{n:,} {type_name(t)}" for t, n in zip(*np.unique(mesh.types[gone], return_counts=True), strict=True)]
+    kept = np.flatnonzero(~gone)
+    sizes = np.diff(mesh.offsets)
+    bounds = np.searchsorted(kept, [block.stop for block in mesh.blocks]).tolist()
+    blocks = zip(mesh.blocks, [0, *bounds], bounds, strict=False)
+    reduced = mesh.replace(
+        types=frozen(mesh.types[kept]),
+        offsets=frozen(np.concatenate([[0], np.cumsum(sizes[kept])]).astype(np.int64)),
+        connectivity=frozen(mesh.connectivity[np.repeat(~gone, sizes)]),
+        cell_data={name: values[kept] for name, values in mesh.cell_data.items()},
+        blocks=tuple(CellBlock(block.name, start, stop) for block, start, stop in blocks if stop > start),
+        counted=tuple(noun for noun in mesh.counted if noun != "cells"),
+    )
+    return reduced, (f"The format could not hold cells of lower dimension: {', '.join(what)} left out.",)
+
+
+def named_by(mesh: Mesh, names: Iterable[str]) -> set[str]:
+    """Field data that hold names of regions and no others than these, with their numbers."""
+    known = set(names)
+    found = {
+        key
+        for key, values in mesh.field_data.items()
+        if key.endswith(":names") and values.dtype.kind == "U" and known.issuperset(values.ravel().tolist())
+    }
+    return found | {f"{key.removesuffix(':names')}:numbers" for key in found}
 
 
 def nodes_of(mesh: Mesh, cells: Ints) -> Ints:

@@ -40,6 +40,7 @@ _WEDGE12 = BY_NAME["wedge12"].vtk_id
 _COHESIVE = {"wedge": "COH3D6", "hexahedron": "COH3D8", "wedge12": "GK3D12M"}
 _ORDER = {"line3": (0, 2, 1), "hexahedron27": (*range(20), 26, 24, 25, 22, 21, 23, 20)}
 """Where the order of nodes is not VTK's: for each node of Abaqus its place in VTK's cell."""
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*")
 _PER_LINE = 16
 _LARGEST = 999_999_999
 
@@ -70,7 +71,7 @@ def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
             name = CELL_TYPES[int(mesh.types[first])].name
             kind = _COHESIVE.get(name, _TYPES.get(name)) if is_cohesive[first] else _TYPES[name]
             region = sets[int(ids[first])]
-            file.write(f"*ELEMENT, TYPE={kind}" + (f", ELSET={region}\n" if region else "\n"))
+            file.write(f"*ELEMENT, TYPE={kind}" + (f", ELSET={_quoted(region)}\n" if region else "\n"))
             nodes = points[writing.nodes_of(mesh, np.arange(first, last))]
             nodes = nodes[:, list(_ORDER[name])] if name in _ORDER else nodes
             for number, row in zip(cells[first:last].tolist(), nodes.tolist(), strict=True):
@@ -81,7 +82,8 @@ def write(path: Path, mesh: Mesh, material: str) -> tuple[str, ...]:
             for number, name in enumerate(materials.ravel().tolist(), 1):
                 label = _names((f"MATERIAL-{name}",))[0]
                 file.write(_set(label, cells[mesh.cell_data[material] == number]))
-                file.write(f"*SOLID SECTION, ELSET={label}, MATERIAL={_names((str(name),))[0]}\n")
+                own = _quoted(_names((str(name),))[0])
+                file.write(f"*SOLID SECTION, ELSET={_quoted(label)}, MATERIAL={own}\n")
     kept = [k for k, v in mesh.cell_data.items() if _is_set(v)] + _in_regions(mesh, ids)
     kept += [material] if materials is not None else []
     kept += [LABEL] if np.array_equal(cells, mesh.cell_data.get(LABEL, ())) else []
@@ -125,6 +127,11 @@ def _names(names: tuple[str, ...]) -> list[str]:
     return labels
 
 
+def _quoted(label: str) -> str:
+    """A name between quotation marks, where Abaqus needs them: with blanks, or if it begins with no letter."""
+    return label if _PLAIN.fullmatch(label) else f'"{label}"'
+
+
 def _runs(mesh: Mesh, ids: NDArray[np.int64], is_cohesive: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
     """First and last of the cells of one type and region that follow one another."""
     keys = (ids * 2 + is_cohesive) * 256 + mesh.types
@@ -141,4 +148,4 @@ def _element(number: int, nodes: list[int]) -> str:
 def _set(name: str, numbers: NDArray[np.int64]) -> str:
     flat = numbers.tolist()
     lines = [", ".join(map(str, flat[at : at + _PER_LINE])) for at in range(0, len(flat), _PER_LINE)]
-    return f"*ELSET, ELSET={name}\n" + "".join(f"{line}\n" for line in lines)
+    return f"*ELSET, ELSET={_quoted(name)}\n" + "".join(f"{line}\n" for line in lines)

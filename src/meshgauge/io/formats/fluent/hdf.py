@@ -14,6 +14,8 @@ from ...plumbing import within
 from ...plumbing.budget import DENSEST
 from ...plumbing.face_based import offsets_of, spans
 
+OF_TWO_DIMENSIONS = "is a mesh of two dimensions, which has no solid cells"
+
 _FACE = tuple[int, int, int, list[int], list[int]]
 _CELL = tuple[int, int, int, int]
 
@@ -49,7 +51,7 @@ class Arrays:
 
     def _read(self, mesh: Any) -> None:
         if self._number(mesh.attrs.get("dimension", 3)) != 3:
-            raise ReadError(f"{self.path}: is a mesh of two dimensions, which has no solid cells")
+            raise ReadError(f"{self.path}: {OF_TWO_DIMENSIONS}")
         for what in ("cells", "faces"):
             if len(mesh[what].get("tree", ())):
                 raise ReadError(f"{self.path}: has {what} refined into others ({what}/tree), which are not read")

@@ -19,7 +19,7 @@ from ...plumbing import budget, face_based
 from ...plumbing.format import Format
 from ...plumbing.text import numbers
 from ..vtk.hdf import MAGIC
-from .hdf import Arrays
+from .hdf import OF_TWO_DIMENSIONS, Arrays
 
 _MARK = re.compile(rb"\A\s*\(\s*\d+\s")
 _SECTION = re.compile(rb"\s*\(\s*(\d+)")
@@ -136,6 +136,8 @@ def read(path: Path) -> Mesh:
         if kind == 2 and not is_binary:
             word = cursor.data[cursor.at : cursor.at + 20].split(b")")[0].strip()
             content.dimension = int(word) if word.isdigit() else 0
+            if content.dimension == 2:
+                raise ReadError(f"{path}: {OF_TWO_DIMENSIONS}")
         if kind == 10:
             has_body = _points(cursor, content, is_binary, "<f8" if number >= 3000 else "<f4")
         elif kind == 12:
@@ -221,6 +223,8 @@ def _face_zone(cursor: _Cursor, content: _Content, is_binary: bool) -> None:
             ids.extend((0, 0))
             at += 2
             continue
+        if size == 2:
+            raise ReadError(f"{cursor.path}: {OF_TWO_DIMENSIONS}")
         if not 3 <= size <= len(tokens) - at - 2:
             raise cursor.fail(f"a face of {size} points, or one that is cut off")
         sizes.append(size)

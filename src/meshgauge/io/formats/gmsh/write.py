@@ -5,16 +5,20 @@ Binary where nodes count from 1, else text: meshio reads binary nodes of no othe
 
 from __future__ import annotations
 
+import itertools
+import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....cells import type_name
+from ....cells import CELL_TYPES, type_name
 from ....errors import WriteError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL
+from ....mesh.regions import KEYS, named_regions
 from ...plumbing import writing
 from .cells import BY_CELL
 
@@ -31,19 +35,20 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     if max(mesh.n_points, mesh.n_cells) >= _LARGEST:
         raise WriteError(f"{path}: version 2.2 of Gmsh's format numbers at most {_LARGEST} nodes and elements")
     lost: list[str] = []
+    groups = _groups(mesh)
     points = writing.numbers(mesh.point_data, mesh.n_points, _LARGEST)
     cells = writing.numbers(mesh.cell_data, mesh.n_cells, _LARGEST)
     as_text = not np.array_equal(points, np.arange(1, mesh.n_points + 1))
     with path.open("wb") as file:
         file.write(b"$MeshFormat\n2.2 0 8\n" if as_text else b"$MeshFormat\n2.2 1 8\n" + np.int32(1).tobytes() + b"\n")
         file.write(b"$EndMeshFormat\n")
-        _names(file, mesh, lost)
+        _names(file, mesh, groups, lost)
         nodes = np.empty(mesh.n_points, [("tag", np.int32), ("x", np.float64, 3)])
         nodes["tag"] = points
         nodes["x"] = mesh.points
         file.write(f"$Nodes\n{mesh.n_points}\n".encode() + _table(nodes, as_text) + b"\n$EndNodes\n")
         file.write(f"$Elements\n{mesh.n_cells}\n".encode())
-        _elements(file, path, mesh, points, cells, as_text)
+        _elements(file, path, mesh, groups, points, cells, as_text)
         file.write(b"\n$EndElements\n")
         for name, values in mesh.point_data.items():
             if name != LABEL or not np.array_equal(values, points):
@@ -63,27 +68,70 @@ def _fits_quotes(name: str) -> bool:
     return '"' not in name and not name.endswith("\\")
 
 
-def _names(file: BinaryIO, mesh: Mesh, lost: list[str]) -> None:
-    """Field data of two integers, a tag and a dimension, name physical groups."""
+@dataclass(frozen=True, slots=True)
+class _Groups:
+    """Physical groups: the tag of each cell, and the name of each dimension and tag."""
+
+    tags: NDArray[np.int32]
+    names: dict[tuple[int, int], str]
+    source: frozenset[str] = frozenset()
+    """Field data that the names were taken from."""
+
+
+_NUMBERED = re.compile(r"\S.* (\d{1,9})")
+_NONE = {f"no {key.split(':')[-1]}" for key in KEYS}
+"""What `named_regions` calls cells that are in none."""
+
+
+def _groups(mesh: Mesh) -> _Groups:
+    """Those of the mesh; of other formats its regions. Regions that are numbers only ("material 3") keep them."""
+    given = mesh.cell_data.get(_TAGS[0])
+    if given is not None and _is_tag(_TAGS[0], given):
+        return _Groups(given.astype(np.int32), {})
+    regions = named_regions(mesh)
+    if regions is None:
+        return _Groups(np.zeros(mesh.n_cells, np.int32), {})
+    ids, names = regions
+    numbered = [_NUMBERED.fullmatch(name) for name in names]
+    own = [int(match[1]) for match in numbered if match is not None]
+    if len(set(own)) != len(names):
+        tag = itertools.count(1)
+        own = [0 if name in _NONE else next(tag) for name in names]
+    dimension = np.array([CELL_TYPES[t].dimension if t in CELL_TYPES else 0 for t in range(256)])[mesh.types]
+    pairs = np.unique(np.stack([dimension, ids]), axis=1).T.tolist()
+    made: dict[tuple[int, int], str] = {}
+    for d, region in pairs:
+        if own[region]:
+            made[d, own[region]] = names[region].replace('"', "'").rstrip("\\") or f"region {own[region]}"
+    return _Groups(np.array(own, np.int32)[ids], made, frozenset(writing.named_by(mesh, names)))
+
+
+def _names(file: BinaryIO, mesh: Mesh, made: _Groups, lost: list[str]) -> None:
+    """Names of physical groups: field data of two integers, a tag and a dimension, or those that were made."""
     groups = {}
     for name, values in mesh.field_data.items():
+        if name in made.source:
+            continue
         if values.shape == (2,) and values.dtype.kind in "iu" and 0 <= int(values[1]) <= 3 and _fits_quotes(name):
             groups[name] = (int(values[1]), int(values[0]))
         else:
             lost.append(f"Gmsh's format could not hold the field data {name!r}.")
-    if groups:
-        lines = "".join(f'{d} {tag} "{name}"\n' for name, (d, tag) in groups.items())
-        file.write(f"$PhysicalNames\n{len(groups)}\n{lines}$EndPhysicalNames\n".encode())
+    rows = [(d, tag, name) for name, (d, tag) in groups.items()] + [(*key, name) for key, name in made.names.items()]
+    if rows:
+        lines = "".join(f'{d} {tag} "{name}"\n' for d, tag, name in rows)
+        file.write(f"$PhysicalNames\n{len(rows)}\n{lines}$EndPhysicalNames\n".encode())
 
 
-def _elements(file: BinaryIO, path: Path, mesh: Mesh, points: Ints, cells: Ints, as_text: bool) -> None:
+def _elements(
+    file: BinaryIO, path: Path, mesh: Mesh, groups: _Groups, points: Ints, cells: Ints, as_text: bool
+) -> None:
     """A block for each run of cells of one type and size, by the numbers of points and cells."""
     mesh = writing.plain(mesh)
     sizes = np.diff(mesh.offsets)
     breaks = np.flatnonzero((np.diff(mesh.types) != 0) | (np.diff(sizes) != 0)) + 1
     starts = [0, *breaks.tolist()] if mesh.n_cells else []
-    none = np.zeros(mesh.n_cells, np.int32)
-    tags = [mesh.cell_data[k] if _is_tag(k, mesh.cell_data.get(k, np.empty(0))) else none for k in _TAGS]
+    entities = mesh.cell_data.get(_TAGS[1], np.empty(0))
+    tags = [groups.tags, entities if _is_tag(_TAGS[1], entities) else np.zeros(mesh.n_cells, np.int32)]
     for start, stop in zip(starts, [*starts[1:], mesh.n_cells], strict=False):
         name, n_nodes = type_name(mesh.types[start]), int(sizes[start])
         kind = BY_CELL.get((name, n_nodes))

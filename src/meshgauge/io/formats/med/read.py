@@ -293,12 +293,14 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     labels = [_to_write(mesh.cell_data, mesh.n_cells), _to_write(mesh.point_data, mesh.n_points)]
     data = {k: v for k, v in mesh.cell_data.items() if k not in (GROUP, _FAMILY) and (k != LABEL or labels[0] is None)}
     point_data = {k: v for k, v in mesh.point_data.items() if k != LABEL or labels[1] is None}
-    fields = {k: v for k, v in mesh.field_data.items() if k not in (f"{GROUP}:names", *names)}
+    known = {f"{GROUP}:names", *names, *writing.named_by(mesh, names)}
+    fields = {k: v for k, v in mesh.field_data.items() if k not in known}
     kept = mesh.replace(cell_data=data, field_data=fields, point_data=point_data)
+    data = dict(meshio.of_numbers(kept).cell_data)
     has_groups = regions is not None
     families = {_FAMILY: (-1 - ids).astype(np.int64)} if has_groups else {}
     numbers = {_NUMBERS: labels[0]} if labels[0] is not None else {}
-    source = meshio.from_mesh(kept.replace(cell_data={**data, **families, **numbers}), by_type=True)
+    source = meshio.from_mesh(meshio.of_numbers(kept).replace(cell_data={**data, **families, **numbers}), by_type=True)
     of_blocks = source.cell_data.pop(_NUMBERS, [])
     for block in source.cells:
         code = BY_NAME.get(block.type)

@@ -154,4 +154,14 @@ def _check_ids(part: Part, zone: _Zone, path: Path) -> None:
         raise ReadError(f"{path}: an element of zone {zone.number} refers to point {bad}, which is outside 0..{n - 1}")
 
 
-SU2 = Format("su2", "SU2", (".su2",), sniff, read, write=write.write, places=places, has_both_wedge_orders=True)
+SU2 = Format(
+    "su2",
+    "SU2",
+    (".su2",),
+    sniff,
+    read,
+    write=write.write,
+    places=places,
+    reduce=write.reduce,
+    has_both_wedge_orders=True,
+)

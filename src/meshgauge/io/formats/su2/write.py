@@ -8,7 +8,7 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from ....cells import CELL_TYPES
+from ....cells import CELL_TYPES, IS_SOLID
 from ....errors import WriteError
 from ....mesh import Mesh
 from ....mesh.regions import named_regions
@@ -42,6 +42,11 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         notes.append("The format keeps solid cells before the markers: the order of the cells changed.")
     kept = {name for name in mesh.cell_data if name in _NAMES} | ({writing.REGION} if len(zones) > 1 else set())
     return (*notes, *writing.loss_notes(mesh, cell=kept))
+
+
+def reduce(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
+    """Markers are surfaces of a mesh of solid cells, lines of one in a plane."""
+    return writing.without_lesser(mesh, _KNOWN if IS_SOLID[mesh.types].any() else _FLAT_KNOWN)
 
 
 def _zones(

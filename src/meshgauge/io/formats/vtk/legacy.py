@@ -38,8 +38,9 @@ def read(path: Path) -> Mesh:
     if mesh.n_points < stated.get("POINTS", 0):
         raise ReadError(f"{path}: states {stated['POINTS']} points, but {mesh.n_points} could be read")
     # From version 5 on, CELLS counts the offsets: one more than the cells.
-    if mesh.n_cells < max(stated.get("CELL_TYPES", 0), stated.get("CELLS", 0) - 1):
-        raise ReadError(f"{path}: states {stated.get('CELLS')} cells, but {mesh.n_cells} could be read")
+    n_cells = max(stated.get("CELL_TYPES", 0), stated.get("CELLS", 0) - 1)
+    if mesh.n_cells < n_cells:
+        raise ReadError(f"{path}: states {n_cells} cells, but {mesh.n_cells} could be read")
     return mesh
 
 
