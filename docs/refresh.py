@@ -24,6 +24,7 @@ import typer
 from meshgauge import check
 from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.cli.main import app
+from meshgauge.io.catalogue import rows as format_rows
 from meshgauge.quality.metrics import METRICS, Metric, Standard
 from meshgauge.status import STATUSES
 
@@ -130,6 +131,23 @@ def metric_texts() -> str:
     return "".join(parts).replace("|ARG|", "\\|ARG\\|") + "\n### References\n\n" + listed
 
 
+def formats() -> str:
+    """Which formats are read, patched and written."""
+    marks = {True: "yes", False: ""}
+    return table(
+        ("name", "format", "extensions", "read", "patched", "written"),
+        (
+            (
+                f"`{row['name']}`",
+                row["title"],
+                " ".join(row["extensions"]),
+                *(marks[row[key]] for key in ("read", "patched", "written")),
+            )
+            for row in format_rows()
+        ),
+    )
+
+
 def commands() -> str:
     """A heading, a sentence and a table of arguments and options for each subcommand."""
     parts = []
@@ -177,6 +195,7 @@ PARTS: dict[str, Callable[[], str]] = {
     "metric-texts": metric_texts,
     "default-rules": default_rules,
     "commands": commands,
+    "formats": formats,
 }
 
 

@@ -16,6 +16,7 @@ from . import command, interrupts, streams, terminal
 from .check import check
 from .compare import compare
 from .doctor import doctor
+from .formats import formats
 from .improve import improve
 from .metrics import metrics
 from .orient import orient
@@ -36,7 +37,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for function in (report, check, compare, doctor, improve, orient, undo, plot, paraview_plugin, view, metrics):
+for function in (report, check, compare, doctor, improve, orient, undo, plot, paraview_plugin, view, metrics, formats):
     command.add(app, function)
 
 

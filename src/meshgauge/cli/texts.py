@@ -152,6 +152,12 @@ Exit codes: 0 done, 2 some file could not be read or nothing can be drawn, 130 i
             f"meshgauge view wing.vtu --link 'quality=-1,{POOR_TEXT}' --screenshot bad.png",
         ),
     ),
+    "formats": Text(
+        "List the formats: which are read, patched and written.",
+        """List the formats: their extensions, and whether they are read, patched and written.
+
+Patched: [bold]meshgauge improve[/bold] gives a file back with other coordinates and nothing else touched (docs/formats.md). Written: a mesh of another format is converted to it.""",
+    ),
     "metrics": Text(
         "List the metrics: range, acceptable range, ideal, cells, reference.",
         "List the metrics: range, acceptable range, value on the ideal cell, cells, reference.",
