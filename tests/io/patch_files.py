@@ -7,8 +7,12 @@ import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import cgns_files
+import h5py
 import meshio
+import netCDF4
 import numpy as np
 
 import meshgauge
@@ -306,6 +310,43 @@ def written_by(name: str) -> Callable[[Path], Path]:
     return make
 
 
+def exodus(folder: Path, kind: str, **how: Any) -> Path:
+    """By netCDF4: with two times, a field and a set of sides."""
+    mesh, path = bricks(), folder / "mesh.e"
+    with netCDF4.Dataset(path, "w", format=kind) as file:
+        sizes = {"len_string": 33, "num_dim": 3, "num_nodes": mesh.n_points, "num_elem": mesh.n_cells, "num_el_blk": 1}
+        sizes |= {"num_el_in_blk1": mesh.n_cells, "num_nod_per_el1": 8, "time_step": None, "num_side_ss1": 2}
+        for name, size in sizes.items():
+            file.createDimension(name, size)
+        file.api_version = np.float32(5.22)
+        for axis, letter in enumerate("xyz"):
+            file.createVariable(f"coord{letter}", "f8", ("num_nodes",), **how)[:] = mesh.points[:, axis]
+        connect = file.createVariable("connect1", "i4", ("num_el_in_blk1", "num_nod_per_el1"))
+        connect.elem_type = "HEX8"
+        connect[:] = np.array(cells(mesh, 1))
+        file.createVariable("eb_prop1", "i4", ("num_el_blk",))[:] = 7
+        file.createVariable("eb_status", "i4", ("num_el_blk",))[:] = 1
+        file.createVariable("elem_ss1", "i4", ("num_side_ss1",))[:] = [1, 2]
+        file.createVariable("side_ss1", "i4", ("num_side_ss1",))[:] = [5, 6]
+        file.createVariable("time_whole", "f8", ("time_step",))[:] = [0.0]
+    return path
+
+
+def cgns(folder: Path, **how: Any) -> Path:
+    """By h5py; ``how`` its coordinates are stored."""
+    mesh, path = bricks(), folder / "mesh.cgns"
+    with h5py.File(path, "w") as file:
+        zone = cgns_files.zone(cgns_files.base(file), "Zone", mesh.points, mesh.n_cells)
+        cgns_files.section(zone, "Bricks", 17, 1, mesh.n_cells, np.array(cells(mesh, 1)).ravel())
+        if how:
+            for letter in "XYZ":
+                group = zone["GridCoordinates"][f"Coordinate{letter}"]
+                values = group[" data"][...]
+                del group[" data"]
+                group.create_dataset(" data", data=values, **how)
+    return path
+
+
 PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "abaqus": ("abaqus", abaqus, "text"),
     "su2": ("su2", su2, "text"),
@@ -330,10 +371,18 @@ PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "netgen": ("netgen", written_by("cube.vol"), "text"),
     "avs": ("avs", written_by("cube.avs"), "text"),
     "flac3d": ("flac3d", partial(by_meshio, name="cube.f3grid", file_format="flac3d"), "text"),
+    "exodus classic": ("exodus", partial(exodus, kind="NETCDF3_CLASSIC"), "bytes"),
+    "exodus 64 bit": ("exodus", partial(exodus, kind="NETCDF3_64BIT_OFFSET"), "bytes"),
+    "exodus": ("exodus", partial(exodus, kind="NETCDF4", contiguous=True), "bytes"),
+    "exodus packed": ("exodus", partial(exodus, kind="NETCDF4", zlib=True), "arrays"),
+    "cgns": ("cgns", cgns, "bytes"),
+    "cgns packed": ("cgns", partial(cgns, chunks=(16,), compression="gzip"), "arrays"),
+    "med": ("med", written_by("cube.med"), "bytes"),
     "medit": ("medit", partial(medit, suffix="mesh"), "text"),
     "medit single": ("medit", partial(medit, suffix="mesh", is_single=True), "text"),
     "medit binary": ("medit", partial(medit, suffix="meshb"), "bytes"),
 }
-"""By name: the format, what makes a file in a folder, and how numbers stand in it: as words, in columns or as bytes."""
+"""By name: the format, what makes a file in a folder, and how numbers stand in it: as words, in columns, as bytes
+or in packed arrays."""
 
 WORD = re.compile(rb"[^\s,]+")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import h5py
 import meshio
 import numpy as np
 import pytest
@@ -44,6 +45,22 @@ def test_every_format_that_is_patched_is_here() -> None:
     assert here == {f.name for f in FORMATS.values() if f.is_patched}
 
 
+def stored(path: Path) -> dict[str, tuple[object, ...]]:
+    """Every array of an HDF5 file: its values, how they are held, its attributes."""
+    held: dict[str, tuple[object, ...]] = {}
+
+    def take(name: str, item: h5py.Dataset | h5py.Group) -> None:
+        attributes = {key: str(value) for key, value in item.attrs.items() if key != "REFERENCE_LIST"}
+        if isinstance(item, h5py.Dataset):
+            held[name] = (item[...].tobytes(), item.dtype, item.chunks, item.compression, attributes)
+        else:
+            held[name] = (attributes,)
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    return held
+
+
 @NAMES
 def test_nothing_moved_gives_the_same_bytes(name: str, tmp_path: Path) -> None:
     path, mesh, patch = opened(name, tmp_path)
@@ -75,6 +92,12 @@ def test_only_coordinates_of_moved_points_change(name: str, tmp_path: Path) -> N
         assert list(map(len, lines[0])) == list(map(len, lines[1]))
         changed_lines = [a for a, b in zip(*lines, strict=True) if a != b]
         assert len(changed_lines) == len(ids) * (1 + any(line.startswith(b"*") for line in changed_lines))
+    elif PATCHED[name][2] == "arrays":
+        arrays = [stored(path), stored(patch.target)]
+        assert arrays[0].keys() == arrays[1].keys()
+        changed_names = [key for key, value in arrays[0].items() if value != arrays[1][key]]
+        assert len(changed_names) == 3
+        assert all("coord" in key.lower() for key in changed_names)
     else:
         assert len(old) == len(new)
         assert sum(a != b for a, b in zip(old, new, strict=True)) <= 24 * len(ids)

@@ -20,7 +20,7 @@ from . import registry
 from .plumbing.format import Format
 from .plumbing.isolate import Limits
 from .plumbing.numerals import Ints, Reals
-from .plumbing.patch import Places, copy_with
+from .plumbing.patch import Places
 from .plumbing.steps import StepChoice
 from .reading import format_of
 
@@ -104,8 +104,8 @@ class Patch:
         with contextlib.ExitStack() as stack:
             staged: dict[Path, Path] = {}
             for old, new in targets.items():
-                hunks, texts = self.places.hunks(old, before, after)
-                if old != source and not texts and os.path.realpath(old) == os.path.realpath(new):
+                edit = self.places.edit(old, before, after)
+                if old != source and edit.is_empty and os.path.realpath(old) == os.path.realpath(new):
                     continue
                 is_pair = _is_companion(os.path.realpath(old), os.path.realpath(source))
                 is_other = old != source and not is_pair and os.path.realpath(old) != os.path.realpath(new)
@@ -113,9 +113,9 @@ class Patch:
                     raise WriteError(f"{new}: exists; {self.target} would include it: write into another folder")
                 new.parent.mkdir(parents=True, exist_ok=True) if old != source else None
                 staged[old] = stack.enter_context(replacing(new, overwrite=overwrite))
-                written = copy_with(old, hunks, texts, staged[old])
-                if texts or old == source:
-                    changes.append(undo.Change(old, staged[old], written, "" if old == source else _name(source, old)))
+                hunks = edit.copy(old, staged[old])
+                if old == source or not edit.is_empty:
+                    changes.append(undo.Change(old, staged[old], hunks, "" if old == source else _name(source, old)))
             with _as_one(source, self.mesh.sources, staged) as (path, roots):
                 limits = replace(self.limits, include_roots=(*self.limits.include_roots, *roots))
                 self._check(mesh, lambda: registry.read(self.chosen, path, limits, self.step))
@@ -133,8 +133,8 @@ class Patch:
                 new = stack.enter_context(new_folder(self.target))
                 self._copy_folder(folder, new)
             for old in self.places.files:
-                hunks, texts = self.places.hunks(old, before, after)
-                if not texts:
+                edit = self.places.edit(old, before, after)
+                if edit.is_empty:
                     continue
                 real = old.resolve()
                 name = str(real.relative_to(folder.resolve()))
@@ -143,7 +143,7 @@ class Patch:
                 else:
                     staged[real] = new / name
                     staged[real].unlink()
-                changes.append(undo.Change(old, staged[real], copy_with(old, hunks, texts, staged[real]), name))
+                changes.append(undo.Change(old, staged[real], edit.copy(old, staged[real]), name))
                 shutil.copymode(old, staged[real])
             with private.folder() as one:
                 for path in sources:

@@ -24,7 +24,7 @@ from ..plumbing.ids import drop_counts
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
 from ..plumbing.steps import Step, number_steps
-from . import spread
+from . import exodus_places, spread
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 
@@ -275,4 +275,4 @@ def _fields(
     return data
 
 
-EXODUS = Format("exodus", "Exodus II", _OWN, sniff, steps=steps, read_step=read)
+EXODUS = Format("exodus", "Exodus II", _OWN, sniff, steps=steps, read_step=read, places=exodus_places.places)

@@ -27,6 +27,9 @@ class Variable:
     shape: tuple[int, ...]
     attributes: Mapping[str, Any]
     values: Callable[..., NDArray[Any]]
+    start: int | None = None  #: the first byte of a classic file's array that is in one piece
+    kind: str = ""  #: how the numbers of such an array are held
+    dataset: Any = None  #: of h5py
 
     def text(self) -> list[str]:
         """An array of characters as strings, one a row."""
@@ -67,7 +70,9 @@ def _hdf(path: Path, item: Any, size: int) -> Variable:
             raise ReadError(f"{path}: array {item.name!r} of shape {item.shape} cannot be in a file of {size} bytes")
         return np.asarray(item[...] if first is None else item[first])
 
-    return Variable(tuple(item.shape), {k: _plain(v) for k, v in item.attrs.items() if k in ("elem_type",)}, values)
+    return Variable(
+        tuple(item.shape), {k: _plain(v) for k, v in item.attrs.items() if k in ("elem_type",)}, values, dataset=item
+    )
 
 
 def _plain(value: Any) -> Any:
@@ -156,6 +161,8 @@ class _Classic:
                 self._values(
                     name, dtype, (n_records, *shape[1:]) if is_record else tuple(shape), begin, is_record, step
                 ),
+                None if is_record else begin,
+                dtype.str,
             )
             for name, attributes, dtype, shape, is_record, begin in entries
         }

@@ -6,7 +6,7 @@ import gzip
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,8 +146,8 @@ class Places:
             result[own] = form.rounded(result[own].ravel()).reshape(-1, 3)
         return result
 
-    def hunks(self, path: Path, before: Reals, after: Reals) -> tuple[Hunks, list[bytes]]:
-        """Where one of the files, unpacked, changes if points move, in the order of its bytes, and what is there then.
+    def edit(self, path: Path, before: Reals, after: Reals) -> Edit:
+        """What changes in one of the files if points move.
 
         Only coordinates that change are written: the others keep their characters.
         """
@@ -162,12 +162,62 @@ class Places:
         order = np.argsort(starts, kind="stable")
         starts, ends, new, piece = starts[order], ends[order], new[order], piece[order]
         texts: list[bytes] = [b""] * len(starts)
+        puts, is_text = [], np.ones(len(starts), bool)
         for number in np.unique(piece).tolist():
-            own_rows = np.flatnonzero(piece == number)
-            old = (data[a:b] for a, b in zip(starts[own_rows].tolist(), ends[own_rows].tolist(), strict=True))
-            for at, text in zip(own_rows.tolist(), every.pieces[number][1].written(new[own_rows], old), strict=True):
+            form, rows = every.pieces[number][1], np.flatnonzero(piece == number)
+            if isinstance(form, Putting):
+                puts.append((form, starts[rows], new[rows]))
+                is_text[rows] = False
+                continue
+            old = (data[a:b] for a, b in zip(starts[rows].tolist(), ends[rows].tolist(), strict=True))
+            for at, text in zip(rows.tolist(), form.written(new[rows], old), strict=True):
                 texts[at] = text
-        return Hunks.replacing(starts, ends, [len(text) for text in texts]), texts
+        kept = np.flatnonzero(is_text)
+        texts = [texts[at] for at in kept.tolist()]
+        return Edit(Hunks.replacing(starts[kept], ends[kept], list(map(len, texts))), texts, puts)
+
+
+@runtime_checkable
+class Putting(Form, Protocol):
+    """A form whose numbers are put into a copy of the file by a library."""
+
+    def put(self, path: Path, starts: Ints, values: Reals) -> None:
+        """Change the numbers at some places."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Edit:
+    """What changes in a file: pieces of its bytes (unpacked, if it is gzipped), and numbers that are put into it."""
+
+    hunks: Hunks
+    texts: list[bytes]
+    puts: list[tuple[Putting, Ints, Reals]]
+
+    @property
+    def is_empty(self) -> bool:
+        """True if nothing changes."""
+        return not (self.texts or self.puts)
+
+    def copy(self, old: Path, new: Path) -> Hunks | None:
+        """Write the file as it is to be; returns where its bytes differ, None if that is not known."""
+        data = old.read_bytes()
+        if data.startswith(GZIP):
+            if self.texts:
+                data = gzip.compress(b"".join(_pieces(gzip.decompress(data), self.hunks, self.texts)), mtime=0)
+            new.write_bytes(data)
+            return None
+        with new.open("wb") as file:
+            file.writelines(_pieces(data, self.hunks, self.texts))
+        for form, starts, values in self.puts:
+            form.put(new, starts, values)
+        return None if self.puts else self.hunks
+
+
+def contents(path: Path) -> bytes:
+    """The bytes of a file, unpacked if it is gzipped."""
+    data = path.read_bytes()
+    return gzip.decompress(data) if data.startswith(GZIP) else data
 
 
 def _at_middles(mesh: Mesh) -> Ints:
@@ -179,25 +229,6 @@ def _at_middles(mesh: Mesh) -> Ints:
     lacks = np.add.reduceat(labels[mesh.connectivity] < 0, mesh.offsets[:-1][sizes > 0]) > 0
     owner = np.repeat(lacks, sizes[sizes > 0])
     return np.unique(mesh.connectivity[owner]).astype(np.int64)
-
-
-def contents(path: Path) -> bytes:
-    """The bytes of a file, unpacked if it is gzipped."""
-    data = path.read_bytes()
-    return gzip.decompress(data) if data.startswith(GZIP) else data
-
-
-def copy_with(old: Path, hunks: Hunks, texts: Sequence[bytes], new: Path) -> Hunks | None:
-    """Write a file with other bytes in some places; returns where the two differ, None if that is everywhere."""
-    data = old.read_bytes()
-    if not data.startswith(GZIP):
-        with new.open("wb") as file:
-            file.writelines(_pieces(data, hunks, texts))
-        return hunks
-    if texts:
-        data = gzip.compress(b"".join(_pieces(gzip.decompress(data), hunks, texts)), mtime=0)
-    new.write_bytes(data)
-    return None
 
 
 def _pieces(data: bytes, hunks: Hunks, texts: Sequence[bytes]) -> Iterator[bytes]:

@@ -17,6 +17,7 @@ from ...plumbing.merge import merge_parts
 from ..others import by_pyvista
 from ..vtk.hdf import MAGIC
 from . import zone as cgns_zone
+from .places import places
 from .tree import Node
 
 
@@ -74,4 +75,4 @@ def _mesh(zones: list[cgns_zone.Zone], path: Path) -> Mesh:
     return drop_counts(mesh.replace(blocks=tuple(blocks), notes=tuple(notes)))
 
 
-CGNS = Format("cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, by_content=False)
+CGNS = Format("cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, places=places, by_content=False)

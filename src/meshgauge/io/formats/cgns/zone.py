@@ -20,7 +20,7 @@ from ..structured import structured_part
 from .cells import KINDS, MIXED, NFACE, NGON
 from .tree import Node
 
-_CARTESIAN = ("CoordinateX", "CoordinateY", "CoordinateZ")
+CARTESIAN = ("CoordinateX", "CoordinateY", "CoordinateZ")
 _CYLINDRICAL = ("CoordinateR", "CoordinateTheta", "CoordinateZ")
 _NONE = np.empty(0, np.int64)
 _SPARSEST = 64
@@ -111,13 +111,13 @@ def _points(node: Node, shape: tuple[int, ...], notes: list[str]) -> NDArray[np.
             angle = np.radians(angle)
         z = column("CoordinateZ") if "CoordinateZ" in arrays else np.zeros(n)
         return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
-    given = [name for name in _CARTESIAN if name in arrays]
+    given = [name for name in CARTESIAN if name in arrays]
     if not given:
-        raise grids[0].fail(f"has the coordinates {', '.join(arrays) or 'none'}, expected {', '.join(_CARTESIAN)}")
+        raise grids[0].fail(f"has the coordinates {', '.join(arrays) or 'none'}, expected {', '.join(CARTESIAN)}")
     columns = [column(name) for name in given]
     points = np.zeros((n, 3), np.result_type(*columns, np.float32))
     for name, values in zip(given, columns, strict=True):
-        points[:, _CARTESIAN.index(name)] = values
+        points[:, CARTESIAN.index(name)] = values
     return points
 
 

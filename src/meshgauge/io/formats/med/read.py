@@ -24,6 +24,7 @@ from ...plumbing.ids import drop_counts
 from ...plumbing.merge import Part, merge_parts
 from ..vtk.hdf import MAGIC
 from .cells import BY_NAME, KINDS
+from .places import places
 
 GROUP = "med:group"
 _NO_PROFILE = "MED_NO_PROFILE_INTERNAL"
@@ -339,4 +340,4 @@ _FAMILY = "cell_tags"  # as meshio calls it
 _NUMBERS = "NUM"
 """Under this name the numbers of cells are put in order with them."""
 
-MED = Format("med", "MED", (".med",), sniff, read, write=write, by_content=False)
+MED = Format("med", "MED", (".med",), sniff, read, write=write, places=places, by_content=False)
