@@ -37,10 +37,15 @@ TESTS = {
     "quality": ("tests/quality", "tests/test_python_api.py", "tests/test_status.py"),
     "check": ("tests/check",),
     "repair": ("tests/repair", "tests/cli/test_cli_improve.py"),
-    "io/plumbing": ("tests/io",),
+    "io/plumbing": ("tests/io", "tests/integrations/test_integration_vtk.py", "tests/quality/polyhedra"),
     "kernels/cells": ("tests/kernels", "tests/quality"),
     "kernels/certificate": ("tests/quality/certificate", "tests/quality"),
-    "kernels/polyhedra": ("tests/quality/polyhedra", "tests/quality/test_flat.py", "tests/quality/test_concave.py"),
+    "kernels/polyhedra": (
+        "tests/quality/polyhedra",
+        "tests/quality/test_flat.py",
+        "tests/quality/test_concave.py",
+        "tests/doctor/test_doctor_inward.py",
+    ),
     "kernels/topology": ("tests/doctor", "tests/mesh"),
     "kernels/repair": ("tests/repair",),
 }

@@ -68,6 +68,15 @@ def test_curved_cells_survive_a_round_trip(tmp_path: Path) -> None:
     gmsh_files.assert_straight(back)
 
 
+def test_cells_that_are_by_type_already_keep_their_order_without_a_note(tmp_path: Path) -> None:
+    gmsh = pytest.importorskip("gmsh")
+    gmsh_files.three_bodies(gmsh, tmp_path / "a.msh", 1, is_incomplete=False)
+    mesh = io.read(tmp_path / "a.msh")
+    sorted_by_type = mesh[np.argsort(mesh.types, kind="stable")]
+    assert not any("order" in note for note in io.write(tmp_path / "a.med", sorted_by_type))
+    assert np.array_equal(io.read(tmp_path / "a.med").types, sorted_by_type.types)
+
+
 def test_files_of_meshio_have_vtks_order(tmp_path: Path) -> None:
     meshio = pytest.importorskip("meshio")
     mesh = mesh_of("tetra", "hexahedron", n=1)
