@@ -14,8 +14,11 @@ from meshgauge.cells import SHAPES, Shape
 from meshgauge.quality.metrics import METRICS, Metric
 
 Floats = NDArray[np.float64]
-OURS = [row for row in METRICS.values() if row.source == "meshgauge"]
+OURS = [row for row in METRICS.values() if row.source == "meshgauge" and row.of_faces is None]
 PAIRS = [(row, shape) for row in OURS for shape in SHAPES.values() if row.is_defined_for(shape.name)]
+
+OF_CELLS = {name: row for name, row in METRICS.items() if row.of_faces is None}
+"""Those that a cell has by itself."""
 
 rows = pytest.mark.parametrize("row", METRICS.values(), ids=METRICS)
 shapes = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)

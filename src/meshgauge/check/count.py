@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CELL_TYPES, type_name
+from ..cells import CELL_TYPES, POLYHEDRON, type_name
 from ..look.records import brief
 from ..mesh.interface import is_interface
 from ..mesh.labels import cell_label, labels_of, point_label
@@ -208,7 +208,8 @@ class Counting:
         row = metric(name)
         defined = np.zeros(256, np.bool_)
         for vtk_id, kind in CELL_TYPES.items():
-            defined[vtk_id] = kind.shape is not None and row.is_defined_for(kind.shape.name)
+            shape = POLYHEDRON.name if kind is POLYHEDRON else kind.shape.name if kind.shape is not None else ""
+            defined[vtk_id] = row.is_defined_for(shape)
         return defined[self.quality.mesh.types]
 
     def worst_of(self, failing: NDArray[np.int64], name: str, *, upwards: bool = True) -> Ranked:

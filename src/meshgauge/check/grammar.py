@@ -211,7 +211,7 @@ class _Parser:
         if (
             metric is not None
             and metric != "jens"
-            and (shape is None or not METRICS[metric].is_defined_for(shape.name))
+            and not METRICS[metric].is_defined_for(name if shape is None else shape.name)
         ):
             defined = METRICS[metric].shapes or tuple(SHAPES)
             self.fail(token, f"{metric} is not defined for {name}; it is for {', '.join(defined)}")

@@ -14,6 +14,8 @@ from ..errors import BaselineError
 from ..look.bands import POOR_TEXT
 from ..mesh.labels import has_labels
 from ..quality.measure import Quality
+from ..quality.metrics import LIMITS
+from ..quality.neighbours import with_face_metrics
 from ..quality.summary import CRITERIA, Summary
 from ..status import Purpose
 from .baseline import KEYS, Baseline, worse
@@ -23,9 +25,10 @@ from .outcome import Check, Outcome, State, broken
 from .rules import Level, Nothing, NoWorse, Numbers, Rule, Scope, Threshold
 
 FAIL = ("nothing invalid", "nothing degenerate", "nothing undecided", "nothing unmeasured")
-FAIL_FV = ("nothing misoriented",)
+FAIL_FV = ("nothing misoriented", *(f"{name} {limit}" for name, limit in LIMITS.items()))
 WARN = (f"jens >= {POOR_TEXT} @ 1%",)
-"""The rules where none are given; `FAIL_FV` for finite volumes only, whose formats say where each face points."""
+"""The rules where none are given; `FAIL_FV` for finite volumes only: their formats say where each face points, and
+checkMesh holds these limits."""
 
 LISTED = 5
 """Cells that a broken rule names."""
@@ -35,7 +38,7 @@ _NOT = {">=": "below", ">": "not above", "<=": "above", "<": "not below"}
 
 def default_rules(purpose: Purpose = "fem") -> tuple[Rule, ...]:
     """The rules where none are given: every cell valid and measured; a warning if more than 1 % are poor. For finite
-    volumes also: every face points out of its cell."""
+    volumes also: every face points out of its cell, and the limits of checkMesh."""
     fail = FAIL if purpose == "fem" else FAIL + FAIL_FV
     return (*(rule_of(text) for text in fail), *(rule_of(text, level=Level.WARN) for text in WARN))
 
@@ -58,7 +61,8 @@ def check(
     Parameters
     ----------
     quality
-        From `meshgauge.measure`, with the metrics of the rules, see `metrics_of`.
+        From `meshgauge.measure`, with the metrics of the rules, see `metrics_of`; those of `default_rules` are measured
+        here if they are not.
     rules
         From `rule`, or texts of level FAIL; None: `default_rules` of the mesh's purpose.
     path
@@ -85,6 +89,7 @@ def check(
     """
     if rules is None:
         rules = default_rules(quality.mesh.purpose)
+        quality = with_face_metrics(quality, metrics_of(rules))
     chosen = as_rules(rules)
     name = path if path is not None else (quality.mesh.path or "mesh")
     mesh = quality.mesh

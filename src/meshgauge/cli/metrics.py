@@ -6,10 +6,16 @@ from typing import Annotated
 
 import typer
 
+from .options import Purposes, option
+
 
 def metrics(
     names: Annotated[
         list[str] | None, typer.Argument(metavar="[NAME]...", help="Say everything about these.", show_default=False)
+    ] = None,
+    *,
+    purpose: Annotated[
+        Purposes | None, option("--for", None, "Only those for finite elements, or for finite volumes.", default=False)
     ] = None,
 ) -> None:
     """List the metrics: range, acceptable range, value on the ideal cell, cells, reference."""
@@ -18,4 +24,6 @@ def metrics(
     from .terminal import Output
 
     rows = [metric(name) for name in names] if names else list(METRICS.values())
+    if purpose is not None:
+        rows = [row for row in rows if (row.of_faces is not None) == (purpose == "fv")]
     Output().show(MetricsText(rows, in_full=bool(names)))

@@ -47,6 +47,8 @@ def report(
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..mesh.labels import labels_of
+    from ..quality.metrics import LIMITS
+    from ..quality.neighbours import with_face_metrics
     from ..report import FileReport
     from ..report.csv import CsvWriter
     from ..report.one_cell import OneCellText, dumps
@@ -81,11 +83,15 @@ def report(
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         if target is None and page is None:
-            ask = Ask(metrics, n_worst, by_region=by_region, keeps_rows=table is not None)
+            beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
+            ask = Ask(metrics, n_worst, by_region=by_region, keeps_rows=table is not None, whole=beside)
             done = batch.in_slices(path, ask, partial(add_rows, path))
             if done is not None:
                 return file_report(*done, path=path, with_diagnosis=contents.diagnosis)
         quality = batch.measure(path, metrics)
+        if quality.mesh.purpose == "fv":
+            with batch.progress(f"measuring faces of {path}"):
+                quality = with_face_metrics(quality, LIMITS, threads)
         with batch.progress(f"summarising {path}"):
             one = FileReport.of(
                 quality,

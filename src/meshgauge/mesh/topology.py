@@ -13,7 +13,7 @@ from ..kernels.arrays import read_only
 from ..kernels.topology import driver
 from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 from .mesh import Mesh
-from .polyhedra import IndexArray
+from .polyhedra import IndexArray, ragged_positions
 
 __all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
 
@@ -85,6 +85,37 @@ class Topology:
         assert poly is not None  # else the cell has no half-faces
         face = int(poly.cell_faces[int(poly.cell_offsets[cell]) + local])
         return tuple(int(p) for p in poly.face_points[poly.face_offsets[face] : poly.face_offsets[face + 1]])
+
+    def face_points(
+        self, half_faces: NDArray[np.int64], table: NDArray[np.int8] | None = None
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Points of some half-faces, as `face` gives them one at a time: ids one after another, and where each one's
+        begin, ``(n + 1,)``. ``table``: another than `face_table`."""
+        mesh, table = self.mesh, face_table() if table is None else table
+        cells = np.asarray(self.cells, np.int64)[half_faces]
+        local = half_faces - self.starts[cells]
+        types = mesh.types[cells]
+        own = table[types, 0, 0] < 0
+        sizes = table[types, np.where(own, 0, local), 0].astype(np.int64)
+        first = np.zeros(len(half_faces), np.int64)
+        poly = mesh.polyhedra
+        if poly is not None and own.any():
+            at = np.asarray(poly.cell_offsets, np.int64)[cells[own]] + local[own]
+            faces = np.asarray(poly.cell_faces, np.int64)[at]
+            first[own] = np.asarray(poly.face_offsets, np.int64)[faces]
+            sizes[own] = np.asarray(poly.face_offsets, np.int64)[faces + 1] - first[own]
+        offsets = np.zeros(len(half_faces) + 1, np.int64)
+        np.cumsum(sizes, out=offsets[1:])
+        owner = np.repeat(np.arange(len(half_faces)), sizes)
+        place = np.arange(int(offsets[-1])) - offsets[owner]
+        points = np.empty(len(owner), np.int64)
+        standard = ~own[owner]
+        at = owner[standard]
+        node = table[types[at], local[at], place[standard] + 1].astype(np.int64)
+        points[standard] = mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells[at]] + node]
+        if poly is not None and own.any():
+            points[~standard] = np.asarray(poly.face_points)[ragged_positions(first[own], sizes[own])]
+        return points, offsets
 
     def __repr__(self) -> str:
         return (

@@ -32,10 +32,12 @@ from ..status import STATUSES, Purpose, Status, is_unmeasured
 from . import evaluate, validity
 from .collapsed import with_collapsed
 from .concave import mark_concave
+from .faces import FaceQuality
 from .findings import status_cells
 from .flat import mark_flat
 from .frame import frame
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
+from .neighbours import with_neighbours
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
 from .validity import Certificate, certify
@@ -67,6 +69,8 @@ class Quality:
         The row of each of these metrics, by name.
     collapsed_from
         The mesh that was given, if it has collapsed cells, see `meshgauge.mesh.collapsed`; else None.
+    faces
+        Faces with their two cells, and what finite volumes ask of them, if a metric of these was measured; else None.
     """
 
     mesh: Mesh
@@ -76,6 +80,7 @@ class Quality:
     polyhedra: PolyhedralQuality | None = None
     rows: Mapping[str, Metric] = field(default_factory=lambda: METRICS)
     collapsed_from: Mesh | None = None
+    faces: FaceQuality | None = None
 
     @property
     def n_cells(self) -> int:
@@ -371,7 +376,8 @@ def measure(
     thread_count(threads)  # a wrong number is refused, also where there is nothing to measure
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
-    return measure_part(mesh, {JENS: METRICS[JENS], **metric_rows(metrics)}, threads=threads, keep_bricks=keep_bricks)
+    rows = {JENS: METRICS[JENS], **metric_rows(metrics)}
+    return with_neighbours(measure_part(mesh, rows, threads=threads, keep_bricks=keep_bricks), threads)
 
 
 CountOf = Callable[[CellType, int], int]
@@ -421,7 +427,7 @@ def _measure_all(
 ) -> Quality:
     """Every cell as it is."""
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
-    others = [row for name, row in rows.items() if name != JENS]
+    others = [row for name, row in rows.items() if name != JENS and row.of_faces is None]
     status = np.full(mesh.n_cells, Status.NOT_SOLID, np.uint8)
     polyhedra: PolyhedralQuality | None = None
     whole, mesh = mesh, without_ghosts(mesh)

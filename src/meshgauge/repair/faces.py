@@ -21,30 +21,7 @@ def face_points(topology: Topology, slots: Ids, *, rings: bool = False) -> tuple
     Outward, as `Topology.face` gives them one at a time; with ``rings`` the nodes between the corners of curved cells
     are among them.
     """
-    mesh, table = topology.mesh, ring_table() if rings else face_table()
-    cells = np.asarray(topology.cells, np.int64)[slots]
-    local = slots - topology.starts[cells]
-    types = mesh.types[cells]
-    own = table[types, 0, 0] < 0
-    sizes = table[types, np.where(own, 0, local), 0].astype(np.int64)
-    first = np.zeros(len(slots), np.int64)
-    poly = mesh.polyhedra
-    if poly is not None and own.any():
-        faces = np.asarray(poly.cell_faces, np.int64)[np.asarray(poly.cell_offsets, np.int64)[cells[own]] + local[own]]
-        first[own] = np.asarray(poly.face_offsets, np.int64)[faces]
-        sizes[own] = np.asarray(poly.face_offsets, np.int64)[faces + 1] - first[own]
-    offsets = np.zeros(len(slots) + 1, np.int64)
-    np.cumsum(sizes, out=offsets[1:])
-    owner = np.repeat(np.arange(len(slots)), sizes)
-    place = np.arange(int(offsets[-1])) - offsets[owner]
-    points = np.empty(len(owner), np.int64)
-    standard = ~own[owner]
-    at = owner[standard]
-    node = table[types[at], local[at], place[standard] + 1].astype(np.int64)
-    points[standard] = mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells[at]] + node]
-    if poly is not None and own.any():
-        points[~standard] = np.asarray(poly.face_points)[ragged_positions(first[own], sizes[own])]
-    return points, offsets
+    return topology.face_points(slots, ring_table() if rings else None)
 
 
 def half_faces(topology: Topology, cells: Ids) -> tuple[Ids, Ids]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..look.records import brief
 from ..quality.summary import Summary
+from .finite_volume import FiniteVolumeMeasure, finite_volume
 
 if TYPE_CHECKING:
     from ..doctor import Diagnosis
@@ -33,6 +34,7 @@ class FileReport:
     diagnosis: Diagnosis | None = None  #: what else is wrong with the mesh; None if it was not looked for
     regions: tuple[tuple[str, Summary], ...] = ()  #: name and J_ENS of each region; none unless asked for
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
+    finite_volume: tuple[FiniteVolumeMeasure, ...] = ()  #: what finite volumes ask for, if it was measured
 
     __repr__ = brief
 
@@ -81,6 +83,7 @@ class FileReport:
             diagnosis=_diagnosis(quality) if with_diagnosis else None,
             regions=regions,
             worst_regions=worst_regions,
+            finite_volume=finite_volume(quality),
         )
 
 

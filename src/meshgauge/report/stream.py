@@ -35,8 +35,10 @@ def default_memory() -> int:
 
 
 def check_metrics(metrics: Iterable[str]) -> None:
-    """Raise `ReadWhole` if a metric takes all cells of a type in one call."""
+    """Raise `ReadWhole` if a metric takes all cells of a type in one call, or the neighbours of each."""
     for name, row in metric_rows(metrics).items():
+        if row.of_faces is not None:
+            raise ReadWhole(f"{name} depends on the cells beside")
         if not row.in_slices:
             raise ReadWhole(f"metric {name} takes all cells at once")
 

@@ -19,6 +19,7 @@ from ..look.bands import band as band_of
 from ..look.names import cell_entry, listed, point_entry
 from ..quality.summary import UNDEFINED, Summary, Tally
 from ..status import STATUSES, Category
+from .finite_volume import FiniteVolumeMeasure, face_text, keeps, place
 from .record import FileReport
 from .verdict import verdict
 
@@ -75,8 +76,12 @@ class FileText:
             yield from findings(report)
         if report.worst:
             yield from worst_cells(report, console, options)
+        if report.finite_volume:
+            yield from finite_volume_text(report.finite_volume)
+        of_faces = {measure.name for measure in report.finite_volume}
         for other in report.others:
-            yield from other_metric(other)
+            if other.metric not in of_faces:
+                yield from other_metric(other)
         if report.diagnosis is not None and (report.diagnosis.findings or report.diagnosis.skipped):
             yield DiagnosisText(report.diagnosis)
             yield Text()
@@ -261,6 +266,32 @@ def other_metric(summary: Summary) -> Iterator[RenderableType]:
         share = style.percent(tally.n_good, tally.n_measured)
         table.add_row(name, style.number(tally.n_measured), share, *map(style.quality, numbers))
     yield table if rows else Text("  no cell has a value\n", "dim")
+
+
+def finite_volume_text(measures: tuple[FiniteVolumeMeasure, ...]) -> Iterator[RenderableType]:
+    """A table of the measures, then the worst faces of those beyond their limits."""
+    yield _title("for finite volumes")
+    table = new_table("measure", "limit", "worst", "mean", "beyond", "of", "worst at")
+    for one in measures:
+        bad = "bold red" if one.n_beyond else ""
+        table.add_row(
+            one.name,
+            one.limit,
+            Text(style.quality(one.worst), bad),
+            style.quality(one.mean),
+            Text(style.number(one.n_beyond), bad or "dim"),
+            f"{style.number(one.n)} {one.of}",
+            place(one),
+        )
+    yield table
+    beyond = [face for one in measures if one.n_beyond for face in one.faces if not keeps(one, face.value)]
+    if beyond:
+        yield _title("the worst faces beyond their limits")
+        faces = new_table("measure", "value", "face of", "x", "y", "z")
+        for face in beyond:
+            at = (f"{value:.6g}" for value in face.centre)
+            faces.add_row(face.measure, style.quality(face.value), face_text(face), *at)
+        yield faces
 
 
 def remarks(report: FileReport) -> Iterator[RenderableType]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ...errors import MetricError
-from . import jacobian, tetra, verdict_library
+from . import finite_volume, jacobian, tetra, verdict_library
+from .finite_volume import LIMITS
 from .inputs import Cells, PolyhedralCells
 from .row import Metric, Standard
 
@@ -14,6 +15,7 @@ METRICS: dict[str, Metric] = {
     for row in (
         *jacobian.ROWS,
         *tetra.ROWS,
+        *finite_volume.ROWS,
         *verdict_library.ROWS,
     )
 }
@@ -52,4 +54,4 @@ def metric_rows(which: str | Metric | Iterable[str | Metric]) -> dict[str, Metri
     return rows
 
 
-__all__ = ["METRICS", "Cells", "Metric", "PolyhedralCells", "Standard", "metric", "metric_rows"]
+__all__ = ["LIMITS", "METRICS", "Cells", "Metric", "PolyhedralCells", "Standard", "metric", "metric_rows"]

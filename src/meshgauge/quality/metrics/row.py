@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...cells import POLYHEDRON, SHAPES
 from ...errors import MetricError
+from ..faces import FaceQuality
 from .inputs import Cells, PolyhedralCells
 
 Interval = tuple[float, float]
@@ -32,13 +33,13 @@ class Standard(NamedTuple):
 class Metric:
     """A row: one named function of a cell, and how to read its values.
 
-    A metric of one's own needs `name`, `values`, `range`, `acceptable` and `better`; `meshgauge.measure` takes it as it
-    takes a name.
+    A metric of one's own needs `name`, `values` (or `of_faces`), `range`, `acceptable` and `better`;
+    `meshgauge.measure` takes it as it takes a name.
 
     Raises
     ------
     MetricError
-        If the name is no identifier, or the acceptable range is not within the range.
+        If the name is no identifier, the acceptable range is not within the range, or it has no function or two.
 
     Examples
     --------
@@ -61,9 +62,9 @@ class Metric:
     """
 
     name: str
-    values: Callable[[Cells], ArrayLike] = field(repr=False)
+    values: Callable[[Cells], ArrayLike] | None = field(default=None, repr=False)
     """``(n_cells,)`` values of some cells of one type, NaN where undefined. It is called with slices of them, from
-    several threads, and first with one cell alone, so that what it compiles is compiled once."""
+    several threads, and first with one cell alone, so that what it compiles is compiled once. None: `of_faces` is."""
     range: Interval  #: every value, of valid and of invalid cells, is in this range or NaN
     acceptable: Interval  #: usual acceptable range; `standard` gives that of a shape
     better: Literal["higher", "lower"]
@@ -73,10 +74,12 @@ class Metric:
     text: str = ""  #: one line: what it is, which cells it cannot tell apart
     source: Literal["meshgauge", "verdict", "user"] = "user"
     reference: str = ""
-    where: tuple[Literal["cell", "node"], ...] = ("cell",)
+    where: tuple[Literal["cell", "node", "face"], ...] = ("cell",)
     shapes: tuple[str, ...] | None = None  #: names of the shapes it is defined for; None: every measured shape
     polyhedra: Callable[[PolyhedralCells], ArrayLike] | None = field(default=None, repr=False)
     """As `values`, for polyhedra; None: it is not defined for them."""
+    of_faces: Callable[[FaceQuality], ArrayLike] | None = field(default=None, repr=False)
+    """``(n_cells,)`` values of all cells of a mesh, from their faces and neighbours, instead of `values`."""
     unit: str = "1"
     masked: tuple[str, ...] = ()  #: values of the source that are wrong and become NaN, a phrase each
     per_shape: Mapping[str, Standard] = field(default_factory=lambda: MappingProxyType({}))
@@ -85,6 +88,8 @@ class Metric:
     def __post_init__(self) -> None:
         if not self.name.isidentifier():
             raise MetricError(f"a metric is named {self.name!r}, expected an identifier such as 'edge_length'")
+        if (self.values is None) == (self.of_faces is None):
+            raise MetricError(f"metric {self.name}: give one of values and of_faces, its function")
         for ends in (self.acceptable, *(standard.acceptable for standard in self.per_shape.values())):
             if not self.range[0] <= ends[0] <= ends[1] <= self.range[1]:
                 raise MetricError(f"metric {self.name}: acceptable is {ends}, expected ascending, within {self.range}")
@@ -106,7 +111,7 @@ class Metric:
     def cell_types(self) -> str:
         """The shapes it is defined for, as text."""
         if self.shapes is None:
-            return "all" if self.polyhedra is not None else "all but polyhedra"
+            return "all" if len(self._defined_shapes()) > len(SHAPES) else "all but polyhedra"
         return ", ".join(self._defined_shapes())
 
     def is_defined_for(self, shape: str) -> bool:
@@ -134,12 +139,18 @@ class Metric:
         MetricError
             If the function returns anything else.
         """
+        assert self.values is not None
         return self._check_values(self.values(cells), cells.n_cells)
 
     def of_polyhedra(self, cells: PolyhedralCells) -> Values:
         """`polyhedra`, checked as by `of_cells`; the metric must have it."""
         assert self.polyhedra is not None
         return self._check_values(self.polyhedra(cells), cells.n_cells)
+
+    def of_mesh(self, faces: FaceQuality) -> Values:
+        """`of_faces`, checked as by `of_cells`; the metric must have it."""
+        assert self.of_faces is not None
+        return self._check_values(self.of_faces(faces), faces.mesh.n_cells)
 
     def _check_values(self, values: Any, n_cells: int) -> Values:
         try:
@@ -154,5 +165,5 @@ class Metric:
         return array
 
     def _defined_shapes(self) -> tuple[str, ...]:
-        of_polyhedra = (POLYHEDRON.name,) if self.polyhedra is not None else ()
+        of_polyhedra = (POLYHEDRON.name,) if self.polyhedra is not None or self.of_faces is not None else ()
         return (*(SHAPES if self.shapes is None else self.shapes), *of_polyhedra)

@@ -16,6 +16,7 @@ from ...errors import FailedFile
 from ...files import output
 from ...look import bands, colours, style, theme
 from ...look.names import cell_entry, listed, point_entry, point_name
+from ..finite_volume import place
 from ..record import FileReport
 from . import charts
 from .section import BUDGET, Section, section
@@ -152,6 +153,7 @@ def _environment(package: str | None) -> jinja2.Environment:
     environment.filters |= {
         "number": style.number,
         "quality": style.quality,
+        "place": place,
         "percent": style.percent,
         "plural": style.plural,
         "spark": charts.spark,

@@ -1,0 +1,168 @@
+"""What finite volumes ask of a mesh, a row each: the worst of each cell's faces, or the cell among its neighbours."""
+
+from __future__ import annotations
+
+from math import inf, radians, sqrt, tan
+from types import MappingProxyType
+
+import numpy as np
+
+from .row import Metric, Standard
+
+REFERENCE = (
+    "OpenFOAM, checkMesh (primitiveMeshCheck, polyMeshTools, v1912); H. Jasak, Error analysis and estimation for the "
+    "finite volume method with applications to fluid flows, PhD thesis, Imperial College, London, 1996"
+)
+
+_LEAST_PYRAMIDS = {
+    "tetra": sqrt(2.0) / 48.0,
+    "pyramid": sqrt(2.0) / 32.0,
+    "wedge": sqrt(3.0) / 24.0,
+    "hexahedron": 1.0 / 6.0,
+    "penta_prism": 1.0 / (6.0 * tan(radians(36.0))),
+    "hexa_prism": sqrt(3.0) / 6.0,
+}
+"""Of the ideal cells, edges of length 1."""
+
+ROWS = (
+    Metric(
+        name="non_orthogonality",
+        of_faces=lambda faces: faces.largest(faces.non_orthogonality, without=0.0),
+        title="non-orthogonality",
+        text="Largest angle between the line of the centres of two cells and the normal of the face between them. "
+        "0 of a cell without neighbours.",
+        range=(0.0, 180.0),
+        acceptable=(0.0, 70.0),
+        ideal=0.0,
+        better="lower",
+        unit="degree",
+        source="meshgauge",
+        reference=REFERENCE,
+        where=("cell", "face"),
+    ),
+    Metric(
+        name="skewness",
+        of_faces=lambda faces: faces.largest(faces.skewness, without=0.0),
+        title="skewness of faces between cells",
+        text="How far the line of the centres of two cells passes the centre of their face, as a share of the face's "
+        "extent that way (at least 0.2 of the line). 0 of a cell without neighbours.",
+        range=(0.0, inf),
+        acceptable=(0.0, 4.0),
+        ideal=0.0,
+        better="lower",
+        source="meshgauge",
+        reference=REFERENCE,
+        where=("cell", "face"),
+    ),
+    Metric(
+        name="boundary_skewness",
+        of_faces=lambda faces: faces.largest(faces.boundary_skewness, without=0.0),
+        title="skewness of faces of the boundary",
+        text="How far the perpendicular from a cell's centre passes the centre of its face of the boundary, as a share "
+        "of the face's extent that way (at least 0.4 of the perpendicular). 0 of a cell inside.",
+        range=(0.0, inf),
+        acceptable=(0.0, 20.0),
+        ideal=0.0,
+        better="lower",
+        source="meshgauge",
+        reference=REFERENCE,
+        where=("cell", "face"),
+    ),
+    Metric(
+        name="face_weight",
+        of_faces=lambda faces: faces.least(faces.face_weight, without=0.5),
+        title="interpolation weight",
+        text="Smaller share of the distance of the centres of two cells from the plane of their face. "
+        "0.5 of a cell without neighbours.",
+        range=(0.0, 0.5),
+        acceptable=(0.05, 0.5),
+        ideal=0.5,
+        better="higher",
+        source="meshgauge",
+        reference=REFERENCE,
+        where=("cell", "face"),
+    ),
+    Metric(
+        name="volume_ratio",
+        of_faces=lambda faces: faces.least(faces.volume_ratio, without=1.0),
+        title="ratio of the volumes of neighbours",
+        text="Smaller over larger volume of two cells that share a face: how fast cells grow. "
+        "1 of a cell without neighbours.",
+        range=(0.0, 1.0),
+        acceptable=(0.01, 1.0),
+        ideal=1.0,
+        better="higher",
+        source="meshgauge",
+        reference=REFERENCE,
+        where=("cell", "face"),
+    ),
+    Metric(
+        name="aspect_ratio",
+        of_faces=lambda faces: faces.aspect_ratio,
+        title="aspect ratio",
+        text="The larger of two: the largest over the smallest of the areas of a cell's faces seen along x, y and z, "
+        "and a sixth of their sum over volume^(2/3). It depends on how the cell lies to the axes.",
+        range=(1.0, inf),
+        acceptable=(1.0, 1000.0),
+        ideal=1.0,
+        better="lower",
+        source="meshgauge",
+        reference=REFERENCE,
+    ),
+    Metric(
+        name="flatness",
+        of_faces=lambda faces: faces.least(faces.flatness, without=1.0),
+        title="flatness of faces",
+        text="Area of a face of four points or more as a vector over the sum of the areas of its triangles about its "
+        "centre; 1 if it is flat, 0 if it is folded onto itself.",
+        range=(0.0, 1.0),
+        acceptable=(0.8, 1.0),
+        ideal=1.0,
+        better="higher",
+        source="meshgauge",
+        reference=REFERENCE,
+        where=("cell", "face"),
+    ),
+    Metric(
+        name="determinant",
+        of_faces=lambda faces: faces.determinant,
+        title="determinant of the faces",
+        text="Determinant of the sum of S Sᵀ over a cell's faces to other cells, in units of their mean area, over 8: "
+        "whether they determine a gradient. 1 of a cube inside, 0 of a cell with fewer than three neighbours.",
+        range=(0.0, inf),
+        acceptable=(0.001, inf),
+        ideal=1.0,
+        better="higher",
+        source="meshgauge",
+        reference=REFERENCE,
+    ),
+    Metric(
+        name="pyramid_volume",
+        of_faces=lambda faces: faces.least(faces.pyramid_volume, without=np.nan),
+        title="volume of the pyramids on faces",
+        text="Least volume of the pyramids from a cell's faces to its centre; 0 or less where the centre is on the "
+        "wrong side of a face.",
+        range=(-inf, inf),
+        acceptable=(0.0, inf),
+        ideal=1.0 / 6.0,
+        better="higher",
+        unit="length³",
+        source="meshgauge",
+        reference=REFERENCE,
+        where=("cell", "face"),
+        per_shape=MappingProxyType({name: Standard(ideal, (0.0, inf)) for name, ideal in _LEAST_PYRAMIDS.items()}),
+    ),
+)
+
+LIMITS = {
+    "non_orthogonality": "<= 70",
+    "skewness": "<= 4",
+    "boundary_skewness": "<= 20",
+    "face_weight": ">= 0.05",
+    "volume_ratio": ">= 0.01",
+    "aspect_ratio": "<= 1000",
+    "flatness": ">= 0.8",
+    "determinant": ">= 0.001",
+    "pyramid_volume": "> 0",
+}
+"""The limits that checkMesh holds, as rules of the gate."""
