@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from math import acos, degrees, inf, nan, sqrt
 from pathlib import Path
@@ -15,6 +14,7 @@ import meshgauge
 from meshgauge import Mesh, Polyhedra
 from meshgauge.cells import SHAPES
 from meshgauge.check import check
+from meshgauge.mesh import CellBlock
 from meshgauge.quality import faces as module
 from meshgauge.quality.faces import FaceQuality
 from meshgauge.quality.metrics import LIMITS
@@ -283,18 +283,12 @@ def test_the_worst_faces_have_cells_and_place() -> None:
 def test_faces_of_the_boundary_are_named_by_their_patch(tmp_path: Path) -> None:
     mesh = grid(1)
     quads = mesh.nodes(0)[[list(face) for face in SHAPES["hexahedron"].faces]]
-    blocks = [("cells", 1), *((f"side {n}", 1) for n in range(6))]
-    bounds = np.cumsum([0, *(n for _, n in blocks)]).tolist()
-    from meshgauge.mesh import CellBlock
-
     named = Mesh(
         np.array(mesh.points) + np.random.default_rng(0).uniform(-0.2, 0.2, (8, 3)),
         np.array([12, *[9] * 6], np.uint8),
         np.r_[0, 8, 8 + 4 * np.arange(1, 7)],
         np.r_[mesh.nodes(0), quads.ravel()],
-        blocks=tuple(
-            CellBlock(name, *span) for (name, _), span in zip(blocks, itertools.pairwise(bounds), strict=True)
-        ),
+        blocks=(CellBlock("cells", 0, 1), *(CellBlock(f"side {n}", n + 1, n + 2) for n in range(6))),
     )
     worst = FaceQuality(named).worst("boundary_skewness", 6, highest=True)
     for face in worst:

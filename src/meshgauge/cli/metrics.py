@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .options import Purposes, option
+from . import options
 
 
 def metrics(
@@ -14,9 +14,7 @@ def metrics(
         list[str] | None, typer.Argument(metavar="[NAME]...", help="Say everything about these.", show_default=False)
     ] = None,
     *,
-    purpose: Annotated[
-        Purposes | None, option("--for", None, "Only those for finite elements, or for finite volumes.", default=False)
-    ] = None,
+    purpose: options.Purpose = None,
 ) -> None:
     """List the metrics: range, acceptable range, value on the ideal cell, cells, reference."""
     from ..quality.metrics import METRICS, metric

@@ -241,7 +241,7 @@ class FaceQuality:
         """``(n_faces,)`` True where a coordinate of the face or of a cell beside it is not finite."""
         rest = np.where(self.is_inner[:, None], self.cell_centres[self.neighbour], 0.0)
         known = (self.areas, self.centres, self.cell_centres[self.owner], rest)
-        return ~np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in known])
+        return np.asarray(~np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in known]))
 
     @cached_property
     def _between(self) -> Values:

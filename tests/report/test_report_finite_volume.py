@@ -1,0 +1,88 @@
+"""What a report says of a mesh for finite volumes, in each of its forms."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meshgauge
+from meshgauge import Mesh, io
+from meshgauge.cli.main import main
+from meshgauge.quality.metrics import LIMITS
+
+
+@pytest.fixture
+def sheared(tmp_path: Path) -> Path:
+    """Eight hexahedra; the line between the centres of some is at 76 degrees to the normal of their face."""
+    ticks = np.arange(3.0)
+    points = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), -1).reshape(-1, 3)
+    points += points[:, [2]] * (4.0, 0.0, 0.0)
+    ids = np.arange(27).reshape(3, 3, 3)
+    a, b = slice(None, -1), slice(1, None)
+    base = [(a, a, a), (b, a, a), (b, b, a), (a, b, a)]
+    cells = np.stack([ids[c] for c in [*base, *((x, y, b) for x, y, _ in base)]], -1).reshape(-1, 8)
+    path = tmp_path / "sheared.vtu"
+    io.write(path, Mesh.from_arrays(points, {"hexahedron": cells}))
+    return path
+
+
+def test_the_table_names_the_worst_faces(sheared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", str(sheared), "--for", "fv"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    row = next(line.split() for line in lines if line.strip().startswith("non_orthogonality"))
+    assert row[1:5] == ["<=", "70", "75.964", "50.643"]  # of twelve faces inside eight are at arctan 4
+    assert row[5:8] == ["8", "12", "faces"]
+    assert any("worst faces beyond their limits" in line for line in lines)
+    assert sum(line.strip().startswith("non_orthogonality") and "cells" in line for line in lines) >= 3
+    assert main(["report", str(sheared)]) == 0
+    assert "finite volumes" not in capsys.readouterr().out.split("notes")[0]
+
+
+def test_json_has_every_measure_with_its_faces(sheared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", str(sheared), "--for", "fv", "--json"]) == 0
+    file = json.loads(capsys.readouterr().out)["files"][0]
+    assert [one["name"] for one in file["finite_volume"]] == list(LIMITS)
+    assert [one["metric"] for one in file["other_metrics"]] == list(LIMITS)
+    one = file["finite_volume"][0]
+    assert one["n"] == 12
+    assert one["n_beyond"] == 8
+    assert one["worst"] == pytest.approx(np.degrees(np.arctan(4.0)))
+    assert len(one["faces"]) == 3
+    assert one["faces"][0]["neighbour"] is not None
+    cells = next(one for one in file["finite_volume"] if one["name"] == "aspect_ratio")
+    assert (cells["of"], cells["n"], cells["faces"]) == ("cells", 8, [])
+    assert cells["cell"] is not None
+    assert main(["report", str(sheared), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["files"][0]["finite_volume"] == []
+
+
+def test_a_page_and_a_mesh_have_them(sheared: Path, tmp_path: Path) -> None:
+    page, mesh = tmp_path / "a.html", tmp_path / "b.vtu"
+    assert main(["report", "-q", str(sheared), "--for", "fv", "--html", str(page), "-o", str(mesh)]) == 0
+    text = page.read_text(encoding="utf-8")
+    assert "For finite volumes" in text
+    assert text.count("<h3>non_orthogonality</h3>") == 0  # in one table, not a table each
+    data = meshgauge.read(mesh).cell_data
+    assert set(LIMITS) <= set(data)
+    assert data["non_orthogonality"].max() == pytest.approx(np.degrees(np.arctan(4.0)))
+
+
+def test_the_gate_holds_the_limits(sheared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(sheared), "--for", "fv"]) == 1
+    assert "non_orthogonality <= 70" in capsys.readouterr().out
+    assert main(["check", str(sheared)]) in (0, 1)
+    assert "non_orthogonality" not in capsys.readouterr().out
+    assert main(["check", str(sheared), "--fail", "non_orthogonality <= 80"]) == 0
+    assert main(["check", str(sheared), "--fail", "non_orthogonality <= 75"]) == 1
+
+
+def test_metrics_are_listed_by_purpose(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["metrics", "--for", "fv"]) == 0
+    fv = capsys.readouterr().out
+    assert all(name in fv for name in LIMITS)
+    assert "scaled_jacobian" not in fv
+    assert main(["metrics", "--for", "fem"]) == 0
+    assert "non_orthogonality" not in capsys.readouterr().out
