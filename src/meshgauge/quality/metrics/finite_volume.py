@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from math import inf, radians, sqrt, tan
+from math import inf
 from types import MappingProxyType
 
 import numpy as np
 
+from ...cells import SHAPES, Shape
 from .row import Metric, Standard
 
 REFERENCE = (
@@ -14,15 +15,20 @@ REFERENCE = (
     "finite volume method with applications to fluid flows, PhD thesis, Imperial College, London, 1996"
 )
 
-_LEAST_PYRAMIDS = {
-    "tetra": sqrt(2.0) / 48.0,
-    "pyramid": sqrt(2.0) / 32.0,
-    "wedge": sqrt(3.0) / 24.0,
-    "hexahedron": 1.0 / 6.0,
-    "penta_prism": 1.0 / (6.0 * tan(radians(36.0))),
-    "hexa_prism": sqrt(3.0) / 6.0,
-}
-"""Of the ideal cells, edges of length 1."""
+
+def _least_pyramid(shape: Shape) -> float:
+    """Of the ideal cell, edges of length 1: all its faces are regular."""
+    x = np.array(shape.points)
+    areas, centres = [], []
+    for face in shape.faces:
+        ring = x[list(face)]
+        areas.append(0.5 * np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0))
+        centres.append(ring.mean(axis=0))
+    about = x.mean(axis=0)
+    volumes = [area @ (centre - about) for area, centre in zip(areas, centres, strict=True)]
+    centre = sum(v * (0.75 * at + 0.25 * about) for v, at in zip(volumes, centres, strict=True)) / sum(volumes)
+    return float(min(area @ (at - centre) for area, at in zip(areas, centres, strict=True)) / 3.0)
+
 
 ROWS = (
     Metric(
@@ -150,7 +156,9 @@ ROWS = (
         source="meshgauge",
         reference=REFERENCE,
         where=("cell", "face"),
-        per_shape=MappingProxyType({name: Standard(ideal, (0.0, inf)) for name, ideal in _LEAST_PYRAMIDS.items()}),
+        per_shape=MappingProxyType(
+            {shape.name: Standard(_least_pyramid(shape), (0.0, inf)) for shape in SHAPES.values()}
+        ),
     ),
 )
 
