@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 import signal
@@ -93,8 +94,20 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """A file's tests run in one worker (unless ``--dist`` says else): what they compile and share is made once."""
     from xdist.scheduler import LoadFileScheduling
 
+    class Files(LoadFileScheduling):  # type: ignore[misc]
+        """One browser for both files that open pages: it takes seconds to start."""
+
+        def _split_scope(self, nodeid: str) -> str:
+            file = str(super()._split_scope(nodeid))
+            return "browser" if file.endswith("_browser.py") else file
+
     config.option.loadscopereorder = False  # files come in the order of the tests, see `FIRST`
-    return LoadFileScheduling(config, log) if config.getoption("dist") == "load" else None
+    return Files(config, log) if config.getoption("dist") == "load" else None
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """What is there by now stays: no search for garbage need go through it again, half a second each time."""
+    gc.freeze()
 
 
 @pytest.fixture(autouse=True)

@@ -297,6 +297,7 @@ def test_the_gate_in_a_pipeline_of_a_repository(repository: Path, monkeypatch: p
     assert pipeline().returncode == 0
 
 
+@pytest.mark.long
 def test_the_hook_in_a_repository(repository: Path) -> None:
     """pre-commit runs the entry of the hook on what a commit touches: the commit is refused, then let through."""
     pytest.importorskip("pre_commit")

@@ -77,7 +77,7 @@ def test_patches_and_zones_keep_their_names_in_what_is_written(case: Path, capsy
 
 def test_limits_of_third_party_readers_are_options(tmp_path: Path, capsys: Captured) -> None:
     path = tmp_path / "a.avs"
-    io.write(path, mesh_of("tetra"))
+    path.write_text("4 1 0 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n1 0 tet 1 2 3 4\n")
     assert main(["report", str(path), "-q", "--read-seconds", "60", "--read-memory", "3"]) == 0
     assert main(["report", str(path), "-q", "--read-seconds", "0.1"]) == 2
     assert (

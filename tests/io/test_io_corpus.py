@@ -66,6 +66,7 @@ def test_the_reader_is_our_own_where_the_table_says_so() -> None:
         assert is_own == reader.startswith("own"), name
 
 
+@pytest.mark.long
 def test_every_mesh_is_read_with_the_cells_that_the_manifest_has(shared: Path) -> None:
     found = list(formats.rows(shared / "meshes", times=1))
     assert [(row.path.name, row.wrong, row.error) for row in found if row.wrong or row.error] == []

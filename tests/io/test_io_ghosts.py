@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from thinned import quick
 
 import meshgauge
 from meshgauge import io
@@ -37,8 +38,13 @@ def reversed_at(mesh: Mesh, cell: int) -> Mesh:
     return mesh.replace(connectivity=nodes)
 
 
-@pytest.mark.parametrize("extension", [".vtu", ".vtk", ".vtkhdf"])
-@pytest.mark.parametrize("mark", [1, 32, 33])
+@pytest.mark.parametrize(
+    ("extension", "mark"),
+    quick(
+        [(extension, mark) for extension in (".vtu", ".vtk", ".vtkhdf") for mark in (1, 32, 33)],
+        (".vtu", 1), (".vtk", 32), (".vtkhdf", 33),
+    ),
+)  # fmt: skip
 @pytest.mark.parametrize("n", [6, 3000])
 def test_ghosts_are_kept_and_not_looked_at(tmp_path: Path, extension: str, mark: int, n: int) -> None:
     path = tmp_path / f"a{extension}"

@@ -78,6 +78,7 @@ def test_the_volume_is_kept(inverted: Mesh, released: meshgauge.Improvement) -> 
     assert now == pytest.approx(was, rel=1e-3)
 
 
+@pytest.mark.long
 def test_threads_are_of_no_matter(inverted: Mesh, released: meshgauge.Improvement) -> None:
     one = meshgauge.improve(inverted, boundary="slide", tolerance=TOLERANCE, everywhere=True, threads=1)
     assert one.mesh.points.tobytes() == released.mesh.points.tobytes()
@@ -91,6 +92,7 @@ def test_a_smaller_tolerance_keeps_points_nearer(inverted: Mesh, released: meshg
     assert near.after.values.min() <= released.after.values.min()
 
 
+@pytest.mark.long
 def test_a_tolerance_too_small_changes_nothing_for_the_worse(inverted: Mesh) -> None:
     result = meshgauge.improve(inverted, boundary="slide", tolerance=1e-9, everywhere=True)
     assert result.report.displacement.deviation_share <= 1e-9
@@ -110,6 +112,7 @@ def test_regions_keep_their_volumes_and_fixed_points_their_places(inverted: Mesh
         assert now == pytest.approx(was, rel=1e-3)
 
 
+@pytest.mark.long
 def test_near_bad_cells_only(inverted: Mesh) -> None:
     result = meshgauge.improve(inverted, boundary="slide", tolerance=TOLERANCE)
     assert np.count_nonzero(result.after.values <= 0.0) == 0

@@ -117,6 +117,7 @@ def test_the_slider_shows_the_cells_that_numpy_counts(page: Any, bracket: Model)
     shows(page, bracket.n_cells)
 
 
+@pytest.mark.long
 def test_the_histogram_selects_a_range(page: Any, bracket: Model) -> None:
     page.locator('[data-bin="30"]').click()
     shows(page, int(np.count_nonzero((bracket.values >= 0.5) & (bracket.values < 0.55))))
@@ -130,6 +131,7 @@ def test_the_histogram_selects_a_range(page: Any, bracket: Model) -> None:
     shows(page, bracket.n_cells)
 
 
+@pytest.mark.long
 def test_types_and_layers_filter(page: Any, bracket: Model) -> None:
     page.locator('[data-control="types"] .v-chip', has_text="wedge").click()
     shows(page, bracket.n_cells - bracket.counts("types")["wedge"])
@@ -176,6 +178,7 @@ def test_a_link_brings_the_view_back(page: Any, server: Server) -> None:
     page.wait_for_selector('[role="status"]:has-text("not understood")')
 
 
+@pytest.mark.long
 def test_the_mouse_turns_the_mesh_and_the_link_follows(page: Any, server: Server) -> None:
     visit(page, server.address)
     page.locator('[title="Whole mesh"]').click()
@@ -193,6 +196,7 @@ def test_the_mouse_turns_the_mesh_and_the_link_follows(page: Any, server: Server
     page.wait_for_function("!window.location.hash.includes('camera=')")
 
 
+@pytest.mark.long
 def test_the_picture_is_downloaded(page: Any, server: Server, tmp_path: Path) -> None:
     from PIL import Image
 
@@ -250,6 +254,7 @@ def test_whose_a_connection_is() -> None:
     assert owner(table, 0xD432, 0x1F90) is None
 
 
+@pytest.mark.long
 def test_two_meshes_side_by_side(browser: Any, meshes: Path, drawing: None) -> None:
     running = Server(meshes / "bracket.vtu", meshes / "bracket_good.vtu")
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.arrays import read_only
 from ..kernels.repair.cones import cones
 from ..mesh.topology import Topology
 from .constraints import Constraints
@@ -201,5 +202,5 @@ def _of_faces(
     """The volume of the cone over each face, from the middle of the faces, and its area; 0 where one is not finite."""
     ids, offsets = face_points(faces, slots, rings=rings)
     volumes, areas = np.zeros(len(slots)), np.zeros(len(slots))
-    cones(np.ascontiguousarray(points, np.float64), ids, offsets, volumes, areas)
+    cones(read_only(np.ascontiguousarray(points, np.float64)), ids, offsets, volumes, areas)
     return volumes, areas

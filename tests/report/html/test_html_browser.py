@@ -235,6 +235,7 @@ def test_a_narrow_screen_scrolls_only_down(opened: Open, bracket: Path) -> None:
     assert pixels(page)["orange"] > 50
 
 
+@pytest.mark.long
 def test_it_prints_with_pictures_and_without_controls(opened: Open, bracket: Path) -> None:
     page = opened(bracket, color_scheme="dark").ready()
     page.emulate_media(media="print")
