@@ -12,8 +12,8 @@ from typing import Any
 import cgns_files
 import h5py
 import meshio
-import netCDF4
 import numpy as np
+import pytest
 
 import meshgauge
 from meshgauge import Mesh
@@ -312,6 +312,7 @@ def written_by(name: str) -> Callable[[Path], Path]:
 
 def exodus(folder: Path, kind: str, **how: Any) -> Path:
     """By netCDF4: with two times, a field and a set of sides."""
+    netCDF4 = pytest.importorskip("netCDF4")
     mesh, path = bricks(), folder / "mesh.e"
     with netCDF4.Dataset(path, "w", format=kind) as file:
         sizes = {"len_string": 33, "num_dim": 3, "num_nodes": mesh.n_points, "num_elem": mesh.n_cells, "num_el_blk": 1}

@@ -15,7 +15,7 @@ from ..errors import FailedFile, MeshgaugeError, ReadError, WriteError
 from ..files.resources import free_memory
 from ..io import Limits, pieces, read, steps, write
 from ..io import Step as TimeStep
-from ..io.patching import Patch, patch_of
+from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice
 from ..mesh import Mesh
@@ -214,7 +214,7 @@ class Batch:
             for lost in write(target, mesh, overwrite=overwrite, before_replacing=before_replacing):
                 terminal.warn("note", f"{target}: {lost}")
 
-    def patch(self, mesh: Mesh, target: Path) -> Patch | None:
+    def patch(self, mesh: Mesh, target: Path, changes: Changes = "points") -> Patch | None:
         """How the file of a mesh is patched; None if the output is a conversion. Raises `ReadError`."""
         return patch_of(
             mesh,
@@ -222,6 +222,7 @@ class Batch:
             file_format=self.reading.file_format,
             limits=self._limits,
             step=_choice(self.reading.step),
+            changes=changes,
         )
 
     def each(self, paths: Iterable[str], work: Callable[[str], T]) -> Iterator[tuple[str, T]]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError, WriteError
 from ..files import undo
-from ..io.patching import Patch, format_if_same
+from ..io.patching import Changes, Patch, format_if_same
 from ..io.registry import for_writing
 from ..look.style import number_of
 from ..mesh import Mesh
@@ -52,7 +53,7 @@ class ChangedMesh:
         in_place: bool,
         undo: Path | None,
         convert: bool,
-        changes_cells: bool = False,
+        changes: Changes | Literal["cells"] = "points",
     ) -> ChangedMesh:
         """Find out how a mesh is to be written, and whether it can be, before the work.
 
@@ -60,8 +61,8 @@ class ChangedMesh:
         ----------
         convert
             Write the mesh anew, whatever the format.
-        changes_cells
-            True if cells change, which no format is patched with.
+        changes
+            What does, as for `patch_of`; or the cells themselves, with which no file is patched.
 
         Raises
         ------
@@ -69,7 +70,9 @@ class ChangedMesh:
             If it cannot.
         """
         source = Path(before.path or "")
-        patch = None if convert or changes_cells else batch.patch(before, target)
+        patch = None
+        if not convert and changes != "cells":
+            patch = batch.patch(before, target, changes)
         if patch is None:
             same = None if convert else format_if_same(before, target, file_format=batch.reading.file_format)
             if same is not None and same.write is None:
@@ -79,12 +82,12 @@ class ChangedMesh:
                 )
             for_writing(target, None)
             if same is not None and not same.is_exact:
-                why = "is not patched where cells change" if changes_cells else "is not patched"
+                why = "is not patched" if changes == "points" else "is not patched where cells change"
                 note = f"{same.title} {why}: the mesh is written anew, without what the file holds beside it"
                 terminal.warn("note", f"{target}: {note}")
             if undo is not None and source.is_dir():
                 raise MeshgaugeError(f"{undo}: no undo of a folder that is converted: keep the folder")
-        elif patch.is_fixed.any():
+        elif changes == "points" and patch.is_fixed.any():
             n = int(np.count_nonzero(patch.is_fixed))
             if n == before.n_points:
                 raise WriteError(

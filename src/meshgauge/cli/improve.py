@@ -73,7 +73,7 @@ def improve(
             in_place=in_place,
             undo=undo,
             convert=convert,
-            changes_cells=goal.topology,
+            changes="cells" if goal.topology else "points",
         )
         fixed, surface = constraints.on(before)
         if changed.is_fixed is not None:

@@ -30,9 +30,17 @@ def orient(
     batch = Batch(reading=reading, quiet=quiet)
     batch.require_one_state(mesh)
     before = batch.read(mesh)
-    changed = ChangedMesh.of(batch, before, target, in_place=in_place, undo=undo, convert=convert, changes_cells=True)
     with batch.progress(f"renumbering {mesh}"):
         after, changes = doctor.orient(before)
+    changed = ChangedMesh.of(
+        batch,
+        before,
+        target,
+        in_place=in_place,
+        undo=undo,
+        convert=convert,
+        changes="nothing" if after is before else "order",
+    )
     changed.write(after)
     if quiet:
         Output().show(ChangesLine(mesh, changes), wrap=False)

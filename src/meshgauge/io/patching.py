@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +21,12 @@ from . import registry
 from .plumbing.format import Format
 from .plumbing.isolate import Limits
 from .plumbing.numerals import Ints, Reals
-from .plumbing.patch import Places
+from .plumbing.patch import Edit, Places
+from .plumbing.patch_nodes import Nodes, edit_nodes
 from .plumbing.steps import StepChoice
 from .reading import format_of
+
+Changes = Literal["points", "order", "nothing"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +45,8 @@ class Patch:
         Of the points of the mesh.
     limits, step
         As the mesh was read.
+    nodes
+        Of the cells of the mesh, if these are to be renumbered and points stay.
     """
 
     mesh: Mesh
@@ -49,6 +55,7 @@ class Patch:
     places: Places
     limits: Limits
     step: StepChoice = None
+    nodes: tuple[Nodes, ...] | None = None
 
     @property
     def is_fixed(self) -> NDArray[np.bool_]:
@@ -104,7 +111,10 @@ class Patch:
         with contextlib.ExitStack() as stack:
             staged: dict[Path, Path] = {}
             for old, new in targets.items():
-                edit = self.places.edit(old, before, after)
+                edit = self._edit(old, mesh, before, after)
+                is_kept = old != source and os.path.realpath(old) == os.path.realpath(new)
+                if is_kept and not edit.is_empty and os.path.realpath(self.target) != os.path.realpath(source):
+                    raise WriteError(f"{self.target}: includes {old}, which changes: write into another folder")
                 if old != source and edit.is_empty and os.path.realpath(old) == os.path.realpath(new):
                     continue
                 is_pair = _is_companion(os.path.realpath(old), os.path.realpath(source))
@@ -121,6 +131,11 @@ class Patch:
                 self._check(mesh, lambda: registry.read(self.chosen, path, limits, self.step))
             if undo_file is not None:
                 undo.store(undo_file, changes)
+
+    def _edit(self, path: Path, mesh: Mesh, before: Reals, after: Reals) -> Edit:
+        if self.nodes is None:
+            return self.places.edit(path, before, after)
+        return edit_nodes(path, self.nodes, self.mesh, mesh)
 
     def _write_folder(self, mesh: Mesh, *, overwrite: bool, undo_file: Path | None) -> None:
         """Copy a folder, or put the files that change back into it."""
@@ -183,6 +198,8 @@ class Patch:
             raise WriteError(f"{self.target}: what was written cannot be read back: {error}") from error
         same = all(np.array_equal(getattr(back, name), getattr(mesh, name)) for name in ("types", "offsets"))
         expected = np.asarray(mesh.points).astype(back.points.dtype)
+        if self.nodes is not None:
+            same &= np.array_equal(back.connectivity, mesh.connectivity)
         if not same or not np.array_equal(back.points, expected, equal_nan=True):
             raise WriteError(f"{self.target}: what was written does not read back as it was to be; nothing is changed")
 
@@ -194,6 +211,7 @@ def patch_of(
     file_format: str | None = None,
     limits: Limits | None = None,
     step: StepChoice = None,
+    changes: Changes = "points",
 ) -> Patch | None:
     """How the file of a mesh is patched, if the output is of its format and the format is one that is patched.
 
@@ -204,7 +222,9 @@ def patch_of(
     target
         The output.
     file_format, limits, step
-        As the mesh was read.
+        As the mesh was read; if cells change, without another order of wedges.
+    changes
+        What will: coordinates of points, the order of the nodes in cells, as by `meshgauge.doctor.orient`, or nothing.
 
     Returns
     -------
@@ -214,12 +234,18 @@ def patch_of(
     Raises
     ------
     ReadError
-        If the coordinates cannot be found in the file; the message says why.
+        If the places cannot be told, or the file names faces of cells that would be others; the message says why.
     """
     chosen = format_if_same(mesh, target, file_format=file_format)
     if chosen is None or not chosen.is_patched:
         return None
     source = Path(mesh.path or "")
+    if changes != "points":
+        if chosen.nodes is None:
+            return None
+        none = Places.joined([]).aligned(mesh)
+        nodes = registry.nodes(chosen, source, limits) if changes == "order" else ()
+        return Patch(mesh, Path(target), chosen, none, limits or Limits(), step, nodes)
     if source.is_dir():
         places = registry.places(chosen, registry.case_of(source, file_format)[1], limits, step).aligned(mesh)
         inside = [path.resolve().is_relative_to(source.resolve()) for path, _ in places.pieces] or [True]

@@ -51,6 +51,7 @@ from .plumbing import budget, files, isolate
 from .plumbing.format import Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.patch import Places
+from .plumbing.patch_nodes import Nodes
 from .plumbing.pieces import Pieces, ReadWhole, check_alike
 from .plumbing.steps import Step, StepChoice, note, position
 
@@ -201,6 +202,12 @@ def places(chosen: Format, path: Path, limits: isolate.Limits | None = None, cho
     if given is None:
         raise ReadError(f"{path}: {chosen.title} is not patched")
     return given
+
+
+def nodes(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Nodes, ...]:
+    """Where the file holds the nodes of cells. Raises `ReadError`."""
+    with budget.of(path, *(limits or isolate.Limits()).given):
+        return _call_reader(chosen, path, chosen.nodes) or ()
 
 
 def scan(chosen: Format, path: Path, take: Take) -> bool:

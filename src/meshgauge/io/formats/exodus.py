@@ -24,7 +24,7 @@ from ..plumbing.ids import drop_counts
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
 from ..plumbing.steps import Step, number_steps
-from . import exodus_places, spread
+from . import exodus_nodes, exodus_places, spread
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 
@@ -275,4 +275,13 @@ def _fields(
     return data
 
 
-EXODUS = Format("exodus", "Exodus II", _OWN, sniff, steps=steps, read_step=read, places=exodus_places.places)
+EXODUS = Format(
+    "exodus",
+    "Exodus II",
+    _OWN,
+    sniff,
+    steps=steps,
+    read_step=read,
+    places=exodus_places.places,
+    nodes=exodus_nodes.nodes,
+)

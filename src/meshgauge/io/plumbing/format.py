@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...mesh import Mesh
 from .patch import Places
+from .patch_nodes import Nodes
 from .pieces import Pieces
 from .steps import Step
 
@@ -49,6 +50,9 @@ PieceLister = Callable[[Path, int], Pieces | None]
 
 StepPlacesFinder = Callable[[Path, int], Places]
 """The same of one time step, by its index from 0."""
+
+NodesFinder = Callable[[Path], tuple[Nodes, ...]]
+"""Scans a file again for where it holds the nodes of cells; raises if it names faces of cells by local numbers."""
 
 Sniffer = Callable[[bytes, Path], bool]
 """True if the first bytes of a file (up to `HEAD` of them) are of this format."""
@@ -102,6 +106,8 @@ class Format:
         only reading it.
     step_places
         In place of ``places`` where a file may hold several time steps.
+    nodes
+        Where the nodes of cells stand, so that cells can be renumbered in the file; None where that is not done.
     is_stale
         Of a format whose files are a folder: which entries of it are of the mesh as it was, such as results, so that a
         copy with other coordinates goes without them.
@@ -123,6 +129,7 @@ class Format:
     reduce: Reducer | None = None
     places: PlacesFinder | None = None
     step_places: StepPlacesFinder | None = None
+    nodes: NodesFinder | None = None
     is_stale: Callable[[str], bool] | None = None
     by_content: bool = True
     has_both_wedge_orders: bool = False

@@ -54,14 +54,14 @@ class Places:
     def joined(cls, parts: Sequence[Places]) -> Places:
         """One after another; labels only if all have some."""
         sizes = [len(part.pieces) for part in parts]
-        shifts = np.cumsum([0, *sizes[:-1]]).tolist()
+        shifts = np.cumsum([0, *sizes])[:-1].tolist()
         labels = [part.labels for part in parts if part.labels is not None]
         return cls(
             tuple(piece for part in parts for piece in part.pieces),
             np.concatenate([_NO_SPANS, *(part.starts for part in parts)]),
             np.concatenate([_NO_SPANS, *(part.ends for part in parts)]),
             np.concatenate([_NONE, *(part.piece + shift for part, shift in zip(parts, shifts, strict=True))]),
-            np.concatenate([_NONE, *labels]) if len(labels) == len(parts) else None,
+            np.concatenate([_NONE, *labels]) if len(labels) == len(parts) > 0 else None,
         )
 
     def rows(self, some: Ints) -> Places:

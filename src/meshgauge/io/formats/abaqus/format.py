@@ -8,6 +8,7 @@ from pathlib import Path
 from ....mesh import Mesh
 from ...plumbing.format import Format
 from . import write as abaqus_write
+from .nodes import nodes
 from .places import places
 from .read import MATERIAL, read
 
@@ -22,4 +23,4 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return abaqus_write.write(path, mesh, MATERIAL)
 
 
-ABAQUS = Format("abaqus", "Abaqus", (".inp",), sniff, read, write=write, places=places, by_content=False)
+ABAQUS = Format("abaqus", "Abaqus", (".inp",), sniff, read, write=write, places=places, nodes=nodes, by_content=False)

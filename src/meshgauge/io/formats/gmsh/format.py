@@ -9,6 +9,7 @@ from ....mesh import Mesh
 from ...plumbing.format import Format
 from . import read as gmsh_read
 from . import write as gmsh_write
+from .nodes import nodes
 from .places import places
 
 _MARK = re.compile(rb"^\$(MeshFormat|NOD)\b", re.MULTILINE)
@@ -31,4 +32,4 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return gmsh_write.write(path, mesh)
 
 
-GMSH = Format("gmsh", "Gmsh", (".msh",), sniff, read, write=write, places=places)
+GMSH = Format("gmsh", "Gmsh", (".msh",), sniff, read, write=write, places=places, nodes=nodes)

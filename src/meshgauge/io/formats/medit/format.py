@@ -13,7 +13,9 @@ import numpy as np
 from ....mesh import Mesh
 from ...plumbing.format import Format
 from ...plumbing.patch import Places
+from ...plumbing.patch_nodes import Nodes
 from . import read as medit_read
+from .nodes import nodes
 from .places import places
 from .write import write
 
@@ -41,9 +43,13 @@ def _places(path: Path) -> Places:
     return places(path, is_binary=_is_binary(_head(path)))
 
 
+def _nodes(path: Path) -> tuple[Nodes, ...]:
+    return nodes(path, is_binary=_is_binary(_head(path)))
+
+
 def _head(path: Path) -> bytes:
     with path.open("rb") as file:
         return file.read(12)
 
 
-MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, read, write=write, places=_places)
+MEDIT = Format("medit", "Medit", (".mesh", ".meshb"), sniff, read, write=write, places=_places, nodes=_nodes)

@@ -106,3 +106,19 @@ def _next(lines: list[bytes], at: int) -> int:
     while at < len(lines) and not lines[at].partition(b"$")[0].strip():
         at += 1
     return at
+
+
+def fields_of(lines: list[bytes], begins: list[int], at: int, n: int) -> list[Span]:
+    """The first ``n`` fields of a card behind its name, those of lines that continue it among them."""
+    spans: list[Span] = []
+    while len(spans) < n and at < len(lines):
+        line = lines[at].partition(b"$")[0].rstrip()
+        is_large = b"*" in line[:_SMALL].partition(b",")[0]
+        width, each = (_LARGE, 4) if is_large else (_SMALL, 8)
+        if b"," in line:
+            own = _words(lines[at], begins[at])[1 : 1 + each]
+            spans += [*own, *[_NO_SPAN] * each][:each]
+        else:
+            spans += [_field(lines, begins, at, place, width) for place in range(each)]
+        at = _next(lines, at)
+    return spans[:n]

@@ -26,6 +26,7 @@ from ...plumbing.nodes import Reals, fill_middles
 from ...plumbing.notes import count_note, mark_interfaces
 from .cards import Card, cards
 from .elements import ELEMENTS, INTERFACES, NO_CELLS, POINTS_FIRST, SOLIDS
+from .nodes import nodes
 from .places import places
 from .systems import KINDS as SYSTEMS
 from .systems import Systems
@@ -212,4 +213,4 @@ def _basic(bulk: _Bulk, index: Index, path: Path) -> Reals:
     return points
 
 
-NASTRAN = Format("nastran", "Nastran", _EXTENSIONS, sniff, read, places=places)
+NASTRAN = Format("nastran", "Nastran", _EXTENSIONS, sniff, read, places=places, nodes=nodes)

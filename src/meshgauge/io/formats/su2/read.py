@@ -17,6 +17,7 @@ from ...plumbing.format import Format
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.text import Text
 from . import write
+from .nodes import nodes
 from .places import places
 
 _KINDS = {
@@ -162,6 +163,7 @@ SU2 = Format(
     read,
     write=write.write,
     places=places,
+    nodes=nodes,
     reduce=write.reduce,
     has_both_wedge_orders=True,
 )
