@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import os
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,15 @@ from slice_meshes import boxes, garden, write_packed_hdf, write_parallel, write_
 
 import meshgauge
 from meshgauge import Mesh, io
+from meshgauge.cells import IS_SOLID
 from meshgauge.errors import MeshgaugeError, ReadError
+from meshgauge.io.plumbing import wedge_order
 from meshgauge.io.plumbing.pieces import Pieces, ReadWhole
 from meshgauge.kernels import path as kernels_path
 from meshgauge.report import FileReport
 from meshgauge.report.json import report_dict
 from meshgauge.report.stream import job_of, report_on
-from meshgauge.slices import Ask
+from meshgauge.slices import Ask, facts
 from meshgauge.slices.points import Points
 from meshgauge.slices.read import places
 
@@ -50,6 +53,14 @@ def plain(report: FileReport) -> dict[str, Any]:
     return every
 
 
+def assert_same(made: FileReport, expected: FileReport) -> None:
+    """To the last bit, also of what JSON rounds: sums."""
+    assert plain(made) == plain(expected)
+    assert made.summary == expected.summary
+    assert made.others == expected.others
+    assert made.regions == expected.regions
+
+
 def whole(path: Path, **how: Any) -> FileReport:
     mesh = io.read(path, wedge_order=how.pop("wedge_order", "auto"))
     quality = meshgauge.measure(mesh, metrics=METRICS, keep_bricks=how.pop("keep_bricks", False))
@@ -75,7 +86,7 @@ def test_the_report_is_that_of_the_whole(
     monkeypatch.setattr("meshgauge.slices.points.BLOCK", 64)
     path = write(tmp_path, garden(shuffled=shuffled), kind)
     expected, made = whole(path), streamed(path, MEMORY[memory])
-    assert plain(made) == plain(expected)
+    assert_same(made, expected)
     assert set(made.notes) == set(expected.notes)
     counts = made.summary.all
     assert min(counts.n_invalid, counts.n_degenerate, counts.n_unmeasured, len(made.findings[0].labels)) > 0
@@ -86,36 +97,44 @@ def test_the_report_is_that_of_the_whole(
 @pytest.mark.parametrize("size", [13, 100_000])
 def test_any_size_of_slice_gives_the_same(tmp_path: Path, size: int) -> None:
     path = write(tmp_path, garden(), ".vtkhdf")
-    assert plain(streamed(path, size=size)) == plain(whole(path))
+    assert_same(streamed(path, size=size), whole(path))
 
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_any_number_of_threads_gives_the_same(tmp_path: Path, threads: int) -> None:
     path = write(tmp_path, garden(shuffled=True), ".vtkhdf")
-    assert plain(streamed(path, threads=threads)) == plain(whole(path))
+    assert_same(streamed(path, threads=threads), whole(path))
 
 
 def test_an_executor_gives_the_same(tmp_path: Path) -> None:
     path = write(tmp_path, garden(), ".vtu")
     with ThreadPoolExecutor(2) as pool:
-        assert plain(streamed(path, executor=pool)) == plain(whole(path))
+        assert_same(streamed(path, executor=pool), whole(path))
+
+
+def test_processes_give_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()  # in processes of their own few cells are those that are few everywhere
+    path = write(tmp_path, garden(), ".vtu")
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        assert_same(streamed(path, executor=pool, size=500), whole(path))
 
 
 @pytest.mark.parametrize("keep_bricks", [False, True])
-def test_collapsed_bricks(tmp_path: Path, keep_bricks: bool) -> None:
+def test_collapsed_bricks(tmp_path: Path, keep_bricks: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 8)  # fewer than all collapsed cells, more than those of a slice
     path = write(tmp_path, garden(), ".vtkhdf")
-    assert plain(streamed(path, keep_bricks=keep_bricks)) == plain(whole(path, keep_bricks=keep_bricks))
+    assert_same(streamed(path, keep_bricks=keep_bricks), whole(path, keep_bricks=keep_bricks))
 
 
 def test_single_precision(tmp_path: Path) -> None:
     path = write(tmp_path, garden(single=True), ".vtkhdf")
-    assert plain(streamed(path)) == plain(whole(path))
+    assert_same(streamed(path), whole(path))
 
 
 @pytest.mark.parametrize("memory", MEMORY)
 def test_polyhedra(tmp_path: Path, memory: str) -> None:
     path = write(tmp_path, boxes(), ".vtkhdf")
-    assert plain(streamed(path, MEMORY[memory])) == plain(whole(path))
+    assert_same(streamed(path, MEMORY[memory]), whole(path))
 
 
 @pytest.mark.parametrize("memory", MEMORY)
@@ -125,7 +144,7 @@ def test_partitions_are_regions(tmp_path: Path, memory: str) -> None:
     parts = [m.replace(cell_data={k: v for k, v in m.cell_data.items() if k != "material"}) for m in parts]
     write_parts(path, parts)
     made = streamed(path, MEMORY[memory])
-    assert plain(made) == plain(whole(path))
+    assert_same(made, whole(path))
     assert [name for name, _ in made.regions] == ["partition 0", "partition 1", "partition 2"]
 
 
@@ -137,7 +156,7 @@ def test_files_of_pieces(tmp_path: Path, with_regions: bool, memory: str) -> Non
     parts = [garden(seed=1), garden(seed=2, shuffled=True)]
     write_parallel(path, [m.replace(cell_data={k: m.cell_data[k] for k in kept}) for m in parts])
     made = streamed(path, MEMORY[memory])
-    assert plain(made) == plain(whole(path))
+    assert_same(made, whole(path))
     assert len(made.regions) == (4 if with_regions else 1)
 
 
@@ -158,7 +177,7 @@ def test_the_order_of_wedges_is_that_of_the_whole(tmp_path: Path, order: str, tu
         mesh = mesh.replace(connectivity=ids)
     path = write(tmp_path, mesh, ".vtkhdf")
     expected, made = whole(path, wedge_order=order), streamed(path, wedge_order=order, size=50)
-    assert plain(made) == plain(expected)
+    assert_same(made, expected)
     assert [n for n in made.notes if "turned" in n] == [n for n in expected.notes if "turned" in n]
 
 
@@ -170,6 +189,26 @@ def test_wedges_that_their_neighbours_decide_are_read_whole(tmp_path: Path) -> N
     path = write(tmp_path, mesh.replace(connectivity=ids), ".vtkhdf")
     with pytest.raises(ReadWhole, match="order of its wedges"):
         streamed(path)
+
+
+def test_the_sample_of_signs_is_that_of_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(wedge_order, "SAMPLE", 40)
+    monkeypatch.setattr("meshgauge.slices.read.SIZE", 50)
+    path = write(tmp_path, garden(shuffled=True), ".vtkhdf")
+    signs: list[wedge_order.Signs] = []
+    monkeypatch.setattr(facts, "decide", lambda total: signs.append(total) or wedge_order.Decision())
+    streamed(path)
+    assert signs == [wedge_order.signs_of(io.read(path, wedge_order="gmsh"))]
+
+
+def test_the_regions_are_those_that_part_the_solid_cells(tmp_path: Path) -> None:
+    mesh = garden()
+    is_solid, n = IS_SOLID[mesh.types], mesh.n_cells
+    data = {"material": np.where(is_solid, 3, 4 + np.arange(n) % 2), "zone": np.arange(n) % 3}
+    path = write(tmp_path, mesh.replace(cell_data=data), ".vtkhdf")
+    made = streamed(path)
+    assert [name for name, _ in made.regions] == ["zone 0", "zone 1", "zone 2"]
+    assert_same(made, whole(path))
 
 
 def test_metrics_of_all_cells_at_once_are_read_whole(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from ..io.plumbing.steps import StepChoice
 from ..mesh import Mesh
 from . import inputs, slices, terminal
 from .options import Purposes, Reading, WedgeOrders
+from .scheduler import executor
 from .terminal import COULD_NOT, DONE, TRACEBACK
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ class Batch:
     purpose: Purposes | None = None  #: what meshes are for; None: as their format says
     threads: int | None = None
     keep_bricks: bool = False  #: measure cells with repeated nodes as they are
+    scheduler: str | None = None  #: where slices are measured, see `cli.scheduler`; None: threads
     memory: str | None = None  #: that the points of a large mesh may take, as text; None: a quarter of what is free
     quiet: bool = False  #: no progress
     on_failure: Callable[[FailedFile], object] | None = None  #: is called for each file that fails, beside the message
@@ -158,13 +160,15 @@ class Batch:
         memory = None if self.memory is None else slices.n_bytes(self.memory)
         file = path.file if isinstance(path, State) else path
         is_alone = not file.lower().endswith(REFERRING)
-        if self.reading.displacement is not None or (is_alone and inputs.size(file) < LARGE):
+        is_small = is_alone and inputs.size(file) < LARGE and self.scheduler is None
+        if self.reading.displacement is not None or is_small:
             return None
         listed = self._pieces(path)
-        if listed is None or not is_large(listed, memory):
+        if listed is None or not (is_large(listed, memory) or self.scheduler is not None):
             return None
         from ..report.stream import job_of
         from ..slices import measure_pieces
+        from ..slices.job import forget_points
         from ..slices.plan import times_points_are_read
 
         ask = replace(ask, purpose=None if self.purpose is None else self.purpose.value, keep_bricks=self.keep_bricks)
@@ -177,8 +181,15 @@ class Batch:
                     1.01 * sum(piece.points.shape[0] * row_bytes(piece.points) for piece in listed.pieces)
                 )
                 terminal.warn("note", f"{path}: points are read {times:.0f} times; --memory {whole} reads them once")
-            with slices.progress(path, shown=not self.quiet) as progress:
-                return job, measure_pieces(job, threads=self.threads, on_rows=on_rows, progress=progress)
+            with executor(self.scheduler) as (pool, n_processes):
+                if pool is not None:  # each process has points of its own
+                    forget_points()
+                    job = replace(job, memory=job.memory // n_processes)
+                with slices.progress(path, shown=not self.quiet) as progress:
+                    partial = measure_pieces(
+                        job, executor=pool, threads=self.threads, on_rows=on_rows, progress=progress
+                    )
+                return job, partial
         except ReadWhole as reason:
             if not self.quiet:
                 terminal.warn("note", f"{path}: is read whole: {reason}")

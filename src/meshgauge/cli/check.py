@@ -37,6 +37,7 @@ def check(
     keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
     memory: options.Memory = None,
+    scheduler: options.Scheduler = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
 ) -> int:
@@ -74,6 +75,7 @@ def check(
         threads=threads,
         keep_bricks=keep_bricks,
         memory=memory,
+        scheduler=scheduler,
         quiet=quiet,
     )
     paths = batch.states(paths, every=True)  # a gate that lets an invalid step pass is none

@@ -170,6 +170,16 @@ Memory = Annotated[
         default="a quarter of what is free",
     ),
 ]
+Scheduler = Annotated[
+    str | None,
+    option(
+        "--scheduler",
+        "N|ADDRESS",
+        "Measure a large mesh in so many processes, or on a cluster of Dask.",
+        MEASURING,
+        default="threads",
+    ),
+]
 
 OutputMesh = Annotated[Path | None, option("--output -o", "MESH", "Write the mesh here.", WRITING)]
 InPlace = Annotated[bool, option("--in-place", None, "Replace the input instead.", WRITING)]

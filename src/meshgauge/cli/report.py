@@ -32,6 +32,7 @@ def report(
     keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
     memory: options.Memory = None,
+    scheduler: options.Scheduler = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
 ) -> int:
@@ -66,6 +67,7 @@ def report(
         threads=threads,
         keep_bricks=keep_bricks,
         memory=memory,
+        scheduler=scheduler,
         quiet=quiet,
     )
     if contents.cell is not None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
 from ..kernels.threads import thread_count
 from .job import Job, forget_points
@@ -85,16 +84,20 @@ def _results(job: Job, todo: list[Place], executor: Executor | None, n_threads: 
 
 
 def _in_order(executor: Executor, job: Job, todo: list[Place], ahead: int) -> Iterator[tuple[Place, Partial]]:
-    waiting: deque[tuple[Place, Future[Partial]]] = deque()
-    rest = iter(todo)
+    """The results of an executor. What is missing when a process of it was killed is worked on here."""
+    waiting: deque[Future[Partial]] = deque()
+    n_done = 0
     try:
-        for place in itertools.islice(rest, ahead):
-            waiting.append((place, executor.submit(job, place)))
-        while waiting:
-            place, future = waiting.popleft()
-            part = future.result()
-            waiting.extend((following, executor.submit(job, following)) for following in itertools.islice(rest, 1))
-            yield place, part
+        for ahead_of in range(len(todo) + ahead):
+            if ahead_of < len(todo):
+                waiting.append(executor.submit(job, todo[ahead_of]))
+            if ahead_of >= ahead and waiting:
+                part = waiting[0].result()
+                waiting.popleft()
+                n_done += 1
+                yield todo[n_done - 1], part
+    except BrokenExecutor:
+        yield from ((place, job(place)) for place in todo[n_done:])
     finally:
-        for _, future in waiting:
+        for future in waiting:
             future.cancel()

@@ -1,0 +1,56 @@
+"""Where the slices of a large mesh are measured: threads, processes, or a cluster of Dask."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing import get_context
+
+from ..errors import MeshgaugeError, OptionError
+
+MOST = 1024
+"""Processes that may be asked for."""
+
+
+@contextlib.contextmanager
+def executor(text: str | None) -> Iterator[tuple[Executor | None, int]]:
+    """The executor that ``--scheduler`` names, and among how many processes of this machine memory is shared.
+
+    None stands for threads of this process.
+
+    Raises
+    ------
+    OptionError
+        If it is neither a number of processes nor an address.
+    MeshgaugeError
+        If Dask is not installed, or nobody answers at the address.
+    """
+    if text is None:
+        yield None, 1
+    elif text.isdecimal() and 1 <= int(text) <= MOST:
+        # Not forked: threads of Numba and HDF5 do not survive that.
+        with ProcessPoolExecutor(int(text), mp_context=get_context("spawn")) as pool:
+            yield pool, int(text)
+    elif "://" in text:
+        with _dask(text) as pool:
+            yield pool, 1
+    else:
+        raise OptionError(
+            f"--scheduler is {text!r}, expected a number of processes up to {MOST}, or the address of a scheduler of "
+            "Dask such as tcp://head:8786"
+        )
+
+
+@contextlib.contextmanager
+def _dask(address: str) -> Iterator[Executor]:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise MeshgaugeError("--scheduler with an address needs Dask: pip install 'meshgauge[dask]'") from None
+    try:
+        client = Client(address)
+    except (OSError, ValueError) as error:
+        raise MeshgaugeError(f"--scheduler {address}: {error}") from error
+    with client:
+        yield client.get_executor()
