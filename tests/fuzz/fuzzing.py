@@ -80,6 +80,11 @@ TEXTS: dict[str, dict[str, str]] = {
         "a.mesh": "MFEM mesh v1.0\ndimension\n3\nelements\n1\n1 4 0 1 2 3\nboundary\n0\nvertices\n4\nnodes\n"
         f"FiniteElementSpace\nFiniteElementCollection: H1_3D_P1\nVDim: 3\nOrdering: 1\n{_TETRA}"
     },
+    "mfem nc": {
+        "a.mesh": "MFEM NC mesh v1.0\n\ndimension\n3\n\nelements\n3\n-1 1 4 7 1 2\n0 1 4 0 0 1 2 4\n0 1 4 0 4 1 2 3\n\n"
+        f"boundary\n1\n2 2 0 1 2\n\nvertex_parents\n1\n4 0 3\n\nroot_state\n1\n0\n\ncoordinates\n4\n3\n{_TETRA}"
+        "\nmfem_mesh_end\n"
+    },
     "hedra": {
         "a.hedra": "8 6 1\n" + _CUBE + "".join(f"4 {' '.join(str(int(v) + 1) for v in f.split())}\n" for f in _FACES)
         + "6 1 2 3 4 5 6\n"

@@ -110,20 +110,66 @@ def discontinuous(
         row = BY_NODES[BY_NAME[f"lagrange_{name}"].vtk_id, _SECOND_ORDER[name]] if order == 2 else BY_NAME[name]
         place[name] = starts[at][:, None] + np.array(_lexicographic(row), np.int64)
         item[place[name]] = nodes[name]
-    own, first, which = np.unique(
-        np.column_stack([item.astype(np.float64), table]), axis=0, return_index=True, return_inverse=True
-    )
-    ids = {name: which.reshape(-1)[at] for name, at in place.items()}
-    of_vertex = np.full(n_vertices, -1, np.int64)
-    is_vertex = item[first] < n_vertices
-    of_vertex[item[first][is_vertex][::-1]] = np.flatnonzero(is_vertex)[::-1]
+    points, which, of_vertex = _joined(item, table, n_vertices)
+    ids = {name: which[at] for name, at in place.items()}
     whole = elements if order == 1 else _cells(elements, of_type, ids, is_bernstein=is_bernstein)
     if order == 1:
         connectivity = np.empty(len(elements.connectivity), np.int64)
         for name, at in of_type.items():
             connectivity[elements.offsets[at][:, None] + np.arange(ids[name].shape[1])] = ids[name]
         whole = replace(elements, connectivity=connectivity)
-    return Curved(whole, np.ascontiguousarray(own[:, 1:])), of_vertex
+    return Curved(whole, points), of_vertex
+
+
+def corners(elements: Cells, table: Values, n_vertices: int, order: int) -> tuple[Curved, Ints] | None:
+    """The corners of elements of any type in L2 of any order, and for each vertex one of its points; None if some are
+    pyramids.
+
+    Raises
+    ------
+    ValueError
+        If the table has another number of nodes than the space.
+    """
+    n, triangle = order + 1, (order + 1) * (order + 2) // 2
+    quad = (0, order, n * n - 1, order * n)
+    flat = (0, order, triangle - 1)
+    tetra = triangle * (order + 3) // 3
+    shapes: dict[str, tuple[int, tuple[int, ...]]] = {
+        "vertex": (1, (0,)),
+        "line": (n, (0, order)),
+        "triangle": (triangle, flat),
+        "quad": (n * n, quad),
+        "tetra": (tetra, (*flat, tetra - 1)),
+        "wedge": (triangle * n, (*flat, *(order * triangle + k for k in flat))),
+        "hexahedron": (n**3, (*quad, *(order * n * n + k for k in quad))),
+    }
+    known = {BY_NAME[name].vtk_id: shape for name, shape in shapes.items()}
+    types = np.unique(elements.types).tolist()
+    if any(vtk_id not in known for vtk_id in types):
+        return None
+    sizes = np.zeros(256, np.int64)
+    sizes[types] = [known[vtk_id][0] for vtk_id in types]
+    starts = np.concatenate([[0], np.cumsum(sizes[elements.types])])
+    if len(table) != starts[-1]:
+        raise ValueError(f"{len(table)} nodes of order {order}, expected {starts[-1]} for these elements")
+    at = np.empty(len(elements.connectivity), np.int64)
+    for vtk_id in types:
+        cells = np.flatnonzero(elements.types == vtk_id)
+        local = np.array(known[vtk_id][1])
+        at[elements.offsets[cells][:, None] + np.arange(len(local))] = starts[cells][:, None] + local
+    points, which, of_vertex = _joined(elements.connectivity, table[at], n_vertices)
+    return Curved(replace(elements, connectivity=which), points), of_vertex
+
+
+def _joined(item: Ints, table: Values, n_vertices: int) -> tuple[Values, Ints, Ints]:
+    """One point for each place of each item, the point of each row, and one of each vertex, -1 if it has none."""
+    own, first, which = np.unique(
+        np.column_stack([item.astype(np.float64), table]), axis=0, return_index=True, return_inverse=True
+    )
+    of_vertex = np.full(n_vertices, -1, np.int64)
+    is_vertex = item[first] < n_vertices
+    of_vertex[item[first][is_vertex][::-1]] = np.flatnonzero(is_vertex)[::-1]
+    return np.ascontiguousarray(own[:, 1:]), which.reshape(-1), of_vertex
 
 
 def _corners(elements: Cells, name: str, at: Ints) -> Ints:

@@ -13,28 +13,20 @@ from numpy.typing import NDArray
 from ....cells import BY_NAME
 from ....errors import ReadError
 from ....mesh import Mesh
-from ...plumbing.build import Cells, Kind, check_codes, gather, runs
+from ...plumbing.build import Cells, check_codes, gather, runs
 from ...plumbing.format import Format
 from ...plumbing.text import Text, numbers
 from .. import rows_places
-from .nodes import continuous, discontinuous
+from . import nonconforming
+from .kinds import KINDS
+from .nodes import continuous, corners, discontinuous
 
-_KINDS = {
-    0: Kind("vertex", 1),
-    1: Kind("line", 2),
-    2: Kind("triangle", 3),
-    3: Kind("quad", 4),
-    4: Kind("tetra", 4),
-    5: Kind("hexahedron", 8),
-    6: Kind("wedge", 6),
-    7: Kind("pyramid", 5),
-}
 _VERSION = re.compile(rb"MFEM mesh v1\.[0-3]\b")
 _CONTINUOUS = re.compile(
     rb"(?P<name>Linear|Quadratic|Cubic)\b|H1(?P<basis>Pos|Ser|@[^_]*)?_\dD_P(?P<order>[1-9]\d*)(?:_Pyr\d)?\b"
 )
-_DISCONTINUOUS = re.compile(rb"L2_T(?P<basis>[12])_\dD_P(?P<order>[12])\b")
-"""With nodes on the vertices: at Gauss-Lobatto points, or Bernstein coefficients."""
+_DISCONTINUOUS = re.compile(rb"L2_T(?P<basis>[12])_\dD_P(?P<order>[1-9]\d*)\b")
+"""Nodes on the vertices: at Gauss-Lobatto points, or Bernstein coefficients."""
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -49,9 +41,13 @@ def read(path: Path) -> Mesh:
     """
     text = Text(path, path.read_bytes(), b"#")
     title = text.line("the version")
+    if nonconforming.VERSION.match(title):
+        return nonconforming.read(text)
     if not _VERSION.match(title):
         shown = title[:40].decode("utf-8", "replace")
-        raise ReadError(f"{path}: {shown!r} cannot be read, only MFEM mesh v1.0 to v1.3; save it so, or as VTU")
+        raise ReadError(
+            f"{path}: {shown!r} cannot be read, only MFEM mesh v1.0 to v1.3 and NC mesh; save it so, or as VTU"
+        )
     dimension, cells, attributes, points = 0, {}, {}, None
     nodes: tuple[Space, NDArray[np.float64]] | None = None
     while key := text.line():
@@ -109,8 +105,8 @@ def _elements(text: Text) -> tuple[Cells, NDArray[np.int64]]:
     if n and int(rows.sizes.min()) < 2:
         raise text.fail("an element without an attribute and a type", first + int(np.argmin(rows.sizes)))
     codes = rows.values[rows.starts[:-1] + 1]
-    check_codes(codes, rows.sizes - 2, _KINDS, lambda what, row: text.fail(what, first + row))
-    return gather(rows.values, rows.starts[:-1] + 2, codes, _KINDS), rows.values[rows.starts[:-1]]
+    check_codes(codes, rows.sizes - 2, KINDS, lambda what, row: text.fail(what, first + row))
+    return gather(rows.values, rows.starts[:-1] + 2, codes, KINDS), rows.values[rows.starts[:-1]]
 
 
 class Space(NamedTuple):
@@ -132,9 +128,7 @@ def _space(text: Text, name: bytes) -> Space:
     if match := _DISCONTINUOUS.match(name):
         return Space(int(match["order"]), False, match["basis"] == b"2")
     shown = name[:40].decode("utf-8", "replace")
-    raise text.fail(
-        f"nodes in the space {shown!r} cannot be read, only those in H1, and in L2_T1 and L2_T2 of order 1 and 2"
-    )
+    raise text.fail(f"nodes in the space {shown!r} cannot be read, only those in H1, and in L2_T1 and L2_T2")
 
 
 def _nodes(text: Text) -> tuple[Space, NDArray[np.float64]]:
@@ -174,14 +168,21 @@ def _curve(
     """
     elements = cells[b"elements"]
     if not space.is_continuous:
-        placed = discontinuous(elements, table, n_vertices, space.order, is_bernstein=space.is_bernstein)
+        notes: tuple[str, ...] = ()
+        placed = None
+        if space.order <= 2:
+            placed = discontinuous(elements, table, n_vertices, space.order, is_bernstein=space.is_bernstein)
         if placed is None:
-            raise ValueError("nodes in L2 of pyramids and surface elements cannot be read, only those in H1")
-        (cells[b"elements"], points), of_vertex = placed
+            placed = corners(elements, table, n_vertices, space.order)
+            notes = (_CORNERS,) if space.order > 1 else ()
+        if placed is None:
+            raise ValueError("nodes in L2 of pyramids cannot be read, only those in H1")
+        (made, points), of_vertex = placed
+        cells[b"elements"] = _of_high_order(made) if notes else made
         if b"boundary" in cells:
             boundary = cells[b"boundary"]
             cells[b"boundary"] = replace(boundary, connectivity=of_vertex[boundary.connectivity])
-        return points, ()
+        return points, notes
     if len(table) < n_vertices:
         raise ValueError(f"{len(table)} nodes for {n_vertices} vertices")
     if space.order == 2:
@@ -192,8 +193,10 @@ def _curve(
     if space.order == 1:
         return table[:n_vertices], ()
     cells[b"elements"] = _of_high_order(elements)
-    note = "The elements are curved: their corners were read, and nothing is known of their inside."
-    return table[:n_vertices], (note,)
+    return table[:n_vertices], (_CORNERS,)
+
+
+_CORNERS = "The elements are curved: their corners were read, and nothing is known of their inside."
 
 
 def _of_high_order(elements: Cells) -> Cells:
