@@ -128,7 +128,8 @@ def periodic(order: int) -> str:
     nodes = "".join(f"{x + k} {y}\n" for k in range(2) for y in steps for x in steps)
     return (
         "MFEM mesh v1.0\n\ndimension\n2\n\nelements\n2\n1 3 0 1 3 2\n1 3 1 0 2 3\n\nboundary\n1\n1 1 0 1\n\n"
-        f"vertices\n4\n\nnodes\nFiniteElementSpace\nFiniteElementCollection: L2_T1_2D_P{order}\nVDim: 2\nOrdering: 1\n\n{nodes}"
+        "vertices\n4\n\nnodes\n"
+        f"FiniteElementSpace\nFiniteElementCollection: L2_T1_2D_P{order}\nVDim: 2\nOrdering: 1\n\n{nodes}"
     )
 
 
