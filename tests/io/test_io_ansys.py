@@ -12,6 +12,7 @@ from meshgauge import io
 from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.mesh import Mesh
+from meshgauge.mesh.labels import labels_of
 from meshgauge.mesh.regions import regions
 
 CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
@@ -285,3 +286,36 @@ def test_surfaces_of_triangles(tmp_path: Path) -> None:
     elements: Elements = [(1, (1, 2, 3)), (1, (1, 2, 3, 3)), (2, (1, 2, 3, 4, 5, 6)), (1, (1, 2, 3, 4))]
     mesh = io.read(archive(tmp_path / "a.cdb", CUBE, elements, types="ET,1,181\nET,2,2\n"))
     assert mesh.type_counts() == {"triangle": 2, "quad": 1, "triangle6": 1}
+
+
+@pytest.mark.parametrize(
+    "deletion", ["_CDRDOFF=             !reset flag", "*SET,_CDRDOFF", "*SET,_CDRDOFF,", "*SET,_CDRDOFF, "]
+)
+def test_the_first_lines_of_every_archive_delete_a_parameter(deletion: str, tmp_path: Path) -> None:
+    points, nodes = brick((0, 1, 2, 3, 4, 5, 6, 7))
+    path = archive(tmp_path / "a.cdb", points, [(1, nodes[:8])])
+    head = (
+        "/COM,ANSYS RELEASE 2019 R2           BUILD 19.4\n/PREP7\n/NOPR\n/TITLE,\nANTYPE, 2\n"
+        f"*IF,_CDRDOFF,EQ,1,THEN     !if solid model was read in\n{deletion}\n"
+        "*ELSE              !offset database for the following FE model\nNUMOFF,NODE,      8\n*ENDIF\n"
+    )
+    path.write_text(head + path.read_text())
+    assert io.read(path).type_counts() == {"hexahedron": 1}
+
+
+def test_the_same_as_by_mapdl_archive(tmp_path: Path) -> None:
+    """On the archives that come with it, and on one of ours."""
+    mapdl = pytest.importorskip("mapdl_archive")
+    points, nodes = brick((0, 1, 2, 3, 4, 5, 6, 7))
+    own = archive(tmp_path / "a.cdb", points, [(1, nodes)], types="ET,1,186\n")
+    examples = sorted(Path(mapdl.__file__).parent.rglob("*.cdb"))
+    assert len(examples) > 2
+    for path in (own, *examples):
+        theirs, mine = mapdl.Archive(str(path), parse_vtk=False), io.read(path)
+        np.testing.assert_allclose(mine.points, theirs.nodes[:, :3], rtol=1e-14)  # it rounds the last digit otherwise
+        assert labels_of(mine, "point").tolist() == theirs.nnum.tolist()
+        assert labels_of(mine, "cell").tolist() == theirs.enum.tolist()
+        for cell, element in enumerate(theirs.elem):
+            given = element[10:][element[10:] > 0]
+            own_nodes = labels_of(mine, "point")[mine.nodes(cell)]
+            assert set(own_nodes.tolist()) == set(given.tolist())

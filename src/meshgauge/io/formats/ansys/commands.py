@@ -33,11 +33,15 @@ class Parameters:
     values: dict[str, float | None] = field(default_factory=dict)
 
     def set(self, name: str, word: str) -> None:
-        self.values[name.strip().upper()] = self.value(word)
+        """Without a value the parameter is deleted, as the first lines of every archive do."""
+        if word.strip():
+            self.values[name.strip().upper()] = self.value(word.strip())
+        else:
+            self.values.pop(name.strip().upper(), None)
 
     def value(self, word: str) -> float | None:
         """A number, a parameter, or an expression of them; None if it is none of these."""
-        if len(word) > _LONGEST:
+        if not 0 < len(word) <= _LONGEST:
             return None
         try:
             if word[0] in "+-.0123456789":
