@@ -46,7 +46,7 @@ def bad_meshio(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return package
 
 
-@pytest.mark.parametrize("name", quick(BAD, "crash", "exit", "leave silently", "hang", "memory", "noise"))
+@pytest.mark.parametrize("name", quick(BAD, "crash", "exit", "leave silently", "hang", "memory bit by bit", "noise"))
 def test_whatever_a_reader_does_is_an_error_with_the_name_of_the_file(
     name: str, bad_meshio: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
