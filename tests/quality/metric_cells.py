@@ -91,11 +91,48 @@ def symmetries(shape: Shape) -> list[tuple[int, ...]]:
     return found
 
 
+def _shape(name: str, x: Floats) -> Floats:
+    """The mean ratio of the worst corner, by singular values."""
+    one = SHAPES[name]
+    ideal = np.array(one.points)
+    by_node: dict[int, list[Floats]] = {}
+    for o, *ends in one.triples:
+        w = ideal[ends] - ideal[o]
+        d = x[:, ends] - x[:, [o]]
+        m = np.linalg.solve(w / np.linalg.norm(w, axis=1, keepdims=True), d / np.abs(d).max(axis=(1, 2), keepdims=True))
+        s = np.linalg.svd(m, compute_uv=False)
+        ratio = 3 * s.prod(axis=1) ** (2 / 3) / (s**2).sum(axis=1)
+        by_node.setdefault(o, []).append(np.sign(np.linalg.det(m)) * ratio)
+    return oracle.fold(np.stack([oracle.fold(np.stack(values, axis=1)) for values in by_node.values()], axis=1))
+
+
+def _edge_ratio(name: str, x: Floats) -> Floats:
+    """Shortest over longest edge."""
+    lengths = np.stack([np.linalg.norm(x[:, a] - x[:, b], axis=1) for a, b in SHAPES[name].edges])
+    return lengths.min(axis=0) / lengths.max(axis=0)
+
+
+def _warpage(name: str, x: Floats) -> Floats:
+    """Verdict's, of the worst face, corner by corner."""
+    worst = np.zeros(len(x))
+    for face in (face for face in SHAPES[name].faces if len(face) == 4):
+        p = x[:, list(face)]
+        normals = [np.cross(p[:, n] - p[:, n - 1], p[:, (n + 1) % 4] - p[:, n]) for n in range(4)]
+        n0, n1, n2, n3 = (normal / np.linalg.norm(normal, axis=1, keepdims=True) for normal in normals)
+        both = np.minimum((n0 * n2).sum(axis=1) ** 3, (n1 * n3).sum(axis=1) ** 3)
+        worst = np.maximum(worst, 1 - both)
+    return worst
+
+
 ORACLES: dict[str, Callable[[str, Floats], Floats]] = {
     "jens": oracle.cell_jens,
     "scaled_jacobian": oracle.cell_scaled_jacobian,
     "aspect_ratio_gamma": lambda _, x: 1 / oracle.scaled_aspect_ratio_gamma(x),
     "scaled_aspect_ratio_gamma": lambda _, x: oracle.scaled_aspect_ratio_gamma(x),
+    "jens_mean": lambda name, x: oracle.node_jens(name, x).mean(axis=1),
+    "shape": _shape,
+    "edge_ratio": _edge_ratio,
+    "warpage": _warpage,
 }
 """An independent value of each metric of ours, by name."""
 

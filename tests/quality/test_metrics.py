@@ -63,7 +63,8 @@ def test_a_metric_of_ours_has_an_oracle(row: Metric) -> None:
 @rows
 def test_only_what_is_signed_goes_below_0_and_only_for_invalid_cells(row: Metric) -> None:
     if not row.is_signed:
-        assert row.range[0] >= 0 or row.name == "pyramid_volume"  # a concave cell that is of use may have one below
+        # A concave cell that is of use may have a pyramid below 0, and an inverted one a mean above.
+        assert row.range[0] >= 0 or row.name in ("pyramid_volume", "jens_mean")
         return
     n_below = 0
     for shape in (shape for shape in SHAPES.values() if row.is_defined_for(shape.name)):
@@ -129,7 +130,7 @@ def test_rotation_translation_and_scaling_change_nothing(row: Metric, shape: Sha
 @pairs
 def test_reflection_negates_what_is_signed_and_nothing_else(row: Metric, shape: Shape) -> None:
     """For cells that are not tangled: of nodes (-.3, .1, .5) the fold is -.3, of their mirror image it is -.1."""
-    sign = -1 if row.is_signed else 1
+    sign = -1 if row.is_signed or row.name == "jens_mean" else 1
     x = random_cells(shape)
     signs = np.sign(oracle.triple_scaled_jacobian(shape.name, x))
     x = x[(signs == signs[:, :1]).all(axis=1)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ...errors import MetricError
-from . import finite_volume, jacobian, tetra, verdict_library
+from . import companions, finite_volume, jacobian, tetra, verdict_library
 from .finite_volume import LIMITS
 from .inputs import Cells, PolyhedralCells
 from .row import Metric, Standard
@@ -14,6 +14,7 @@ METRICS: dict[str, Metric] = {
     row.name: row
     for row in (
         *jacobian.ROWS,
+        *companions.ROWS,
         *tetra.ROWS,
         *finite_volume.ROWS,
         *verdict_library.ROWS,

@@ -1,0 +1,192 @@
+"""What J_ENS does not see: how good a cell's nodes are in the mean, how stretched it is, how warped its faces are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...cells import SHAPES, Shape
+from ...kernels.cells import aggregate
+from ...look.bands import POOR
+from .inputs import Cells, PolyhedralCells
+from .jacobian import REPORT
+from .row import Metric, Values
+
+KNUPP = "P. Knupp, Algebraic mesh quality metrics, SIAM J. Sci. Comput. 23 (2001) 193-218"
+VERDICT = "C. Stimpson and others, The Verdict geometric quality library, SAND2007-1751, Sandia National Laboratories"
+
+_TINY = float(np.finfo(np.float64).smallest_subnormal)
+
+
+def jens_mean(cells: Cells) -> Values:
+    """``(n_cells,)`` the mean of the J_ENS of the cell's corners. [-1, 1]"""
+    return np.asarray(cells.node_jens().mean(axis=1))
+
+
+def jens_mean_of_polyhedra(cells: PolyhedralCells) -> Values:
+    """``(n_cells,)`` the mean of the J_ENS of a polyhedron's corners, hanging nodes left out. [-1, 1]"""
+    quality = cells.quality
+    counts = np.diff(quality.node_offsets)
+    cell_of = np.repeat(np.arange(len(counts)), counts)
+    is_corner = ~np.asarray(quality.node_is_hanging, np.bool_)
+    total = np.bincount(cell_of[is_corner], quality.node_jens[is_corner], len(counts))
+    with np.errstate(all="ignore"):
+        mean = total / np.bincount(cell_of[is_corner], minlength=len(counts))
+    return np.where(np.isnan(quality.values), np.nan, mean)
+
+
+def edge_ratio(cells: Cells) -> Values:
+    """``(n_cells,)`` shortest over longest straight edge between corners. [0, 1]"""
+    ends = np.array(cells.shape.edges)
+    x = 0.25 * cells.coordinates  # differences of the largest doubles stay finite
+    return _ratio(np.abs(x[:, ends[:, 0]] - x[:, ends[:, 1]]))
+
+
+def _ratio(edges: Values) -> Values:
+    """Shortest over longest of ``(n, n_edges, 3)``; 0 if all are 0."""
+    with np.errstate(all="ignore"):
+        largest = edges.max(axis=(1, 2))
+        lengths = np.sqrt(((edges / np.where(largest > 0.0, largest, 1.0)[:, None, None]) ** 2).sum(axis=2))
+        ratio = lengths.min(axis=1) / lengths.max(axis=1)
+    return np.where(largest == 0.0, 0.0, np.where(np.isfinite(largest), ratio, np.nan))
+
+
+def edge_ratio_of_polyhedra(cells: PolyhedralCells) -> Values:
+    """``(n_cells,)`` shortest over longest edge of a polyhedron's faces; one on which nodes hang counts in parts."""
+    faces, n = cells.faces, cells.n_cells
+    ends = np.cumsum(faces.sizes)
+    following = np.arange(len(faces.points)) + 1
+    following[ends - 1] = ends - faces.sizes
+    x = 0.25 * np.asarray(cells.points[faces.points], np.float64)
+    edges = np.abs(x[following] - x)
+    cell_of = np.repeat(np.repeat(np.arange(n), faces.counts), faces.sizes)
+    largest = np.zeros(n)
+    with np.errstate(all="ignore"):
+        np.maximum.at(largest, cell_of, edges.max(axis=1, initial=0.0))
+        scale = np.where(largest > 0.0, largest, 1.0)[cell_of]
+        lengths = np.sqrt(((edges / scale[:, None]) ** 2).sum(axis=1))
+        longest, shortest = np.zeros(n), np.full(n, np.inf)
+        np.maximum.at(longest, cell_of, lengths)
+        np.minimum.at(shortest, cell_of, lengths)
+        ratio = np.where(largest == 0.0, 0.0, shortest / longest)
+    return np.where(np.isnan(cells.quality.values) | ~np.isfinite(largest), np.nan, ratio)
+
+
+def shape(cells: Cells) -> Values:
+    """``(n_cells,)`` the fold of the mean ratios of the cell's corners against those of the ideal cell. [-1, 1]
+
+    Of a corner with edges D, in the ideal cell W: M = D W⁻¹, sign(det M) 3 \\|det M\\|^(2/3) / \\|M\\|².
+    Its sign is the exact one of the corner.
+    """
+    x = 0.25 * cells.coordinates
+    with np.errstate(all="ignore"):
+        size = np.ptp(x, axis=1).max(axis=1)
+        x = (x - x[:, :1]) / np.where(size > 0.0, size, 1.0)[:, None, None]
+    triples = np.array(cells.shape.triples)
+    of_triples = np.stack(
+        [_mean_ratio(x, triple, w) for triple, w in zip(triples, _ideal(cells.shape), strict=True)], 1
+    )
+    signs = cells.linear.node_scaled_jacobian()
+    nodes = np.empty_like(signs)
+    for node in range(cells.shape.n_nodes):
+        rough = aggregate.fold(of_triples[:, triples[:, 0] == node])
+        exact = np.copysign(np.maximum(np.abs(rough), _TINY), signs[:, node])
+        nodes[:, node] = np.where(signs[:, node] == 0.0, 0.0, np.where(np.isnan(signs[:, node]), np.nan, exact))
+    return aggregate.fold(nodes) + 0.0
+
+
+def _mean_ratio(x: Values, triple: np.ndarray, ideal: Values) -> Values:
+    """Of one corner of each cell."""
+    d = (x[:, triple[1:]] - x[:, triple[:1]]).transpose(0, 2, 1)
+    with np.errstate(all="ignore"):
+        m = d @ ideal
+        det = np.linalg.det(m)
+        ratio = 3.0 * np.cbrt(det * det) / (m * m).sum(axis=(1, 2))
+    return np.where((d == 0.0).all(axis=1).any(axis=1), 0.0, np.copysign(np.minimum(ratio, 1.0), det))
+
+
+def _ideal(shape: Shape) -> list[Values]:
+    """For each corner of the ideal cell the inverse of its unit edges as columns."""
+    x = np.array(shape.points)
+    edges = [(x[list(others)] - x[node]).T for node, *others in shape.triples]
+    return [np.linalg.inv(columns / np.linalg.norm(columns, axis=0)) for columns in edges]
+
+
+def warpage(cells: Cells) -> Values:
+    """``(n_cells,)`` the largest warpage of a cell's quadrilateral faces. [0, 2]
+
+    Of unit normals n0 to n3 at the corners of a face: 1 - min((n0 · n2)³, (n1 · n3)³).
+    """
+    x = 0.25 * cells.coordinates
+    worst = np.where(np.isfinite(x).all(axis=(1, 2)), 0.0, np.nan)
+    for face in cells.shape.faces:
+        if len(face) != 4:
+            continue
+        edges = x[:, np.roll(face, -1)] - x[:, face]
+        with np.errstate(all="ignore"):
+            edges = edges / np.abs(edges).max(axis=2, keepdims=True)
+            normals = np.cross(np.roll(edges, 1, axis=1), edges)
+            normals = normals / np.linalg.norm(normals, axis=2, keepdims=True)
+            least = np.minimum((normals[:, 0] * normals[:, 2]).sum(axis=1), (normals[:, 1] * normals[:, 3]).sum(axis=1))
+            worst = np.maximum(worst, 1.0 - np.clip(least, -1.0, 1.0) ** 3)
+    return worst
+
+
+ROWS = (
+    Metric(
+        name="jens_mean",
+        values=jens_mean,
+        polyhedra=jens_mean_of_polyhedra,
+        title="mean of the corners' J_ENS",
+        text="Mean of the J_ENS of the cell's corners; of all measures tried it ranks cells most as a solver's losses "
+        "do. It may be positive although a corner is inverted.",
+        range=(-1.0, 1.0),
+        acceptable=(POOR, 1.0),
+        ideal=1.0,
+        better="higher",
+        source="meshgauge",
+        reference=REPORT,
+    ),
+    Metric(
+        name="shape",
+        values=shape,
+        is_signed=True,
+        title="shape: mean ratio of the worst corner",
+        text="Mean ratio of a corner against that of the ideal cell; the cell takes the worst corner, or the mildest "
+        "negative one. 1 only if every corner is an ideal one, turned and scaled: it falls with stretching, too.",
+        range=(-1.0, 1.0),
+        acceptable=(POOR, 1.0),
+        ideal=1.0,
+        better="higher",
+        source="meshgauge",
+        reference=KNUPP,
+    ),
+    Metric(
+        name="edge_ratio",
+        values=edge_ratio,
+        polyhedra=edge_ratio_of_polyhedra,
+        title="shortest over longest edge",
+        text="Shortest over longest edge of the cell, between corners; 0 if one has no length. Verdict's edge ratio is "
+        "the inverse.",
+        range=(0.0, 1.0),
+        acceptable=(0.1, 1.0),
+        ideal=1.0,
+        better="higher",
+        source="meshgauge",
+        reference="elementary",
+    ),
+    Metric(
+        name="warpage",
+        values=warpage,
+        title="warpage of quadrilateral faces",
+        text="Largest warpage of the cell's quadrilateral faces, by the normals at opposite corners; 0 if they are "
+        "plane. Undefined where a corner of a face has no normal.",
+        range=(0.0, 2.0),
+        acceptable=(0.0, 0.7),
+        ideal=0.0,
+        better="lower",
+        source="meshgauge",
+        reference=VERDICT,
+        shapes=tuple(one.name for one in SHAPES.values() if any(len(face) == 4 for face in one.faces)),
+    ),
+)
+"""The companions of J_ENS."""

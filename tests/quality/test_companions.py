@@ -1,0 +1,93 @@
+"""What the companions of J_ENS see that it does not, against VTK's measures, and of polyhedra."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from metric_cells import cell_values, random_cells
+
+import meshgauge
+from meshgauge import METRICS, Mesh, Polyhedra
+from meshgauge.cells import SHAPES
+
+BOX = np.array(SHAPES["hexahedron"].points)
+NAMES = ("jens_mean", "shape", "edge_ratio", "warpage")
+
+
+def of(name: str, x: np.ndarray, shape: str = "hexahedron") -> float:
+    return float(cell_values(METRICS[name], shape, x[None])[0])
+
+
+def test_a_stretched_box_is_ideal_for_jens_only() -> None:
+    # The ideal hexahedron lies with an edge along each axis, or does not: stretch along one of its edges.
+    edges = np.stack([BOX[1] - BOX[0], BOX[3] - BOX[0], BOX[4] - BOX[0]])
+    places = np.linalg.solve(edges.T, (BOX - BOX[0]).T).T
+    box = places * (8, 1, 1)
+    assert of("jens", box) == pytest.approx(1.0)
+    assert of("jens_mean", box) == pytest.approx(1.0)
+    assert of("edge_ratio", box) == pytest.approx(1 / 8)
+    assert of("shape", box) == pytest.approx(3 * 8 ** (2 / 3) / (64 + 2))
+    assert of("warpage", box) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_the_mean_tells_one_bad_corner_from_all_bad() -> None:
+    cell = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1.0)])
+    one = cell.copy()
+    one[6] = (0.45, 0.45, 0.45)
+    assert of("jens", one) < 0 < of("jens_mean", one)
+    nodes = meshgauge.jens(one, np.arange(8)[None], "hexahedron", nodes=True)
+    assert of("jens_mean", one) == pytest.approx(nodes.mean())
+
+
+def test_shape_of_tetrahedra_is_verdicts() -> None:
+    x = random_cells(SHAPES["tetra"], 300, noise=0.3)
+    ours, theirs = (cell_values(METRICS[one], "tetra", x) for one in ("shape", "verdict_shape"))
+    valid = ours > 0
+    assert valid.sum() > 100
+    np.testing.assert_allclose(ours[valid], theirs[valid], rtol=1e-9)
+
+
+def test_shape_of_hexahedra_is_the_worst_corner_of_verdicts_average() -> None:
+    x = random_cells(SHAPES["hexahedron"], 300, noise=0.3)
+    ours, theirs = (cell_values(METRICS[one], "hexahedron", x) for one in ("shape", "verdict_shape"))
+    valid = ours > 0
+    assert valid.sum() > 100
+    assert (ours[valid] < theirs[valid]).all()
+    turned = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    sheared = BOX @ ((1, 0.4, 0), (0, 2, 0), (0, 0, 3)) @ (turned * np.sign(np.linalg.det(turned)))
+    assert of("shape", sheared) == pytest.approx(of("verdict_shape", sheared), rel=1e-9)  # all corners alike
+
+
+def test_edge_ratio_is_the_inverse_of_verdicts() -> None:
+    x = random_cells(SHAPES["tetra"], 300)
+    ours, theirs = (cell_values(METRICS[one], "tetra", x) for one in ("edge_ratio", "verdict_edge_ratio"))
+    np.testing.assert_allclose(ours, 1 / theirs, rtol=1e-12)
+
+
+def as_polyhedron(shape: str, x: np.ndarray) -> Mesh:
+    faces = SHAPES[shape].faces
+    poly = Polyhedra(
+        np.array([0, len(faces)]),
+        np.arange(len(faces)),
+        np.r_[0, np.cumsum([len(f) for f in faces])],
+        np.concatenate(faces),
+    )
+    return Mesh(x, np.array([42], np.uint8), np.array([0, len(x)]), np.arange(len(x)), poly)
+
+
+@pytest.mark.parametrize("shape", ["tetra", "wedge", "hexahedron", "hexa_prism"])
+def test_polyhedra_have_the_values_of_the_cells_that_they_are(shape: str) -> None:
+    x = random_cells(SHAPES[shape], 1, noise=0.1)[0]
+    quality = meshgauge.measure(as_polyhedron(shape, x), metrics=NAMES)
+    for name in ("jens_mean", "edge_ratio"):
+        assert quality.values_of(name)[0] == pytest.approx(of(name, x, shape), rel=1e-12)
+    assert np.isnan(quality.values_of("shape")[0])  # not defined for polyhedra
+    assert np.isnan(quality.values_of("warpage")[0])
+
+
+def test_a_warped_face_is_seen() -> None:
+    cell = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1.0)])
+    cell[6, 2] += 0.3
+    assert 0.05 < of("warpage", cell) < 1.0
+    assert METRICS["warpage"].is_defined_for("wedge")
+    assert not METRICS["warpage"].is_defined_for("tetra")
