@@ -175,28 +175,34 @@ def poly_mesh(folder: Path, points: np.ndarray, bodies: list[list[int]], form: s
     }
     for name, rows_ in text.items():
         body = "\n".join([str(len(rows_)), "(", *rows_, ")"])
-        (folder / name).write_text(f"{_head('ascii')}\n{body}\n")
+        (folder / name).write_text(f"{_head('ascii', name)}\n{body}\n")
     patch = f"walls {{ type wall; nFaces {len(outer)}; startFace {len(inner)}; }}"
-    (folder / "boundary").write_text(f"{_head('ascii')}\n1\n(\n{patch}\n)\n")
+    (folder / "boundary").write_text(f"{_head('ascii', 'boundary')}\n1\n(\n{patch}\n)\n")
     if form in ("binary", "single"):
         kind = "<f8" if form == "binary" else "<f4"
         data = (
-            f"{_head('binary', 32 if form == 'single' else 64)}\n{len(points)}\n(".encode()
+            f"{_head('binary', 'points', 32 if form == 'single' else 64)}\n{len(points)}\n(".encode()
             + points.astype(kind).tobytes()
         )
         (folder / "points").write_bytes(data + b")\n// end\n")
         return
     lines = [f"({x:.10g} {y:.8e} {z:.10g})" for x, y, z in points.tolist()]
-    data = (f"{_head('ascii')}\n// 2 (1 2 3)\n{len(points)}\n(\n" + "\n".join(lines) + "\n)\n\n// end\n").encode()
+    data = (
+        f"{_head('ascii', 'points')}\n// 2 (1 2 3)\n{len(points)}\n(\n" + "\n".join(lines) + "\n)\n\n// end\n"
+    ).encode()
     if form == "gzip":
         (folder / "points.gz").write_bytes(gzip.compress(data))
     else:
         (folder / "points").write_bytes(data)
 
 
-def _head(form: str, bits: int = 64) -> str:
+CLASSES = {"points": "vectorField", "faces": "faceList", "boundary": "polyBoundaryMesh"}
+
+
+def _head(form: str, name: str, bits: int = 64) -> str:
     arch = f'"LSB;label=32;scalar={bits}"'
-    return f"/* a (comment) */ FoamFile {{ version 2.0; format {form}; arch {arch}; class c; object o; }}"
+    kind = CLASSES.get(name, "labelList")
+    return f"/* a (comment) */ FoamFile {{ version 2.0; format {form}; arch {arch}; class {kind}; object {name}; }}"
 
 
 def case(folder: Path, form: str, *, is_decomposed: bool = False) -> Path:
@@ -216,7 +222,9 @@ def case(folder: Path, form: str, *, is_decomposed: bool = False) -> Path:
         piece = root / f"processor{number}" / "constant" / "polyMesh"
         poly_mesh(piece, points[ids], nodes.reshape(-1, 8).tolist(), form)
         addresses = "\n".join(map(str, ids.tolist()))
-        (piece / "pointProcAddressing").write_text(f"{_head('ascii')}\n{len(ids)}\n(\n{addresses}\n)\n")
+        (piece / "pointProcAddressing").write_text(
+            f"{_head('ascii', 'pointProcAddressing')}\n{len(ids)}\n(\n{addresses}\n)\n"
+        )
     return root
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -195,3 +198,50 @@ def test_nodes_in_included_files(tmp_path: Path) -> None:
     assert meshgauge.read(deck).points.tobytes() == moved.points.tobytes()
     assert undo.bring_back(tmp_path / "undo.npz", deck, deck)
     assert [path.read_bytes() for path in (deck, tmp_path / "in" / "nodes.inc")] == had
+
+
+KILLED = """
+import os, sys
+import meshgauge
+from meshgauge.files import output
+from meshgauge.io.patching import patch_of
+import numpy as np
+left, real = int(sys.argv[2]), os.replace
+def replace(*arguments):
+    global left
+    if left == 0:
+        os.kill(os.getpid(), 9)
+    left -= 1
+    real(*arguments)
+os.replace = replace
+deck = meshgauge.read(sys.argv[1])
+patch = patch_of(deck, sys.argv[1])
+points = np.array(deck.points)
+points[20:30] += 0.01
+points[20:30] = patch.rounded(np.arange(20, 30), points[20:30])
+patch.write(deck.replace(points=points), overwrite=True, undo_file="undo.npz")
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there is no such signal")
+@pytest.mark.parametrize("n_replaced", [0, 1, 2])
+def test_a_kill_leaves_each_file_old_or_new_and_undo_all_old_bytes(n_replaced: int, tmp_path: Path) -> None:
+    """Undo data, an included file and the deck, one after another."""
+    text = PATCHED["abaqus"][1](tmp_path).read_bytes()
+    deck, (start, middle, end) = tmp_path / "deck.inp", map(text.index, (b"*NODE", b"** 7, 1.", b"*Element"))
+    line = text.rindex(b"\n", 0, middle) + 1
+    (tmp_path / "a.inc").write_bytes(text[start:line])
+    (tmp_path / "b.inc").write_bytes(b"*NODE\r\n" + text[middle:end])
+    deck.write_bytes(text[:start] + b"*INCLUDE, INPUT=a.inc\r\n*INCLUDE, INPUT=b.inc\r\n" + text[end:])
+    names = ("a.inc", "b.inc", "deck.inp")
+    had = {name: (tmp_path / name).read_bytes() for name in names}
+    command = [sys.executable, "-c", KILLED, str(deck), str(n_replaced)]
+    killed = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60)
+    assert killed.returncode == -9, killed.stderr
+    now = {name: (tmp_path / name).read_bytes() for name in names}
+    assert (now != had) == (n_replaced > 1)
+    assert sum(now[name] != had[name] for name in names) == max(n_replaced - 1, 0)
+    assert (tmp_path / "undo.npz").exists() == (n_replaced > 0)
+    if n_replaced:
+        undo.bring_back(tmp_path / "undo.npz", deck, deck)
+    assert {name: (tmp_path / name).read_bytes() for name in names} == had

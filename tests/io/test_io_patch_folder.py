@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
+import shutil
 import stat
+import subprocess
 from pathlib import Path
 
 import command_line
@@ -103,3 +107,29 @@ def test_a_copy_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     with pytest.raises(WriteError, match="a full rack"):
         patch.write(moved, undo_file=tmp_path / "undo.npz")
     assert {path.name for path in tmp_path.iterdir()} == {"case"}
+
+
+@pytest.mark.skipif(shutil.which("checkMesh") is None, reason="OpenFOAM is not installed")
+@FORMS
+def test_openfoam_takes_it_and_finds_it_better(form: str, tmp_path: Path) -> None:
+    root = case(tmp_path, form)
+    schemes = "ddtSchemes {} gradSchemes { default Gauss linear; } divSchemes {} laplacianSchemes {}"
+    for name, text in {
+        "controlDict": "application x; startTime 0; endTime 1; deltaT 1; writeInterval 1;",
+        "fvSchemes": f"{schemes} interpolationSchemes {{ default linear; }} snGradSchemes {{}}",
+        "fvSolution": "solvers {}",
+    }.items():
+        header = f"FoamFile {{ version 2.0; format ascii; class dictionary; object {name}; }}\n"
+        (root / "system" / name).write_text(header + text)
+    assert command_line.run("improve", root, "-o", tmp_path / "better", "--target", "0.9").returncode == 0
+    etc = Path("/usr/share/openfoam")
+    environment = {**os.environ, **({"WM_PROJECT_DIR": str(etc)} if etc.is_dir() else {})}
+    printed = [
+        subprocess.run(
+            ["checkMesh", "-constant"], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        ).stdout
+        for folder in (root, tmp_path / "better")
+    ]
+    assert "Mesh OK" in printed[1]
+    before, after = (float(re.findall(r"non-orthogonality Max: (\S+)", text)[0]) for text in printed)
+    assert after < 0.5 * before
