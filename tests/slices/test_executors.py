@@ -90,3 +90,16 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     expected = capsys.readouterr().out
     assert main(["report", str(path), "--no-diagnosis", "--json", "--scheduler", "1"]) == 0
     assert capsys.readouterr().out == expected
+
+
+@pytest.mark.long
+def test_a_cluster_of_dask(tmp_path: Path) -> None:
+    pytest.importorskip("distributed", reason="Dask is not installed")
+    from distributed import Client, LocalCluster
+
+    job = a_job(tmp_path)
+    expected = measure_pieces(job, size=97)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
+        made = measure_pieces(job, executor=client.get_executor(), size=97)
+    assert made.summaries == expected.summaries
+    assert made.worst == expected.worst

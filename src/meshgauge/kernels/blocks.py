@@ -11,10 +11,16 @@ Ids = NDArray[np.int64]
 
 
 @kernel
-def mark(ids: Ids, shift: int, touched: NDArray[np.uint8]) -> None:
-    """Set ``touched`` to 1 for each block of ``2**shift`` items that one of the ids lies in."""
+def mark(ids: Ids, n: int, shift: int, touched: NDArray[np.uint8]) -> int:
+    """Set ``touched`` to 1 for each block of ``2**shift`` items that one of the ids lies in.
+
+    Returns the position of the first id that is none of ``n`` items; -1 if there is none.
+    """
     for i in range(len(ids)):
+        if not 0 <= ids[i] < n:
+            return i
         touched[ids[i] >> shift] = 1
+    return -1
 
 
 @kernel

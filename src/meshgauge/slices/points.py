@@ -101,10 +101,7 @@ class Points:
         MeshError
             If there is no such point.
         """
-        if len(ids) and not 0 <= int(ids.min()) <= int(ids.max()) < self.n:
-            wrong = int(ids[np.argmax((ids < 0) | (ids >= self.n))])
-            raise MeshError(f"point id {wrong} is outside 0..{self.n - 1}")
-        if self.fits:
+        if self.fits:  # a wrong id is found when the mesh is made
             return self.whole, ids, ALL
         touched = self.blocks_of(ids)
         if len(touched) * BLOCK * row_bytes(self.rows) <= self.budget:
@@ -120,11 +117,13 @@ class Points:
             return self._whole
 
     def blocks_of(self, ids: Ids) -> Ids:
-        """The blocks that some ids lie in, ascending."""
+        """The blocks that some ids lie in, ascending. Raises `MeshError` if there is no such point."""
         from ..kernels import blocks  # loads Numba
 
         touched = np.zeros((self.n >> SHIFT) + 1, np.uint8)
-        blocks.mark(ids, SHIFT, touched)
+        wrong = blocks.mark(ids, self.n, SHIFT, touched)
+        if wrong >= 0:
+            raise MeshError(f"point id {int(ids[wrong])} is outside 0..{self.n - 1}")
         return np.flatnonzero(touched)
 
     def _from_blocks(self, ids: Ids, touched: Ids) -> tuple[NDArray[np.floating], Ids, Origins]:
