@@ -209,6 +209,7 @@ def elmer(n: int) -> dict[str, str]:
     """A body for each cell."""
     return {
         "mesh.header": f"{4 * n} {n} 0\n1\n504 {n}\n",
+        "mesh.boundary": "",
         "mesh.nodes": rows([(-1, *x) for x in points(n)], first=1),
         "mesh.elements": rows([(k, 504, *ids) for k, ids in enumerate(tetra(n), 1)], first=1),
         "mesh.names": "! bodies\n" + "".join(f"$ body {k} = {k}\n" for k in range(1, n + 1)),
