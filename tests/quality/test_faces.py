@@ -14,12 +14,14 @@ import meshgauge
 from meshgauge import Mesh, Polyhedra
 from meshgauge.cells import SHAPES
 from meshgauge.check import check
+from meshgauge.kernels.finite_volume import driver
 from meshgauge.mesh import CellBlock
-from meshgauge.quality import faces as module
 from meshgauge.quality.faces import FaceQuality
 from meshgauge.quality.metrics import LIMITS
 
 NAMES = tuple(LIMITS)
+
+pytestmark = pytest.mark.usefixtures("path")
 
 
 def grid(n: int = 3, *, noise: float = 0.0, tetra: bool = False, seed: int = 0) -> Mesh:
@@ -154,7 +156,7 @@ def by_hand(mesh: Mesh) -> dict[str, list[float]]:
     "mesh", [grid(3, noise=0.25), grid(2, noise=0.2, tetra=True), mixed(1), mixed(2)], ids=["hex", "tet", "mix", "mix2"]
 )
 def test_cell_by_cell(mesh: Mesh, block: int, threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "BLOCK", block)
+    monkeypatch.setattr(driver, "BLOCK", block)
     quality = meshgauge.measure(mesh, metrics=NAMES, threads=threads)
     for name, values in by_hand(mesh).items():
         np.testing.assert_allclose(quality.values_of(name), values, rtol=1e-10, atol=1e-12, err_msg=name)

@@ -6,7 +6,6 @@ into triangles about the mean of its points, a cell into pyramids on its faces a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES
-from ..kernels.threads import run
+from ..kernels.finite_volume import driver
 from ..mesh import Mesh
 from ..mesh.labels import cell_label
 from ..mesh.regions import regions
@@ -26,9 +25,6 @@ Values = NDArray[np.float64]
 
 NONE = -1
 """The neighbour of a face of the boundary."""
-
-BLOCK = 1 << 16
-"""Faces worked on at a time, so that temporaries stay small."""
 
 AT_LEAST, AT_LEAST_OUTSIDE = 0.2, 0.4
 """Shares of the distance of the centres that a face counts at least as wide for its skewness; outside twice as much,
@@ -82,8 +78,9 @@ class FaceQuality:
         self.neighbour: Ids = np.full(len(mate), NONE)
         self.neighbour[mate >= 0] = cells[mate[mate >= 0]]
         self.points, self.offsets = self.topology.face_points(self.half_faces)
+        self._x = np.ascontiguousarray(self.mesh.points, np.float64)
+        self.centres, self.areas, self._triangle_areas = driver.polygons(self._x, self.points, self.offsets, threads)
         with np.errstate(all="ignore"):
-            self._measure_faces()
             self._measure_cells()
 
     @property
@@ -172,12 +169,15 @@ class FaceQuality:
         one = np.where(self.is_inner, 1.0, 0.0)
         n_inner = self._sum_by_cell(one, one)
         total = self._sum_by_cell(area, area)
-        squares = np.where(self.is_inner[:, None, None], self.areas[:, :, None] * self.areas[:, None, :], 0.0)
-        sums = self._sum_by_cell(squares.reshape(-1, 9), squares.reshape(-1, 9))
+        s = np.where(self.is_inner[:, None], self.areas, 0.0)
         with np.errstate(all="ignore"):
-            sums = sums / ((total / n_inner) ** 2)[:, None]
-        found = np.abs(np.linalg.det(np.nan_to_num(sums).reshape(-1, 3, 3))) / 8.0
-        return np.where(n_inner == 0.0, 0.0, np.where(np.isnan(sums).any(axis=1) & (total != 0.0), np.nan, found))
+            unit = (total / n_inner) ** 2
+            xx, yy, zz, xy, yz, zx = (
+                self._sum_by_cell(product, product) / unit
+                for product in (s[:, i] * s[:, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)))
+            )
+        found = np.abs(xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx)) / 8.0
+        return np.where((n_inner == 0.0) | (total == 0.0), 0.0, found)
 
     # From faces to cells.
 
@@ -255,30 +255,6 @@ class FaceQuality:
         """``(n_faces,)`` volume of the pyramid from each face to the centre of a cell, positive out of it."""
         return _dot(self.areas, self.centres - self.cell_centres[cells]) / 3.0
 
-    def _measure_faces(self) -> None:
-        n = self.n_faces
-        self.centres, self.areas, self._triangle_areas = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
-
-        def work(part: slice) -> None:
-            x, starts, sizes, owner, following = self._polygons(part)
-            mean = np.add.reduceat(x, starts) / sizes[:, None]
-            about = mean[owner]
-            normals = np.cross(x[following] - x, about - x)
-            areas = _norm(normals)
-            total = np.add.reduceat(areas, starts)
-            moments = np.add.reduceat(areas[:, None] * (x + x[following] + about), starts)
-            centres = np.where(total[:, None] > 0.0, moments / (3.0 * total[:, None]), mean)
-            vectors = 0.5 * np.add.reduceat(normals, starts)
-            three = np.flatnonzero(sizes == 3)
-            a, b, c = (x[starts[three] + k] for k in range(3))
-            centres[three], vectors[three] = mean[three], 0.5 * np.cross(b - a, c - a)
-            about = centres[owner]
-            halves = _norm(np.cross(x[following] - x, about - x))
-            self.centres[part], self.areas[part] = centres, vectors
-            self._triangle_areas[part] = 0.5 * np.add.reduceat(halves, starts)
-
-        run(_quietly(work), self._parts(), self.threads)
-
     def _measure_cells(self) -> None:
         n = self.mesh.n_cells
         counts = self._sum_by_cell(np.ones(self.n_faces), np.ones(self.n_faces))
@@ -297,37 +273,11 @@ class FaceQuality:
 
     def _skewness(self, d: Values, least: float) -> Values:
         """Of every face, for a line ``d`` from the owner's centre through the face."""
-        out = np.empty(self.n_faces)
-
-        def work(part: slice) -> None:
-            x, starts, _, owner, _ = self._polygons(part)
-            centres, areas, line = self.centres[part], self.areas[part], d[part]
-            to_centre = centres - self.cell_centres[self.owner[part]]
-            along = _dot(areas, to_centre) / _dot(areas, line)
-            off = to_centre - along[:, None] * line
-            length = _norm(off)
-            way = np.where(length[:, None] > 0.0, off / length[:, None], 0.0)
-            reach = np.maximum.reduceat(np.abs(_dot(way[owner], x - centres[owner])), starts)
-            width = np.maximum(least * _norm(line), reach)
-            values = np.where(length == 0.0, 0.0, length / width)
-            is_beside = ~np.isfinite(along) & ~self._is_lost[part]  # the line lies in the face's plane
-            out[part] = np.where(self._is_lost[part], np.nan, np.where(is_beside, np.inf, values))
-
-        run(_quietly(work), self._parts(), self.threads)
-        return out
-
-    def _parts(self) -> Iterator[slice]:
-        return (slice(start, min(start + BLOCK, self.n_faces)) for start in range(0, self.n_faces, BLOCK))
-
-    def _polygons(self, part: slice) -> tuple[Values, Ids, Ids, Ids, Ids]:
-        """Coordinates of the points of some faces, one face after another; where each begins, how many it has, whose
-        each point is, and the next point around."""
-        offsets = self.offsets[part.start : part.stop + 1]
-        x = np.asarray(self.mesh.points[self.points[offsets[0] : offsets[-1]]], np.float64)
-        starts, sizes = offsets[:-1] - offsets[0], np.diff(offsets)
-        following = np.arange(len(x)) + 1
-        following[starts + sizes - 1] = starts
-        return x, starts, sizes, np.repeat(np.arange(len(sizes)), sizes), following
+        starts = self.cell_centres[self.owner]
+        values = driver.skewness(
+            self._x, self.points, self.offsets, self.centres, self.areas, starts, d, least, self.threads
+        )
+        return np.where(self._is_lost, np.nan, values)
 
     def _sum_by_cell(self, of_owner: Values, of_neighbour: Values) -> Values:
         """``(n_cells, ...)`` sums over the faces of each cell of what they are for their owner and neighbour."""
@@ -350,16 +300,6 @@ class FaceQuality:
             combine.at(out, self.owner, known)
             combine.at(out, self.neighbour[inner], known[inner])
         return np.where(out == start, without, out)
-
-
-def _quietly(work: Callable[[slice], None]) -> Callable[[slice], None]:
-    """Work on a thread of its own without warnings of NumPy: their settings are each thread's."""
-
-    def quiet(part: slice) -> None:
-        with np.errstate(all="ignore"):
-            work(part)
-
-    return quiet
 
 
 def _dot(a: Values, b: Values) -> Values:

@@ -1,0 +1,1 @@
+"""Geometry of faces as finite volumes take it."""
