@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import command_line
 import h5py
 import meshio
 import numpy as np
@@ -109,8 +111,6 @@ def test_only_coordinates_of_moved_points_change(name: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("name", ["abaqus", "nastran", "gmsh 2.2 binary", "tetgen"])
 def test_from_a_shell(name: str, tmp_path: Path) -> None:
-    import command_line
-
     path, mesh, patch = opened(name, tmp_path)
     done = command_line.run("improve", path, "-o", patch.target, "--target", "0.9", "--undo", tmp_path / "undo.npz")
     assert done.returncode == 0, done.stderr
@@ -245,3 +245,27 @@ def test_a_kill_leaves_each_file_old_or_new_and_undo_all_old_bytes(n_replaced: i
     if n_replaced:
         undo.bring_back(tmp_path / "undo.npz", deck, deck)
     assert {name: (tmp_path / name).read_bytes() for name in names} == had
+
+
+def test_what_is_certified_is_what_the_file_holds(tmp_path: Path) -> None:
+    """Far from the origin a field of 8 characters holds three decimals."""
+    path = PATCHED["nastran"][1](tmp_path)
+    lines = path.read_text().splitlines()
+    for at, line in enumerate(lines):
+        if line.startswith("GRID "):
+            fields = [line[k : k + 8] for k in (24, 32, 40)]
+            lines[at] = line[:24] + "".join(f"{1000.0 + _real(field):8.3f}" for field in fields)
+    path.write_text("\n".join(lines) + "\n")
+    better = tmp_path / "better.bdf"
+    done = command_line.run("improve", path, "-o", better, "--everywhere", "--json")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    values = meshgauge.measure(meshgauge.read(better)).values
+    assert report["after"]["all"]["min"] == values.min()
+    assert any("rounded to the digits that the file holds" in note for note in report["notes"])
+    assert all(claim["holds"] for claim in report["claims"])
+    assert values.min() > meshgauge.measure(meshgauge.read(path)).values.min()
+
+
+def _real(field: str) -> float:
+    return float(re.sub(r"(?<=[0-9.])([+-][0-9]+)$", r"e\1", field.strip()))
