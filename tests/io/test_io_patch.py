@@ -172,7 +172,7 @@ def test_generated_nodes_are_named(tmp_path: Path) -> None:
 
 
 def test_nodes_in_included_files(tmp_path: Path) -> None:
-    """Into another folder all go along; beside the deck they stay; in place they are patched where they are."""
+    """Into another folder all go along; in place they are patched where they are."""
     text = PATCHED["abaqus"][1](tmp_path).read_bytes()
     start, end = text.index(b"*NODE"), text.index(b"*Element")
     (tmp_path / "in").mkdir()
@@ -181,9 +181,6 @@ def test_nodes_in_included_files(tmp_path: Path) -> None:
     deck.write_bytes(text[:start] + b"*INCLUDE, INPUT=in/nodes.inc\r\n" + text[end:])
     had = [path.read_bytes() for path in (deck, tmp_path / "in" / "nodes.inc")]
     mesh = meshgauge.read(deck)
-    beside = patch_of(mesh, tmp_path / "better.inp")
-    assert beside is not None
-    assert beside.is_fixed.all()
     (tmp_path / "there").mkdir()
     elsewhere = patch_of(mesh, tmp_path / "there" / "better.inp")
     assert elsewhere is not None
@@ -269,3 +266,51 @@ def test_what_is_certified_is_what_the_file_holds(tmp_path: Path) -> None:
 
 def _real(field: str) -> float:
     return float(re.sub(r"(?<=[0-9.])([+-][0-9]+)$", r"e\1", field.strip()))
+
+
+def spread(name: str, folder: Path) -> Path:
+    """A deck that includes a file that includes the first nodes; and another that has no nodes."""
+    path = PATCHED[name][1](folder)
+    text = path.read_bytes()
+    end = b"\r\n" if b"\r\n" in text else b"\n"
+    first, last, include = {
+        "abaqus": (b"*NODE", b"*Element", b"*INCLUDE, INPUT=%b" + end),
+        "nastran": (b"GRID  ", b"CHEXA", b"INCLUDE '%b'" + end),
+        "lsdyna": (b"*NODE", b"*ELEMENT", b"*INCLUDE" + end + b"%b" + end),
+    }[name]
+    start, stop = text.index(first), text.index(last)
+    (folder / "in").mkdir()
+    (folder / "in" / "nodes.inc").write_bytes(text[start:stop])
+    (folder / "outer.inc").write_bytes(include % b"in/nodes.inc")
+    (folder / "other.inc").write_bytes(
+        {"abaqus": b"** nothing", "nastran": b"$ nothing", "lsdyna": b"$ nothing"}[name] + end
+    )
+    path.write_bytes(text[:start] + include % b"outer.inc" + include % b"other.inc" + text[stop:])
+    return path
+
+
+@pytest.mark.parametrize("name", ["abaqus", "nastran", "lsdyna"])
+def test_beside_the_old_deck_included_files_that_change_get_new_names(name: str, tmp_path: Path) -> None:
+    path = spread(name, tmp_path)
+    had = {one: one.read_bytes() for one in tmp_path.rglob("*") if one.is_file()}
+    mesh = meshgauge.read(path)
+    target = path.with_stem("better")
+    patch = patch_of(mesh, target)
+    assert patch is not None
+    assert not patch.is_fixed.any()
+    moved, _ = shifted(mesh, patch)
+    patch.write(moved, undo_file=tmp_path / "undo.npz")
+    assert meshgauge.read(target).points.tobytes() == moved.points.tobytes()
+    assert {one: one.read_bytes() for one in had} == had
+    new = {one.relative_to(tmp_path).as_posix() for one in tmp_path.rglob("*") if one.is_file() and one not in had}
+    assert new == {target.name, "better_outer.inc", "in/better_nodes.inc", "undo.npz"}
+    assert had[path].replace(b"outer.inc", b"better_outer.inc") == target.read_bytes()
+    assert b"in/better_nodes.inc" in (tmp_path / "better_outer.inc").read_bytes()
+    undo.bring_back(tmp_path / "undo.npz", target, target)
+    assert target.read_bytes() == had[path]
+    assert (tmp_path / "in" / "better_nodes.inc").read_bytes() == had[tmp_path / "in" / "nodes.inc"]
+    same = path.with_stem("same")
+    again = patch_of(mesh, same)
+    assert again is not None
+    again.write(mesh)
+    assert same.read_bytes() == had[path]

@@ -18,10 +18,10 @@ from ..files import private, undo
 from ..files.output import new_folder, replacing
 from ..mesh import Mesh
 from . import registry
-from .plumbing.format import Format
+from .plumbing.format import Format, IncludedNames
 from .plumbing.isolate import Limits
 from .plumbing.numerals import Ints, Reals
-from .plumbing.patch import Edit, Places
+from .plumbing.patch import Edit, Places, is_same
 from .plumbing.patch_nodes import Nodes, edit_nodes
 from .plumbing.steps import StepChoice
 from .reading import format_of
@@ -107,30 +107,67 @@ class Patch:
             raise WriteError(f"{self.target}: is a file that the mesh was read from; it is not overwritten")
         before, after = self._moved(mesh)
         targets = _targets(source, self.target, self.mesh.sources)
+        edits = {old: self._edit(old, mesh, before, after) for old in targets}
+        is_beside = os.path.realpath(self.target.parent) == str(source.parent.resolve()) and not overwrite
+        if is_beside and self.chosen.included is not None:
+            targets, edits = self._with_new_names(self.chosen.included, targets, edits)
         changes = []
         with contextlib.ExitStack() as stack:
             staged: dict[Path, Path] = {}
             for old, new in targets.items():
-                edit = self._edit(old, mesh, before, after)
-                is_kept = old != source and os.path.realpath(old) == os.path.realpath(new)
-                if is_kept and not edit.is_empty and os.path.realpath(self.target) != os.path.realpath(source):
-                    raise WriteError(f"{self.target}: includes {old}, which changes: write into another folder")
-                if old != source and edit.is_empty and os.path.realpath(old) == os.path.realpath(new):
+                edit, stays = edits[old], old != source and is_same(old, new)
+                if stays and edit.is_empty:
                     continue
+                if stays and not overwrite:
+                    raise WriteError(f"{self.target}: includes {old}, which changes: write into another folder")
                 is_pair = _is_companion(os.path.realpath(old), os.path.realpath(source))
-                is_other = old != source and not is_pair and os.path.realpath(old) != os.path.realpath(new)
-                if is_other and new.exists():
+                if not (old == source or is_pair or stays or is_beside) and new.exists():
+                    if edit.is_empty and new.read_bytes() == old.read_bytes():
+                        continue
                     raise WriteError(f"{new}: exists; {self.target} would include it: write into another folder")
                 new.parent.mkdir(parents=True, exist_ok=True) if old != source else None
                 staged[old] = stack.enter_context(replacing(new, overwrite=overwrite))
                 hunks = edit.copy(old, staged[old])
                 if old == source or not edit.is_empty:
-                    changes.append(undo.Change(old, staged[old], hunks, "" if old == source else _name(source, old)))
-            with _as_one(source, self.mesh.sources, staged) as (path, roots):
+                    name = "" if old == source else str(new.absolute().relative_to(self.target.absolute().parent))
+                    changes.append(undo.Change(old, staged[old], hunks, name))
+            names = {path: new.absolute().relative_to(self.target.absolute().parent) for path, new in targets.items()}
+            with _as_one(source, self.mesh.sources, staged, names) as (path, roots):
                 limits = replace(self.limits, include_roots=(*self.limits.include_roots, *roots))
                 self._check(mesh, lambda: registry.read(self.chosen, path, limits, self.step))
             if undo_file is not None:
                 undo.store(undo_file, changes)
+
+    def _with_new_names(
+        self, included: IncludedNames, targets: dict[Path, Path], edits: dict[Path, Edit]
+    ) -> tuple[dict[Path, Path], dict[Path, Edit]]:
+        """For a new file beside the old one: included files that change get names of their own, which it includes."""
+        source = Path(self.mesh.path or "")
+        folder, named = source.parent.resolve(), edits
+        while True:
+            new_names = {
+                os.path.realpath(old): f"{self.target.stem}_{old.name}"
+                for old, edit in named.items()
+                if old != source and not edit.is_empty and not _is_companion(str(old), os.path.realpath(source))
+            }
+            renamed = {}
+            for old, edit in edits.items():
+                data, spans, texts = old.read_bytes(), [], []
+                for start, end in included(data):
+                    name = data[start:end].replace(b"\\", b"/")
+                    other = new_names.get(os.path.realpath(folder / os.fsdecode(name)))
+                    if other is not None:
+                        spans.append((start, end))
+                        texts.append(data[start:end][: len(name) - len(name.split(b"/")[-1])] + os.fsencode(other))
+                renamed[old] = edit.also(spans, texts)
+            if all(renamed[old].is_empty == named[old].is_empty for old in edits):
+                break
+            named = renamed
+        kept = {old: new for old, new in targets.items() if not renamed[old].is_empty or old == source}
+        for old in kept:
+            if os.path.realpath(old) in new_names:
+                kept[old] = old.with_name(new_names[os.path.realpath(old)])
+        return kept, renamed
 
     def _edit(self, path: Path, mesh: Mesh, before: Reals, after: Reals) -> Edit:
         if self.nodes is None:
@@ -252,7 +289,7 @@ def patch_of(
         places = places.without(~np.array(inside)[places.piece])
         return Patch(mesh, Path(target), chosen, places, limits or Limits(), step)
     places = registry.places(chosen, source, limits, step).aligned(mesh)
-    locked = _locked(source, Path(target), mesh.sources)
+    locked = _locked(chosen, source, Path(target), mesh.sources)
     piece_is_locked = np.array([os.path.realpath(path) in locked for path, _ in places.pieces] or [False])
     places = places.without(piece_is_locked[places.piece])
     return Patch(mesh, Path(target), chosen, places, limits or Limits(), step)
@@ -290,22 +327,19 @@ def _is_companion(path: str, own: str) -> bool:
     return path != own and Path(path).with_suffix("") == Path(own).with_suffix("")
 
 
-def _locked(source: Path, target: Path, sources: tuple[str, ...]) -> set[str]:
-    """Files that were read and must stay: outside of the folder, or beside a new file that includes them."""
+def _locked(chosen: Format, source: Path, target: Path, sources: tuple[str, ...]) -> set[str]:
+    """Files that were read and must stay: outside of the folder, or beside a new file that must include them still."""
     own, folder = os.path.realpath(source), source.parent.resolve()
     others = {path for path in sources if path != own and not _is_companion(path, own)}
-    if os.path.realpath(target.parent) == str(folder) and os.path.realpath(target) != own:
+    is_beside = os.path.realpath(target.parent) == str(folder) and os.path.realpath(target) != own
+    if is_beside and chosen.included is None:
         return others
     return {path for path in others if not Path(path).is_relative_to(folder)}
 
 
-def _name(source: Path, path: Path) -> str:
-    return str(Path(os.path.realpath(path)).relative_to(source.parent.resolve()))
-
-
 @contextlib.contextmanager
 def _as_one(
-    source: Path, sources: tuple[str, ...], staged: dict[Path, Path]
+    source: Path, sources: tuple[str, ...], staged: dict[Path, Path], names: dict[Path, Path]
 ) -> Iterator[tuple[Path, tuple[Path, ...]]]:
     """The main file with what it includes around it, as it will be; and the folders where all of that stands."""
     own, folder = os.path.realpath(source), source.parent.resolve()
@@ -314,11 +348,11 @@ def _as_one(
         yield staged[source], ()
         return
     with private.folder() as one:
-        main = one / source.name
+        main = one / names[source]
         main.symlink_to(staged[source].resolve())
         for path in others:
             if path.is_relative_to(folder):
-                link = one / path.relative_to(folder)
+                link = one / (names[path] if path in staged else path.relative_to(folder))
                 link.parent.mkdir(parents=True, exist_ok=True)
                 link.symlink_to(staged.get(path, path).resolve())
         yield main, (folder, *(path.parent.resolve() for path in staged.values()))

@@ -54,6 +54,9 @@ StepPlacesFinder = Callable[[Path, int], Places]
 NodesFinder = Callable[[Path], tuple[Nodes, ...]]
 """Scans a file again for where it holds the nodes of cells; raises if it names faces of cells by local numbers."""
 
+IncludedNames = Callable[[bytes], list[tuple[int, int]]]
+"""Where the bytes of a file name others that it includes: first byte of each name, and that behind its last."""
+
 Sniffer = Callable[[bytes, Path], bool]
 """True if the first bytes of a file (up to `HEAD` of them) are of this format."""
 
@@ -108,6 +111,8 @@ class Format:
         In place of ``places`` where a file may hold several time steps.
     nodes
         Where the nodes of cells stand, so that cells can be renumbered in the file; None where that is not done.
+    included
+        Where files name others that they include, so that a new file can name others; None if the format has no such.
     is_stale
         Of a format whose files are a folder: which entries of it are of the mesh as it was, such as results, so that a
         copy with other coordinates goes without them.
@@ -130,6 +135,7 @@ class Format:
     places: PlacesFinder | None = None
     step_places: StepPlacesFinder | None = None
     nodes: NodesFinder | None = None
+    included: IncludedNames | None = None
     is_stale: Callable[[str], bool] | None = None
     by_content: bool = True
     has_both_wedge_orders: bool = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -155,7 +156,7 @@ class Places:
         own = replace(self, copies=None, labels=np.arange(len(self.starts)))
         every = own if self.copies is None else Places.joined([own, self.copies])
         points = every.labels
-        is_here = np.isin(every.piece, [number for number, (file, _) in enumerate(every.pieces) if file == path])
+        is_here = np.isin(every.piece, [number for number, (file, _) in enumerate(every.pieces) if is_same(file, path)])
         is_moved = is_here[:, None] & (before.view(np.int64) != after.view(np.int64))[points]
         starts, ends, new = every.starts[is_moved], every.ends[is_moved], after[points][is_moved]
         piece = np.broadcast_to(every.piece[:, None], is_moved.shape)[is_moved]
@@ -194,6 +195,15 @@ class Edit:
     texts: list[bytes]
     puts: list[tuple[Putting, Ints, Reals]]
 
+    def also(self, spans: Sequence[tuple[int, int]], texts: Sequence[bytes]) -> Edit:
+        """The same with further pieces of text."""
+        starts = np.array([*self.hunks.old[:, 0].tolist(), *(a for a, _ in spans)], np.int64)
+        ends = np.array([*self.hunks.old[:, 1].tolist(), *(b for _, b in spans)], np.int64)
+        order = np.argsort(starts, kind="stable")
+        every = [*self.texts, *texts]
+        every = [every[at] for at in order.tolist()]
+        return Edit(Hunks.replacing(starts[order], ends[order], list(map(len, every))), every, self.puts)
+
     @property
     def is_empty(self) -> bool:
         """True if nothing changes."""
@@ -212,6 +222,11 @@ class Edit:
         for form, starts, values in self.puts:
             form.put(new, starts, values)
         return None if self.puts else self.hunks
+
+
+def is_same(a: Path, b: Path) -> bool:
+    """Whether two paths lead to one file."""
+    return a == b or os.path.realpath(a) == os.path.realpath(b)
 
 
 def contents(path: Path) -> bytes:

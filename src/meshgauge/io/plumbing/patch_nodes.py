@@ -13,7 +13,7 @@ from ...files.undo import Hunks
 from ...mesh import Mesh
 from ...mesh.labels import labels_of
 from .numerals import Ints
-from .patch import Edit
+from .patch import Edit, is_same
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ def edit_nodes(path: Path, pieces: Sequence[Nodes], before: Mesh, after: Mesh) -
     found: list[tuple[int, int, bytes]] = []
     for cell, (piece, row) in zip(changed.tolist(), rows, strict=True):
         own = pieces[piece]
-        if own.path != path:
+        if not is_same(own.path, path):
             continue
         old, new = (_numbers(mesh, cell, own) for mesh in (before, after))
         spans = list(zip(own.starts[row].tolist(), own.ends[row].tolist(), strict=True))

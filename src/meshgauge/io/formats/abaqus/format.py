@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from ....mesh import Mesh
+from ...plumbing import included
 from ...plumbing.format import Format
 from . import write as abaqus_write
 from .nodes import nodes
@@ -23,4 +24,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return abaqus_write.write(path, mesh, MATERIAL)
 
 
-ABAQUS = Format("abaqus", "Abaqus", (".inp",), sniff, read, write=write, places=places, nodes=nodes, by_content=False)
+ABAQUS = Format(
+    "abaqus", "Abaqus", (".inp",), sniff, read, write=write, places=places, nodes=nodes, included=included.abaqus,
+    by_content=False,
+)  # fmt: skip

@@ -94,7 +94,7 @@ def _gather(path: Path, includes: Includes, made: list[Card]) -> None:
     budget.draw("text", len(data), path.name)
     breaks = np.flatnonzero(np.frombuffer(data, np.uint8) == 10)
     heads = list(_KEYWORD.finditer(data))
-    ends = [*(head.start() for head in heads[1:]), len(data)]
+    ends = [*(head.start() for head in heads), len(data)][1:]
     usual = 8
     for head, end in zip(heads, ends, strict=True):
         text = head[0].decode("utf-8", "replace")

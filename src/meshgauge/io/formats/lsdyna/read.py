@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL
-from ...plumbing import budget
+from ...plumbing import budget, included
 from ...plumbing.build import Ints, Kind, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index, drop_counts
@@ -223,4 +223,7 @@ def _list(content: _Content, before: str) -> str:
     return f"{before}{', '.join(content.left_out)}" if content.left_out else ""
 
 
-LSDYNA = Format("lsdyna", "LS-DYNA keyword", (".k", ".key", ".dyn"), sniff, read, places=places, by_content=False)
+LSDYNA = Format(
+    "lsdyna", "LS-DYNA keyword", (".k", ".key", ".dyn"), sniff, read, places=places, included=included.lsdyna,
+    by_content=False,
+)  # fmt: skip

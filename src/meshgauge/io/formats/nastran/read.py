@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....mesh import Mesh
 from ....mesh.labels import LABEL
+from ...plumbing import included
 from ...plumbing.build import Cells, Ints, Kind, gather
 from ...plumbing.format import Format
 from ...plumbing.ids import Index, pad_labels
@@ -213,4 +214,4 @@ def _basic(bulk: _Bulk, index: Index, path: Path) -> Reals:
     return points
 
 
-NASTRAN = Format("nastran", "Nastran", _EXTENSIONS, sniff, read, places=places, nodes=nodes)
+NASTRAN = Format("nastran", "Nastran", _EXTENSIONS, sniff, read, places=places, nodes=nodes, included=included.nastran)
