@@ -91,8 +91,9 @@ class ChangedMesh:
             n = int(np.count_nonzero(patch.is_fixed))
             if n == before.n_points:
                 raise WriteError(
-                    f"{source}: no point has a place of its own in a file that may change: points of instances that are "
-                    "moved, of other coordinate systems, and of files outside of its folder; --convert writes the mesh anew, without what the file holds beside it"
+                    f"{source}: no point has a place of its own in a file that may change: they are of instances that "
+                    "are moved, of other coordinate systems, or in files outside of its folder; --convert writes the "
+                    "mesh anew, without what the file holds beside it"
                 )
             what = number_of(n, "point has", "points have")
             terminal.warn("note", f"{source}: {what} no place in a file that may change, and will not move")
