@@ -356,6 +356,28 @@ def cgns(folder: Path, **how: Any) -> Path:
     return path
 
 
+def hedra(folder: Path) -> Path:
+    """Cells by faces, each face of its own."""
+    mesh = bricks()
+    faces = [[row[k] + 1 for k in side] for row in cells(mesh) for side in SIDES]
+    lines = [
+        f"{mesh.n_points} {len(faces)} {mesh.n_cells}",
+        *rows(mesh),
+        *(f"4 {' '.join(map(str, f))}" for f in faces),
+    ]
+    lines += [f"6 {' '.join(str(6 * n + k + 1) for k in range(6))}" for n in range(mesh.n_cells)]
+    return _text(folder / "mesh.hedra", lines)
+
+
+def elmer(folder: Path) -> Path:
+    """Four files of one name."""
+    mesh = bricks()
+    _text(folder / "mesh.header", [f"{mesh.n_points} {mesh.n_cells} 1", "2", "808 27", "404 1"])
+    _text(folder / "mesh.elements", [f"{n} 1 808 {' '.join(map(str, row))}" for n, row in enumerate(cells(mesh, 1), 1)])
+    _text(folder / "mesh.boundary", ["1 1 1 0 404 1 2 6 5"])
+    return _text(folder / "mesh.nodes", [f"{n} -1 {row}" for n, row in enumerate(rows(mesh), 1)])
+
+
 PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "abaqus": ("abaqus", abaqus, "text"),
     "su2": ("su2", su2, "text"),
@@ -387,6 +409,8 @@ PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "cgns": ("cgns", cgns, "bytes"),
     "cgns packed": ("cgns", partial(cgns, chunks=(16,), compression="gzip"), "arrays"),
     "med": ("med", written_by("cube.med"), "bytes"),
+    "hedra": ("hedra", hedra, "text"),
+    "elmer": ("elmer", elmer, "text"),
     "medit": ("medit", partial(medit, suffix="mesh"), "text"),
     "medit single": ("medit", partial(medit, suffix="mesh", is_single=True), "text"),
     "medit binary": ("medit", partial(medit, suffix="meshb"), "bytes"),

@@ -22,6 +22,7 @@ from ..plumbing.build import Ints, Kind, check_codes
 from ..plumbing.face_based import offsets_of, spans
 from ..plumbing.format import Format
 from ..plumbing.text import Text
+from . import rows_places
 
 BODY, BOUNDARY = "elmer:body", "elmer:boundary"
 
@@ -257,4 +258,7 @@ def _names(path: Path) -> tuple[dict[int, str], dict[int, str]]:
     return names
 
 
-ELMER = Format("elmer", "Elmer", (".header", ".nodes", ".elements", ".boundary"), sniff, read, by_content=False)
+ELMER = Format(
+    "elmer", "Elmer", (".header", ".nodes", ".elements", ".boundary"), sniff, read, places=rows_places.elmer,
+    by_content=False,
+)  # fmt: skip

@@ -11,6 +11,7 @@ from ...mesh import Mesh
 from ..plumbing import face_based
 from ..plumbing.format import Format
 from ..plumbing.text import Ragged, Text
+from . import rows_places
 
 _COUNTS = re.compile(rb"\A\s*\d+[ \t]+\d+[ \t]+\d+[ \t]*\r?\n")
 
@@ -73,4 +74,4 @@ def _in_range(text: Text, ids: face_based.Ints, n: int, what: str, first: int, o
         raise text.fail(f"{what} {int(ids[at])}, which is outside 1..{n}", row)
 
 
-HEDRA = Format("hedra", "HEDRA (cinolib)", (".hedra",), sniff, read, by_content=False)
+HEDRA = Format("hedra", "HEDRA (cinolib)", (".hedra",), sniff, read, places=rows_places.hedra, by_content=False)

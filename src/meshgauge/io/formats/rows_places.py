@@ -1,4 +1,4 @@
-"""Where formats of text hold points in a section of their own, a line each: MFEM, Netgen, FLAC3D and AVS UCD."""
+"""Where formats of text hold points in a section, a line each: MFEM, Netgen, FLAC3D, AVS UCD, HEDRA and Elmer."""
 
 from __future__ import annotations
 
@@ -55,6 +55,32 @@ def avs(path: Path) -> Places:
     begin = after_lines(data, 0, 1)
     end = after_lines(data, begin, int(data[:begin].split()[0]))
     return Places.of(path, Text(), *columns(data, begin, end, 1, 3))
+
+
+def hedra(path: Path) -> Places:
+    """Behind the line of counts, the coordinates a line."""
+    data = in_place(path.read_bytes())
+    begin = after_lines(data, 0, 1)
+    end = after_lines(data, begin, int(data[:begin].split()[0]))
+    return Places.of(path, Text(), *columns(data, begin, end, 0, 3))
+
+
+def elmer(path: Path) -> Places:
+    """In the file of nodes: a number, a partition and the coordinates a line.
+
+    Raises
+    ------
+    ReadError
+        If the mesh is in parts.
+    """
+    if re.fullmatch(r"part\.\d+", path.stem):
+        raise ReadError(f"{path}: Elmer's meshes in parts are not patched; join them first (ElmerGrid)")
+    file = path.with_suffix(".nodes")
+    data = in_place(file.read_bytes())
+    starts, ends = columns(data, 0, len(data), 0, 5)
+    spans = zip(starts[:, 0].tolist(), ends[:, 0].tolist(), strict=True)
+    labels = np.array([int(data[a:b]) for a, b in spans], np.int64)
+    return Places.of(file, Text(), starts[:, 2:], ends[:, 2:], labels)
 
 
 def _after(path: Path, data: bytes, mark: re.Pattern[bytes]) -> Places:
