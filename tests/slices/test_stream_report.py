@@ -28,7 +28,8 @@ from meshgauge.slices import Ask, facts
 from meshgauge.slices.points import Points
 from meshgauge.slices.read import places
 
-METRICS = ("jens", "scaled_jacobian", "aspect_ratio_gamma")
+METRICS = tuple(name for name, row in meshgauge.METRICS.items() if row.in_slices)
+"""All that can be measured in slices."""
 
 MEMORY = {"whole": 1 << 30, "blocks": 1 << 20, "ids": 1}
 """Bytes for points: all of them, blocks, only those of a slice."""
@@ -158,6 +159,25 @@ def test_files_of_pieces(tmp_path: Path, with_regions: bool, memory: str) -> Non
     made = streamed(path, MEMORY[memory])
     assert_same(made, whole(path))
     assert len(made.regions) == (4 if with_regions else 1)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_time_steps_of_a_collection(tmp_path: Path, step: int) -> None:
+    files = {"a.vtu": garden(seed=1), "b.vtkhdf": garden(seed=2), "c.vtu": garden(seed=3)}
+    kept = ("GlobalElementId", "vtkGhostType")
+    for name, mesh in files.items():
+        write = write_raw_vtu if name.endswith(".vtu") else io.write
+        write(tmp_path / name, mesh.replace(cell_data={k: mesh.cell_data[k] for k in kept}))
+    path = tmp_path / "run.pvd"
+    sets = ('timestep="0" file="a.vtu"', 'timestep="1" part="0" file="b.vtkhdf"', 'timestep="1" part="1" file="c.vtu"')
+    items = "".join(f"<DataSet {one}/>" for one in sets)
+    path.write_text(f'<VTKFile type="Collection"><Collection>{items}</Collection></VTKFile>')
+    pieces = io.pieces(path, step=step)
+    assert pieces is not None
+    made = report_on(pieces, path=str(path), metrics=METRICS, by_region=True, size=97)
+    quality = meshgauge.measure(io.read(path, step=step), metrics=METRICS)
+    assert_same(made, FileReport.of(quality, path=str(path), by_region=True))
+    assert len(made.regions) == step
 
 
 def test_pieces_that_differ_are_read_whole(tmp_path: Path) -> None:

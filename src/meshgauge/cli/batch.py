@@ -35,7 +35,7 @@ T = TypeVar("T")
 LARGE = 4_000_000
 """Bytes of a file from which its cells are likely too many to be measured without Numba."""
 
-REFERRING = (".pvtu", ".vtkhdf", ".hdf")
+REFERRING = (".pvtu", ".pvd", ".series", ".vtkhdf", ".hdf")
 """Extensions of files that may be small although the mesh is large: its arrays stand in others."""
 
 DIAGNOSED = 5_000_000

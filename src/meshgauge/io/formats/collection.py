@@ -17,6 +17,7 @@ from ...mesh import Mesh
 from ..plumbing import within
 from ..plumbing.format import Format
 from ..plumbing.merge import join_pieces
+from ..plumbing.pieces import Pieces, join_listed
 from ..plumbing.steps import Step, number_steps
 
 _LARGEST = 64 << 20
@@ -111,10 +112,23 @@ def read(path: Path, at: int) -> Mesh:
     return join_pieces(meshes, [entry.name or Path(entry.file).stem for entry in state], path=path, names_blocks=True)
 
 
+def pieces(path: Path, at: int) -> Pieces | None:
+    """Where the arrays of the files of a time step stand; None if one of them has to be read whole."""
+    from .. import registry
+
+    state = _states(path)[at]
+    within.check_present(path, [entry.file for entry in state])
+    listed = [registry.pieces_inside(path.parent / entry.file) for entry in state]
+    if len(listed) == 1:
+        return listed[0]
+    return join_listed(listed, [entry.name or Path(entry.file).stem for entry in state], path=path)
+
+
 PVD = Format(
-    "pvd", "ParaView collection", (".pvd",), sniff_pvd, has_both_wedge_orders=True, steps=steps, foreign_step=read
-)
+    "pvd", "ParaView collection", (".pvd",), sniff_pvd, has_both_wedge_orders=True, steps=steps, foreign_step=read,
+    pieces=pieces,
+)  # fmt: skip
 SERIES = Format(
     "series", "ParaView file series", (".series",), sniff_series, has_both_wedge_orders=True, steps=steps,
-    foreign_step=read,
+    foreign_step=read, pieces=pieces,
 )  # fmt: skip

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -283,6 +284,40 @@ def check_alike(pieces: tuple[Piece, ...]) -> None:
         same = piece.points.dtype == first.points.dtype and (piece.polyhedra is None) == (first.polyhedra is None)
         if not same or kinds(piece) != kinds(first):
             raise ReadWhole("its pieces have different data")
+
+
+def join_listed(listed: Sequence[Pieces | None], names: Sequence[str] = (), *, path: Path) -> Pieces | None:
+    """The pieces of several files one after another; None if one of them has to be read whole, or all are empty.
+
+    With ``names`` those of the blocks begin with them.
+
+    Raises
+    ------
+    ReadWhole
+        If the numbers of cells or points of a file may only count: then they are none.
+    """
+    files = [one for one in listed if one is not None]
+    if len(files) < len(listed):
+        return None
+    filled: list[Piece] = []
+    for number, one in enumerate(files):
+        for piece in one.pieces:
+            for numbers in (piece.cell_data.get(LABEL), piece.point_data.get(LABEL)):
+                if numbers is not None and numbers.shape[0] and int(numbers.read(0, 1)[0]) in (0, 1):
+                    raise ReadWhole("whether its numbers say anything depends on each piece")
+            called = ": ".join(filter(None, (names[number], piece.name))) if names else piece.name
+            if piece.n_cells or piece.n_points:
+                filled.append(replace(piece, name=called))
+    return (
+        Pieces(
+            str(path),
+            tuple(filled),
+            {name: values for one in reversed(files) for name, values in one.field_data.items()},
+            renumbered=tuple({vtk_id for one in files for vtk_id in one.renumbered}),
+        )
+        if filled
+        else None
+    )
 
 
 def is_stored_label(data: Mapping[str, Rows]) -> bool:

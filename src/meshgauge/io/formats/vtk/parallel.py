@@ -11,10 +11,9 @@ from xml.etree import ElementTree
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ....mesh.labels import LABEL
 from ...plumbing import within
 from ...plumbing.merge import join_pieces
-from ...plumbing.pieces import Pieces, ReadWhole
+from ...plumbing.pieces import Pieces, join_listed
 
 KINDS = ("PUnstructuredGrid", "PPolyData")
 
@@ -40,18 +39,8 @@ def pieces(path: Path, list_piece: Callable[[Path], Pieces | None]) -> Pieces | 
     ReadError
         As `read`.
     """
-    listed = [list_piece(path.parent / name) for name in _names(path)]
-    if any(one is None for one in listed):
-        return None
-    files = [one for one in listed if one is not None]
-    filled = tuple(piece for one in files for piece in one.pieces if piece.n_cells or piece.n_points)
-    for piece in filled:
-        for numbers in (piece.cell_data.get(LABEL), piece.point_data.get(LABEL)):
-            if numbers is not None and numbers.shape[0] and int(numbers.read(0, 1)[0]) in (0, 1):
-                raise ReadWhole("whether its numbers say anything depends on each piece")
-    fields = {name: values for one in reversed(files) for name, values in one.field_data.items()}
-    renumbered = tuple({vtk_id for one in files for vtk_id in one.renumbered})
-    return Pieces(str(path), filled, fields, renumbered=renumbered) if filled else None
+    names = _names(path)
+    return join_listed([list_piece(path.parent / name) for name in names], path=path)
 
 
 def _names(path: Path) -> list[str]:
