@@ -28,7 +28,7 @@ from meshgauge.slices import Ask, facts
 from meshgauge.slices.points import Points
 from meshgauge.slices.read import places
 
-METRICS = tuple(name for name, row in meshgauge.METRICS.items() if row.in_slices)
+METRICS = tuple(name for name, row in meshgauge.METRICS.items() if row.in_slices and row.of_faces is None)
 """All that can be measured in slices."""
 
 MEMORY = {"whole": 1 << 30, "blocks": 1 << 20, "ids": 1}
