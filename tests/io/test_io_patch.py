@@ -314,3 +314,57 @@ def test_beside_the_old_deck_included_files_that_change_get_new_names(name: str,
     assert again is not None
     again.write(mesh)
     assert same.read_bytes() == had[path]
+
+
+def fixed_labels(path: Path) -> list[int]:
+    """Numbers of the points that have no place."""
+    mesh = meshgauge.read(path)
+    patch = patch_of(mesh, path.with_stem("better"))
+    assert patch is not None
+    return np.asarray(mesh.point_data["label"])[patch.is_fixed].tolist()
+
+
+def test_points_of_other_systems_and_those_that_define_one_stay(tmp_path: Path) -> None:
+    """Point 5 is given in another system, 6 in one in which its coordinates are the same; 1 to 3 define one."""
+    grids = ["GRID,1,,0.,0.,0.", "GRID,2,,0.,0.,1.", "GRID,3,,1.,0.,0.", "GRID,4,0,0.,1.,0.", "GRID,5,7,1.,90.,1."]
+    grids += ["GRID,6,7,2.,0.,0.", "GRID,7,,3.,3.,3."]
+    lines = ["CORD1R,9,1,2,3", "CORD2C,7,,0.,0.,0.,0.,0.", ",1.,1.,0.,0.", *grids]
+    lines += ["CTETRA,1,1,1,3,4,2", "CTETRA,2,1,5,6,7,4"]
+    path = tmp_path / "a.bdf"
+    path.write_text("\n".join(["BEGIN BULK", *lines, "ENDDATA", ""]))
+    assert fixed_labels(path) == [1, 2, 3, 5, 6]
+    path.write_text(path.read_text().replace("CTETRA,1,1", "GRDSET,,7\nCTETRA,1,1"))
+    assert 7 in fixed_labels(path)
+
+
+PART = "*Part, name=P\n*Node\n1,0.,0.,0.\n2,1.,0.,0.\n3,0.,1.,0.\n4,0.,0.,1.\n*Element, type=C3D4\n1,1,2,3,4\n"
+FIRST = "*Instance, name=I, part=P\n"
+SECOND = "*Instance, name=J, part=P\n5.,0.,0.\n*End Instance\n"
+
+
+@pytest.mark.parametrize(
+    ("instances", "fixed"),
+    [
+        (f"{FIRST}*End Instance\n", []),
+        (f"{FIRST}1., 0., 0.\n*End Instance\n", [1, 2, 3, 4]),
+        (f"{FIRST}*End Instance\n{SECOND}", [1, 2, 3, 4] * 2),
+    ],
+)
+def test_points_of_instances_that_are_moved_or_shared_stay(instances: str, fixed: list[int], tmp_path: Path) -> None:
+    path = tmp_path / "a.inp"
+    path.write_text(f"{PART}*End Part\n*Assembly, name=A\n{instances}*End Assembly\n")
+    assert fixed_labels(path) == fixed
+
+
+def test_nodes_in_another_system_of_abaqus_stay(tmp_path: Path) -> None:
+    deck = "*Node\n1,0.,0.,0.\n2,1.,0.,0.\n3,0.,1.,0.\n*Node, system=C\n4,1.,0.,1.\n*Element, type=C3D4\n1,1,2,3,4\n"
+    (tmp_path / "a.inp").write_text(f"{deck}*Orientation, name=O, definition=nodes\n2, 3\n")
+    assert fixed_labels(tmp_path / "a.inp") == [2, 3, 4]
+
+
+def test_nodes_that_the_file_leaves_out_hold_those_of_their_cells(tmp_path: Path) -> None:
+    """They are read halfway between others, and would move with them."""
+    grids = [f"GRID,{n},,{x}" for n, x in enumerate(("0.,0.,0.", "1.,0.,0.", "0.,1.,0.", "0.,0.,1.", ".5,0.,0."), 1)]
+    lines = [*grids, "GRID,6,,2.,2.,2.", "CTETRA,1,1,1,2,3,4,5", "CTETRA,2,1,2,3,4,6"]
+    (tmp_path / "a.bdf").write_text("\n".join(["BEGIN BULK", *lines, "ENDDATA", ""]))
+    assert sorted(set(fixed_labels(tmp_path / "a.bdf"))) == [-1, 1, 2, 3, 4, 5]
