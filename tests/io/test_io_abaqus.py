@@ -359,3 +359,13 @@ def test_wedges_numbered_in_reverse_stay_inverted(name: str, tmp_path: Path) -> 
     mesh = io.read(path)
     assert mesh.connectivity.tolist() == [0, 2, 1, 3, 5, 4]
     assert mesh.notes == ()
+
+
+@pytest.mark.parametrize("comma", ["", ",", " , "])
+def test_a_comma_behind_a_keyword_does_not_eat_the_data(comma: str, tmp_path: Path) -> None:
+    """It continues the keyword only where options follow."""
+    nodes = "1, 0, 0, 0,\n2, 1, 0, 0,\n3, 0, 1, 0,\n4, 0, 0, 1,\n"
+    text = f"*NODE{comma}\n{nodes}*ELEMENT, TYPE=C3D4{comma}\n1, 1, 2, 3, 4{comma}\n"
+    assert read(tmp_path, text).type_counts() == {"tetra": 1}
+    text = f"*NODE\n{nodes}*ELEMENT,\n TYPE=C3D4,\nELSET=A\n1, 1, 2, 3, 4\n"
+    assert read(tmp_path, text).blocks[0].name == "A"

@@ -110,3 +110,9 @@ def test_what_is_wrong_is_said(old: str, new: str, message: str, tmp_path: Path)
     assert old in TODAY
     with pytest.raises(ReadError, match=message):
         read(tmp_path, TODAY.replace(old, new))
+
+
+def test_the_geometry_behind_the_mesh_is_left_out(tmp_path: Path) -> None:
+    """Netgen saves meshes of solids of its own geometry with the surfaces of that."""
+    surfaces = "\ncsgsurfaces 1\nplane 6\n0.00000000 0.00000000 0.00000000 -1.00000000 0.00000000 0.00000000 \n"
+    assert read(tmp_path, f"{TODAY}\n{surfaces}").type_counts() == read(tmp_path, TODAY).type_counts()

@@ -370,15 +370,16 @@ def test_the_head_of_openvolumemesh_may_say_no_more(head: str, tmp_path: Path) -
     assert io.read(path).type_counts() == {"hexahedron": 1}
 
 
-@pytest.mark.parametrize(("code", "n"), [(171, 2), (172, 3), (300, 1)])
+@pytest.mark.parametrize(("code", "n"), [(171, 2), (172, 3), (300, 1), (204, 8), (221, 4)])
 def test_universal_elements_that_can_be_no_solids_are_counted(code: int, n: int, tmp_path: Path) -> None:
     path = written(tmp_path, "unv")
-    element = f"2 {code} 1 2 7 {n}\n{' '.join(str(i + 1) for i in range(n))}\n"
+    element = f"2 {code} 1 2 7 {n}\n{' '.join(str(i % 4 + 1) for i in range(n))}\n"
     path.write_text(path.read_text().replace("1 2 3 4\n", f"1 2 3 4\n{element}"))
     mesh = io.read(path)
     assert mesh.type_counts() == {"tetra": 1}
     assert mesh.notes == (
-        f"Elements of fewer than four nodes, of types that are not known, were left out: 1 of type {code}.",
+        "Elements that are no cells, or of fewer than four nodes and of types that are not known, were left out: "
+        f"1 of type {code}.",
     )
 
 

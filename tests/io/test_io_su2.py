@@ -56,3 +56,10 @@ def test_another_number_of_zones_than_stated_is_refused(tmp_path: Path, stated: 
         io.read(path)
     path.write_text(path.read_text().replace(f"NZONE= {stated}", f"NZONE= {there}"))
     assert io.read(path).n_cells == 2 * there
+
+
+@pytest.mark.parametrize("line", ["SEND_TO= 1\n", "SEND_RECV= -2\n", ""])
+def test_what_pieces_send_each_other_is_no_boundary(line: str, tmp_path: Path) -> None:
+    text = "NDIME= 3\nNELEM= 1\n10 0 1 2 3 0\nNPOIN= 4 4\n0 0 0 0\n1 0 0 1\n0 1 0 2\n0 0 1 3\nNMARK= 1\n"
+    (tmp_path / "a.su2").write_text(f"{text}MARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 2\n{line}1 0 0\n1 3 0\n")
+    assert io.read(tmp_path / "a.su2").type_counts() == {"tetra": 1}

@@ -57,6 +57,8 @@ def _known_sections(path: Path) -> str:
             parts.append(line)
         elif line in (b"mesh3d", b"endmesh"):
             parts.append(line)
+            if line == b"endmesh":  # the surfaces of the geometry may follow
+                break
         elif line in _VALUES:
             parts += [line, text.line("a value")]
         elif _WORD.match(line):

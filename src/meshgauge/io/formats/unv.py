@@ -49,6 +49,8 @@ _KINDS = {
     **dict.fromkeys((45, 55, 65, 75, 85, 95), Kind("quad8", 8, _QUAD8)),
     **dict.fromkeys((136, 137, 151, 161), Kind("vertex", 1)),
 }
+_APART = {161, 171, 172, 181, *range(191, 197), *range(201, 214), *range(221, 223), 231, 232}
+"""Lumped masses, shells of revolution, constraints, runners and heaters, interfaces, rigid surfaces: no cells."""
 _BEAMS = (11, 21, 22, 23, 24)
 """Elements with one more line, of orientations."""
 _LEAST_OF_SOLIDS = 4
@@ -141,7 +143,7 @@ def _elements(text: Text, first: int, last: int, content: _Content, last_head: i
         if n_nodes < 1 or row + 1 + skipped + n_rows > n or starts[row + 1 + skipped + n_rows] - at != n_nodes:
             raise text.fail(f"element {head[0]} states {n_nodes} nodes, but does not list as many", first + row)
         kind = _KINDS.get(code)
-        if kind is None and n_nodes < _LEAST_OF_SOLIDS:
+        if kind is None and (n_nodes < _LEAST_OF_SOLIDS or code in _APART):
             content.no_solids[f"of type {code}"] = content.no_solids.get(f"of type {code}", 0) + 1
         elif kind is None:
             content.left_out[code] = content.left_out.get(code, 0) + 1
@@ -210,7 +212,9 @@ def _mesh(content: _Content, path: Path) -> Mesh:
         path=str(path),
         notes=(
             *count_note(
-                "Elements of fewer than four nodes, of types that are not known, were left out", content.no_solids
+                "Elements that are no cells, or of fewer than four nodes and of types that are not known, were left "
+                "out",
+                content.no_solids,
             ),
             *notes,
             *((f"{more} of {len(content.groups)} groups were left out.",) if more else ()),

@@ -18,6 +18,7 @@ from ...plumbing.spans import in_place
 from ...plumbing.text import marks_per_line, numbers, words_per_line
 
 _COMMENT = re.compile(rb"^[ \t]*\*\*[^\n]*", re.MULTILINE)
+_OPTION = re.compile(rb"\s*[A-Za-z]")
 _KEYWORD = re.compile(rb"^[ \t]*\*[^\n]*", re.MULTILINE)
 _LAST_COMMA = re.compile(rb",[ \t]*$", re.MULTILINE)
 _READS_FILES = ("NODE", "ELEMENT")
@@ -158,6 +159,8 @@ def _gather(path: Path, includes: Includes, cards: list[Keyword]) -> None:
         text, at = head[0].decode("utf-8", "replace").strip(), head.end()
         while text.endswith(",") and at < end:  # a keyword line that is continued
             following = data[at + 1 : end].split(b"\n", 1)[0]
+            if not _OPTION.match(following):  # data: the comma ends the keyword
+                break
             at += 1 + len(following)
             text += following.decode("utf-8", "replace").strip()
         name, *options = split(text[1:])

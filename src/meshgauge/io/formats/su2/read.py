@@ -113,7 +113,7 @@ def _points(text: Text, value: bytes, dimension: int) -> NDArray[np.float64]:
 
 def _skip_send_receive(text: Text, value: bytes) -> None:
     n = text.count("elements", value)
-    if text.peek().upper().startswith(b"SEND_TO"):
+    if text.peek().upper().startswith((b"SEND_TO", b"SEND_RECV")):
         text.line()
     text.lines(n, "elements")
 
