@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError, WriteError
 from ..files import undo
+from ..io import Format
 from ..io.patching import Changes, Patch, format_if_same
 from ..io.registry import for_writing
 from ..look.style import number_of
@@ -75,15 +76,11 @@ class ChangedMesh:
             patch = batch.patch(before, target, changes)
         if patch is None:
             same = None if convert else format_if_same(before, target, file_format=batch.reading.file_format)
-            if same is not None and same.write is None:
-                raise WriteError(
-                    f"{target}: {same.title} can be neither patched nor written; give -o OUT in a format that "
-                    "can, such as .vtu: a conversion, without what the file holds beside the mesh"
-                )
-            for_writing(target, None)
-            if same is not None and not same.is_exact:
+            written_as = _for_writing(target, same)
+            if same is not None and not (same.is_exact and written_as is same):
                 why = "is not patched" if changes == "points" else "is not patched where cells change"
-                note = f"{same.title} {why}: the mesh is written anew, without what the file holds beside it"
+                how = "anew" if written_as is same else f"as {written_as.title}"
+                note = f"{same.title} {why}: the mesh is written {how}, without what the file holds beside it"
                 terminal.warn("note", f"{target}: {note}")
             if undo is not None and source.is_dir():
                 raise MeshgaugeError(f"{undo}: no undo of a folder that is converted: keep the folder")
@@ -124,6 +121,19 @@ class ChangedMesh:
     def _keep(self, written: Path) -> None:
         assert self.undo is not None
         undo.store(self.undo, [undo.Change(Path(self.before.path or ""), written)])
+
+
+def _for_writing(target: Path, same: Format | None) -> Format:
+    """The format to write; an error that names that of the input, if it is meant and cannot be written."""
+    try:
+        return for_writing(target, None)
+    except WriteError:
+        if same is None:
+            raise
+        raise WriteError(
+            f"{target}: {same.title} can be neither patched nor written; give -o OUT in a format that can, such as "
+            ".vtu: a conversion, without what the file holds beside the mesh"
+        ) from None
 
 
 def _beside(target: Path) -> Path:
