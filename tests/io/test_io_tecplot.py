@@ -113,3 +113,18 @@ def test_what_is_wrong_is_said(old: str, new: str, message: str, tmp_path: Path)
     assert old in text
     with pytest.raises(ReadError, match=message):
         read(tmp_path, text.replace(old, new))
+
+
+def test_variables_may_be_left_out(tmp_path: Path) -> None:
+    """As many as there are numbers for, the first three of them the coordinates."""
+    path = tmp_path / "a.dat"
+    points = "0 0 0 1 0 0 3\n1 0 0 1 0 0 5\n0 1 0 1 0 0 7\n0 0 1 1 0 0 8\n"
+    path.write_text(
+        f'TITLE=" a"\nZONE T=" Surface 1 ", N=4, E=2, ET=TRIANGLE, F=FEPOINT\n{points}1 2 3\n2 3 4\n'
+        f'ZONE T="2", N=4, E=1, ET=TETRAHEDRON, F=FEPOINT\n{points}1 2 3 4\n'
+        f"ZONE I=2, J=2, F=POINT\n{points}"
+    )
+    mesh = io.read(path)
+    assert mesh.type_counts() == {"triangle": 2, "quad": 1, "tetra": 1}
+    assert mesh.points[:4].tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    assert mesh.point_data["V7"].tolist() == [3, 5, 7, 8] * 3

@@ -167,7 +167,6 @@ class Values:
 
 def _values(text: Text, zone: _Zone, before: list[Values]) -> Values:
     flat = _flat(text, zone)
-    n_variables = len(zone.variables)
     packing = zone.text("DATAPACKING") or zone.text("F") or "POINT"
     kind = zone.text("ZONETYPE", "ET").removeprefix("FE")
     is_elements = bool(kind and kind != "ORDERED") or zone.text("F").startswith("FE") or "E" in zone.options
@@ -179,6 +178,10 @@ def _values(text: Text, zone: _Zone, before: list[Values]) -> Values:
         n_points, n_cells = int(np.prod(shape)), int(np.prod([n - 1 for n in shape]))
     if n_points < 1 or n_cells < 0 or n_points > len(flat) + sum(len(a) for v in before for a in v.arrays):
         raise ValueError(f"it states {n_points} points, and holds {len(flat)} numbers")
+    if not zone.variables:  # they may be left out: so many as there are numbers for
+        width = BY_NAME[_SHAPES[kind]].n_nodes or 0 if kind in _SHAPES else 0
+        zone.variables = [f"V{k + 1}" for k in range(max(len(flat) - n_cells * width * is_elements, 0) // n_points)]
+    n_variables = len(zone.variables)
     places, shared = zone.chosen("VARLOCATION"), zone.chosen("VARSHARELIST", str(len(before)))
     passive = zone.chosen("PASSIVEVARLIST", "yes")
     of_cells = [places.get(k, "NODAL").startswith("CELL") for k in range(n_variables)]
