@@ -37,7 +37,21 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for function in (report, check, compare, doctor, improve, orient, undo, plot, paraview_plugin, view, metrics, formats):
+_COMMANDS = (
+    report,
+    check,
+    compare,
+    doctor,
+    improve,
+    orient,
+    undo,
+    plot,
+    paraview_plugin,
+    view,
+    metrics,
+    formats,
+)
+for function in _COMMANDS:
     command.add(app, function)
 
 
