@@ -71,7 +71,7 @@ def renumbered(mesh: Mesh, seed: int) -> tuple[Mesh, NDArray[np.int64]]:
 
 
 @pytest.mark.parametrize("seed", quick((1, 2), 1))
-@pytest.mark.parametrize("name", quick(["pipe", "patched", "tetra", "mixed", "near"], "patched", "tetra", "near"))
+@pytest.mark.parametrize("name", quick(["pipe", "patched", "tetra", "mixed", "near"], "pipe", "tetra", "near"))
 def test_the_result_is_the_same_for_any_numbering(name: str, seed: int) -> None:
     """To the last bit: cells, faces and edges are worked on in the order of their places."""
     mesh = {
