@@ -39,12 +39,13 @@ sys.exit(max(os.chdir(folder) or main(words[1:]) for folder, words in json.loads
 
 
 @pytest.fixture(scope="module")
-def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def scenes(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Commands that draw scenes, and the folders they were run in.
 
     In a process of its own, as drawing may fail hard where there is no libGL; one for all, as its start takes seconds.
     """
-    commands = [*(command for command in COMMANDS if "--scene" in command), CUT_AWAY]
+    every = [command for command in COMMANDS if "--scene" in command]
+    commands = [*(every if request.config.getoption("--long") else every[:1]), CUT_AWAY]
     folders = {command: folder_with_examples(tmp_path_factory.mktemp("scene")) for command in commands}
     asked = json.dumps([(str(folder), shlex.split(command)) for command, folder in folders.items()])
     done = subprocess.run([sys.executable, "-c", DRAW, asked], capture_output=True, text=True, timeout=240, check=False)
@@ -57,7 +58,15 @@ def folder_with_examples(folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", [pytest.param(c, marks=can_draw if "--scene" in c else ()) for c in COMMANDS])
+def marks(command: str) -> list[pytest.MarkDecorator]:
+    """Of the scenes, which take seconds to draw, the first is enough for a quick run."""
+    if "--scene" not in command:
+        return []
+    is_first = command == next(one for one in COMMANDS if "--scene" in one)
+    return [can_draw] if is_first else [can_draw, pytest.mark.long]
+
+
+@pytest.mark.parametrize("command", [pytest.param(c, marks=marks(c)) for c in COMMANDS])
 def test_commands_of_the_page(command: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     words = shlex.split(command)[1:]
     if "--scene" in words:
