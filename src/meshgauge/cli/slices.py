@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from rich.console import Console
 
 from ..errors import OptionError
-from ..look.style import number
+from ..look.style import number, number_of
 from ..slices import Progress
 from .terminal import PATIENCE
 
@@ -71,7 +71,10 @@ def progress(path: str, *, shown: bool) -> Iterator[Progress]:
     except KeyboardInterrupt:
         with contextlib.suppress(OSError, ValueError, RuntimeError):
             done, total = at
-            print(f"meshgauge: {path}: stopped, {number(done)} of {number(total)} cells were measured", file=sys.stderr)
+            print(
+                f"meshgauge: {path}: stopped, {number(done)} of {number_of(total, 'cell was', 'cells were')} measured",
+                file=sys.stderr,
+            )
         raise
     finally:
         if status is not None:
