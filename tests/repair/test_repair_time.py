@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 import pytest
@@ -26,21 +27,20 @@ MESHES: dict[str, Callable[[], Mesh]] = {
     "pipe": lambda: pipe(4),
 }
 
-WAYS: list[dict[str, object]] = [
-    {},
-    {"everywhere": True},
-    {"everywhere": True, "strict": True},
-    {"everywhere": True, "boundary": "slide"},
-]
+WAYS: dict[str, dict[str, object]] = {
+    "near": {},
+    "everywhere": {"everywhere": True},
+    "strict": {"everywhere": True, "strict": True},
+    "slide": {"everywhere": True, "boundary": "slide"},
+}
+
+FEW = [*(("hexahedron", way) for way in WAYS), ("tetra", "everywhere"), ("pipe", "slide")]
 
 
-@pytest.mark.parametrize("way", WAYS, ids=lambda way: "-".join(way) or "near")
-@pytest.mark.parametrize("name", list(MESHES))
-def test_no_phase_goes_on_when_the_time_is_up(
-    name: str, way: dict[str, object], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize(("name", "kind"), quick(product(MESHES, WAYS), *FEW))
+def test_no_phase_goes_on_when_the_time_is_up(name: str, kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """After the answer that time is up no energy is evaluated more than twice, and no points are visited."""
-    mesh = MESHES[name]()
+    mesh, way = MESHES[name](), WAYS[kind]
     looks, late, most = 0, 0, 1 << 60
 
     def is_stopped(self: runs.Run) -> bool:
