@@ -21,6 +21,7 @@ from ..quality.measure import JENS, Quality, measure
 
 if TYPE_CHECKING:
     from ..repair import Progress, RepairReport
+    from ..repair.whole import Rounding
 
 
 @dataclass(frozen=True, repr=False)
@@ -156,6 +157,7 @@ class Gauge:
         should_stop: Callable[[], bool] | None = None,
         threads: int | None = None,
         keep_bricks: bool = False,
+        rounding: Rounding | None = None,
     ) -> Improved:
         """A copy of the data set with its points moved so that its quality is better, and the report on that.
 
@@ -195,6 +197,7 @@ class Gauge:
             should_stop=should_stop,
             threads=threads,
             keep_bricks=keep_bricks,
+            rounding=rounding,
         )
         if topology:
             return Improved(improvement.mesh.to_pyvista(), improvement.report)
