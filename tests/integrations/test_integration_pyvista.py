@@ -154,6 +154,7 @@ def test_options_of_improve_arrive(grid: pyvista.UnstructuredGrid) -> None:
         "should_stop": bool,
         "threads": 1,
         "keep_bricks": True,
+        "rounding": tuple,
     }
     taken = {}
 
