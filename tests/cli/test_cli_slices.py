@@ -58,7 +58,7 @@ def without_notes(text: str) -> Any:
 
 
 @pytest.mark.parametrize(
-    "more", [(), ("--by", "region", "--metric", "scaled_jacobian", "--worst", "30", "--for", "fv")]
+    "more", [(), ("--by", "region", "--metric", "scaled_jacobian", "--worst", "30", "--for", "fem")]
 )
 def test_the_json_is_that_of_the_whole(large: Path, more: tuple[str, ...], sliced: list[int], capsys: Captured) -> None:
     assert main(["report", str(large), "--json", "--no-diagnosis", *more]) == 0
@@ -95,6 +95,14 @@ def test_a_mesh_that_fits_is_read_whole(large: Path, sliced: list[int], capsys: 
 def test_what_has_to_be_read_whole_says_why(large: Path, sliced: list[int], capsys: Captured) -> None:
     assert main(["report", str(large), "--metric", "verdict_condition", *LITTLE]) == 0
     assert "is read whole: metric verdict_condition" in capsys.readouterr().err
+    assert not sliced
+
+
+def test_what_finite_volumes_ask_takes_all_cells(large: Path, sliced: list[int], capsys: Captured) -> None:
+    assert main(["report", str(large), "--for", "fv", *LITTLE]) == 0
+    out, err = capsys.readouterr()
+    assert "is read whole: what finite volumes ask depends on the cells beside" in err
+    assert "non_orthogonality" in out
     assert not sliced
 
 

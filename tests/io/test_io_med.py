@@ -11,7 +11,7 @@ import pytest
 from io_meshes import LINEAR, assert_same_cells, mesh_of
 
 import meshgauge
-from meshgauge import io
+from meshgauge import Mesh, io
 from meshgauge.cells import SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.mesh.regions import regions
@@ -69,12 +69,12 @@ def test_curved_cells_survive_a_round_trip(tmp_path: Path) -> None:
 
 
 def test_cells_that_are_by_type_already_keep_their_order_without_a_note(tmp_path: Path) -> None:
-    gmsh = pytest.importorskip("gmsh")
-    gmsh_files.three_bodies(gmsh, tmp_path / "a.msh", 1, is_incomplete=False)
-    mesh = io.read(tmp_path / "a.msh")
-    sorted_by_type = mesh[np.argsort(mesh.types, kind="stable")]
-    assert not any("order" in note for note in io.write(tmp_path / "a.med", sorted_by_type))
-    assert np.array_equal(io.read(tmp_path / "a.med").types, sorted_by_type.types)
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (2, 0, 0), (1, 0, 1)]
+    cells = [("tetra", [(0, 1, 2, 3), (1, 4, 2, 3)]), ("pyramid", [(1, 5, 4, 6, 3)])]
+    for blocks, has_note in ((cells, False), (cells[::-1], True)):
+        mesh = Mesh.from_arrays(points, blocks)
+        assert any("order" in note for note in io.write(tmp_path / "a.med", mesh, overwrite=True)) == has_note
+        assert io.read(tmp_path / "a.med").types.tolist() == [10, 10, 14]
 
 
 def test_files_of_meshio_have_vtks_order(tmp_path: Path) -> None:
