@@ -201,3 +201,10 @@ def test_a_small_file_that_names_large_ones(large: Path, sliced: list[int], monk
     monkeypatch.setattr(batch, "LARGE", 1 << 40)
     assert main(["report", str(path), "-q", *LITTLE]) == 0
     assert len(sliced) == 4
+
+
+@pytest.mark.parametrize("text", ["foo", "0", "-3", "1025", ""])
+def test_a_wrong_scheduler_is_refused_whatever_the_size(text: str, tmp_path: Path, capsys: Captured) -> None:
+    io.write(tmp_path / "a.vtu", Mesh.from_arrays(np.eye(4, 3), {"tetra": [(3, 0, 1, 2)]}))
+    assert main(["report", str(tmp_path / "a.vtu"), f"--scheduler={text}"]) == 2
+    assert "--scheduler is" in capsys.readouterr().err

@@ -225,6 +225,18 @@ def test_cells_whose_nodes_are_not_known_are_named_and_left() -> None:
     assert "is numbered in reverse and left so" in changes.texts[0]
 
 
+def test_what_is_left_does_not_speak_of_what_is_renumbered() -> None:
+    mesh = tangled()
+    bad = np.flatnonzero(measure(mesh).values < 0)
+    good = next(cell for cell in range(mesh.n_cells) if cell not in bad)
+    after, changes = orient(reverse(mesh, [good]))
+    assert changes.cells.tolist() == [good]
+    (left,) = [text for text in changes.texts if text.startswith("Left as they are")]
+    assert "in reverse" not in left
+    assert "meshgauge orient" not in left
+    assert orient(after)[1].texts == (left,)
+
+
 def test_a_type_without_a_shape_has_no_reversal() -> None:
     assert reversal(9, 4) is None
     assert reversal(42, 4) is None

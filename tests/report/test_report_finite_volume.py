@@ -70,6 +70,15 @@ def test_a_page_and_a_mesh_have_them(sheared: Path, tmp_path: Path) -> None:
     assert data["non_orthogonality"].max() == pytest.approx(np.degrees(np.arctan(4.0)))
 
 
+def test_a_table_of_cells_has_a_column_each(sheared: Path, tmp_path: Path) -> None:
+    table = tmp_path / "a.csv"
+    assert main(["report", "-q", str(sheared), "--for", "fv", "--csv", str(table), "--metric", "skewness"]) == 0
+    head, first = table.read_text(encoding="utf-8").splitlines()[:2]
+    names = head.split(",")
+    assert sorted(set(names) & set(LIMITS)) == sorted(LIMITS)
+    assert len(names) == len(set(names)) == len(first.split(","))
+
+
 def test_the_gate_holds_the_limits(sheared: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(sheared), "--for", "fv"]) == 1
     assert "non_orthogonality <= 70" in capsys.readouterr().out

@@ -19,9 +19,8 @@ from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice
 from ..mesh import Mesh
-from . import inputs, slices, terminal
+from . import inputs, scheduler, slices, terminal
 from .options import Purposes, Reading, WedgeOrders
-from .scheduler import executor
 from .terminal import COULD_NOT, DONE, TRACEBACK
 
 if TYPE_CHECKING:
@@ -78,6 +77,9 @@ class Batch:
     quiet: bool = False  #: no progress
     on_failure: Callable[[FailedFile], object] | None = None  #: is called for each file that fails, beside the message
     failures: list[FailedFile] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        scheduler.check(self.scheduler)  # a wrong one is refused, also where no mesh is large
 
     @property
     def exit_code(self) -> int:
@@ -181,7 +183,7 @@ class Batch:
                     1.01 * sum(piece.points.shape[0] * row_bytes(piece.points) for piece in listed.pieces)
                 )
                 terminal.warn("note", f"{path}: points are read {times:.0f} times; --memory {whole} reads them once")
-            with executor(self.scheduler) as (pool, n_processes):
+            with scheduler.executor(self.scheduler) as (pool, n_processes):
                 if pool is not None:  # each process has points of its own
                     forget_points()
                     job = replace(job, memory=job.memory // n_processes)

@@ -60,6 +60,7 @@ def report(
     from .terminal import Output, emit
 
     metrics, bins = contents.metrics(), contents.bins
+    of_faces = [name for name in LIMITS if name not in metrics] if purpose == "fv" else []
     batch = Batch(
         reading=reading,
         wedge_order=wedge_order,
@@ -116,7 +117,7 @@ def report(
     printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=several, over_time=reading.step == "all")
     reports: list[FileReport] = []
     with (
-        CsvWriter(csv, metrics, with_file=several) if csv else contextlib.nullcontext() as table,
+        CsvWriter(csv, (*metrics, *of_faces), with_file=several) if csv else contextlib.nullcontext() as table,
         _page(html, len(paths), bins) as page,
     ):
         batch.on_failure = page.fail if page is not None else None

@@ -13,6 +13,15 @@ MOST = 1024
 """Processes that may be asked for."""
 
 
+def check(text: str | None) -> None:
+    """Raise `OptionError` unless it is a number of processes or an address."""
+    if text is not None and "://" not in text and not (text.isdecimal() and 1 <= int(text) <= MOST):
+        raise OptionError(
+            f"--scheduler is {text!r}, expected a number of processes up to {MOST}, or the address of a scheduler of "
+            "Dask such as tcp://head:8786"
+        )
+
+
 @contextlib.contextmanager
 def executor(text: str | None) -> Iterator[tuple[Executor | None, int]]:
     """The executor that ``--scheduler`` names, and among how many processes of this machine memory is shared.
@@ -26,20 +35,16 @@ def executor(text: str | None) -> Iterator[tuple[Executor | None, int]]:
     MeshgaugeError
         If Dask is not installed, or nobody answers at the address.
     """
+    check(text)
     if text is None:
         yield None, 1
-    elif text.isdecimal() and 1 <= int(text) <= MOST:
+    elif "://" not in text:
         # Not forked: threads of Numba and HDF5 do not survive that.
         with ProcessPoolExecutor(int(text), mp_context=get_context("spawn")) as pool:
             yield pool, int(text)
-    elif "://" in text:
+    else:
         with _dask(text) as pool:
             yield pool, 1
-    else:
-        raise OptionError(
-            f"--scheduler is {text!r}, expected a number of processes up to {MOST}, or the address of a scheduler of "
-            "Dask such as tcp://head:8786"
-        )
 
 
 @contextlib.contextmanager

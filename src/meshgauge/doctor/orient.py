@@ -100,7 +100,7 @@ def orient(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]:
             n_left += int((~known).sum())
         texts.extend(_texts(mesh, int(vtk_id), n_done, n_left))
     renumbered, remaining = np.sort(np.concatenate(done)), np.sort(np.concatenate(left))
-    texts.extend(f"Left as they are: {b.text}." for b in before.blocks if b.n_tangled + b.n_overlapping + b.n_undecided)
+    texts.extend(f"Left as they are: {b.left}." for b in before.blocks if b.left)
     first = renumbered[:EXAMPLES].tolist()
     labels = cell_labels(mesh, first)
     if labels and first:

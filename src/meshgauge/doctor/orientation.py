@@ -65,6 +65,7 @@ class BlockOrientation:
     cells: tuple[int, ...]  #: the first few that are not right
     text: str  #: one sentence
     labels: tuple[int | None, ...] = ()  #: the file's own numbers of `cells`; empty if it numbers none
+    left: str = ""  #: as `text`, without the cells that renumbering sets right
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, for JSON."""
@@ -331,6 +332,7 @@ def _blocks(
                 if s.name == name
             )
             counts = np.bincount(numbering[cells], minlength=len(Numbering)).tolist()
+            others = [0 if n in (Numbering.REVERSED, Numbering.REVERSED_TANGLED) else c for n, c in enumerate(counts)]
             kind = type_name(int(vtk_id))
             where = f" of block {name!r}" if len(names) > 1 and name not in ("", kind) else ""
             yield BlockOrientation(
@@ -345,6 +347,7 @@ def _blocks(
                 cells=tuple(cells[:EXAMPLES].tolist()),
                 labels=cell_labels(mesh, cells[:EXAMPLES].tolist()),
                 text=_sentence(int(vtk_id), n_cells, counts, where, is_mirrored, mesh.purpose),
+                left=_sentence(int(vtk_id), n_cells, others, where, is_mirrored, mesh.purpose),
             )
 
 

@@ -262,20 +262,15 @@ def from_mesh(mesh: Mesh, *, by_type: bool = False) -> Any:
     )
 
 
-def write(path: Path, mesh: Mesh, module: str, *, by_type: bool = False, **options: Any) -> tuple[str, ...]:
+def write(path: Path, mesh: Mesh, module: str, **options: Any) -> tuple[str, ...]:
     """Write by one of meshio's writers and read the result back; what is then missing is what the format lost.
-
-    ``by_type`` is for formats that hold one block a type: the cells change their order, which is said.
 
     Raises
     ------
     WriteError
         If meshio cannot write the mesh, or if cells are missing from what it wrote.
     """
-    source = from_mesh(of_numbers(mesh, _SHAPES.get(module)), by_type=by_type)
-    moved = by_type and np.any(np.diff(plain(mesh).types.astype(np.int64)) < 0)
-    order = ("The format keeps cells by type: their order changed.",) if moved else ()
-    return (*order, *write_source(path, source, mesh, module, **options))
+    return write_source(path, from_mesh(of_numbers(mesh, _SHAPES.get(module))), mesh, module, **options)
 
 
 _SHAPES = {"xdmf": ((), (1,), (2,), (3,), (6,), (9,))}

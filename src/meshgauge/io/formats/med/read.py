@@ -310,8 +310,9 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
             block.data = block.data[:, np.argsort(order)]
     if has_groups:
         source.cell_tags = {-1 - number: [name[:_WIDTH]] for number, name in enumerate(names)}
-    moved = np.any(np.diff(mesh.types.astype(np.int64)) < 0)
-    order_note = ("The format keeps cells by type: their order changed.",) if moved else ()
+    order_note = (
+        ("The format keeps cells by type: their order changed.",) if _changes_order(writing.plain(kept)) else ()
+    )
     lost = meshio.write_source(path, source, kept, "med")
     with h5py.File(path, "r+") as file:
         for one in file["ENS_MAA"].values():
@@ -322,6 +323,14 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
             if labels[1] is not None:
                 _number(step["NOE"], "COO", labels[1])
     return (*order_note, *lost)
+
+
+def _changes_order(mesh: Mesh) -> bool:
+    """True if cells are not by type as the file lists types: by MED's names for them."""
+    names = {t: BY_NAME.get(meshio.name_of(CELL_TYPES[t]), "") for t in np.unique(mesh.types).tolist()}
+    rank = np.zeros(256, np.int64)
+    rank[sorted(names, key=lambda t: names[t])] = np.arange(len(names))
+    return bool((np.diff(rank[mesh.types]) < 0).any())
 
 
 def _to_write(data: Mapping[str, NDArray[Any]], n: int) -> Ints | None:
