@@ -145,7 +145,7 @@ def test_links_and_interfaces(tmp_path: Path) -> None:
         ("TYPE=361", "TYPE=999", r"line 15: !ELEMENT has elements of type 999, which is not known; known are 111"),
         ("TYPE=361", "TYPE=x", "has 'x' where TYPE is a number"),
         ("TYPE=361", "TYP=361", "type -1"),
-        ("8, 7\n2", "8\n2", r"line 17: elements of type 361 have 8 nodes: one does not begin, or end, here"),
+        ("8, 7\n2", "8\n2", r"line 17: expected elements of 8 nodes \(type 361\); this line does not fit"),
         ("12, 11", "12, 99", "element 2 refers to node 99, which does not exist"),
         ("12, 11", "12, x", "the elements from here on hold something else than integers"),
         ("3, 0.0, 1.0, 0.0", "3, 0.0, 1.0", "2 numbers where|3 numbers where"),

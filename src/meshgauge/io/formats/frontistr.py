@@ -154,7 +154,7 @@ def _take(block: _Block, content: _Content) -> None:
 
 
 def _nodes(block: _Block, content: _Content) -> None:
-    rows = block.text.reals(block.last - block.text.row, 4, "a number and 3 coordinates")
+    rows = block.text.reals(block.last - block.text.row, 4, "nodes")
     labels = rows[:, 0].astype(np.int64)
     if (labels != rows[:, 0]).any():
         raise block.fail("has a number of a node that is no integer")
@@ -181,7 +181,7 @@ def _elements(block: _Block, content: _Content) -> None:
     if len(values) % width or len(wrong):
         at = int(wrong[0]) if len(wrong) else len(values) - 1
         row = int(np.searchsorted(starts, at, side="right")) - 1
-        raise text.fail(f"elements of type {code} have {n_nodes} nodes: one does not begin, or end, here", first + row)
+        raise text.fail(f"expected elements of {n_nodes} nodes (type {code}); this line does not fit", first + row)
     table = values.reshape(-1, width)
     rows = table[:, : 1 + n_nodes].astype(np.int64)
     if (rows != table[:, : 1 + n_nodes]).any():

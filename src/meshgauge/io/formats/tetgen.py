@@ -69,7 +69,7 @@ def _points(text: Text) -> tuple[NDArray[np.int64], Index, NDArray[np.float64]]:
     if len(head) > 1 and head[1] != 3:
         raise text.fail(f"points have {head[1]} coordinates, expected 3")
     first = text.row
-    rows = text.reals(n, 4, "a number and 3 coordinates")
+    rows = text.reals(n, 4, "points")
     numbers = _integers(text, rows[:, :1], "the number of a point", first)[:, 0]
     index = Index(numbers)
     if index.has_duplicates:
