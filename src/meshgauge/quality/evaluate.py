@@ -1,4 +1,4 @@
-"""A metric's function over the cells of a mesh: in slices, on threads."""
+"""J_ENS, or a metric's function, over the cells of a mesh: in slices, on threads."""
 
 from __future__ import annotations
 
@@ -10,6 +10,10 @@ from ..kernels import path
 from ..kernels.cells import driver
 from ..kernels.threads import run
 from ..mesh import CellIds, Mesh, connectivity
+from ..mesh.cast import frozen
+from ..status import Status
+from . import validity
+from .flat import mark_flat
 from .metrics import Cells, Metric, PolyhedralCells
 from .polyhedra import CHUNK
 
@@ -45,3 +49,58 @@ def of_polyhedra(one: Metric, cells: PolyhedralCells, threads: int | None) -> Va
     one.of_polyhedra(cells.part(slice(0, 1)))
     parts = [slice(start, start + CHUNK) for start in range(0, cells.n_cells, CHUNK)]
     return np.concatenate(run(lambda part: one.of_polyhedra(cells.part(part)), parts, threads))
+
+
+def jens(
+    mesh: Mesh, row: CellType, cells: CellIds, n: int, values: Values, status: NDArray[np.uint8], threads: int | None
+) -> None:
+    """Put J_ENS and the status of all cells of one type into arrays ``(mesh.n_cells,)``; ``n``: so many are in the mesh
+    that is measured, which decides whether kernels are taken."""
+    compiled = path.is_compiled(n)
+    columns = driver.columns(row)
+    driver.prepare(row, mesh.points, n)
+    validity.prepare(row, mesh, compiled=compiled)
+
+    def work(part: CellIds) -> None:
+        ids = connectivity.pick(mesh, row, part, columns)
+        into = values[part] if isinstance(part, slice) else np.empty(len(ids))
+        driver.cell_jens(mesh.points, ids, row, into, compiled=compiled)
+        codes = _status(into)
+        if not isinstance(part, slice):
+            values[part] = into
+        mark_flat(mesh, row, ids, into, codes)
+        flat = np.flatnonzero(codes == Status.DEGENERATE)
+        if len(flat):
+            nodes = np.sort(ids[flat], axis=1)
+            codes[flat[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]] = Status.REPEATED_POINTS
+        validity.inside(mesh, row, part, codes, compiled=compiled)
+        status[part] = codes
+
+    run(work, connectivity.chunks(cells), threads)
+
+
+def _status(values: Values) -> NDArray[np.uint8]:
+    if values.min(initial=1.0) > 0.0:  # False if any is NaN
+        return np.zeros(len(values), np.uint8)
+    return np.select(
+        [values > 0.0, values < 0.0, values == 0.0],
+        [np.uint8(Status.OK), np.uint8(Status.INVERTED), np.uint8(Status.DEGENERATE)],
+        np.uint8(Status.NON_FINITE),
+    )
+
+
+def node_scaled_jacobian(mesh: Mesh, threads: int | None) -> Values:
+    """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
+    out = np.full(len(mesh.connectivity), np.nan)
+    for row, _, cells in mesh.groups():
+        if row is None or row.shape is None:
+            continue
+        n = connectivity.count(cells)
+        driver.prepare(row, mesh.points, n, with_nodes=True)
+
+        def work(part: CellIds, row: CellType = row, n: int = n) -> None:
+            some = mesh_cells(mesh, row, part, n)
+            out[connectivity.positions(mesh, row, part)] = some.node_scaled_jacobian() + 0.0
+
+        run(work, connectivity.chunks(cells), threads)
+    return frozen(out)

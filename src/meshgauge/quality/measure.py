@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from .._lazy import find
 from ..cells import POLYHEDRON, CellType, Shape, type_name
 from ..errors import MetricError, OptionError
-from ..kernels import path
 from ..kernels.cells import aggregate, driver
-from ..kernels.threads import run, thread_count
+from ..kernels.threads import thread_count
 from ..look import notebook, style
 from ..look.bands import POOR
 from ..look.names import cell_entry, point_entry
-from ..mesh import CellIds, Mesh, connectivity
+from ..mesh import Mesh, connectivity
 from ..mesh.beyond import beyond
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
@@ -29,12 +28,11 @@ from ..mesh.high_order import row_of
 from ..mesh.interface import is_interface
 from ..mesh.labels import cell_label, point_label
 from ..status import STATUSES, Purpose, Status, is_unmeasured
-from . import evaluate, validity
+from . import evaluate
 from .collapsed import with_collapsed
 from .concave import mark_concave
 from .faces import FaceQuality
 from .findings import status_cells
-from .flat import mark_flat
 from .frame import frame
 from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
 from .neighbours import with_neighbours
@@ -99,7 +97,7 @@ class Quality:
     @cached_property
     def node_scaled_jacobian(self) -> Values:
         """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
-        values = _node_values(self._measured, None)
+        values = evaluate.node_scaled_jacobian(self._measured, None)
         return values if self.polyhedra is None else self._with_polyhedra(values, self.polyhedra.node_scaled_jacobian)
 
     @cached_property
@@ -450,7 +448,7 @@ def _measure_all(
                     values[one.name][cells] = evaluate.of_polyhedra(one, given, threads)
         if row is not None and row.shape is not None:
             n = count_of(row, connectivity.count(cells))
-            _measure_jens(mesh, row, cells, n, values[JENS], status, threads)
+            evaluate.jens(mesh, row, cells, n, values[JENS], status, threads)
             for one in others:
                 if one.is_defined_for(row.shape.name):
                     evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
@@ -474,58 +472,6 @@ def _measure_all(
     )
 
 
-def _measure_jens(
-    mesh: Mesh, row: CellType, cells: CellIds, n: int, values: Values, status: NDArray[np.uint8], threads: int | None
-) -> None:
-    compiled = path.is_compiled(n)
-    columns = driver.columns(row)
-    driver.prepare(row, mesh.points, n)
-    validity.prepare(row, mesh, compiled=compiled)
-
-    def work(part: CellIds) -> None:
-        ids = connectivity.pick(mesh, row, part, columns)
-        into = values[part] if isinstance(part, slice) else np.empty(len(ids))
-        driver.cell_jens(mesh.points, ids, row, into, compiled=compiled)
-        codes = _status(into)
-        if not isinstance(part, slice):
-            values[part] = into
-        mark_flat(mesh, row, ids, into, codes)
-        flat = np.flatnonzero(codes == Status.DEGENERATE)
-        if len(flat):
-            nodes = np.sort(ids[flat], axis=1)
-            codes[flat[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]] = Status.REPEATED_POINTS
-        validity.inside(mesh, row, part, codes, compiled=compiled)
-        status[part] = codes
-
-    run(work, connectivity.chunks(cells), threads)
-
-
-def _status(values: Values) -> NDArray[np.uint8]:
-    if values.min(initial=1.0) > 0.0:  # False if any is NaN
-        return np.zeros(len(values), np.uint8)
-    return np.select(
-        [values > 0.0, values < 0.0, values == 0.0],
-        [np.uint8(Status.OK), np.uint8(Status.INVERTED), np.uint8(Status.DEGENERATE)],
-        np.uint8(Status.NON_FINITE),
-    )
-
-
 def _shape(row: CellType) -> Shape:
     assert row.shape is not None
     return row.shape
-
-
-def _node_values(mesh: Mesh, threads: int | None) -> Values:
-    out = np.full(len(mesh.connectivity), np.nan)
-    for row, _, cells in mesh.groups():
-        if row is None or row.shape is None:
-            continue
-        n = connectivity.count(cells)
-        driver.prepare(row, mesh.points, n, with_nodes=True)
-
-        def work(part: CellIds, row: CellType = row, n: int = n) -> None:
-            some = evaluate.mesh_cells(mesh, row, part, n)
-            out[connectivity.positions(mesh, row, part)] = some.node_scaled_jacobian() + 0.0
-
-        run(work, connectivity.chunks(cells), threads)
-    return frozen(out)
