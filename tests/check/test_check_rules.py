@@ -64,7 +64,7 @@ def test_what_is_in_a_rule() -> None:
         ("", "", "a rule is missing"),
         ("jen >= 2", "jen", "did you mean 'jens'?"),
         ("JENS >= 2", "JENS", "did you mean 'jens'?"),
-        ("shape > 2", "shape", "did you mean 'verdict_shape'?"),
+        ("condition > 2", "condition", "did you mean 'verdict_condition'?"),
         ("jens => 2", "=>", "did you mean '>='?"),
         ("jens == 2", "==", "expected >=, >, <= or <"),
         ("jens", "", "expected >=, >, <= or <"),
