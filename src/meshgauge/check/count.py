@@ -16,7 +16,7 @@ from ..mesh.interface import is_interface
 from ..mesh.labels import cell_label, labels_of, point_label
 from ..mesh.regions import regions
 from ..quality.measure import Quality
-from ..quality.metrics import metric
+from ..quality.metrics import HOLDS, metric
 from ..quality.worst import spacing
 from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
 from .outcome import FailingCell
@@ -28,8 +28,6 @@ Mask = NDArray[np.bool_]
 
 Ranked = tuple[tuple[float, FailingCell], ...]
 """Cells with the number by which they are listed, the least first; equal ones in file order."""
-
-_HOLDS = {">=": np.greater_equal, ">": np.greater, "<=": np.less_equal, "<": np.less}
 
 
 @dataclass(frozen=True)
@@ -152,7 +150,7 @@ class Counting:
             if name != JENS:
                 cells &= self._defined_for(name)
             values = self.quality.values_of(name)
-            fails = ~_HOLDS[rule.comparison](values, rule.bound)
+            fails = ~HOLDS[rule.comparison](values, rule.bound)
             reasons = {"without a value": int(np.count_nonzero(np.isnan(values) & cells))}
             for what, mask in self._never_good(rule).items():
                 reasons[what] = int(np.count_nonzero(mask & ~fails & cells))
@@ -178,7 +176,7 @@ class Counting:
         if rule.comparison[0] != wanted or rule.bound < 0:
             return {}
         never = {"invalid": is_invalid(status, self.quality.mesh.purpose)}
-        if not _HOLDS[rule.comparison](row.flat, rule.bound):
+        if not HOLDS[rule.comparison](row.flat, rule.bound):
             never["degenerate"] = is_degenerate(status)
         return never
 

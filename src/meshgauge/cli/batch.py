@@ -206,6 +206,16 @@ class Batch:
         except ReadError:
             return None
 
+    def with_faces(self, path: str, quality: Quality) -> Quality:
+        """The same with what finite volumes ask of faces, if that is what the mesh is for."""
+        if quality.mesh.purpose != "fv":
+            return quality
+        from ..quality.metrics import LIMITS
+        from ..quality.neighbours import with_face_metrics
+
+        with self.progress(f"measuring faces of {path}"):
+            return with_face_metrics(quality, LIMITS, self.threads)
+
     def cell(self, path: str, text: str, metrics: Iterable[str] = ("jens",)) -> OneCell:
         """One cell of the mesh in a file, see `find_cell`. Raises `ReadError`, `MetricError` and `OptionError`."""
         from ..mesh.labels import find_cell

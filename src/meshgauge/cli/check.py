@@ -64,8 +64,6 @@ def check(
     from ..check.output.json import checks_json
     from ..check.output.text import CheckLine, ChecksText, CheckText
     from ..check.stream import check_slices, question
-    from ..quality.metrics import LIMITS
-    from ..quality.neighbours import with_face_metrics
     from .batch import Batch
 
     batch = Batch(
@@ -89,9 +87,8 @@ def check(
         if done is not None:
             return check_slices(*done, path=path, baselines=stored)
         quality = batch.measure(path, metrics_of(rules or ()))
-        if rules is None and quality.mesh.purpose == "fv":
-            with batch.progress(f"measuring faces of {path}"):
-                quality = with_face_metrics(quality, LIMITS, threads)
+        if rules is None:
+            quality = batch.with_faces(path, quality)
         return judge(quality, rules, path=path, listed=worst, baselines=stored)
 
     is_used = not meshes or not (rule_options.fail or rule_options.warn)

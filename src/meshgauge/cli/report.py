@@ -49,7 +49,6 @@ def report(
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
     from ..mesh.labels import labels_of
     from ..quality.metrics import LIMITS
-    from ..quality.neighbours import with_face_metrics
     from ..report import FileReport
     from ..report.csv import CsvWriter
     from ..report.one_cell import OneCellText, dumps
@@ -91,10 +90,7 @@ def report(
             done = batch.in_slices(path, ask, partial(add_rows, path))
             if done is not None:
                 return file_report(*done, path=path, with_diagnosis=contents.diagnosis)
-        quality = batch.measure(path, metrics)
-        if quality.mesh.purpose == "fv":
-            with batch.progress(f"measuring faces of {path}"):
-                quality = with_face_metrics(quality, LIMITS, threads)
+        quality = batch.with_faces(path, batch.measure(path, metrics))
         with batch.progress(f"summarising {path}"):
             one = FileReport.of(
                 quality,

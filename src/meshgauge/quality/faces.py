@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES
 from ..kernels.finite_volume import driver
+from ..kernels.finite_volume.numpy_path import dot, norm
 from ..mesh import Mesh
 from ..mesh.labels import cell_label
 from ..mesh.regions import regions
@@ -103,7 +104,7 @@ class FaceQuality:
         """``(n_faces,)`` angle between the line of the two centres and the face's normal; inner faces. [degree]"""
         d = self._between
         with np.errstate(all="ignore"):
-            cosine = _dot(d, self.areas) / (_norm(d) * _norm(self.areas))
+            cosine = dot(d, self.areas) / (norm(d) * norm(self.areas))
         angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
         return self._of_inner(np.where(np.isnan(cosine) & ~self._is_lost, 180.0, angle))
 
@@ -118,15 +119,15 @@ class FaceQuality:
         """``(n_faces,)`` the same of faces of the boundary, for the line from the cell's centre at right angles to the
         face, and .4 of it. [1]"""
         with np.errstate(all="ignore"):
-            normal = self.areas / _norm(self.areas)[:, None]
-            d = normal * _dot(normal, self.centres - self.cell_centres[self.owner])[:, None]
+            normal = self.areas / norm(self.areas)[:, None]
+            d = normal * dot(normal, self.centres - self.cell_centres[self.owner])[:, None]
         return np.where(self.is_inner, np.nan, self._skewness(d, AT_LEAST_OUTSIDE))
 
     @cached_property
     def face_weight(self) -> Values:
         """``(n_faces,)`` smaller share of the distance of the two centres from the plane of an inner face. [0, 0.5]"""
-        own = np.abs(_dot(self.areas, self.centres - self.cell_centres[self.owner]))
-        other = np.abs(_dot(self.areas, self.cell_centres[self.neighbour] - self.centres))
+        own = np.abs(dot(self.areas, self.centres - self.cell_centres[self.owner]))
+        other = np.abs(dot(self.areas, self.cell_centres[self.neighbour] - self.centres))
         return self._of_inner(_share(np.minimum(own, other), own + other))
 
     @cached_property
@@ -139,7 +140,7 @@ class FaceQuality:
     def flatness(self) -> Values:
         """``(n_faces,)`` length of the area vector of a face of four points or more over the sum of the areas of its
         triangles about its centre; 1: flat. [0, 1]"""
-        flat = _share(_norm(self.areas), self._triangle_areas)
+        flat = _share(norm(self.areas), self._triangle_areas)
         return np.where(np.diff(self.offsets) == 3, np.nan, np.minimum(flat, 1.0))
 
     @cached_property
@@ -165,7 +166,7 @@ class FaceQuality:
     def determinant(self) -> Values:
         """``(n_cells,)`` determinant of the sum of S Sᵀ over a cell's inner faces, in units of their mean area, over 8:
         how well gradients are determined; of a cube 1, 0 if it has no inner face. [1]"""
-        area = np.where(self.is_inner, _norm(self.areas), 0.0)
+        area = np.where(self.is_inner, norm(self.areas), 0.0)
         one = np.where(self.is_inner, 1.0, 0.0)
         n_inner = self._sum_by_cell(one, one)
         total = self._sum_by_cell(area, area)
@@ -253,7 +254,7 @@ class FaceQuality:
 
     def _pyramids(self, cells: Ids) -> Values:
         """``(n_faces,)`` volume of the pyramid from each face to the centre of a cell, positive out of it."""
-        return _dot(self.areas, self.centres - self.cell_centres[cells]) / 3.0
+        return dot(self.areas, self.centres - self.cell_centres[cells]) / 3.0
 
     def _measure_cells(self) -> None:
         n = self.mesh.n_cells
@@ -262,7 +263,7 @@ class FaceQuality:
         inner = self.neighbour
 
         def pyramids(cells: Ids, sign: float) -> tuple[Values, Values]:
-            three = sign * _dot(self.areas, self.centres - about[cells])
+            three = sign * dot(self.areas, self.centres - about[cells])
             return three, three[:, None] * (0.75 * self.centres + 0.25 * about[cells])
 
         own, other = pyramids(self.owner, 1.0), pyramids(inner, -1.0)
@@ -300,14 +301,6 @@ class FaceQuality:
             combine.at(out, self.owner, known)
             combine.at(out, self.neighbour[inner], known[inner])
         return np.where(out == start, without, out)
-
-
-def _dot(a: Values, b: Values) -> Values:
-    return np.asarray(np.einsum("ij,ij->i", a, b))
-
-
-def _norm(a: Values) -> Values:
-    return np.sqrt(_dot(a, a))
 
 
 def _share(part: Values, whole: Values) -> Values:

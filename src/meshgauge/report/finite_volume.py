@@ -10,15 +10,13 @@ import numpy as np
 from ..look import style
 from ..look.names import cell_entry
 from ..quality.faces import WorstFace
-from ..quality.metrics import LIMITS, METRICS
+from ..quality.metrics import HOLDS, LIMITS, METRICS
 
 if TYPE_CHECKING:
     from ..quality.measure import Quality
 
 LISTED = 3
 """Faces that a report lists of each measure with faces beyond the limit."""
-
-_HOLDS = {"<=": np.less_equal, ">=": np.greater_equal, ">": np.greater}
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +71,7 @@ def _measure(quality: Quality, name: str, limit: str, listed: int) -> FiniteVolu
         limit=limit,
         of="faces" if "face" in row.where else "cells",
         n=len(known),
-        n_beyond=missing + int(np.count_nonzero(~_HOLDS[comparison](known, float(bound)))),
+        n_beyond=missing + int(np.count_nonzero(~HOLDS[comparison](known, float(bound)))),
         worst=float((known.max() if highest else known.min()) if len(known) else np.nan),
         mean=float(known.mean()) if len(known) else np.nan,
         cell=cell,
@@ -100,4 +98,4 @@ def face_text(face: WorstFace) -> str:
 def keeps(one: FiniteVolumeMeasure, value: float) -> bool:
     """True if a value is within the limit of a measure."""
     comparison, bound = one.limit.split()
-    return bool(_HOLDS[comparison](value, float(bound)))
+    return bool(HOLDS[comparison](value, float(bound)))

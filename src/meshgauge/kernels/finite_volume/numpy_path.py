@@ -25,7 +25,7 @@ def polygons(
     mean = np.add.reduceat(x, starts) / sizes[:, None]
     about = mean[owner]
     normals = np.cross(x[following] - x, about - x)
-    lengths = _norm(normals)
+    lengths = norm(normals)
     total = np.add.reduceat(lengths, starts)
     moments = np.add.reduceat(lengths[:, None] * (x + x[following] + about), starts)
     centres[part] = np.where(total[:, None] == 0.0, mean, moments / (3.0 * total[:, None]))
@@ -34,7 +34,7 @@ def polygons(
     a, b, c = (x[starts[three] + k] for k in range(3))
     centres[first + three], areas[first + three] = mean[three], 0.5 * np.cross(b - a, c - a)
     about = centres[part][owner]
-    triangle_areas[part] = 0.5 * np.add.reduceat(_norm(np.cross(x[following] - x, about - x)), starts)
+    triangle_areas[part] = 0.5 * np.add.reduceat(norm(np.cross(x[following] - x, about - x)), starts)
 
 
 def skewness(
@@ -55,12 +55,12 @@ def skewness(
     x, at, _, owner = _coordinates(points, ids, offsets, first, last)
     here, line = centres[part], lines[part]
     to_centre = here - starts[part]
-    along = _dot(areas[part], to_centre) / _dot(areas[part], line)
+    along = dot(areas[part], to_centre) / dot(areas[part], line)
     off = to_centre - along[:, None] * line
-    length = _norm(off)
+    length = norm(off)
     way = np.where(length[:, None] > 0.0, off / length[:, None], 0.0)
-    reach = np.maximum.reduceat(np.abs(_dot(way[owner], x - here[owner])), at)
-    values = np.where(length == 0.0, 0.0, length / np.maximum(least * _norm(line), reach))
+    reach = np.maximum.reduceat(np.abs(dot(way[owner], x - here[owner])), at)
+    values = np.where(length == 0.0, 0.0, length / np.maximum(least * norm(line), reach))
     out[part] = np.where(np.isfinite(along), values, np.inf)
 
 
@@ -73,9 +73,11 @@ def _coordinates(
     return points[ids[here[0] : here[-1]]], here[:-1] - here[0], sizes, np.repeat(np.arange(len(sizes)), sizes)
 
 
-def _dot(a: Float64Array, b: Float64Array) -> Float64Array:
+def dot(a: Float64Array, b: Float64Array) -> Float64Array:
+    """``(n,)`` of ``(n, 3)`` each."""
     return np.asarray(np.einsum("ij,ij->i", a, b))
 
 
-def _norm(a: Float64Array) -> Float64Array:
-    return np.sqrt(_dot(a, a))
+def norm(a: Float64Array) -> Float64Array:
+    """``(n,)`` lengths of ``(n, 3)``."""
+    return np.sqrt(dot(a, a))

@@ -8,7 +8,7 @@ from ...errors import MetricError
 from . import companions, finite_volume, jacobian, tetra, verdict_library
 from .finite_volume import LIMITS
 from .inputs import Cells, PolyhedralCells
-from .row import Metric, Standard
+from .row import HOLDS, Metric, Standard
 
 METRICS: dict[str, Metric] = {
     row.name: row
@@ -55,4 +55,4 @@ def metric_rows(which: str | Metric | Iterable[str | Metric]) -> dict[str, Metri
     return rows
 
 
-__all__ = ["LIMITS", "METRICS", "Cells", "Metric", "PolyhedralCells", "Standard", "metric", "metric_rows"]
+__all__ = ["HOLDS", "LIMITS", "METRICS", "Cells", "Metric", "PolyhedralCells", "Standard", "metric", "metric_rows"]

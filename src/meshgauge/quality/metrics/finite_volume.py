@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import inf
 from types import MappingProxyType
 
@@ -30,8 +31,10 @@ def _least_pyramid(shape: Shape) -> float:
     return float(min(area @ (at - centre) for area, at in zip(areas, centres, strict=True)) / 3.0)
 
 
+_row = partial(Metric, source="meshgauge", reference=REFERENCE)
+
 ROWS = (
-    Metric(
+    _row(
         name="non_orthogonality",
         of_faces=lambda faces: faces.largest(faces.non_orthogonality, without=0.0),
         title="non-orthogonality",
@@ -42,11 +45,9 @@ ROWS = (
         ideal=0.0,
         better="lower",
         unit="degree",
-        source="meshgauge",
-        reference=REFERENCE,
         where=("cell", "face"),
     ),
-    Metric(
+    _row(
         name="skewness",
         of_faces=lambda faces: faces.largest(faces.skewness, without=0.0),
         title="skewness of faces between cells",
@@ -56,11 +57,9 @@ ROWS = (
         acceptable=(0.0, 4.0),
         ideal=0.0,
         better="lower",
-        source="meshgauge",
-        reference=REFERENCE,
         where=("cell", "face"),
     ),
-    Metric(
+    _row(
         name="boundary_skewness",
         of_faces=lambda faces: faces.largest(faces.boundary_skewness, without=0.0),
         title="skewness of faces of the boundary",
@@ -70,11 +69,9 @@ ROWS = (
         acceptable=(0.0, 20.0),
         ideal=0.0,
         better="lower",
-        source="meshgauge",
-        reference=REFERENCE,
         where=("cell", "face"),
     ),
-    Metric(
+    _row(
         name="face_weight",
         of_faces=lambda faces: faces.least(faces.face_weight, without=0.5),
         title="interpolation weight",
@@ -84,11 +81,9 @@ ROWS = (
         acceptable=(0.05, 0.5),
         ideal=0.5,
         better="higher",
-        source="meshgauge",
-        reference=REFERENCE,
         where=("cell", "face"),
     ),
-    Metric(
+    _row(
         name="volume_ratio",
         of_faces=lambda faces: faces.least(faces.volume_ratio, without=1.0),
         title="ratio of the volumes of neighbours",
@@ -98,11 +93,9 @@ ROWS = (
         acceptable=(0.01, 1.0),
         ideal=1.0,
         better="higher",
-        source="meshgauge",
-        reference=REFERENCE,
         where=("cell", "face"),
     ),
-    Metric(
+    _row(
         name="aspect_ratio",
         of_faces=lambda faces: faces.aspect_ratio,
         title="aspect ratio",
@@ -112,10 +105,8 @@ ROWS = (
         acceptable=(1.0, 1000.0),
         ideal=1.0,
         better="lower",
-        source="meshgauge",
-        reference=REFERENCE,
     ),
-    Metric(
+    _row(
         name="flatness",
         of_faces=lambda faces: faces.least(faces.flatness, without=1.0),
         title="flatness of faces",
@@ -125,11 +116,9 @@ ROWS = (
         acceptable=(0.8, 1.0),
         ideal=1.0,
         better="higher",
-        source="meshgauge",
-        reference=REFERENCE,
         where=("cell", "face"),
     ),
-    Metric(
+    _row(
         name="determinant",
         of_faces=lambda faces: faces.determinant,
         title="determinant of the faces",
@@ -139,10 +128,8 @@ ROWS = (
         acceptable=(0.001, inf),
         ideal=1.0,
         better="higher",
-        source="meshgauge",
-        reference=REFERENCE,
     ),
-    Metric(
+    _row(
         name="pyramid_volume",
         of_faces=lambda faces: faces.least(faces.pyramid_volume, without=np.nan),
         title="volume of the pyramids on faces",
@@ -153,8 +140,6 @@ ROWS = (
         ideal=1.0 / 6.0,
         better="higher",
         unit="length³",
-        source="meshgauge",
-        reference=REFERENCE,
         where=("cell", "face"),
         per_shape=MappingProxyType(
             {shape.name: Standard(_least_pyramid(shape), (0.0, inf)) for shape in SHAPES.values()}
@@ -162,15 +147,14 @@ ROWS = (
     ),
 )
 
-LIMITS = {
-    "non_orthogonality": "<= 70",
-    "skewness": "<= 4",
-    "boundary_skewness": "<= 20",
-    "face_weight": ">= 0.05",
-    "volume_ratio": ">= 0.01",
-    "aspect_ratio": "<= 1000",
-    "flatness": ">= 0.8",
-    "determinant": ">= 0.001",
-    "pyramid_volume": "> 0",
-}
+
+def _limit(row: Metric) -> str:
+    """The end of the acceptable range on the bad side, as a rule of the gate: ``<= 70``."""
+    low, high = row.acceptable
+    if row.better == "lower":
+        return f"<= {high:g}"
+    return f">= {low:g}" if low else "> 0"
+
+
+LIMITS = {row.name: _limit(row) for row in ROWS}
 """The limits that checkMesh holds, as rules of the gate."""

@@ -19,6 +19,9 @@ from .inputs import Cells, PolyhedralCells
 Interval = tuple[float, float]
 Values = NDArray[np.float64]
 
+HOLDS = {">=": np.greater_equal, ">": np.greater, "<=": np.less_equal, "<": np.less}
+"""What a comparison of a rule or a limit asks of values."""
+
 _LENGTH_POWERS = {"length": 1, "length²": 2, "length³": 3}
 
 
