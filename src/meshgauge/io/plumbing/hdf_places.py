@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,9 +36,6 @@ class Stored:
 
     def rounded(self, values: Reals) -> Reals:
         return values.astype(self.kind).astype(np.float64)
-
-    def written(self, values: Reals, old: Iterable[bytes]) -> Iterator[bytes]:
-        raise NotImplementedError
 
     def put(self, path: Path, starts: Ints, values: Reals) -> None:
         """Change numbers in the arrays of a file, packed and in chunks as they were."""

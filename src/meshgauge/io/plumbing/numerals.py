@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -28,6 +28,11 @@ class Form(Protocol):
     def rounded(self, values: Reals) -> Reals:
         """``(n,)`` numbers as they read back once they are written."""
         ...
+
+
+@runtime_checkable
+class Writing(Form, Protocol):
+    """A form whose numbers are bytes in the places of others."""
 
     def written(self, values: Reals, old: Iterable[bytes]) -> Iterator[bytes]:
         """The bytes of each number, in the place of those that stood there."""

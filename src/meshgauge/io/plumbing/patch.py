@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...files.undo import Hunks
 from ...mesh import Mesh
 from ...mesh.labels import labels_of
-from .numerals import Form, Ints, Reals
+from .numerals import Form, Ints, Reals, Writing
 
 GZIP = b"\x1f\x8b"
 _NONE, _NO_SPANS = np.empty(0, np.int64), np.empty((0, 3), np.int64)
@@ -170,6 +170,7 @@ class Places:
                 puts.append((form, starts[rows], new[rows]))
                 is_text[rows] = False
                 continue
+            assert isinstance(form, Writing)  # it is one or the other
             old = (data[a:b] for a, b in zip(starts[rows].tolist(), ends[rows].tolist(), strict=True))
             for at, text in zip(rows.tolist(), form.written(new[rows], old), strict=True):
                 texts[at] = text
