@@ -84,6 +84,7 @@ def records(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
         quality.certificate,
         quality.worst(500),
         file_report,
+        meshgauge.partial(mesh),
         report.FailedFile("x" * 500, "y" * 500),
         doctor.orient(backwards),
         doctor.hanging(quality),

@@ -58,6 +58,9 @@ if TYPE_CHECKING:
     from .repair import Improvement as Improvement
     from .repair import RepairReport as RepairReport
     from .repair import improve as improve
+    from .report.merging import merge as merge
+    from .report.partial_report import PartialReport as PartialReport
+    from .report.parts import partial as partial
     from .report.stream import stream as stream
     from .status import STATUSES as STATUSES
     from .status import Status as Status
@@ -94,6 +97,9 @@ _HOME = {
     "Quality": "quality.measure",
     "WorstCell": "quality.worst",
     "measure": "quality.measure",
+    "merge": "report.merging",
+    "PartialReport": "report.partial_report",
+    "partial": "report.parts",
     "stream": "report.stream",
     "STATUSES": "status",
     "Status": "status",

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from ..errors import FailedFile, MeshgaugeError, ReadError, WriteError
+from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
 from ..files.resources import free_memory
 from ..io import Limits, pieces, read, steps, write
 from ..io import Step as TimeStep
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ..quality.one_cell import OneCell
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
+    from .groups.report import Contents
 
 T = TypeVar("T")
 
@@ -196,6 +197,39 @@ class Batch:
             if not self.quiet:
                 terminal.warn("note", f"{path}: is read whole: {reason}")
             return None
+
+    def keep_partial(self, path: str, *, share: tuple[int, int], target: Path, contents: Contents) -> str:
+        """Measure a mesh as a part of another and keep the partial report; what it comes to, in words.
+
+        Raises `ReadError`, `MetricError` and `WriteError`.
+        """
+        from ..report.parts import partial
+
+        if self.reading.displacement is not None or self.reading.step == "all":
+            raise OptionError("--partial takes one state of a mesh, with the points of the file")
+        memory = None if self.memory is None else slices.n_bytes(self.memory)
+        with (
+            scheduler.executor(self.scheduler) as (pool, n_processes),
+            slices.progress(path, shown=not self.quiet) as progress,
+        ):
+            made = partial(
+                path,
+                share=share,
+                metrics=contents.metrics(),
+                worst=contents.n_worst(several=False),
+                by_region=contents.by is not None,
+                purpose=None if self.purpose is None else self.purpose.value,
+                keep_bricks=self.keep_bricks,
+                memory=None if memory is None else memory // n_processes,
+                threads=self.threads,
+                executor=pool,
+                file_format=self.reading.file_format,
+                step=_choice(self.reading.step),
+                wedge_order=self.wedge_order.value,
+                progress=progress,
+            )
+        made.save(target)
+        return made.summary.all.in_words()
 
     def _pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""

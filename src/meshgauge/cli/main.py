@@ -18,6 +18,7 @@ from .compare import compare
 from .doctor import doctor
 from .formats import formats
 from .improve import improve
+from .merge import merge
 from .metrics import metrics
 from .orient import orient
 from .paraview import paraview_plugin
@@ -39,6 +40,7 @@ app = typer.Typer(
 )
 _COMMANDS = (
     report,
+    merge,
     check,
     compare,
     doctor,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from ..errors import OptionError, WriteError
 from . import inputs, options
-from .groups.report import Contents
+from .groups.report import Apart, Contents
 from .options import WRITING, option
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def report(
     in_place: options.InPlace = False,
     quiet: options.Quiet = False,
     contents: Contents,
+    apart: Apart,
     purpose: options.Purpose = None,
     keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
@@ -39,9 +40,13 @@ def report(
     """Read, measure, summarise and drop each mesh in turn, then show the report; returns the exit code."""
     paths = inputs.expand(meshes)
     target = inputs.mesh_target(paths, output, in_place=in_place)
-    inputs.check_targets(paths, texts=(csv, html), files=(output,))
+    inputs.check_targets(paths, texts=(csv, html), files=(output, apart.partial))
+    share = apart.shares()
     if target is not None and (reading.step == "all" or reading.displacement is not None):
         raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")
+
+    if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target))):
+        raise OptionError("--partial keeps what was measured of one mesh, and goes with no other output")
 
     if contents.cell is not None and (len(paths) > 1 or any(one is not None for one in (csv, html, target))):
         raise OptionError("--cell reports one cell of one mesh, as text or JSON")
@@ -70,6 +75,12 @@ def report(
         scheduler=scheduler,
         quiet=quiet,
     )
+    if apart.partial is not None:
+        keep = partial(batch.keep_partial, share=share, target=apart.partial, contents=contents)
+        for path, text in batch.each(paths, keep):
+            if not quiet:
+                emit(f"{apart.partial}: {text} of {path}")
+        return batch.exit_code
     if contents.cell is not None:
         wanted = contents.cell
         for path, cell in batch.each(paths, lambda path: batch.cell(path, wanted, metrics)):

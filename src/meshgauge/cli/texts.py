@@ -34,6 +34,21 @@ Exit codes: 0 done, 2 some file could not be read or written, 130 interrupted.""
             "meshgauge report wing.vtu --html out.html [dim]to look at, and to send[/dim]",
             "meshgauge report wing.vtu --by region     [dim]material by material[/dim]",
             "meshgauge report wing.vtu --compare-metric shape",
+            "meshgauge report part_3.vtu --partial p3.mgp  [dim]one part, for 'meshgauge merge'[/dim]",
+        ),
+    ),
+    "merge": Text(
+        "Put together what was measured of the parts of a mesh.",
+        """Report on a mesh of which every part was measured apart, as by the jobs of an array.
+
+Each job measures its part with [bold]report --partial FILE[/bold]: a file of the mesh, or with [bold]--share K/N[/bold] some of the cells of one large file. The report is that of the whole, to the last bit, but for types of which it has few cells. A part that arrives twice counts once. A missing part, and parts that were measured differently, are an error.
+
+Exit codes: 0 done, 2 some file could not be read, or the parts do not make a mesh, 130 interrupted.""",
+        (
+            "meshgauge report part_3.vtu --partial p3.mgp",
+            "meshgauge merge p*.mgp",
+            "meshgauge merge p*.mgp --parts 8 --json",
+            "meshgauge report big.vtkhdf --share 3/8 --partial p3.mgp",
         ),
     ),
     "check": Text(

@@ -66,6 +66,9 @@ KEYS: tuple[str, ...] = (
 )
 """Names of integer cell data that tell a region, the best first; compared without case and with - as _."""
 
+BLOCKS = "blocks"
+"""What tells regions that are the blocks of the mesh; names of cell data tell the others."""
+
 MOST = 4096
 """Values that cell data may have to tell regions rather than number cells."""
 
@@ -90,23 +93,32 @@ def regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]]:
         Each region once. A number is written with the name of its data ("material 3") unless the file names it.
         A mesh without any regions has one, called "all". Characters that a terminal would obey stand as ``\\x1b``.
     """
-    best = _best(mesh, [named_blocks(mesh), *_from_data(mesh), _blocks(mesh)])
-    return best if best is not None else (np.zeros(mesh.n_cells, np.int64), ("all",))
+    ids, names, _ = partition(mesh)
+    return ids, names
+
+
+def partition(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...], str]:
+    """`regions`, and what tells them: the name of cell data, ``BLOCKS``, or nothing."""
+    best = _best(mesh, [(BLOCKS, named_blocks(mesh)), *_from_data(mesh), (BLOCKS, _blocks(mesh))])
+    return best if best is not None else (np.zeros(mesh.n_cells, np.int64), ("all",), "")
 
 
 def named_regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]] | None:
     """As `regions`, but only those that the file gives a name or a number; None if there are none."""
-    return _best(mesh, [named_blocks(mesh), *_from_data(mesh)])
+    best = _best(mesh, [(BLOCKS, named_blocks(mesh)), *_from_data(mesh)])
+    return None if best is None else best[:2]
 
 
-def _best(mesh: Mesh, partitions: Sequence[_Partition | None]) -> _Partition | None:
-    """The first partition that parts the solid cells, else the first there is."""
-    candidates = [partition for partition in partitions if partition is not None]
+def _best(
+    mesh: Mesh, partitions: Sequence[tuple[str, _Partition | None]]
+) -> tuple[NDArray[np.int64], tuple[str, ...], str] | None:
+    """The first partition that parts the solid cells, else the first there is; and what tells it."""
+    candidates = [(source, *one) for source, one in partitions if one is not None]
     is_solid = IS_SOLID[mesh.types]
     if not candidates:
         return None
-    ids, names = next((one for one in candidates if _parts(one[0][is_solid])), candidates[0])
-    return ids, tuple(map(printable, names))
+    source, ids, names = next((one for one in candidates if _parts(one[1][is_solid])), candidates[0])
+    return ids, tuple(map(printable, names)), source
 
 
 def _parts(ids: NDArray[np.int64]) -> bool:
@@ -157,13 +169,13 @@ def place_of(name: str) -> int | None:
 _PLACES = {key: place for place, key in enumerate(KEYS)}
 
 
-def _from_data(mesh: Mesh) -> list[_Partition]:
+def _from_data(mesh: Mesh) -> list[tuple[str, _Partition]]:
     partitions = []
     for name, values in mesh.cell_data.items():
         place = place_of(name)
-        if place is not None and (partition := _partition(mesh, name, values)) is not None:
-            partitions.append((place, partition))
-    return [partition for _, partition in sorted(partitions, key=lambda pair: pair[0])]
+        if place is not None and (of_data := _partition(mesh, name, values)) is not None:
+            partitions.append((place, name, of_data))
+    return [(name, one) for _, name, one in sorted(partitions, key=lambda known: known[0])]
 
 
 def _partition(mesh: Mesh, name: str, values: NDArray[Any]) -> _Partition | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +10,7 @@ from numpy.typing import NDArray
 from ..look.records import brief
 from ..mesh import Mesh, connectivity
 from ..mesh.cast import frozen
-
-if TYPE_CHECKING:
-    from .flat import Flatness
+from .flat import Flatness
 
 Values = NDArray[np.float64]
 

@@ -77,6 +77,7 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
         "diagnosis": report.diagnosis.to_dict() if report.diagnosis is not None else None,
         "other_metrics": [summary.to_dict(bins) for summary in report.others],
         "finite_volume": [measure.to_dict() for measure in report.finite_volume],
+        "mixed_processors": report.mixed_processors,
         "notes": list(report.notes),
     }
 

@@ -35,6 +35,7 @@ class FileReport:
     regions: tuple[tuple[str, Summary], ...] = ()  #: name and J_ENS of each region; none unless asked for
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
     finite_volume: tuple[FiniteVolumeMeasure, ...] = ()  #: what finite volumes ask for, if it was measured
+    mixed_processors: bool = False  #: parts came from processors that differ in the last bits of values
 
     __repr__ = brief
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
+from dataclasses import replace
 
 from ..doctor import LIMIT, not_diagnosed
 from ..errors import OptionError
@@ -19,7 +20,7 @@ from ..quality.metrics import metric_rows
 from ..quality.summary import Summary, summarise_nothing
 from ..slices import Ask, Facts, Job, Partial, Progress, facts_of, measure_pieces
 from ..slices.job import keep_points, share
-from ..slices.labels import labelled_findings, labelled_worst
+from ..slices.labels import labelled_by_file
 from ..slices.partial import CellRows
 from ..status import Purpose
 from .record import WORST, FileReport
@@ -43,8 +44,10 @@ def check_metrics(metrics: Iterable[str]) -> None:
             raise ReadWhole(f"metric {name} takes all cells at once")
 
 
-def job_of(listed: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: str = "auto") -> Job:
-    """The first round: the facts of the whole; its points are read if they fit.
+def job_of(
+    listed: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: str = "auto", is_part: bool = False
+) -> Job:
+    """The first round: the facts of the whole, or of a part of it; its points are read if they fit.
 
     Raises
     ------
@@ -63,7 +66,7 @@ def job_of(listed: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: 
     memory = default_memory() if memory is None else memory
     points = share(listed, memory)
     facts = facts_of(listed, points, wedge_order=wedge_order, with_regions=ask.by_region or ask.counter is not None)
-    job = Job(listed, facts, ask, memory)
+    job = Job(listed, replace(facts, is_part=is_part), ask, memory)
     keep_points(job, points)
     return job
 
@@ -135,16 +138,16 @@ def file_report(job: Job, partial: Partial, *, path: str | None = None, with_dia
     summaries = dict(partial.summaries)
     summary = summaries.pop("jens")
     names = facts.regions.names
-    cells = labelled_worst(listed, facts, (cell for cell, _ in partial.worst))
+    partial = labelled_by_file(listed, facts, partial)
     return FileReport(
         path=path or listed.path,
         n_points=facts.n_points,
         n_cells=facts.n_cells - partial.n_ghosts,
         summary=summary,
-        worst=cells,
+        worst=tuple(cell for cell, _ in partial.worst),
         others=tuple(summaries.values()),
         notes=notes_of(facts, partial),
-        findings=labelled_findings(listed, facts, partial.findings),
+        findings=partial.findings,
         diagnosis=not_diagnosed(facts.n_cells, LIMIT) if with_diagnosis else None,
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),

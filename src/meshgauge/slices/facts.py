@@ -22,6 +22,7 @@ from ..io.plumbing.wedge_order import (
     sample_step,
     signs_of,
     turned,
+    undecided,
 )
 from ..mesh.ghosts import without_ghosts
 from ..mesh.labels import LABEL
@@ -31,6 +32,9 @@ from .regions import Regions, regions_of
 
 Labels = Literal["none", "counted", "stored"]
 """How the file numbers its cells, or points: not at all; from 1 on in their order; by numbers that it stores."""
+
+MANY = 1 << 40
+"""Cells of a type that are more than few in any case, see `meshgauge.kernels.path`."""
 
 VARYING = [vtk_id for vtk_id, row in CELL_TYPES.items() if row.shape is not None and row.n_nodes is None]
 """Types whose cells are of different rows."""
@@ -54,6 +58,8 @@ class Facts:
         How the file numbers them.
     notes
         What a reader would have noted.
+    is_part
+        This is a part of a mesh of which nothing else is known: all types count as many.
     """
 
     n_cells: int
@@ -64,10 +70,16 @@ class Facts:
     cell_labels: Labels
     point_labels: Labels
     notes: tuple[str, ...]
+    is_part: bool = False
 
     def count_of(self, row: CellType, n: int) -> int:
         """Cells of a type in the whole; of a slice there are ``n``."""
-        return self.counts.get(_key(row), n)
+        return MANY if self.is_part else self.counts.get(_key(row), n)
+
+    @property
+    def n_deciding(self) -> int:
+        """Cells of all types, as far as that decides how the cells are measured."""
+        return MANY if self.is_part else self.n_cells
 
 
 def _key(row: CellType) -> tuple[int, int]:
@@ -118,7 +130,7 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
     if decision.turn:
         notes.append(turned(wedges, decision.turn))
     elif decision.doubt:
-        notes.append(f"The order of the wedges could not be decided: {decision.doubt}. They are left as they are.")
+        notes.append(undecided(decision.doubt))
     if n_ghosts:
         notes.append(ghosts.not_looked_at(n_ghosts))
     return Facts(

@@ -52,47 +52,54 @@ class Job:
             threads=1,
             keep_bricks=self.ask.keep_bricks,
             count_of=self.facts.count_of,
-            n_cells=self.facts.n_cells,
-            beyond=_unknown,
+            n_cells=self.facts.n_deciding,
+            beyond=unknown,
         )
-        return self._partial(quality, part, place)
+        region_ids = self.facts.regions.ids(place.piece, quality.mesh.cell_data, quality.mesh.n_cells)
+        return partial_of(quality, part, region_ids, self.ask, self.facts)
 
     @cached_property
     def purpose(self) -> Purpose:
         """What the mesh is for."""
         return self.ask.purpose or "fem"
 
-    def _partial(self, quality: Quality, part: Slice, place: Place) -> Partial:
-        mesh, ask, first = quality.mesh, self.ask, part.first_cell
-        region_ids = self.facts.regions.ids(place.piece, mesh.cell_data, mesh.n_cells)
-        worst = quality.worst(ask.n_worst) if ask.n_worst else []
-        findings = (
-            replace(one, cells=tuple(cell + first for cell in one.cells), labels=())
-            for one in quality.findings(ask.n_findings)
-        )
-        is_ghost = mesh.is_ghost
-        labels = mesh.cell_data.get(LABEL) if self.facts.cell_labels == "stored" else None
-        if self.facts.cell_labels == "counted":
-            labels = np.arange(first + 1, first + 1 + mesh.n_cells)
-        return Partial(
-            spans=((first, first + mesh.n_cells),),
-            n_ghosts=0 if is_ghost is None else int(is_ghost.sum()),
-            summaries={name: quality.summary(name, threads=1) for name in quality.metrics},
-            worst=tuple((self._whole(cell, part), int(region_ids[cell.cell])) for cell in worst),
-            n_worst=ask.n_worst,
-            findings=tuple(findings),
-            n_findings=ask.n_findings,
-            regions=_by_region(quality, region_ids) if ask.by_region and len(self.facts.regions.names) > 1 else {},
-            collapsed=_collapsed(quality),
-            counted=None if ask.counter is None else ask.counter.count(quality, part, region_ids, self.facts),
-            rows=CellRows(mesh.types, quality.status, dict(quality.metrics), labels) if ask.keeps_rows else None,
-        )
 
-    def _whole(self, cell: WorstCell, part: Slice) -> WorstCell:
-        """The same with ids of the whole; labels are looked up at the end, of the few that are listed."""
-        return replace(
-            cell, cell=cell.cell + part.first_cell, point=part.point(cell.point), cell_label=None, point_label=None
-        )
+def partial_of(quality: Quality, part: Slice, region_ids: NDArray[np.int64], ask: Ask, facts: Facts) -> Partial:
+    """What was measured on a slice, as far as it was asked for; ``region_ids`` ``(n,)`` of its cells.
+
+    The file's own numbers of cells and points are left to be looked up at the end, of the few that are listed.
+    """
+    mesh, first = quality.mesh, part.first_cell
+    worst = quality.worst(ask.n_worst) if ask.n_worst else []
+    findings = (
+        replace(one, cells=tuple(cell + first for cell in one.cells), labels=())
+        for one in quality.findings(ask.n_findings)
+    )
+    is_ghost = mesh.is_ghost
+    labels = mesh.cell_data.get(LABEL) if facts.cell_labels == "stored" else None
+    if facts.cell_labels == "counted":
+        labels = np.arange(first + 1, first + 1 + mesh.n_cells)
+    with_regions = ask.by_region and (facts.is_part or len(facts.regions.names) > 1)
+    return Partial(
+        spans=((first, first + mesh.n_cells),),
+        n_ghosts=0 if is_ghost is None else int(is_ghost.sum()),
+        summaries={name: quality.summary(name, threads=1) for name in quality.metrics},
+        worst=tuple((_of_whole(cell, part), int(region_ids[cell.cell])) for cell in worst),
+        n_worst=ask.n_worst,
+        findings=tuple(findings),
+        n_findings=ask.n_findings,
+        regions=_by_region(quality, region_ids) if with_regions else {},
+        collapsed=_collapsed(quality),
+        counted=None if ask.counter is None else ask.counter.count(quality, part, region_ids, facts),
+        rows=CellRows(mesh.types, quality.status, dict(quality.metrics), labels) if ask.keeps_rows else None,
+    )
+
+
+def _of_whole(cell: WorstCell, part: Slice) -> WorstCell:
+    """The same with ids of the whole."""
+    return replace(
+        cell, cell=cell.cell + part.first_cell, point=part.point(cell.point), cell_label=None, point_label=None
+    )
 
 
 def _by_region(quality: Quality, ids: NDArray[np.int64]) -> dict[int, Summary]:
@@ -115,7 +122,7 @@ def _collapsed(quality: Quality) -> Counter[str]:
     return Counter({type_name(vtk_id): n for vtk_id, n in zip(ids.tolist(), numbers.tolist(), strict=True)})
 
 
-def _unknown(entries: NDArray[np.int64]) -> NDArray[np.int64]:
+def unknown(entries: NDArray[np.int64]) -> NDArray[np.int64]:
     raise ReadWhole("whether points of its polyhedra hang depends on the cells beside them")
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Callable
 from dataclasses import replace
 
 from ..io.plumbing.pieces import Pieces
 from ..mesh.labels import LABEL
-from ..quality.worst import StatusCells, WorstCell
 from .facts import Facts
+from .partial import Partial
 
 
 def cell_label(pieces: Pieces, facts: Facts, cell: int) -> int | None:
@@ -34,20 +34,32 @@ def _number(label: int) -> int | None:
     return label if label >= 0 else None
 
 
-def labelled_worst(pieces: Pieces, facts: Facts, cells: Iterable[WorstCell]) -> tuple[WorstCell, ...]:
-    """Worst cells with the numbers of the file."""
-    return tuple(
-        replace(
-            one,
-            cell_label=cell_label(pieces, facts, one.cell),
-            point_label=point_label(pieces, facts, one.point),
+LabelOf = Callable[[int], int | None]
+
+
+def labelled(partial: Partial, of_cell: LabelOf | None, of_point: LabelOf | None) -> Partial:
+    """A result with the numbers that the file gives to the cells and points that are listed; None: it numbers none."""
+    worst = tuple(
+        (
+            replace(
+                one,
+                cell_label=None if of_cell is None else of_cell(one.cell),
+                point_label=None if of_point is None else of_point(one.point),
+            ),
+            region,
         )
-        for one in cells
+        for one, region in partial.worst
     )
+    findings = tuple(
+        replace(one, labels=() if of_cell is None else tuple(map(of_cell, one.cells))) for one in partial.findings
+    )
+    return replace(partial, worst=worst, findings=findings)
 
 
-def labelled_findings(pieces: Pieces, facts: Facts, findings: Iterable[StatusCells]) -> tuple[StatusCells, ...]:
-    """Findings with the numbers of the file."""
-    if facts.cell_labels == "none":
-        return tuple(findings)
-    return tuple(replace(one, labels=tuple(cell_label(pieces, facts, cell) for cell in one.cells)) for one in findings)
+def labelled_by_file(pieces: Pieces, facts: Facts, partial: Partial) -> Partial:
+    """`labelled` with the numbers looked up in the file."""
+    return labelled(
+        partial,
+        None if facts.cell_labels == "none" else lambda cell: cell_label(pieces, facts, cell),
+        None if facts.point_labels == "none" else lambda point: point_label(pieces, facts, point),
+    )

@@ -52,13 +52,16 @@ class Slice:
         return self.first_point + self.origins.of(local)
 
 
-def places(pieces: Pieces, size: int | None = None) -> list[Place]:
-    """All cells, in slices of so many; None: `SIZE`."""
+def places(pieces: Pieces, size: int | None = None, share: tuple[int, int] = (1, 1)) -> list[Place]:
+    """All cells, or of n shares of them the k-th, in slices of so many; None: `SIZE`."""
     size = SIZE if size is None else size
+    number, n = share
+    first, last = ((at * pieces.n_cells) // n for at in (number - 1, number))
     return [
-        Place(number, start, min(start + size, piece.n_cells))
-        for number, piece in enumerate(pieces.pieces)
-        for start in range(0, piece.n_cells, size)
+        Place(at, start, min(start + size, stop))
+        for at, piece in enumerate(pieces.pieces)
+        for stop in [min(last - pieces.cell_starts[at], piece.n_cells)]
+        for start in range(max(first - pieces.cell_starts[at], 0), stop, size)
     ]
 
 

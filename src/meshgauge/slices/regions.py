@@ -13,7 +13,7 @@ from ..cells import IS_SOLID
 from ..io.plumbing.pieces import Piece, Pieces, Rows
 from ..look.style import printable
 from ..mesh import CellBlock
-from ..mesh.regions import block_regions, distinct, have_names, ids_of, names_of, place_of
+from ..mesh.regions import BLOCKS, block_regions, distinct, have_names, ids_of, names_of, place_of
 from .read import Place, places
 
 Ids = NDArray[np.int64]
@@ -37,6 +37,11 @@ class Regions:
     of_pieces: tuple[int, ...] | None = None
     column: str | None = None
     keys: NDArray[Any] | None = None
+
+    @property
+    def source(self) -> str:
+        """What tells them: the name of cell data, ``BLOCKS``, or nothing."""
+        return BLOCKS if self.of_pieces is not None else self.column or ""
 
     def ids(self, piece: int, cell_data: Any, n: int) -> Ids:
         """The region of each of some cells ``(n,)`` of a piece."""

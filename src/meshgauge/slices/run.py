@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 
+from ..errors import OptionError
 from ..kernels.threads import thread_count
 from .job import Job, forget_points
 from .partial import CellRows, Partial
@@ -21,6 +22,7 @@ def measure_pieces(
     executor: Executor | None = None,
     threads: int | None = None,
     size: int | None = None,
+    share: tuple[int, int] = (1, 1),
     on_rows: Callable[[int, CellRows], object] | None = None,
     progress: Progress | None = None,
 ) -> Partial:
@@ -34,6 +36,8 @@ def measure_pieces(
         Where slices are worked on; None: threads of this process, as many as ``threads``, or one a processor.
     size
         Cells of a slice. It has no influence on the answer.
+    share
+        ``(k, n)``: of n shares of the cells the k-th only, from 1 on.
     on_rows
         Takes the rows of each slice, in file order, with the first cell; see `Ask.keeps_rows`.
     progress
@@ -42,7 +46,7 @@ def measure_pieces(
     Returns
     -------
     Partial
-        Of all cells, each covered once.
+        Of all cells, or those of the share, each covered once.
 
     Raises
     ------
@@ -51,7 +55,10 @@ def measure_pieces(
     ReadWhole
         If the mesh holds what cannot be measured slice by slice.
     """
-    todo = places(job.pieces, size)
+    todo = places(job.pieces, size, share)
+    if not todo:
+        raise OptionError(f"share {share[0]} of {share[1]} is empty: the mesh has {job.facts.n_cells:,} cells")
+    n_asked = sum(place.stop - place.start for place in todo)
     total: Partial | None = None
     done = 0
     try:
@@ -62,11 +69,12 @@ def measure_pieces(
             total = part.without_rows() if total is None else total.merge(part)
             done += place.stop - place.start
             if progress is not None:
-                progress(done, job.facts.n_cells)
+                progress(done, n_asked)
     finally:
         forget_points()
-    assert total is not None  # a mesh without cells is read whole
-    total.check_covers(job.facts.n_cells)
+    assert total is not None
+    if share[1] == 1:
+        total.check_covers(job.facts.n_cells)
     return total
 
 

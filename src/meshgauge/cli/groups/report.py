@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated
 
+from ...errors import OptionError
 from .. import options
-from ..options import MEASURING, option
+from ..options import MEASURING, WRITING, option
 
 WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
 
@@ -48,3 +51,28 @@ class Contents:
 
         verdict = (name if name.startswith(PREFIX) else PREFIX + name for name in self.compare_metric or ())
         return tuple(dict.fromkeys(metric(name).name for name in ("jens", *(self.metric or ()), *verdict)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Apart:
+    """Parts of a mesh that are measured apart."""
+
+    partial: Annotated[
+        Path | None,
+        option("--partial", "FILE", "Keep what was measured of this part, for 'meshgauge merge' (.mgp).", WRITING),
+    ] = None
+    share: Annotated[
+        str | None,
+        option("--share", "K/N", "With --partial: of N shares of the cells measure the K-th.", MEASURING),
+    ] = None
+
+    def shares(self) -> tuple[int, int]:
+        """Which share of how many. Raises `OptionError`."""
+        if self.share is None:
+            return 1, 1
+        match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", self.share)
+        if match is None or not 1 <= int(match[1]) <= int(match[2]):
+            raise OptionError(f"--share is {self.share!r}, expected K/N such as 3/8, from 1/8 to 8/8")
+        if self.partial is None:
+            raise OptionError("--share measures some of the cells: give --partial FILE, and merge the files")
+        return int(match[1]), int(match[2])

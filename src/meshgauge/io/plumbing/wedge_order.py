@@ -7,6 +7,7 @@ order, so that a negative wedge in it is an inverted one, and stays.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import cache
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -168,8 +169,7 @@ def apply(mesh: Mesh, decision: Decision) -> Mesh:
         return _turn(mesh, np.flatnonzero(_IS_WEDGE[mesh.types]), decision.turn)
     if not decision.doubt:
         return mesh
-    note = f"The order of the wedges could not be decided: {decision.doubt}. They are left as they are."
-    return mesh.replace(notes=(*mesh.notes, note))
+    return mesh.replace(notes=(*mesh.notes, undecided(decision.doubt)))
 
 
 def check_order(order: str) -> None:
@@ -300,7 +300,26 @@ def _turn(mesh: Mesh, cells: Ids, why: str) -> Mesh:
 
 def turned(n: int, why: str) -> str:
     """The note on so many wedges that were turned."""
-    return f"{plural(n, WEDGE.name)} {'was' if n == 1 else 'were'} turned from VTK's documented order into ours, {why}."
+    return f"{plural(n, WEDGE.name)} {'was' if n == 1 else 'were'} {_TURNED_TEXT}, {why}."
+
+
+def undecided(doubt: str) -> str:
+    """The note on wedges whose order could not be decided."""
+    return f"{_UNDECIDED_TEXT}: {doubt}. They are left as they are."
+
+
+_TURNED_TEXT = "turned from VTK's documented order into ours"
+_UNDECIDED_TEXT = "The order of the wedges could not be decided"
+
+Outcome = Literal["as stored", "turned", "undecided"]
+
+
+def outcome(notes: Iterable[str]) -> Outcome:
+    """What became of the wedges of a mesh, by its notes."""
+    notes = tuple(notes)
+    if any(_TURNED_TEXT in note for note in notes):
+        return "turned"
+    return "undecided" if any(note.startswith(_UNDECIDED_TEXT) for note in notes) else "as stored"
 
 
 @cache

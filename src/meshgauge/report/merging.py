@@ -1,0 +1,293 @@
+"""The report on a mesh of which every part was measured apart."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from ..cells import CELL_TYPES
+from ..errors import MeshgaugeError, OptionError
+from ..io.plumbing.ghosts import not_looked_at
+from ..kernels.path import is_compiled
+from ..look.style import enumeration, plural
+from ..mesh.collapsed import note_on
+from ..mesh.regions import MOST
+from ..quality.measure import JENS
+from ..quality.summary import Summary
+from ..slices import Partial
+from ..slices.labels import labelled
+from ..slices.partial import merged
+from .partial_report import PartialReport
+from .record import FileReport
+
+NOT_DIAGNOSED = "Parts that were measured apart are not diagnosed."
+MIXED = (
+    "The parts were measured on processors of which some round a product and a sum once and others twice: last bits "
+    "of values differ between them."
+)
+FEW = "Last bits of values may differ from those of the mesh as a whole for types of which it has few cells"
+NAMED = 4
+"""Types or parts that are named; of more the first."""
+
+
+def merge(
+    partials: Iterable[PartialReport | str | os.PathLike[str]], *, parts: int | None = None, path: str | None = None
+) -> FileReport:
+    """The report on a mesh from those on its parts: that of the whole, to the last bit, where its types are many.
+
+    Parameters
+    ----------
+    partials
+        Made by `partial`, or the files that they were saved to. One that is there twice counts once.
+    parts
+        Of how many parts the mesh is, if they do not say so themselves.
+    path
+        What to call the mesh; None: the file, or the first and the last part.
+
+    Returns
+    -------
+    FileReport
+        Without a diagnosis. Parts follow one another by their numbers, else by the names of their files, numbers in
+        them by value, else as they are given; so do cells and points, of which those on two parts count twice.
+
+    Raises
+    ------
+    ReadError
+        If a file is none of a partial report, or damaged.
+    MeshgaugeError
+        If a part is missing, or parts were asked for different things or decided differently; the message says what to
+        do.
+    OptionError
+        If there are none.
+    """
+    given = [one if isinstance(one, PartialReport) else PartialReport.load(one) for one in partials]
+    if not given:
+        raise OptionError("no partial report is given")
+    _check_alike(given)
+    whole = _in_order([_joined(group) for group in _groups(given)], parts)
+    names = _region_names(whole)
+    _check_decisions(whole)
+    cells = points = 0
+    results = []
+    for one in whole:
+        results.append(_moved(one, cells, points, names, keeps_labels=one.cell_labels == "stored" or len(whole) == 1))
+        cells, points = cells + one.n_cells, points + one.n_points
+    result = merged([_without_labels(one) for one in results])
+    result.check_covers(cells)
+    result = _with_labels(result, results)
+    summaries = dict(result.summaries)
+    summary = summaries.pop(JENS)
+    by_region = whole[0].by_region
+    is_mixed = len({one.last_bits for one in given}) > 1
+    return FileReport(
+        path=path or _name(whole),
+        n_points=points,
+        n_cells=cells - result.n_ghosts,
+        summary=summary,
+        worst=tuple(cell for cell, _ in result.worst),
+        others=tuple(summaries.values()),
+        notes=_notes(whole, result, is_mixed=is_mixed),
+        findings=result.findings,
+        regions=tuple((name, result.regions[at]) for at, name in enumerate(names) if at in result.regions)
+        if by_region
+        else (),
+        worst_regions=tuple(names[region] for _, region in result.worst) if by_region else (),
+        mixed_processors=is_mixed,
+    )
+
+
+def _check_alike(given: Sequence[PartialReport]) -> None:
+    """Raise `MeshgaugeError` unless all were asked for the same, by one version."""
+
+    def question(one: PartialReport) -> dict[str, object]:
+        result = one.result
+        return {
+            "another version of meshgauge": one.made_by,
+            "other metrics": tuple(result.summaries),
+            "another purpose (--for)": one.summary.purpose,
+            "another number of worst cells (--worst)": result.n_worst,
+            "other options (--by)": one.by_region,
+            "other options (--keep-bricks)": one.keep_bricks,
+            "parts of another number": one.part and one.part[1],
+        }
+
+    first = question(given[0])
+    for one in given[1:]:
+        for what, value in question(one).items():
+            if value != first[what]:
+                raise MeshgaugeError(
+                    f"{one.path} was measured with {what} than {given[0].path} ({value} and {first[what]}); measure "
+                    "all parts alike"
+                )
+
+
+def _groups(given: Sequence[PartialReport]) -> list[list[PartialReport]]:
+    """Those of one file together, each cell once."""
+    groups: dict[object, dict[object, PartialReport]] = {}
+    for one in given:
+        group = groups.setdefault(one.identity if one.part is None else one.part, {})
+        known = next(iter(group.values()), one)
+        if one.identity == known.identity and one.state != known.state:
+            raise MeshgaugeError(f"{one.path} was changed between two of its partial reports; measure it again")
+        group.setdefault(one.result.spans, one)
+    return [list(group.values()) for group in groups.values()]
+
+
+def _joined(group: Sequence[PartialReport]) -> PartialReport:
+    """The shares of one file as one part. Raises `MeshgaugeError` if cells are missing, or there twice."""
+    first = group[0]
+    parts = [one.result for one in group]
+    try:
+        result = merged([_without_labels(part) for part in parts])
+    except MeshgaugeError as error:
+        raise MeshgaugeError(f"{first.path}: {error}") from error
+    if result.spans != ((0, first.n_cells),):
+        ends = [0, *(end for span in result.spans for end in span), first.n_cells]
+        gaps = [f"{a} to {b - 1}" for a, b in zip(ends[::2], ends[1::2], strict=True) if a < b]
+        some = enumeration(gaps[:NAMED]) + (", ..." if len(gaps) > NAMED else "")
+        raise MeshgaugeError(f"{first.path}: cells {some} are in none of the partial reports; a share is missing")
+    return replace(first, result=_with_labels(result, parts))
+
+
+def _in_order(whole: list[PartialReport], parts: int | None) -> list[PartialReport]:
+    """The parts as they follow one another. Raises `MeshgaugeError` if one is missing."""
+    numbers = [one.part[0] for one in whole if one.part is not None]
+    stated = whole[0].part[1] if whole[0].part is not None else parts
+    if parts is not None and stated != parts:
+        raise MeshgaugeError(f"the parts say that they are {stated}, not {parts}")
+    if numbers:
+        missing = sorted(set(range(stated or 0)) - set(numbers))
+        if missing:
+            some = ", ".join(map(str, missing[:NAMED])) + (", ..." if len(missing) > NAMED else "")
+            raise MeshgaugeError(f"of {stated} parts {len(missing)} are missing: {some} (counted from 0)")
+        return sorted(whole, key=lambda one: one.part or (0, 0))
+    if stated is not None and len(whole) != stated:
+        raise MeshgaugeError(f"{plural(len(whole), 'part')} of {stated} are given")
+    if all(os.path.isabs(one.identity) for one in whole):
+        whole = sorted(whole, key=lambda one: _natural(one.identity))
+        if stated is None:
+            _check_numbers([one.identity for one in whole])
+    return whole
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """A key by which ``part_9`` comes before ``part_10``."""
+    return [(int(word), word) if word.isdecimal() else (-1, word) for word in re.split(r"(\d+)", name)]
+
+
+def _check_numbers(names: Sequence[str]) -> None:
+    """Raise `MeshgaugeError` if names that differ in one number only leave one out."""
+    split = [re.split(r"(\d+)", name) for name in names]
+    if len({len(words) for words in split}) != 1:
+        return
+    differ = [at for at in range(len(split[0])) if len({words[at] for words in split}) > 1]
+    if len(differ) != 1 or not split[0][differ[0]].isdecimal():
+        return
+    for (a, here), (b, there) in pairwise(zip((int(words[differ[0]]) for words in split), names, strict=True)):
+        if b > a + 1:
+            raise MeshgaugeError(
+                f"between {os.path.basename(here)} and {os.path.basename(there)} a part is missing; if none is, "
+                f"--parts {len(names)} says that these are all"
+            )
+
+
+def _check_decisions(whole: Sequence[PartialReport]) -> None:
+    """Raise `MeshgaugeError` if something that holds for the whole was decided differently for two parts."""
+    with_wedges = [one for one in whole if one.wedges]
+    for one in with_wedges[1:]:
+        if one.wedges != with_wedges[0].wedges:
+            raise MeshgaugeError(
+                f"the wedges of {one.path} are {one.wedges}, those of {with_wedges[0].path} {with_wedges[0].wedges}; "
+                "measure all parts with --wedge-order gmsh or vtk-legacy"
+            )
+
+
+def _region_names(whole: Sequence[PartialReport]) -> tuple[str, ...]:
+    """Names of the regions of all parts, in an order that has those of each part in theirs."""
+    first = whole[0]
+    names: list[str] = []
+    for one in whole if first.by_region else ():
+        if one.region_source != first.region_source:
+            raise MeshgaugeError(
+                f"the regions of {one.path} are told by {one.region_source or 'nothing'}, those of {first.path} by "
+                f"{first.region_source or 'nothing'}; measure the parts as one mesh (--as-one)"
+            )
+        at = 0
+        for name in one.region_names:
+            if name not in names:
+                names.insert(at, name)
+            at = names.index(name) + 1
+    if len(names) > MOST:
+        raise MeshgaugeError(f"{first.region_source} has more than {MOST} values in all parts, too many for regions")
+    return tuple(names) or ("all",)
+
+
+def _moved(one: PartialReport, cells: int, points: int, names: Sequence[str], *, keeps_labels: bool) -> Partial:
+    """The result on a part with ids of the whole, behind so many cells and points."""
+    result = one.result if keeps_labels else labelled(one.result, None, None)
+    region = [names.index(name) if one.by_region else 0 for name in one.region_names]
+    return replace(
+        result,
+        spans=tuple((start + cells, stop + cells) for start, stop in result.spans),
+        worst=tuple(
+            (replace(cell, cell=cell.cell + cells, point=cell.point + points), region[at]) for cell, at in result.worst
+        ),
+        findings=tuple(
+            replace(finding, cells=tuple(cell + cells for cell in finding.cells)) for finding in result.findings
+        ),
+        regions={region[at]: summary for at, summary in result.regions.items()},
+    )
+
+
+def _without_labels(part: Partial) -> Partial:
+    """The same without the file's numbers of the cells of findings, which do not merge."""
+    return replace(part, findings=tuple(replace(one, labels=()) for one in part.findings))
+
+
+def _with_labels(result: Partial, parts: Sequence[Partial]) -> Partial:
+    """A merged result with the file's numbers of the cells of findings, which the parts know."""
+    known = {
+        cell: label
+        for part in parts
+        for one in part.findings
+        for cell, label in zip(one.cells, one.labels, strict=bool(one.labels))
+    }
+    if not known:
+        return result
+    return replace(
+        result, findings=tuple(replace(one, labels=tuple(map(known.get, one.cells))) for one in result.findings)
+    )
+
+
+def _name(whole: Sequence[PartialReport]) -> str:
+    if len(whole) == 1:
+        return whole[0].path
+    if len({one.path for one in whole}) == 1:
+        return f"{whole[0].path} ({len(whole)} parts)"
+    return f"{whole[0].path} to {whole[-1].path} ({len(whole)} parts)"
+
+
+def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool) -> tuple[str, ...]:
+    of_ghosts = {not_looked_at(one.result.n_ghosts) for one in whole}
+    notes = dict.fromkeys(note for one in whole for note in one.notes if note not in of_ghosts)
+    if result.n_ghosts:
+        notes[not_looked_at(result.n_ghosts)] = None
+    if result.collapsed:
+        notes[note_on(Counter(result.collapsed))] = None
+    few = _few(result.summaries[JENS])
+    if few:
+        notes[f"{FEW}: {enumeration(few)}."] = None
+    if is_mixed:
+        notes[MIXED] = None
+    return (*notes, NOT_DIAGNOSED)
+
+
+def _few(summary: Summary) -> list[str]:
+    """Types that a whole mesh measures without compiled kernels."""
+    rows = ((CELL_TYPES.get(vtk_id), tally) for vtk_id, tally in summary.tallies.items() if tally.n_measured)
+    of_two_paths = ((row, tally) for row, tally in rows if row and row.shape is not None and not row.is_curved)
+    return [row.name for row, tally in of_two_paths if not is_compiled(tally.n_cells)]

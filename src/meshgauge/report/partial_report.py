@@ -1,0 +1,142 @@
+"""What is known of one part of a mesh that is measured apart, and the file that keeps it."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..errors import ReadError
+from ..files.output import replacing
+from ..files.plain_records import NotPlain, plain, record
+from ..look.records import brief
+from ..quality.measure import JENS
+from ..quality.summary import EXACT, Summary
+from ..quality.summary.scale import HALF
+from ..slices import Partial
+from ..slices.facts import Labels
+from ..status import STATUSES, Status
+
+FORMAT, VERSION = "meshgauge-partial", 1
+LARGEST = 1 << 31
+"""Bytes of a file beyond which it holds no partial report."""
+
+
+@dataclass(frozen=True, eq=False)
+class PartialReport:
+    """What is known of one part of a mesh, made by `partial`; `merge` makes the report of all parts.
+
+    Attributes
+    ----------
+    path
+        What the part is called.
+    identity
+        By which a part that arrives twice is known: the file, or what stands for it.
+    state
+        Size of the file and time of its last change in nanoseconds; 0 where there is none.
+    part
+        ``(k, n)``: the k-th of n, from 0 on, if that was given.
+    n_cells, n_points
+        Of the file or mesh, ghosts too; `result` may cover a share of them only.
+    cell_labels
+        How the file numbers its cells.
+    wedges
+        What became of the wedges; empty if there are none.
+    region_source, region_names
+        What tells the regions, and their names in order.
+    by_region, keep_bricks
+        As asked.
+    notes
+        Of the reader.
+    last_bits
+        Of the processor, see `meshgauge.kernels.probe`.
+    made_by
+        Version of meshgauge.
+    result
+        What was measured, with ids as the part has them.
+    """
+
+    path: str
+    identity: str
+    state: tuple[int, int]
+    part: tuple[int, int] | None
+    n_cells: int
+    n_points: int
+    cell_labels: Labels
+    wedges: str
+    region_source: str
+    region_names: tuple[str, ...]
+    by_region: bool
+    keep_bricks: bool
+    notes: tuple[str, ...]
+    last_bits: str
+    made_by: str
+    result: Partial
+
+    __repr__ = brief
+
+    @property
+    def summary(self) -> Summary:
+        """Of J_ENS, of the cells of this part."""
+        return self.result.summaries[JENS]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write a file for `merge` (``.mgp``): text, JSON behind a line with its checksum. Raises `WriteError`."""
+        body = json.dumps(plain(self), separators=(",", ":"))
+        with replacing(path) as temporary:
+            temporary.write_text(f"{FORMAT} {VERSION} {_checksum(body)}\n{body}\n", encoding="ascii")
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> PartialReport:
+        """Read what `save` wrote. Nothing of the file is run. Raises `ReadError` if it is another file, or damaged."""
+        name = os.fspath(path)
+        try:
+            if os.stat(path).st_size > LARGEST:
+                raise ReadError(f"{name}: is too large for a partial report")
+            head, _, body = Path(path).read_bytes().partition(b"\n")
+        except OSError as error:
+            raise ReadError(f"{name}: {error.strerror or error}") from error
+        words = head.decode("ascii", "replace").split(" ")
+        if words[0] != FORMAT or len(words) != 3:
+            raise ReadError(f"{name}: is no partial report, as 'meshgauge report MESH --partial FILE' writes it")
+        if words[1] != str(VERSION):
+            raise ReadError(f"{name}: is of another version of partial reports ({words[1][:9]}, not {VERSION})")
+        try:
+            text = body.decode("ascii").removesuffix("\n")
+            if _checksum(text) != words[2]:
+                raise NotPlain("its checksum is wrong")
+            made = record(json.loads(text), cls)
+            _check(made)
+        except (ValueError, RecursionError) as error:
+            raise ReadError(f"{name}: is damaged: {error}") from error
+        return made
+
+
+def _checksum(text: str) -> str:
+    return hashlib.sha256(text.encode("ascii")).hexdigest()
+
+
+def _check(made: PartialReport) -> None:
+    """Raise `NotPlain` if numbers do not belong together, so that none is looked up where there is nothing."""
+    result = made.result
+    ends = [end for span in result.spans for end in span]
+    names = {row.name for row in STATUSES.values()}
+    summaries = [*result.summaries.values(), *result.regions.values()]
+    tallies = [tally for summary in summaries for tally in summary.tallies.values()]
+    right = (
+        JENS in result.summaries
+        and ends == sorted(ends)
+        and (not ends or (ends[0] >= 0 and ends[-1] <= made.n_cells))
+        and all(summary.scale.metric == name for name, summary in result.summaries.items())
+        and all(0 <= region < len(made.region_names) for region in (*result.regions, *(r for _, r in result.worst)))
+        and {one.status for one in result.findings} <= names
+        and all(one.cells and len(one.labels) in (0, len(one.cells)) for one in result.findings)
+        and all(len(one.by_status) == len(one.missing) == len(Status) for one in tallies)
+        and all((one.values is None) != (one.counts is None) for one in tallies)
+        and all(one.values is None or len(one.values) == one.n_measured <= EXACT for one in tallies)
+        and all(one.counts is None or len(one.counts) == 2 * HALF for one in tallies)
+    )
+    if not right:
+        raise NotPlain("its numbers do not belong together")

@@ -1,0 +1,95 @@
+"""Partial reports on the command line."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from meshgauge import Mesh, io
+from meshgauge.cli.main import main
+from meshgauge.kernels import path as kernels_path
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def parts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """A mesh of tetrahedra in three files; its cells count as many."""
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 0)
+    rng = np.random.default_rng(0)
+    points = np.tile([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], (90, 1)) + rng.normal(size=(360, 3)) * 0.3
+    mesh = Mesh.from_arrays(points, {"tetra": np.arange(360).reshape(90, 4)})
+    io.write(tmp_path / "whole.vtu", mesh)
+    paths = [tmp_path / f"part_{number}.vtu" for number in range(3)]
+    for path, (a, b) in zip(paths, itertools.pairwise((0, 20, 50, 90)), strict=True):
+        io.write(path, mesh[a:b])
+    return paths
+
+
+def test_the_json_is_that_of_the_whole(parts: list[Path], tmp_path: Path, capsys: Captured) -> None:
+    for path in parts:
+        assert main(["report", str(path), "--partial", str(path.with_suffix(".mgp"))]) == 0
+    assert "part_2.mgp: 40 cells" in capsys.readouterr().out
+    assert main(["report", str(tmp_path / "whole.vtu"), "--json", "--no-diagnosis"]) == 0
+    expected = json.loads(capsys.readouterr().out)
+    assert main(["merge", str(tmp_path / "*.mgp"), "--json"]) == 0
+    made = json.loads(capsys.readouterr().out)
+    for one in (made, expected):
+        del one["files"][0]["path"], one["files"][0]["notes"]
+    assert made == expected
+
+
+def test_text_and_a_line(parts: list[Path], tmp_path: Path, capsys: Captured) -> None:
+    for path in parts:
+        assert main(["report", str(path), "--partial", str(path.with_suffix(".mgp")), "-q"]) == 0
+    assert capsys.readouterr().out == ""
+    files = [str(path.with_suffix(".mgp")) for path in parts]
+    assert main(["merge", *files]) == 0
+    assert "part_2.vtu (3 parts)" in capsys.readouterr().out
+    assert main(["merge", *files, "-q", "--parts", "3"]) == 0
+    assert capsys.readouterr().out.count("\n") == 1
+    assert main(["merge", files[0], files[2]]) == 2
+    assert "a part is missing" in capsys.readouterr().err
+
+
+def test_shares_of_one_file(tmp_path: Path, parts: list[Path], capsys: Captured) -> None:
+    for number in (1, 2):
+        target = str(tmp_path / f"{number}.mgp")
+        assert main(["report", str(parts[2]), "--share", f"{number}/2", "--partial", target]) == 0
+    capsys.readouterr()
+    assert main(["merge", str(tmp_path / "1.mgp"), "-q"]) == 2
+    assert "cells 20 to 39 are in none" in capsys.readouterr().err
+    assert main(["merge", str(tmp_path / "*.mgp"), "-q"]) == 0
+    assert "of 40 cells" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("option", ["--csv", "--html", "-o"])
+def test_what_needs_the_mesh_is_refused(option: str, capsys: Captured) -> None:
+    assert main(["merge", "a.mgp", option, "out"]) == 2
+    assert f"No such option: {option}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("more", "text"),
+    [
+        (["--json"], "goes with no other output"),
+        (["--csv", "a.csv"], "goes with no other output"),
+        (["--cell", "3"], "goes with no other output"),
+        (["--share", "3"], "expected K/N such as 3/8"),
+        (["--share", "3/2"], "expected K/N such as 3/8"),
+        (["--step", "all"], "one state of a mesh"),
+    ],
+)
+def test_options_that_do_not_go_with_it(more: list[str], text: str, parts: list[Path], capsys: Captured) -> None:
+    assert main(["report", str(parts[0]), "--partial", str(parts[0].with_suffix(".mgp")), *more]) == 2
+    assert text in capsys.readouterr().err
+    assert not parts[0].with_suffix(".mgp").exists()
+
+
+def test_a_share_goes_with_partial_only(parts: list[Path], capsys: Captured) -> None:
+    assert main(["report", str(parts[0]), "--share", "1/2"]) == 2
+    assert "give --partial FILE" in capsys.readouterr().err
