@@ -38,9 +38,10 @@ def improve(
     written = inputs.mesh_target([mesh], output, in_place=in_place, what="better") or Path(mesh)
     read = [mesh, *([] if constraints.surface is None else [str(constraints.surface)])]
     inputs.check_targets(read, texts=[html], files=[output, undo])  # before an hour of work, not after
-    if goal.topology and in_place and written.suffix.lower() not in WHOLE:
+    if goal.changes_cells and in_place and written.suffix.lower() not in WHOLE:
+        option = "--topology" if goal.topology else "--split-hopeless"
         raise MeshgaugeError(
-            f"{written}: --topology makes other cells, and sets, loads and steps of this format would be lost: "
+            f"{written}: {option} makes other cells, and sets, loads and steps of this format would be lost: "
             f"--in-place takes {', '.join(WHOLE)} only; write another file with -o"
         )
 
@@ -73,7 +74,7 @@ def improve(
             in_place=in_place,
             undo=undo,
             convert=convert,
-            changes="cells" if goal.topology else "points",
+            changes="cells" if goal.changes_cells else "points",
         )
         fixed, surface = constraints.on(before)
         if changed.is_fixed is not None:

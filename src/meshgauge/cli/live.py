@@ -30,6 +30,7 @@ PHASES = {
     "strict": "keeping every cell",
     "slide": "sliding",
     "topology": "joining tetrahedra anew",
+    "split": "splitting cells",
     "end": "done",
 }
 

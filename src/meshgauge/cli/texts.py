@@ -100,7 +100,7 @@ Exit codes: 0 done, 2 some file could not be read, 130 interrupted.""",
         "Repair: mend the bad cells of a mesh, or raise all.",
         """Repair a mesh: mend the cells that are invalid or below the target by moving points near them; all else stays to the last bit.
 
-Points move in rings around bad cells that grow only while it helps, and good cells keep their sizes. With [bold]--everywhere[/bold] all points move: the worst cells are made as good as they can be, and the mean is raised. Cells, their numbering, data and regions stay; with [bold]--topology[/bold] tetrahedra are joined anew. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
+Points move in rings around bad cells that grow only while it helps, and good cells keep their sizes. With [bold]--everywhere[/bold] all points move: the worst cells are made as good as they can be, and the mean is raised. Cells, their numbering, data and regions stay; with [bold]--topology[/bold] tetrahedra are joined anew, with [bold]--split-hopeless[/bold] cells that points cannot mend are split. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
 
 [bold]Ctrl-C[/bold] stops at any time and writes the best so far; a second one ends the program, and nothing is written.
 

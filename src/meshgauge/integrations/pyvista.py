@@ -146,6 +146,7 @@ class Gauge:
         size_change: float = 0.1,
         topology: bool = False,
         objective: str = "jens",
+        split_hopeless: bool = False,
         strict: bool = False,
         seconds: float | None = None,
         fixed: ArrayLike | None = None,
@@ -186,6 +187,7 @@ class Gauge:
             size_change=size_change,
             topology=topology,
             objective=objective,
+            split_hopeless=split_hopeless,
             strict=strict,
             seconds=seconds,
             fixed=fixed,
@@ -199,7 +201,7 @@ class Gauge:
             keep_bricks=keep_bricks,
             rounding=rounding,
         )
-        if topology:
+        if topology or split_hopeless:
             return Improved(improvement.mesh.to_pyvista(), improvement.report)
         copy = self._dataset.copy()
         copy.points = np.array(improvement.mesh.points)

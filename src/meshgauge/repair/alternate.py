@@ -1,4 +1,7 @@
-"""Repair that joins tetrahedra anew and moves points, in turn; what is promised is checked from first to last."""
+"""Repair that makes other cells and moves points, in turn; what is promised is checked from first to last.
+
+Cells that points cannot mend are split, tetrahedra are joined anew: as the user asks.
+"""
 
 from __future__ import annotations
 
@@ -23,11 +26,12 @@ from .faces import face_points, mask_of
 from .kept import kept_regions
 from .patch import cells_around
 from .reasons import verdict
-from .reconnection import OBJECTIVES, OPERATIONS, reconnect
-from .rejoined import LINEAR
+from .reconnection import OBJECTIVES, reconnect
+from .rejoined import LINEAR, Reconnection
 from .report import CellChanges, Claim, RepairReport
 from .run import FINISH, Progress
 from .sizes import GOOD
+from .splitting import obstacles, split
 from .volumes import KEPT, cone_volumes, volume_and_surface
 from .whole import Options
 
@@ -36,6 +40,9 @@ Ids = NDArray[np.int64]
 
 CYCLES = 3
 """The most times that tetrahedra are joined anew and points are moved after it."""
+
+SPLITS = 3
+"""The most times that cells are split and points are moved after it."""
 
 RINGS = 2
 """Cells around bad ones that may change, unless all may."""
@@ -87,7 +94,7 @@ class _State:
     quality: Quality
     old_points: Ids
     old_cells: Ids
-    done: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OPERATIONS, 0))
+    done: dict[str, int] = field(default_factory=dict)
     history: list[Progress] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     evaluations: int = 0
@@ -127,15 +134,22 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
         state.evaluations += moved.report.evaluations
         return moved
 
+    steps = _Steps(state, before, first, fixed, way, start, is_over)
     if n_unusable(before):
         last = move()
+    if way.options.split_hopeless:
+        for _ in range(SPLITS):
+            if is_over() or not n_unusable(state.quality) or not steps.split():
+                break
+            last = move()
+        state.notes += obstacles(state.mesh, steps.constraints(), is_below(state.quality, 0.0))
     # Points at tetrahedra only have been moved as far as it helps when these were joined anew.
     only_tetrahedra = bool((before.mesh.types[first.cells] == LINEAR).all())
-    for _ in range(1 if only_tetrahedra else CYCLES):
+    for _ in range((1 if only_tetrahedra else CYCLES) if way.options.topology else 0):
         if is_over():
             break
         had = _standing(state.quality)
-        if not _join(state, before, first, fixed, way, start, is_over):
+        if not steps.join():
             break
         last = move()
         if max(now - was for now, was in zip(_standing(state.quality), had, strict=True)) < ENOUGH:
@@ -147,7 +161,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     if broken:  # of the steps each held what it promises; together they do not
         state.mesh, state.quality = given, before
         state.old_points, state.old_cells = np.arange(given.n_points), np.arange(given.n_cells)
-        state.done = dict.fromkeys(OPERATIONS, 0)
+        state.done = dict.fromkeys(state.done, 0)
         state.notes += [f"All was taken back; else this would not hold: {text}." for text in broken]
         checked = claims(before, first, before, state.old_points, state.old_cells, way)
     report, after = _report(before, first, state, last, way, start, checked, broken), state.quality
@@ -160,53 +174,93 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     return after.source, before, after, report
 
 
-def _join(
-    state: _State,
-    before: Quality,
-    first: Constraints,
-    fixed: Mask,
-    way: Way,
-    start: float,
-    is_over: Callable[[], bool],
-) -> bool:
-    """Join tetrahedra anew in the mesh as it stands; False if nothing changes, or if it would break a promise."""
-    quality = state.quality
-    near = None
-    if not way.options.everywhere:
-        around, _ = cells_around(quality.mesh, is_below(quality, way.options.target), RINGS)
-        near = mask_of(quality.n_cells, around) & ~(quality.values >= GOOD)
-    kept = kept_regions(quality.mesh, way.options.keep)
-    constraints = constraints_of(quality.mesh, quality, _now(fixed, state.old_points), kept)
+@dataclass(frozen=True, eq=False)
+class _Steps:
+    """Steps that make other cells of the mesh as it stands; each says whether it has changed something."""
 
-    def progress(worst: float, mean: float) -> None:
-        if way.progress is not None:
-            seconds = time.monotonic() - start
-            way.progress(Progress("topology", seconds, worst, mean, 0, state.evaluations))
+    state: _State
+    before: Quality
+    first: Constraints
+    fixed: Mask
+    way: Way
+    start: float
+    is_over: Callable[[], bool]
 
-    joined = reconnect(
-        state.mesh,
-        constraints,
-        cells=near,
-        objective=way.options.objective,
-        progress=progress,
-        should_stop=is_over,
-        strict=way.options.strict,
-    )
-    if joined is None:
+    def constraints(self) -> Constraints:
+        """Of the mesh as it stands."""
+        quality = self.state.quality
+        kept = kept_regions(quality.mesh, self.way.options.keep)
+        return constraints_of(quality.mesh, quality, _now(self.fixed, self.state.old_points), kept)
+
+    def join(self) -> bool:
+        """Join tetrahedra anew."""
+        state, options, quality = self.state, self.way.options, self.state.quality
+        near = None
+        if not options.everywhere:
+            around, _ = cells_around(quality.mesh, is_below(quality, options.target), RINGS)
+            near = mask_of(quality.n_cells, around) & ~(quality.values >= GOOD)
+        joined = reconnect(
+            state.mesh,
+            self.constraints(),
+            cells=near,
+            objective=options.objective,
+            progress=self._progress("topology"),
+            should_stop=self.is_over,
+            strict=options.strict,
+        )
+        if joined is None:
+            return False
+        after = self._measured(joined)
+        must_gain = options.objective == OBJECTIVES[0]
+        return self._take(joined, after, "Tetrahedra joined anew were", must_gain=must_gain)
+
+    def split(self) -> bool:
+        """Split cells that are invalid, as far as all of their parts are valid then."""
+        state, constraints = self.state, self.constraints()
+        hopeless, refused = is_below(state.quality, 0.0), np.zeros(state.mesh.n_cells, bool)
+        while hopeless.any() and not self.is_over():
+            parted = split(state.mesh, constraints, hopeless, refused=refused, should_stop=self.is_over)
+            if parted is None:
+                return False
+            after = self._measured(parted)
+            is_new = parted.old_cells < 0
+            bad = is_new & ~is_usable(after.status, after.mesh.purpose)
+            if not bad.any():
+                self._progress("split")(*_standing(after))
+                return self._take(parted, after, "Cells that were split were")
+            # What the parts were is left as it is, and all else is planned anew.
+            refused[np.unique(parted.places[bad])] = True
         return False
-    rows = [before.rows[name] for name in before.metrics]
-    after = measure(joined.mesh, metrics=rows, threads=way.options.threads, keep_bricks=before.mesh is before.source)
-    old_points, old_cells = _through(state.old_points, joined.old_points), _through(state.old_cells, joined.old_cells)
-    checked = claims(before, first, after, old_points, old_cells, way)
-    broken = [one.text for one in checked if not one.holds]
-    if broken or (way.options.objective == OBJECTIVES[0] and not is_better(after, quality)):
-        state.notes += [f"Tetrahedra joined anew were taken back; else this would not hold: {text}." for text in broken]
-        return False
-    state.mesh, state.quality = joined.mesh, after
-    state.old_points, state.old_cells = old_points, old_cells
-    for name, n in joined.done.items():
-        state.done[name] += n
-    return True
+
+    def _progress(self, phase: str) -> Callable[[float, float], None]:
+        def progress(worst: float, mean: float) -> None:
+            if self.way.progress is not None:
+                seconds = time.monotonic() - self.start
+                self.way.progress(Progress(phase, seconds, worst, mean, 0, self.state.evaluations))
+
+        return progress
+
+    def _measured(self, changed: Reconnection) -> Quality:
+        before = self.before
+        rows = [before.rows[name] for name in before.metrics]
+        keep = before.mesh is before.source
+        return measure(changed.mesh, metrics=rows, threads=self.way.options.threads, keep_bricks=keep)
+
+    def _take(self, changed: Reconnection, after: Quality, what: str, *, must_gain: bool = True) -> bool:
+        """Let a mesh stand, unless it would break a promise or is no better."""
+        state = self.state
+        old_points = _through(state.old_points, changed.old_points)
+        old_cells = _through(state.old_cells, changed.old_cells)
+        checked = claims(self.before, self.first, after, old_points, old_cells, self.way)
+        broken = [one.text for one in checked if not one.holds]
+        if broken or (must_gain and not is_better(after, state.quality)):
+            state.notes += [f"{what} taken back; else this would not hold: {text}." for text in broken]
+            return False
+        state.mesh, state.quality = changed.mesh, after
+        state.old_points, state.old_cells = old_points, old_cells
+        for name, n in changed.done.items():
+            state.done[name] = state.done.get(name, 0) + n
+        return True
 
 
 def _through(old: Ids, newer: Ids) -> Ids:

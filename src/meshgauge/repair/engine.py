@@ -101,6 +101,7 @@ def improve(
     size_change: float = SIZE_CHANGE,
     topology: bool = False,
     objective: str = OBJECTIVES[0],
+    split_hopeless: bool = False,
     strict: bool = False,
     seconds: float | None = None,
     fixed: ArrayLike | None = None,
@@ -145,6 +146,10 @@ def improve(
         cells then; its data ``meshgauge:old_point`` and ``meshgauge:old_cell`` tell which each was, -1 if it is new.
     objective
         With ``topology``: what joining anew raises: "jens", or "dihedral", the least sine of the dihedral angles.
+    split_hopeless
+        True: linear hexahedra, wedges and pyramids that are still invalid once points have moved are split into
+        pyramids and tetrahedra about a new point, where all of these can be valid; where it needs it, inner faces are
+        cut and neighbours are split with them. What stays and what the data tell is as for ``topology``.
     strict
         No cell ends with less than it began with; no new one has less than the worst had.
     seconds
@@ -202,6 +207,7 @@ def improve(
         size_change=size_change,
         topology=topology,
         objective=objective,
+        split_hopeless=split_hopeless,
         keep=(keep,) if isinstance(keep, str) else tuple(keep),
         rounding=rounding,
     )
@@ -240,10 +246,10 @@ def _improve(
     """`improve` a mesh of usual size."""
     start, threads, target = time.monotonic(), options.threads, options.target
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
-    if options.topology:
+    if options.changes_cells:
 
         def move(mesh: Mesh, fixed: Mask, seconds: float | None) -> Improvement:
-            only = replace(options, topology=False, seconds=seconds)
+            only = replace(options, topology=False, split_hopeless=False, seconds=seconds)
             return _improve(mesh, fixed, only, progress, should_stop, keep_bricks=keep_bricks)
 
         way = Way(move, options, progress, should_stop)
@@ -367,8 +373,8 @@ def _check(options: Options, floor: float | None) -> None:
         raise MeshError(f"objective is {options.objective!r}, expected one of {', '.join(OBJECTIVES)}")
     if options.surface is not None and not options.slides:
         raise MeshError("a surface to slide on needs boundary='slide' (--boundary slide)")
-    if options.topology and options.rounding is not None:
-        raise MeshError("a rounding does not go with topology: it is that of the places of points in a file")
+    if options.changes_cells and options.rounding is not None:
+        raise MeshError("a rounding does not go with other cells: it is that of the places of points in a file")
     if options.tolerance is None:
         return
     if not 0.0 < options.tolerance < 1.0:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..errors import MeshError
+from ..quality.summary import Tally
 from ..report import FileReport
 from ..report.html.charts import histograms, lowest
 from ..report.html.page import page
@@ -74,6 +75,7 @@ def improve_section(report: Any, before: Quality, after: Quality, *, bins: int =
     path = before.mesh.path or after.mesh.path or "mesh"
     made = section(after, FileReport.of(after, path=path), bins=bins, budget=budget, before=before if is_same else None)
     was, now = before.summary(), made.summary
+    none = Tally.empty(now.all.scale, now.all.purpose)
     start = min(lowest(was, bins), lowest(now, bins))
     return replace(
         made,
@@ -81,6 +83,7 @@ def improve_section(report: Any, before: Quality, after: Quality, *, bins: int =
         histograms=histograms(now, bins, start=start),
         extra={
             "was": was,
+            "was_of": {name: dict(was.types).get(name, none) for name, _ in made.types},
             "was_verdict": verdict(was),
             "was_histograms": histograms(was, bins, start=start),
             "change": change(before, after),

@@ -7,7 +7,6 @@ keep their order, and a new one stands where a cell was that it replaces: it has
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -29,7 +28,7 @@ from ..kernels.repair.tetrahedra import (
 from ..mesh import Mesh
 from ..mesh.topology import BOUNDARY
 from .constraints import Constraints
-from .rejoined import LINEAR, Rejoined, rejoined
+from .rejoined import LINEAR, Reconnection, Rejoined, rejoined
 
 Mask = NDArray[np.bool_]
 Ids = NDArray[np.int64]
@@ -57,26 +56,6 @@ SLICE = 2_000
 
 ROOM = 1.5
 """How many times as many points and cells as there were find room."""
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Reconnection:
-    """A mesh of other tetrahedra.
-
-    Attributes
-    ----------
-    mesh
-        The new mesh.
-    old_points, old_cells
-        For each of its points and cells the one of the mesh given; -1 if it is new.
-    done
-        How often each operation was done, by the names of `OPERATIONS`.
-    """
-
-    mesh: Mesh
-    old_points: Ids
-    old_cells: Ids
-    done: dict[str, int]
 
 
 def reconnect(
@@ -133,8 +112,7 @@ def reconnect(
         np.asarray(state.origins[alive], np.int64),
         np.array(state.points[: state.counts[N_POINTS]]),
     )
-    result, old_points, old_cells = rejoined(mesh, parts)
-    return Reconnection(result, old_points, old_cells, dict(zip(OPERATIONS, done.tolist(), strict=True)))
+    return rejoined(mesh, parts, dict(zip(OPERATIONS, done.tolist(), strict=True)))
 
 
 def _state(mesh: Mesh, constraints: Constraints, is_tetra: Mask, objective: int) -> Tetrahedra:

@@ -1,4 +1,4 @@
-"""A mesh some of whose tetrahedra were replaced: cells in their places, data and regions carried along."""
+"""A mesh some of whose cells were replaced by tetrahedra and pyramids: data and regions carried along."""
 
 from __future__ import annotations
 
@@ -15,8 +15,12 @@ from ..mesh.mesh import GHOST_TYPE
 from ..mesh.polyhedra import ragged_positions
 from ..mesh.subset import half_faces_of
 
-LINEAR = BY_NAME["tetra"].vtk_id
-"""The id of the tetrahedra that can be joined anew: those with straight edges."""
+LINEAR, PYRAMID = BY_NAME["tetra"].vtk_id, BY_NAME["pyramid"].vtk_id
+"""The ids of the cells that stand for others: tetrahedra, as those with straight edges that are joined anew, and
+pyramids."""
+
+FLAT = 1e-12
+"""Share of the largest below which a spread of points in a direction is none."""
 
 Ids = NDArray[np.int64]
 Points = NDArray[np.float64]
@@ -31,7 +35,8 @@ class Rejoined:
     is_replaced
         ``(n_cells,)`` cells of the mesh that ``nodes`` stand for.
     nodes
-        ``(n, 4)`` the tetrahedra now, those that are as they were among them.
+        ``(n, 4)`` the tetrahedra now, those that are as they were among them; or ``(n, 5)``, pyramids too: the last
+        node of a tetrahedron is -1.
     origins
         ``(n,)`` the cell that each is, or ``-2 - c`` if it is new and stands where ``c`` was.
     points
@@ -44,8 +49,31 @@ class Rejoined:
     points: Points
 
 
-def rejoined(mesh: Mesh, parts: Rejoined) -> tuple[Mesh, Ids, Ids]:
-    """The new mesh, and for each of its points and cells the old one, -1 if it is new.
+@dataclass(frozen=True, eq=False, repr=False)
+class Reconnection:
+    """A mesh with other cells.
+
+    Attributes
+    ----------
+    mesh
+        The new mesh.
+    old_points, old_cells
+        For each of its points and cells the one of the mesh given; -1 if it is new.
+    places
+        For each of its cells the one of the mesh given in whose place it stands.
+    done
+        How often each operation was done, by name.
+    """
+
+    mesh: Mesh
+    old_points: Ids
+    old_cells: Ids
+    places: Ids
+    done: dict[str, int]
+
+
+def rejoined(mesh: Mesh, parts: Rejoined, done: dict[str, int]) -> Reconnection:
+    """The new mesh, made by operations of which so many were done.
 
     Points that no cell needs any more are gone, those that none needed before are kept. Cell data of a new cell are
     those of the cell in whose place it stands; point data of a new point are interpolated in the old cell where it is.
@@ -55,16 +83,19 @@ def rejoined(mesh: Mesh, parts: Rejoined) -> tuple[Mesh, Ids, Ids]:
     others = np.flatnonzero(~parts.is_replaced)
     order = np.lexsort([np.concatenate([np.zeros(len(others), bool), is_new]), np.concatenate([others, places])])
     source = np.concatenate([others, places])[order]
-    is_tetra = np.concatenate([np.zeros(len(others), bool), np.ones(len(places), bool)])[order]
+    is_other = np.concatenate([np.zeros(len(others), bool), np.ones(len(places), bool)])[order]
     old_cells = np.where(np.concatenate([np.zeros(len(others), bool), is_new])[order], -1, source)
 
-    sizes = np.where(is_tetra, 4, np.diff(mesh.offsets)[source])
+    nodes = parts.nodes[order[order >= len(others)] - len(others)]
+    has_node = nodes >= 0
+    sizes, types = np.diff(mesh.offsets)[source].astype(np.int64), mesh.types[source].copy()
+    sizes[is_other] = has_node.sum(axis=1)
+    types[is_other] = np.where(sizes[is_other] == 4, LINEAR, PYRAMID)
     offsets = np.concatenate([[0], np.cumsum(sizes)])
     connectivity = np.empty(offsets[-1], np.int64)
-    kept = ragged_positions(mesh.offsets[source[~is_tetra]].astype(np.int64), sizes[~is_tetra])
-    connectivity[ragged_positions(offsets[:-1][~is_tetra], sizes[~is_tetra])] = mesh.connectivity[kept]
-    nodes = parts.nodes[order[order >= len(others)] - len(others)]
-    connectivity[(offsets[:-1][is_tetra][:, None] + np.arange(4)).reshape(-1)] = nodes.reshape(-1)
+    kept = ragged_positions(mesh.offsets[source[~is_other]].astype(np.int64), sizes[~is_other])
+    connectivity[ragged_positions(offsets[:-1][~is_other], sizes[~is_other])] = mesh.connectivity[kept]
+    connectivity[ragged_positions(offsets[:-1][is_other], sizes[is_other])] = nodes[has_node]
 
     was_used = np.zeros(len(parts.points), np.bool_)
     was_used[mesh.connectivity] = True
@@ -81,7 +112,7 @@ def rejoined(mesh: Mesh, parts: Rejoined) -> tuple[Mesh, Ids, Ids]:
     spans = zip(mesh.blocks, [0, *bounds], bounds, strict=False)
     result = mesh.replace(
         points=parts.points[is_kept],
-        types=np.where(is_tetra, LINEAR, mesh.types[source]).astype(np.uint8),
+        types=types,
         offsets=offsets,
         connectivity=new_id[connectivity].astype(mesh.connectivity.dtype),
         polyhedra=half_faces_of(poly, source).with_points(new_id) if poly is not None else None,
@@ -90,7 +121,7 @@ def rejoined(mesh: Mesh, parts: Rejoined) -> tuple[Mesh, Ids, Ids]:
         cell_data=_cell_data(mesh, source, old_cells),
         counted=(),  # the labels say it
     )
-    return result, old_points, old_cells
+    return Reconnection(result, old_points, old_cells, source, done)
 
 
 def _cell_data(mesh: Mesh, source: Ids, old_cells: Ids) -> dict[str, NDArray[Any]]:
@@ -131,28 +162,42 @@ def _point_data(mesh: Mesh, parts: Rejoined, kept: Ids, nodes: Ids) -> dict[str,
 
 
 def _old_places(mesh: Mesh, parts: Rejoined, new: Ids, nodes: Ids) -> tuple[Ids, Points]:
-    """For each new point the nodes of the old tetrahedron where it is, and its weights there, none below 0.
+    """For each new point the nodes of the old cell where it is, ``(n, most)``, and its weights there, none below 0.
 
-    The old cells asked are those at the places of its cells, and at the old points beside it.
+    The old cells asked are those at the places of its cells, and at the old points beside it. The weights are those of
+    least squares that give every linear function its value at the point: of a tetrahedron its coordinates there.
     """
     old = np.flatnonzero(parts.is_replaced)
-    old_nodes = np.asarray(mesh.connectivity, np.int64)[mesh.offsets[old][:, None] + np.arange(4)]
+    sizes = np.diff(mesh.offsets)[old].astype(np.int64)
+    old_nodes = np.full((len(old), int(sizes.max(initial=4))), -1, np.int64)
+    entries = ragged_positions(np.asarray(mesh.offsets, np.int64)[old], sizes)
+    old_nodes[np.arange(old_nodes.shape[1]) < sizes[:, None]] = mesh.connectivity[entries]
     order = np.argsort(old_nodes, axis=None, kind="stable")
     starts = np.searchsorted(old_nodes.reshape(-1)[order], np.arange(mesh.n_points + 1))
     by_cell = np.argsort(nodes, axis=None, kind="stable")
     firsts = np.searchsorted(nodes.reshape(-1)[by_cell], np.stack([new, new + 1]))
-    corners, weights = np.zeros((len(new), 4), np.int64), np.zeros((len(new), 4))
+    width, most = nodes.shape[1], old_nodes.shape[1]
+    corners, weights = np.zeros((len(new), most), np.int64), np.zeros((len(new), most))
     given = np.asarray(mesh.points, np.float64)
     for row, point in enumerate(new):
-        beside = np.unique(nodes[by_cell[firsts[0, row] : firsts[1, row]] // 4])
-        beside = beside[beside < mesh.n_points]
-        near = np.unique(np.concatenate([order[starts[b] : starts[b + 1]] for b in beside] or [order[:4]]) // 4)
-        x = given[old_nodes[near]]
-        edges = (x[:, 1:] - x[:, :1]).transpose(0, 2, 1)
-        with np.errstate(all="ignore"):
-            inner = np.einsum("nij,nj->ni", np.linalg.pinv(edges), parts.points[point] - x[:, 0])
-        share = np.concatenate([1.0 - inner.sum(axis=1, keepdims=True), inner], axis=1)
-        best = int(np.nanargmax(share.min(axis=1)))
+        beside = np.unique(nodes[by_cell[firsts[0, row] : firsts[1, row]] // width])
+        beside = beside[(beside >= 0) & (beside < mesh.n_points)]
+        near = np.unique(np.concatenate([order[starts[b] : starts[b + 1]] for b in beside] or [order[-1:]]) // most)
+        share = _shares(given, old_nodes[near], parts.points[point])
+        best = int(np.nanargmax(np.where(old_nodes[near] >= 0, share, np.inf).min(axis=1)))
         clipped = np.maximum(share[best], 0.0)
-        corners[row], weights[row] = old_nodes[near[best]], clipped / clipped.sum()
+        corners[row], weights[row] = np.maximum(old_nodes[near[best]], 0), clipped / clipped.sum()
     return corners, weights
+
+
+def _shares(points: Points, nodes: Ids, place: Points) -> Points:
+    """``(n, most)`` weights of the nodes of cells, of least squares, whose sum is 1 and whose mean is the place."""
+    is_node = nodes >= 0
+    counts = is_node.sum(axis=1)[:, None]
+    x = np.where(is_node[:, :, None], points[np.maximum(nodes, 0)], 0.0)
+    middle = x.sum(axis=1) / counts
+    x = np.where(is_node[:, :, None], x - middle[:, None], 0.0)
+    with np.errstate(all="ignore"):
+        inverse = np.linalg.pinv(x.transpose(0, 2, 1) @ x, rcond=FLAT, hermitian=True)
+        inner = np.einsum("nmi,nij,nj->nm", x, inverse, place - middle)
+    return np.where(is_node, 1.0 / counts + inner, 0.0)

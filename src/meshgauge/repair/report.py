@@ -50,13 +50,13 @@ class WorsenedCell:
 
 @dataclass(frozen=True, slots=True)
 class CellChanges:
-    """Which cells were replaced by others: tetrahedra whose points were joined anew."""
+    """Which cells were replaced by others: tetrahedra that were joined anew, and cells that were split."""
 
     n_cells: tuple[int, int]  #: before and after
     n_new_cells: int
     n_new_points: int
     n_gone_points: int  #: of the mesh given, that no cell has any more
-    operations: dict[str, int]  #: how often each was done: edges removed, faces removed, points moved, ...
+    operations: dict[str, int]  #: how often each was done: edges removed, faces removed, cells split, ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ FINISH = 1.5
 class Progress:
     """How far an improvement is."""
 
-    phase: str  #: start, untangle, smooth, worst, mean, strict, untwist, slide or end
+    phase: str  #: start, untangle, smooth, worst, mean, strict, untwist, slide, topology, split or end
     seconds: float  #: since the start
     worst: float  #: least J_ENS of the cells that take part
     mean: float  #: mean J_ENS of theirs

@@ -92,9 +92,9 @@ def verdict_line(report: RepairReport, *, ascii_only: bool = False) -> Renderabl
 def by_type(report: RepairReport, console: Console, options: ConsoleOptions) -> RenderableType:
     """Two rows for each type: before and after."""
     was, now = dict(report.before.types), dict(report.after.types)
-    rows = [
-        (name, was[name], now[name]) for name in now if name in was and (was[name].n_measured or now[name].n_measured)
-    ]
+    none = Tally.empty(report.after.all.scale, report.after.all.purpose)
+    pairs = ((name, was.get(name, none), now.get(name, none)) for name in dict.fromkeys((*was, *now)))
+    rows = [row for row in pairs if row[1].n_measured or row[2].n_measured]
     if len(rows) > 1:
         rows.append(("all", report.before.all, report.after.all))
     wide = _by_type(rows, ascii_only=options.ascii_only, bars=True)
@@ -162,7 +162,7 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
     ]
     if (joined := report.reconnection) is not None:
         cells, done = joined.n_cells, [f"{style.number(n)} {what}" for what, n in joined.operations.items() if n]
-        lines.insert(0, f"tetrahedra joined anew: {style.number(cells[0])} → {style.number(cells[1])} cells, "
+        lines.insert(0, f"other cells: {style.number(cells[0])} → {style.number(cells[1])} cells, "
                         f"{style.number(joined.n_new_cells)} of them new; {', '.join(done)}")  # fmt: skip
     if moved.n_boundary:
         lines.append(

@@ -62,12 +62,18 @@ class Options:
     size_change: float
     topology: bool
     objective: str
+    split_hopeless: bool = False
     keep: tuple[str, ...] = ()
     rounding: Rounding | None = None
 
     @property
     def slides(self) -> bool:
         return self.boundary == "slide"
+
+    @property
+    def changes_cells(self) -> bool:
+        """True if the result may have other cells."""
+        return self.topology or self.split_hopeless
 
     def to_dict(self) -> dict[str, Any]:
         """Those that matter to a reader of the report; what acts only everywhere, or only elsewhere, is None."""
@@ -81,6 +87,7 @@ class Options:
             "strict": self.strict,
             "topology": self.topology,
             "objective": self.objective if self.topology else None,
+            "split_hopeless": self.split_hopeless,
             "seconds": self.seconds,
             "keep": list(self.keep),
         }

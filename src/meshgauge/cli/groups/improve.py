@@ -69,10 +69,24 @@ class Goal:
     objective: Annotated[
         Objectives, option("--objective", None, "With --topology: what joining anew raises.", WHAT)
     ] = Objectives.jens
+    split_hopeless: Annotated[
+        bool,
+        option(
+            "--split-hopeless",
+            None,
+            "Split cells that points cannot mend into pyramids and tetrahedra, neighbours with them where it needs it.",
+            WHAT,
+        ),
+    ] = False
     strict: Annotated[bool, option("--strict", None, "No cell ends worse than it began.", WHAT)] = False
     seconds: Annotated[float | None, option("--time", "S", "Stop after these seconds.", WHAT, default="no limit")] = (
         None
     )
+
+    @property
+    def changes_cells(self) -> bool:
+        """True if the result may have other cells."""
+        return self.topology or self.split_hopeless
 
     def arguments(self) -> dict[str, Any]:
         """As keyword arguments of `meshgauge.improve`."""
