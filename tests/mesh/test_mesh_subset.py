@@ -50,6 +50,18 @@ def test_as_extract_cells(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CHOICES)
+def test_few_cells_of_many_points_are_as_many_cells_are(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh, reached = all_types(), []
+    for least in (1e-9, 1e9):  # both ways to number points anew
+        monkeypatch.setattr("meshgauge.mesh.subset.FEW", least)
+        reached.append(parts(mesh[CHOICES[name]]))
+    assert reached[0].keys() == reached[1].keys()
+    for key, values in reached[0].items():
+        np.testing.assert_array_equal(values, reached[1][key], err_msg=key)
+        assert values.dtype == reached[1][key].dtype
+
+
+@pytest.mark.parametrize("name", CHOICES)
 def test_regions_and_values_follow(name: str) -> None:
     mesh, chosen = all_types(), CHOICES[name]
     part, ids = mesh[chosen], np.unique(np.arange(9)[chosen])

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,6 +29,7 @@ from meshgauge.repair.sizes import SizeLimits, cell_volumes, size_change, size_l
 KINDS = ("tetra", "pyramid", "wedge", "hexahedron", "mixed")
 
 Bits = NDArray[np.int64]
+Points = NDArray[np.float64]
 
 
 def bits(mesh: Mesh) -> Bits:
@@ -332,6 +335,69 @@ def test_a_large_patch_follows_where_a_small_one_leaves_bad_cells(monkeypatch: p
     assert asked == [1, 5]
 
 
+def test_the_larger_patch_goes_on_from_what_the_small_one_has_mended(monkeypatch: pytest.MonkeyPatch) -> None:
+    n = 12
+    mesh = shaken("hexahedron", n, 0.0)
+    points = np.array(mesh.points)
+    at = [int(np.flatnonzero((points == place).all(axis=1))[0]) for place in ((3.0, 9.0, 9.0), (3.0, 3.0, 0.0))]
+    points[at[0]] += (0.9, 0.8, 0.7)
+    points[at[1], 0] += 1.2  # along the side z = 0, where it is fixed
+    mesh, asked = mesh.replace(points=points), rings_asked(monkeypatch)
+    result = mended(mesh)
+    assert asked == [1, 5]
+    assert result.report.holds
+    assert np.allclose(result.mesh.points[at[0]], (3.0, 9.0, 9.0), atol=1e-4)
+    assert result.report.n_below_before == is_below(result.before, 0.2).sum() == 8
+    assert result.report.n_below == is_below(result.after, 0.2).sum() > 0
+    moved = (bits(result.mesh) != bits(mesh)).any(axis=1)
+    assert result.report.displacement.n_points == moved.sum()
+    np.testing.assert_array_equal(result.after.values, measure(result.mesh).values)
+
+
+@pytest.mark.parametrize("n", quick([4, 12], 12))
+def test_summaries_of_a_patch_are_those_of_the_whole_mesh(n: int) -> None:
+    before = measure(dented("mixed", n))
+    patch = patch_around(whole_patch(before), is_below(before, 0.2), is_whole=False, threads=1, rings=1)
+    assert (patch.cells is None) == (n == 4)
+    points = np.array(patch.quality.mesh.points)
+    points[np.flatnonzero(~patch.pinned)[:5]] += 0.1
+    part = measure(patch.quality.mesh.replace(points=points))
+    after = patch.merge(part, threads=1)
+    both = patch.summaries(part, after, threads=1)
+    assert [one.to_dict() for one in both] == [before.summary().to_dict(), after.summary().to_dict()]
+    assert both[0].all.total != both[1].all.total
+
+
+@pytest.mark.parametrize("kind", quick(KINDS, "hexahedron", "mixed"))
+def test_points_that_would_mend_the_most_are_those_of_trials_of_all(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    local = mend_phase._Local
+    real, visit, n_tried, n_all = local.culprits, local._visit, [0], [0]
+
+    def counted(self: mend_phase._Local, points: Points, ids: Bits, *rest: Any) -> NDArray[np.bool_]:
+        n_tried[0] += len(ids)
+        return visit(self, points, ids, *rest)
+
+    def compared(self: mend_phase._Local, points: Points, bad: NDArray[np.bool_]) -> Bits:
+        with monkeypatch.context() as here:
+            here.setattr(local, "_visit", counted)
+            chosen = real(self, points, bad)
+        ids, mended = self.points_of(bad), np.zeros(self.part.n_points, np.int64)
+        n_all[0] += len(ids)
+        self._visit(points, ids, self.floors(self.values(points)), mend_phase.SHARPNESS[-1], mended)
+        around = [self.links[4][first:last] for first, last in pairwise(self.links[3])]
+        score = {p: bad[around[p]].mean() + max(mended[p], 0) for p in ids.tolist()}
+        wanted: set[int] = set()
+        for cell in np.flatnonzero(bad):
+            mine = [p for p in score if cell in around[p]]
+            wanted |= {p for p in mine if score[p] >= max(score[q] for q in mine) - 1e-9}
+        assert sorted(wanted) == chosen.tolist()
+        return chosen
+
+    monkeypatch.setattr(local, "culprits", compared)
+    mended(shaken(kind, 8, 0.3, seed=1), target=0.3)
+    assert 0 < n_tried[0] < n_all[0]
+
+
 def rings_asked(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     asked: list[int] = []
 
@@ -381,6 +447,7 @@ def test_groups_are_mended_by_several_threads_alike(monkeypatch: pytest.MonkeyPa
         return result
 
     monkeypatch.setattr(mend_phase._Local, "_shares", noted)
+    monkeypatch.setattr(mend_phase, "WORTH", 8)
     one, two = (meshgauge.improve(mesh, threads=threads, target=0.3) for threads in (1, 2))
     assert one.after.values.min() > 0.1 > one.before.values.min()
     assert one.mesh.points.tobytes() == two.mesh.points.tobytes()

@@ -322,11 +322,12 @@ def test_what_gets_worse_is_in_the_verdict() -> None:
     before = measure(hexahedra(BOX + 4.0 * SKEW, BOX, BOX))
     lower = measure(hexahedra(BOX + 3.9 * SKEW, BOX + 3.8 * SKEW, BOX))
     assert before.values[0] < 0.35 < before.values[1]
-    outcome, text = verdict(before, lower, 0.35, 1.0, slides=True, broken=())
+    summaries = before.summary(), lower.summary()
+    outcome, text = verdict(before, lower, summaries, 0.35, 1.0, slides=True, broken=())
     assert outcome == "improved"
     assert "The mean has fallen by 0.2" in text
     assert "More cells than before are below 0.35: 2, not 1." in text
-    _, text = verdict(lower, before, 0.35, 1.0, slides=True, broken=())
+    _, text = verdict(lower, before, summaries[::-1], 0.35, 1.0, slides=True, broken=())
     assert "fallen" not in text
     assert "More cells" not in text
 

@@ -26,11 +26,12 @@ _SAMPLE = 20_000
 
 def extent(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
     """A corner of the bounding box of the finite points, and the length of its diagonal; 1 where that is 0."""
-    finite = points if np.isfinite(points.sum(dtype=np.float64)) else points[np.isfinite(points).all(axis=1)]
-    if len(finite) == 0:
+    if len(points) == 0:
         return np.zeros(3), 1.0
-    low = _of_axes(finite, np.minimum).astype(np.float64)
-    sides = _of_axes(finite, np.maximum).astype(np.float64) - low
+    low, high = (_of_axes(points, ends).astype(np.float64) for ends in (np.minimum, np.maximum))
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
+        return extent(points[np.isfinite(points).all(axis=1)])
+    sides = high - low
     largest = float(sides.max())
     diagonal = largest * float(np.linalg.norm(sides / largest)) if largest > 0 else 0.0
     return low, diagonal if 0 < diagonal < np.inf else 1.0

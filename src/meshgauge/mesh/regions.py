@@ -114,10 +114,12 @@ def _best(
 ) -> tuple[NDArray[np.int64], tuple[str, ...], str] | None:
     """The first partition that parts the solid cells, else the first there is; and what tells it."""
     candidates = [(source, *one) for source, one in partitions if one is not None]
-    is_solid = IS_SOLID[mesh.types]
     if not candidates:
         return None
-    source, ids, names = next((one for one in candidates if _parts(one[1][is_solid])), candidates[0])
+    source, ids, names = candidates[0]
+    if len(candidates) > 1:
+        is_solid = IS_SOLID[mesh.types]
+        source, ids, names = next((one for one in candidates if _parts(one[1][is_solid])), candidates[0])
     return ids, tuple(map(printable, names)), source
 
 

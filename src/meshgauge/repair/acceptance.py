@@ -126,23 +126,16 @@ def n_unusable(quality: Quality) -> int:
     return int(np.count_nonzero(is_solid(status) & ~is_usable(status, quality.mesh.purpose)))
 
 
-def mean_of(quality: Quality) -> float:
-    """The mean J_ENS of the solid cells that have one."""
-    odd, status = _odd(quality)
-    apart = odd[~is_solid(status)]
-    values = np.delete(quality.values, apart) if len(apart) else quality.values
-    mean = float(values.mean()) if len(values) else np.nan
-    return float(np.nanmean(values)) if np.isnan(mean) and len(values) else mean
-
-
 def _odd(quality: Quality) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
     """Cells whose status is not `Status.OK`, of which there are few as a rule, and their statuses."""
-    odd = np.flatnonzero(quality.status)
+    odd = np.flatnonzero(quality.status != Status.OK)  # of a mask: ten times as fast as of numbers
     return odd, quality.status[odd]
 
 
 def status_counts(quality: Quality) -> dict[str, int]:
     """Number of solid cells by name of status."""
-    counts = np.bincount(quality.status, minlength=len(Status))
+    odd, status = _odd(quality)
+    counts = np.bincount(status, minlength=len(Status))
+    counts[Status.OK] = quality.n_cells - len(odd)
     counts[~is_solid(np.arange(len(counts), dtype=np.uint8))] = 0
     return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(counts) if n}

@@ -400,7 +400,10 @@ def _report(
     stays = state.old_cells >= 0
     values[state.old_cells[stays]] = after.values[stays]
     n_worse, worse, largest, mean = records.losses(before, replace(before, values=values))
-    outcome, text = verdict(before, after, way.options.target, last.report.ceiling, slides=True, broken=broken)
+    summaries = before.summary(), after.summary()
+    outcome, text = verdict(
+        before, after, summaries, way.options.target, last.report.ceiling, slides=True, broken=broken
+    )
     measured = volume_and_surface(first.topology, old), volume_and_surface(topology(after.mesh), new)
     volume, surface = zip(*measured, strict=True)
     deviation, diagonal, n_points = last.report.displacement.deviation, extent(old)[1], len(old)
@@ -408,8 +411,8 @@ def _report(
         last.report,
         verdict=text,
         outcome=outcome,
-        before=before.summary(),
-        after=after.summary(),
+        before=summaries[0],
+        after=summaries[1],
         status_before=status_counts(before),
         status_after=status_counts(after),
         claims=checked,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -83,8 +84,11 @@ class Promise:
     def volumes(self, after: Quality) -> tuple[Points, Points]:
         """Volumes of the regions, before and after."""
         faces, regions = self.constraints.topology, self.constraints.region_ids
-        old, new = (region_volumes(faces, regions, quality.mesh.points) for quality in (self.before, after))
-        return old, new
+        return self._volumes_before, region_volumes(faces, regions, after.mesh.points)
+
+    @cached_property
+    def _volumes_before(self) -> Points:
+        return region_volumes(self.constraints.topology, self.constraints.region_ids, self.before.mesh.points)
 
     def named_volumes(self, after: Quality) -> dict[str, tuple[float, float]]:
         """Volumes of the regions by name, before and after; empty if there is one."""

@@ -26,7 +26,7 @@ from .claims import Promise
 from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
 from .kept import unkept
-from .patch import NEAR, RINGS, Patch, patch_around, whole_patch
+from .patch import RINGS, Patch, patch_around, whole_patch
 from .problem import Ids, Points
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
@@ -221,8 +221,7 @@ def improve(
     with numpy_up_to(FEW):
         here = scaled(mesh, power) if power else mesh
         result = _improve(here, held, options, progress, should_stop, keep_bricks=keep_bricks)
-    counts = np.bincount(mesh.types)
-    if not power and not ((counts > 0) & (counts <= NUMPY_UP_TO)).any():
+    if not power and min(mesh.type_counts().values(), default=NUMPY_UP_TO) > NUMPY_UP_TO:
         return result
     # Few cells of a type are measured as anybody else would measure them, to the last bit.
     moved, report = result.mesh, result.report
@@ -257,7 +256,9 @@ def _improve(
     whole = whole_patch(before, options.keep)
     with workers(threads) as team:
 
-        def attempt(patch: Patch, *, is_brief: bool) -> tuple[Patch, Constraints, Outcome, tuple[str, ...]]:
+        def attempt(
+            patch: Patch, reached: Quality, *, is_brief: bool
+        ) -> tuple[Patch, Constraints, Outcome, tuple[str, ...]]:
             n_points = patch.quality.mesh.n_points
             if n_points > MANY:
                 resources.require(POINT_BYTES * n_points, f"improving cells of {n_points:,} points")
@@ -271,21 +272,37 @@ def _improve(
             constraints = replace(constraints, away=patch.pinned & ~patch.of_points(held))
             own = replace(options, rounding=patch.rounding(options.rounding))
             outcome = repair(
-                patch.quality, constraints, own, team, start, progress, should_stop, is_brief=is_brief
-            )  # fmt: skip
+                patch.quality,
+                constraints,
+                own,
+                team,
+                start,
+                progress,
+                should_stop,
+                reached=patch.part_of(reached, threads=threads),
+                is_brief=is_brief,
+            )
             return patch, constraints, outcome, faults
 
         if options.everywhere:
-            patch, constraints, outcome, faults = attempt(whole, is_brief=False)
+            patch, constraints, outcome, faults = attempt(whole, before, is_brief=False)
         else:
             bad = is_below(before, target)
             # Most bad cells need their own points and those beside: a patch that is small costs little.
             is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
-            for rings in (RINGS,) if options.slides or is_much else (NEAR, RINGS):
-                around = patch_around(whole, bad, is_whole=options.slides, threads=threads, rings=rings)
-                patch, constraints, outcome, faults = attempt(around, is_brief=rings == NEAR)
+            reached, last = before, None
+            notes: list[str] = []
+            for rings in RINGS[-1:] if options.slides or is_much else RINGS:
+                around = patch_around(
+                    whole, bad, is_whole=options.slides, threads=threads, rings=rings, beside=last
+                )  # fmt: skip
+                patch, constraints, outcome, faults = attempt(around, reached, is_brief=rings < RINGS[-1])
+                outcome.notes[:0] = [note for note in notes if note not in outcome.notes]
                 if outcome.run.stopped or not is_below(outcome.quality, target).any():
                     break
+                # What is bad still is worth more rings, and those around it only.
+                reached, last, notes = patch.merge(outcome.quality, threads=threads), patch, outcome.notes
+                bad = is_below(reached, target)
     return _result(patch, outcome, constraints, options, faults)
 
 
@@ -394,21 +411,24 @@ def _result(
     promise = Promise(near, constraints, options.slides, options.surface is not None, options.strict)
     n_worse, worse, largest, mean = records.losses(near, near_after)
     why = reasons(near, near_after, constraints, run, limit, slides=options.slides, strict=options.strict)
-    summary = verdict(before, after, options.target, limit.worst, slides=options.slides, broken=outcome.broken)
+    summaries = patch.summaries(near_after, after, threads=options.threads)
+    outcome_and_text = verdict(
+        near, near_after, summaries, options.target, limit.worst, slides=options.slides, broken=outcome.broken
+    )  # fmt: skip
     volume_before, surface_before = volume_and_surface(constraints.topology, old)
     volume_after, surface_after = volume_and_surface(constraints.topology, new)
     limits = outcome.sizes or size_limits(near, constraints.topology, run.whole, options.size_change)
     report = RepairReport(
-        verdict=summary[1],
-        outcome=summary[0],
+        verdict=outcome_and_text[1],
+        outcome=outcome_and_text[0],
         stopped=run.stopped,
-        before=before.summary(),
-        after=after.summary(),
+        before=summaries[0],
+        after=summaries[1],
         status_before=status_counts(before),
         status_after=status_counts(after),
         claims=(*promise.claims(near_after), *patch.claims(after), *_within(outcome, options, extent(old)[1])),
         ceiling=limit.worst,
-        n_below_before=int(np.count_nonzero(is_below(before, options.target))),
+        n_below_before=int(np.count_nonzero(is_below(near, options.target))),
         n_below=sum(why.counts.values()),
         below=tuple(replace(one, cell=patch.cell(one.cell)) for one in why.cells),
         reasons=why.counts,
@@ -426,7 +446,7 @@ def _result(
         history=tuple(run.history),
         seconds=time.monotonic() - run.start,
         evaluations=run.evaluations,
-        notes=(*constraints.notes, *faults, *outcome.notes, *_of_unkept(patch), *_hints(before, after, options)),
+        notes=(*constraints.notes, *faults, *outcome.notes, *_of_unkept(patch), *_hints(near, near_after, options)),
         options=options.to_dict(),
     )
     given = before.source

@@ -8,16 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..mesh import Mesh
-from ..quality.measure import Quality, measure
+from ..mesh.cast import frozen
+from ..mesh.interface import is_interface
+from ..quality.measure import JENS, Quality, measure
+from ..quality.summary import Summary, summarise, summarise_nothing
 from .constraints import Mask, shared_with_pieces
 from .faces import mask_of
 from .kept import kept_regions
 from .problem import Ids
-from .remeasure import LARGE, cells_at, merged, nodes_of
+from .remeasure import LARGE, cells_at, merged, nodes_of, remeasured
 from .report import Claim
 from .whole import Rounding
 
-NEAR, RINGS = 1, 5
+CHUNK = 1 << 20
+"""Cells that are summarised at a time."""
+
+RINGS = (1, 5)
 """Cells around bad ones whose points may move, at first and at last; a patch has those around them, too, which stay."""
 
 
@@ -47,6 +53,21 @@ class Patch:
     region_ids: Ids
     region_names: tuple[str, ...]
 
+    @property
+    def free(self) -> Ids:
+        """Points of the mesh that are not pinned."""
+        free = np.flatnonzero(~self.pinned)
+        return free if self.points is None else self.points[free]
+
+    def part_of(self, quality: Quality, *, threads: int | None) -> Quality:
+        """What was measured of the patch, from what was of the mesh with its points elsewhere."""
+        if quality is self.whole:
+            return self.quality
+        if self.points is None:
+            return quality
+        points = np.asarray(quality.mesh.points, np.float64)[self.points]
+        return remeasured(self.quality, points, threads=threads)
+
     def of_points(self, values: Mask) -> Mask:
         """``(n_points,)`` of the mesh for the points of the patch."""
         return values if self.points is None else values[self.points]
@@ -71,11 +92,38 @@ class Patch:
         whole = self.whole
         points = np.array(whole.mesh.points, np.float64)
         points[self.points] = quality.mesh.points
-        mesh = whole.mesh.replace(points=points)
+        mesh = whole.mesh.replace(points=frozen(points))
         if whole.polyhedra is not None:
             rows = [whole.rows[name] for name in whole.metrics]
             return measure(mesh, metrics=rows, threads=threads, keep_bricks=True)
         return merged(whole, mesh, self.cells, quality)
+
+    def summaries(self, part: Quality, after: Quality, *, threads: int | None) -> tuple[Summary, Summary]:
+        """Those of the mesh before and after a repair; ``part`` is the patch as it was measured then."""
+        whole = self.whole
+        if self.cells is None or whole.polyhedra is not None:
+            return whole.summary(threads=threads), after.summary(threads=threads)
+        others = self._summary_of_others(self.cells)
+        return others + self.quality.summary(threads=threads), others + part.summary(threads=threads)
+
+    def _summary_of_others(self, cells: Ids) -> Summary:
+        """That of the cells that are not in the patch."""
+        whole = self.whole
+        there = ~mask_of(whole.n_cells, cells)
+        if (interface := is_interface(whole.mesh)) is not None:
+            there &= ~interface
+        total = summarise_nothing(self.quality.summary())
+        for start in range(0, whole.n_cells, CHUNK):
+            part = slice(start, start + CHUNK)
+            here = there[part]
+            total += summarise(
+                whole.values[part][here],
+                whole.status[part][here],
+                whole.mesh.types[part][here],
+                whole.rows[JENS],
+                purpose=whole.mesh.purpose,
+            )
+        return total
 
     def claims(self, after: Quality) -> tuple[Claim, ...]:
         """What is promised of the mesh outside the patch, and whether it holds of the mesh after a repair."""
@@ -96,7 +144,15 @@ def whole_patch(quality: Quality, keep: Sequence[str] = ()) -> Patch:
     return Patch(quality, quality, None, None, np.zeros(quality.mesh.n_points, bool), ids, names)
 
 
-def patch_around(whole: Patch, bad: Mask, *, is_whole: bool, threads: int | None, rings: int = RINGS) -> Patch:
+def patch_around(
+    whole: Patch,
+    bad: Mask,
+    *,
+    is_whole: bool,
+    threads: int | None,
+    rings: int = RINGS[-1],
+    beside: Patch | None = None,
+) -> Patch:
     """The cells near some bad ones.
 
     Parameters
@@ -111,9 +167,14 @@ def patch_around(whole: Patch, bad: Mask, *, is_whole: bool, threads: int | None
         As for `measure`.
     rings
         Of cells around them whose points may move.
+    beside
+        Another patch, whose cells and points are in this one too.
     """
     quality, mesh = whole.whole, whole.whole.mesh
     cells, touched = cells_around(mesh, bad, rings + 1)
+    if beside is not None:
+        touched[beside.free] = True
+        cells = np.arange(mesh.n_cells) if beside.cells is None else np.union1d(cells, beside.cells)
     if is_whole or len(cells) > LARGE * mesh.n_cells:
         return replace(whole, pinned=~touched)
     used = mask_of(mesh.n_points, nodes_of(mesh, cells))

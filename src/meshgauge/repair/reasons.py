@@ -12,8 +12,9 @@ from ..look.style import number_of, plural
 from ..mesh.labels import cell_label
 from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import Quality
-from ..status import Status, is_invalid, is_solid, is_usable
-from .acceptance import is_below, mean_of, n_unusable
+from ..quality.summary import Summary
+from ..status import Status, is_invalid, is_usable
+from .acceptance import is_below, n_unusable
 from .ceiling import FOUR, THREE, Ceiling
 from .constraints import Constraints
 from .report import NAMED, LimitedCell
@@ -83,18 +84,41 @@ def reasons(
 
 def _flaw(quality: Quality, n: int) -> str:
     """What keeps n cells from being usable."""
-    n_invalid = int(np.count_nonzero(is_invalid(quality.status, quality.mesh.purpose)))
+    status = quality.status[quality.status != Status.OK]
+    n_invalid = int(np.count_nonzero(is_invalid(status, quality.mesh.purpose)))
     return "invalid" if n == n_invalid else "invalid or degenerate"
 
 
 def verdict(
-    before: Quality, after: Quality, target: float, ceiling: float, *, slides: bool, broken: Sequence[str]
+    before: Quality,
+    after: Quality,
+    summaries: tuple[Summary, Summary],
+    target: float,
+    ceiling: float,
+    *,
+    slides: bool,
+    broken: Sequence[str],
 ) -> tuple[str, str]:
-    """The outcome in a word, and in a sentence; ``broken`` are texts of claims for which steps were taken back."""
+    """The outcome in a word, and in a sentence.
+
+    Parameters
+    ----------
+    before, after
+        Of the mesh, or of the part of it where all bad cells are and all points that moved.
+    summaries
+        Of the whole mesh, before and after.
+    target
+        As the user asked.
+    ceiling
+        The most that the worst could have.
+    slides
+        True if points of the boundary may move.
+    broken
+        Texts of claims for which steps were taken back.
+    """
     bad = [n_unusable(q) for q in (before, after)]
     flaw = [_flaw(q, n) for q, n in zip((before, after), bad, strict=True)]
-    worst = [float(np.nanmin(q.values)) for q in (before, after)]
-    mean = [mean_of(q) for q in (before, after)]
+    worst, mean = ([getattr(one.all, name) for one in summaries] for name in ("min", "mean"))
     if np.array_equal(before.mesh.points, after.mesh.points):
         if broken:
             return "refused", f"Nothing was changed, since a claim would not have held: {broken[0]}."
@@ -112,7 +136,7 @@ def verdict(
             "not untangled",
             f"{number_of(bad[1], 'cell is', 'cells are')} still {flaw[1]} ({bad[0]:,} before): {went}.{price}",
         )
-    n_solid = int(np.count_nonzero(is_solid(after.status)))
+    n_solid = summaries[1].all.n_cells
     text = f"{'The one cell is' if n_solid == 1 else f'All {n_solid:,} cells are'} valid: {went}."
     if bad[0]:
         text = f"{number_of(bad[0], f'{flaw[0]} cell was', f'{flaw[0]} cells were')} repaired. {text}"

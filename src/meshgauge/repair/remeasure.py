@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..kernels.arrays import read_only
+from ..kernels.repair.corners import at_marked
 from ..mesh import Mesh
 from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import JENS, Quality, measure
@@ -58,5 +59,6 @@ def nodes_of(mesh: Mesh, cells: Ids) -> Ids:
 
 def cells_at(mesh: Mesh, points: Mask) -> Ids:
     """Cells that have one of some points."""
-    entries = np.flatnonzero(points[mesh.connectivity])
-    return np.unique(np.searchsorted(mesh.offsets, entries, side="right") - 1)
+    is_at = np.zeros(mesh.n_cells, bool)
+    at_marked(read_only(mesh.offsets), read_only(mesh.connectivity), points, is_at)
+    return np.flatnonzero(is_at)

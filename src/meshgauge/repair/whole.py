@@ -143,11 +143,13 @@ def repair(
     progress: Callable[[Progress], object] | None,
     should_stop: Callable[[], bool] | None,
     *,
+    reached: Quality | None = None,
     is_brief: bool = False,
 ) -> Outcome:
     """Move the points of a mesh as far as the constraints allow; ``is_brief``: near bad cells, one by one only.
 
-    Raises `MeshError` if no cell takes part.
+    ``reached`` is the mesh as an earlier repair left it, from which this one goes on. Raises `MeshError` if no cell
+    takes part.
     """
     began = time.monotonic()
     mesh = before.mesh
@@ -160,9 +162,10 @@ def repair(
         constraints, whole, team, options.target, options.floor, start, options.seconds, progress, should_stop
     )
     limit = ceiling(whole, run.base, constraints.bounding[whole.point_ids])
-    outcome = Outcome(before, run, limit)
+    outcome = Outcome(before if reached is None else reached, run, limit)
+    run.record("start", run.base[run.points_of_moving], now=True)
+    run.base[:] = outcome.quality.mesh.points[whole.point_ids]
     points = run.base[run.points_of_moving].copy()
-    run.record("start", points, now=True)
     run.keep_time(began)
     if not whole.n_cells:
         run.record("end", points, now=True)
@@ -187,8 +190,8 @@ def repair(
         _round(outcome, Promise(before, held, options.slides, options.surface is not None, options.strict), options)
     if outcome.quality is before and not outcome.broken:
         outcome.notes.append("No better mesh was found: the mesh is as it was.")
-    reached = np.asarray(outcome.quality.mesh.points, np.float64)
-    run.record("end", reached[whole.point_ids[run.points_of_moving]], now=True)
+    at_end = np.asarray(outcome.quality.mesh.points, np.float64)
+    run.record("end", at_end[whole.point_ids[run.points_of_moving]], now=True)
     return outcome
 
 

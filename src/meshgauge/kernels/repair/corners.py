@@ -1,4 +1,4 @@
-"""From the corners of cells: lengths of edges, and the cells around some."""
+"""From the corners and nodes of cells: lengths of edges, and the cells around some."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from ..arrays import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array
+from ..arrays import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array, IntArray
 from ..jit import kernel
 
 
@@ -50,6 +50,19 @@ def grow(corners: Int32Array, cells: Int64Array, chosen: BoolArray, touched: Boo
             for m in range(4):
                 if touched[corners[c, m]]:
                     chosen[e] = True
+
+
+@kernel
+def at_marked(offsets: IntArray, nodes: IntArray, marked: BoolArray, is_at: BoolArray) -> None:
+    """Make ``is_at``, ``(n_cells,)``, True for cells with a node at a marked point, ``(n_points,)``.
+
+    Nodes of cell ``e`` are ``nodes[offsets[e]:offsets[e + 1]]``.
+    """
+    for e in range(len(is_at)):
+        for n in range(offsets[e], offsets[e + 1]):
+            if marked[nodes[n]]:
+                is_at[e] = True
+                break
 
 
 @kernel

@@ -12,7 +12,7 @@ from ...kernels.repair.corners import at_points
 from ...look.bands import POOR
 from ...mesh.topology import Topology
 from ..components import components
-from ..faces import face_points, half_faces
+from ..faces import face_points, half_faces, mask_of
 from ..problem import Ids, Points, Problem
 from ..run import Run
 from ..sizes import SizeLimits
@@ -147,16 +147,25 @@ class _Local:
         """Of the points of each bad cell the one that would mend the most bad cells if it moved alone; of those that
         would mend as many, the ones with the largest share of bad cells around them."""
         offsets, around = self.links[3], self.links[4]
-        owner = np.repeat(np.arange(self.part.n_points), np.diff(offsets))
-        n_bad = np.bincount(owner, bad[around], minlength=self.part.n_points)
-        mended = np.zeros(self.part.n_points, np.int64)
-        self._visit(points, self.points_of(bad), self.floors(self.values(points)), SHARPNESS[-1], mended)
-        score = n_bad / np.maximum(np.diff(offsets), 1) + np.maximum(mended, 0)
-        score[~self.is_free] = 0.0
-        most = np.zeros(self.part.n_cells)
-        np.maximum.at(most, around, score[owner])
-        chosen = bad[around] & (score[owner] >= most[around] - ROUNDING) & self.is_free[owner]
-        return np.unique(owner[chosen])
+        n_points, values = self.part.n_points, self.values(points)
+        owner = np.repeat(np.arange(n_points), np.diff(offsets))
+        share = np.bincount(owner, bad[around], minlength=n_points) / np.maximum(np.diff(offsets), 1)
+        is_candidate = mask_of(n_points, self.points_of(bad))
+        at, cell = (some[bad[around] & is_candidate[owner]] for some in (owner, around))
+        # None mends more than the cells at it that want it, so that most need no trial: those that may be the best do.
+        score = share + np.bincount(owner, (values < self.enough)[around], minlength=n_points)
+        is_tried = np.zeros(n_points, bool)
+        while True:
+            most = np.zeros(self.part.n_cells)
+            np.maximum.at(most, cell, score[at])
+            chosen = np.unique(at[score[at] >= most[cell] - ROUNDING])
+            untried = chosen[~is_tried[chosen]]
+            if not len(untried):
+                return chosen
+            mended = np.zeros(n_points, np.int64)
+            self._visit(points, untried, self.floors(values), SHARPNESS[-1], mended)
+            score[untried] = share[untried] + np.maximum(mended[untried], 0)
+            is_tried[untried] = True
 
     def groups(self, ids: Ids) -> tuple[Ids, Ids]:
         """Which group each of some points is in, and ``(n_cells,)`` which each cell is in, -1 for none: points of one
