@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 import pyvista
 from repair_meshes import ball
+from test_reconnection import delaunay
 
 import meshgauge
 from meshgauge import Mesh, MeshError, measure
 from meshgauge.mesh.topology import topology
+from meshgauge.repair import alternate
 from meshgauge.repair.faces import face_points
+from meshgauge.repair.report import Claim
 from meshgauge.repair.volumes import volume_and_surface
 
 TOLERANCE = 0.02
@@ -126,9 +129,62 @@ def test_near_bad_cells_only(inverted: Mesh) -> None:
         ({"boundary": "slide", "tolerance": 0.0}, "above 0"),
         ({"boundary": "slide", "tolerance": float("nan")}, "above 0"),
         ({"boundary": "slide", "tolerance": 1.0}, "below 1"),
-        ({"boundary": "slide", "topology": True}, "topology"),
     ],
 )
 def test_tolerances_that_make_no_sense(inverted: Mesh, options: dict[str, Any], words: str) -> None:
     with pytest.raises(MeshError, match=words):
         meshgauge.improve(inverted, **{"tolerance": 0.01, **options})
+
+
+def around(mesh: Mesh) -> Mesh:
+    """With tetrahedra at random in a cube beside it, whose sides stay."""
+    other = delaunay(3)
+    return Mesh.from_arrays(
+        np.concatenate([mesh.points, np.asarray(other.points) + 5.0]),
+        [
+            ("hexahedron", mesh.connectivity.reshape(-1, 8)),
+            ("tetra", other.connectivity.reshape(-1, 4) + mesh.n_points),
+        ],
+    )
+
+
+@pytest.mark.parametrize("way", ["topology", "split_hopeless"])
+def test_the_boundary_gives_first_and_other_cells_are_made_after_it(inverted: Mesh, way: str) -> None:
+    mesh = around(inverted)
+    options = {way: True, "everywhere": way == "topology"}
+    result = meshgauge.improve(mesh, boundary="slide", tolerance=TOLERANCE, **options)  # type: ignore[arg-type]
+    assert all(claim.holds for claim in result.report.claims)
+    assert {"tolerance", "volume", "boundary", "conformity"} <= {claim.name for claim in result.report.claims}
+    assert not (measure(result.mesh).values <= 0.0).any()
+    changes = result.report.reconnection
+    assert changes is not None
+    assert (changes.n_new_cells > 0) == (way == "topology")  # nothing is left to be split
+    old = result.mesh.point_data["meshgauge:old_point"]
+    now = np.array(mesh.points)
+    now[old[old >= 0]] = result.mesh.points[old >= 0]
+    before, after = boundary(inverted), boundary(inverted.replace(points=now[: inverted.n_points]))
+    largest = max(apart(before, after), apart(after, before))
+    assert 0.0 < largest <= result.report.displacement.deviation * (1 + 1e-5)
+    assert result.report.displacement.deviation <= TOLERANCE * diagonal(mesh)
+
+
+def test_steps_after_it_that_break_a_promise_leave_what_the_boundary_gave(
+    inverted: Mesh, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real, joined = alternate.claims, []
+
+    def broken(before, constraints, after, old_points, old_cells, options):  # type: ignore[no-untyped-def]
+        claims = real(before, constraints, after, old_points, old_cells, options)
+        joined.append(after.mesh.n_cells != before.mesh.n_cells)
+        # The step itself may pass; all together may not.
+        return (*claims, Claim("worst", not joined[-1] or sum(joined) == 1, "the worst quality has not fallen"))
+
+    monkeypatch.setattr(alternate, "claims", broken)
+    monkeypatch.setattr(alternate, "CYCLES", 1)
+    mesh = around(inverted)
+    result = meshgauge.improve(mesh, boundary="slide", tolerance=TOLERANCE, everywhere=True, topology=True)
+    assert any("The last steps were taken back" in note for note in result.report.notes)
+    assert result.mesh.n_cells == mesh.n_cells
+    assert result.report.outcome == "improved"
+    assert result.report.displacement.deviation > 0.0
+    assert not (result.after.values <= 0.0).any()

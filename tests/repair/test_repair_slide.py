@@ -305,3 +305,15 @@ def test_the_deviation_is_found_where_it_is_largest() -> None:
     out = points.copy()
     out[int(np.flatnonzero((points == 1.0).all(axis=1))[0])] += (0.0, 0.0, -0.5)
     assert deviation(surface, out, is_given=False).largest == pytest.approx(0.5, rel=1e-3)
+
+
+def test_what_was_mended_by_points_before_does_not_take_sliding_back() -> None:
+    mesh = shaken("hexahedron", 12, 0.0)
+    points = np.array(mesh.points)
+    inside, on_side = ((points == place).all(axis=1) for place in ((2, 2, 2), (12, 10, 10)))
+    points[inside] += 0.75
+    points[on_side, 1:] += 0.6
+    result = meshgauge.improve(mesh.replace(points=points), boundary="slide")
+    assert result.report.after.all.min > 0.9
+    assert all(claim.holds for claim in result.report.claims)
+    assert not any("taken back" in note for note in result.report.notes)

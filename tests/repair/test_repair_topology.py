@@ -177,8 +177,9 @@ def test_claims_see_what_is_broken(spoil: str) -> None:
         boundary="fixed", target=0.2, floor=0.9, strict=False, seconds=None, surface=None, feature_angle=40.0,
         tolerance=None, threads=None, everywhere=True, size_change=0.1, topology=True, objective="jens",
     )  # fmt: skip
-    way = alternate.Way(lambda *_: None, options)  # type: ignore[arg-type,return-value]
-    claims = alternate.claims(before, constraints, meshgauge.measure(changed), np.arange(mesh.n_points), old_cells, way)
+    claims = alternate.claims(
+        before, constraints, meshgauge.measure(changed), np.arange(mesh.n_points), old_cells, options
+    )
     broken = {claim.name for claim in claims if not claim.holds}
     expected = {"move": "fixed", "drop": "boundary", "double": "conformity", "invert": "valid"}[spoil]
     assert {expected, "volume"} <= broken

@@ -1,6 +1,7 @@
 """Repair that makes other cells and moves points, in turn; what is promised is checked from first to last.
 
-Cells that points cannot mend are split, tetrahedra are joined anew: as the user asks.
+Cells that points cannot mend are split, tetrahedra are joined anew: as the user asks. Where the boundary may give, it
+does so first, in the mesh as it was given; then its points slide on what it is then, while it is within the tolerance.
 """
 
 from __future__ import annotations
@@ -15,14 +16,15 @@ from numpy.typing import NDArray
 
 from ..doctor.points import extent
 from ..mesh import Mesh
-from ..mesh.topology import OPPOSITE, Topology, topology
+from ..mesh.topology import topology
 from ..quality.measure import Quality, measure
 from ..status import is_usable
 from . import report as records
-from .acceptance import SAME, is_below, is_better, n_unusable, status_counts
-from .claims import UNCHANGED, held_text
+from .acceptance import is_below, is_better, n_unusable, status_counts
+from .claims import within
+from .claims_of_cells import claims, deviation_from, points_now, standing
 from .constraints import Constraints, constraints_of
-from .faces import face_points, mask_of
+from .faces import mask_of
 from .kept import kept_regions
 from .patch import cells_around
 from .reasons import verdict
@@ -32,7 +34,7 @@ from .report import CellChanges, Claim, RepairReport
 from .run import FINISH, Progress
 from .sizes import GOOD
 from .splitting import obstacles, split
-from .volumes import KEPT, cone_volumes, volume_and_surface
+from .volumes import volume_and_surface
 from .whole import Options
 
 Mask = NDArray[np.bool_]
@@ -49,6 +51,9 @@ RINGS = 2
 
 ENOUGH = 1e-3
 """A cycle that gives neither the worst nor the mean more than this is the last."""
+
+FIXED = "fixed"
+"""What the boundary is where sliding would go too far."""
 
 LEAST_TIME = 1e-3
 """Seconds that moving points is given when the time is up: none is not allowed."""
@@ -75,12 +80,12 @@ class Way:
     Attributes
     ----------
     move
-        Moves the points of a mesh, but for those of a mask; in at most so many seconds.
+        Moves the points of a mesh, but for those of a mask.
     options
         As the user asked.
     """
 
-    move: Callable[[Mesh, Mask, float | None], Moved]
+    move: Callable[[Mesh, Mask, Options], Moved]
     options: Options
     progress: Callable[[Progress], object] | None = None
     should_stop: Callable[[], bool] | None = None
@@ -117,6 +122,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     first = constraints_of(before.mesh, before, fixed, kept_regions(before.mesh, way.options.keep))
     state = _State(given, before, np.arange(given.n_points), np.arange(given.n_cells))
     last: Moved | None = None
+    earlier: list[tuple[_State, Moved]] = []
 
     deadline = np.inf if way.options.seconds is None else start + way.options.seconds
     deadline -= FINISH * (time.monotonic() - start)  # what is checked at the end takes about as long
@@ -124,18 +130,31 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     def is_over() -> bool:
         return time.monotonic() >= deadline or (way.should_stop is not None and way.should_stop())
 
+    def _is_off(moved: Moved) -> bool:
+        """True if the boundary has gone further than it may from that of the mesh given."""
+        points = points_now(before.mesh, moved.after.mesh, state.old_points)
+        apart = deviation_from(first, before.mesh, points, way.options)
+        return not all(claim.holds for claim in within(apart, way.options.tolerance, extent(before.mesh.points)[1]))
+
     def move() -> Moved:
         left = None if np.isinf(deadline) else max(deadline - time.monotonic(), LEAST_TIME)
-        moved = way.move(state.mesh, _now(fixed, state.old_points), left)
+        own = replace(way.options, topology=False, split_hopeless=False, seconds=left)
+        held = _now(fixed, state.old_points)
+        if last is not None:
+            own = replace(own, tolerance=None)
+        moved = way.move(state.mesh, held, own)
+        if last is not None and way.options.tolerance is not None and _is_off(moved):
+            moved = way.move(state.mesh, held, replace(own, boundary=FIXED, surface=None))
         state.mesh, state.quality = moved.mesh, moved.after
         offset = time.monotonic() - start - moved.report.seconds
         state.history += [replace(one, seconds=one.seconds + offset) for one in moved.report.history]
         state.notes += [note for note in moved.report.notes if note not in state.notes]
         state.evaluations += moved.report.evaluations
+        earlier.append((replace(state, done=dict(state.done)), moved))
         return moved
 
     steps = _Steps(state, before, first, fixed, way, start, is_over)
-    if n_unusable(before):
+    if n_unusable(before) or way.options.tolerance is not None:
         last = move()
     if way.options.split_hopeless:
         for _ in range(SPLITS):
@@ -148,22 +167,31 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     for _ in range((1 if only_tetrahedra else CYCLES) if way.options.topology else 0):
         if is_over():
             break
-        had = _standing(state.quality)
+        had = standing(state.quality)
         if not steps.join():
             break
         last = move()
-        if max(now - was for now, was in zip(_standing(state.quality), had, strict=True)) < ENOUGH:
+        if max(now - was for now, was in zip(standing(state.quality), had, strict=True)) < ENOUGH:
             break
     if last is None:
         last = move()
-    checked = claims(before, first, state.quality, state.old_points, state.old_cells, way)
-    broken = [claim.text for claim in checked if not claim.holds]
-    if broken:  # of the steps each held what it promises; together they do not
-        state.mesh, state.quality = given, before
-        state.old_points, state.old_cells = np.arange(given.n_points), np.arange(given.n_cells)
-        state.done = dict.fromkeys(state.done, 0)
-        state.notes += [f"All was taken back; else this would not hold: {text}." for text in broken]
-        checked = claims(before, first, before, state.old_points, state.old_cells, way)
+    broken: list[str] = []
+    while True:  # of the steps each held what it promises; together they may not
+        checked = claims(before, first, state.quality, state.old_points, state.old_cells, way.options)
+        lost = [claim.text for claim in checked if not claim.holds]
+        if not lost or state.quality is before:
+            break
+        what = "All was" if len(earlier) == 1 else "The last steps were"
+        state.notes += [f"{what} taken back; else this would not hold: {text}." for text in lost]
+        earlier.pop()
+        if earlier:
+            old, last = earlier[-1]
+            state = replace(state, mesh=old.mesh, quality=old.quality, done=old.done)
+            state.old_points, state.old_cells = old.old_points, old.old_cells
+        else:
+            broken = lost
+            state = replace(state, mesh=given, quality=before, done=dict.fromkeys(state.done, 0))
+            state.old_points, state.old_cells = np.arange(given.n_points), np.arange(given.n_cells)
     report, after = _report(before, first, state, last, way, start, checked, broken), state.quality
     given, of_bricks = after.mesh, after.collapsed_from
     after = replace(
@@ -226,7 +254,7 @@ class _Steps:
             is_new = parted.old_cells < 0
             bad = is_new & ~is_usable(after.status, after.mesh.purpose)
             if not bad.any():
-                self._progress("split")(*_standing(after))
+                self._progress("split")(*standing(after))
                 return self._take(parted, after, "Cells that were split were")
             # What the parts were is left as it is, and all else is planned anew.
             refused[np.unique(parted.places[bad])] = True
@@ -251,7 +279,7 @@ class _Steps:
         state = self.state
         old_points = _through(state.old_points, changed.old_points)
         old_cells = _through(state.old_cells, changed.old_cells)
-        checked = claims(self.before, self.first, after, old_points, old_cells, self.way)
+        checked = claims(self.before, self.first, after, old_points, old_cells, self.way.options)
         broken = [one.text for one in checked if not one.holds]
         if broken or (must_gain and not is_better(after, state.quality)):
             state.notes += [f"{what} taken back; else this would not hold: {text}." for text in broken]
@@ -274,112 +302,6 @@ def _now(fixed: Mask, old_points: Ids) -> Mask:
     return mask
 
 
-def _standing(quality: Quality) -> tuple[float, float]:
-    return float(np.nanmin(quality.values)), float(np.nanmean(quality.values))
-
-
-def claims(
-    before: Quality, constraints: Constraints, after: Quality, old_points: Ids, old_cells: Ids, way: Way
-) -> tuple[Claim, ...]:
-    """What is promised of a mesh with other cells, each with whether it holds.
-
-    Parameters
-    ----------
-    before, constraints
-        Of the mesh given.
-    after
-        Of the other.
-    old_points, old_cells
-        Which of the first each point and cell of the other is, -1 if it is new.
-    way
-        How it was made.
-    """
-    old, new = before.mesh, after.mesh
-    held = np.flatnonzero(constraints.pinned if way.options.slides else constraints.fixed)
-    place = np.full(old.n_points, -1, np.int64)
-    place[old_points[old_points >= 0]] = np.flatnonzero(old_points >= 0)
-    was = np.asarray(old.points, np.float64)[held]
-    now = np.where((place[held] >= 0)[:, None], np.asarray(new.points, np.float64)[place[held]], np.inf)
-    stays = old_cells >= 0
-    of_old = old_cells[stays]
-    usable = is_usable(before.status, old.purpose), is_usable(after.status, new.purpose)
-    lost = bool((usable[0][of_old] & ~usable[1][stays]).any())
-    worst = _standing(before)[0], _standing(after)[0]
-    faces = constraints.topology, topology(new)
-    regions_of = constraints.region_ids, kept_regions(new, way.options.keep)[0]
-    names = np.arange(old.n_points), np.where(old_points < 0, old.n_points + np.arange(new.n_points), old_points)
-    volumes, volumes_now = (_volumes(*one) for one in zip(faces, regions_of, (old.points, new.points), strict=True))
-    total = float(np.abs(volumes).sum())
-    most = KEPT if way.options.slides else UNCHANGED
-    is_same = len(volumes) == len(volumes_now) and bool(np.abs(volumes - volumes_now).max() <= most * total)
-    faults = [_n_faults(one) for one in faces]
-    kept = [
-        _equal(*(_faces(*one, between_regions=between) for one in zip(faces, names, regions_of, strict=True)))
-        for between in (False, True)
-    ]
-    changed = f"has changed by at most {100 * KEPT:g} % of the whole" if way.options.slides else "is unchanged"
-    result = [
-        Claim("fixed", was.tobytes() == now.tobytes(), held_text(len(held))),
-        Claim(
-            "valid",
-            not lost and n_unusable(after) <= n_unusable(before),
-            "no cell that was valid is invalid, inside too, nor are there more invalid cells than before",
-        ),
-        Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),
-        Claim("boundary", kept[0], "the faces of the boundary are the same"),
-        Claim(
-            "conformity",
-            faults[1] <= faults[0],
-            "no more faces than before are of three cells, or have two on one side",
-        ),
-    ]
-    if not faults[0]:  # cells that overlap have no volume that stays
-        result.append(Claim("volume", is_same, f"the volume, also of each region, {changed}"))
-    if len(volumes) > 1:
-        result.append(Claim("interfaces", kept[1], "the faces between regions are the same"))
-    if way.options.strict:
-        with np.errstate(invalid="ignore"):
-            fell = bool((after.values[stays] < before.values[of_old] - SAME).any())
-        result.append(Claim("strict", not fell, "no cell that stays has less than it began with"))
-    return tuple(result)
-
-
-def _n_faults(faces: Topology) -> int:
-    """Faces of three cells or more, and those of two cells that lie on the same side of it."""
-    return faces.n_multiple + len(faces.pairs()) - len(faces.pairs(OPPOSITE))
-
-
-def _volumes(faces: Topology, region_ids: Ids, points: NDArray[np.floating]) -> NDArray[np.float64]:
-    """``(n_regions,)`` the sum of the signed volumes of the cells of each region, not of what its boundary encloses."""
-    volumes = cone_volumes(faces, np.arange(len(faces.cells)), points)
-    out = np.zeros(int(region_ids.max(initial=-1)) + 1)
-    np.add.at(out, region_ids[faces.cells], volumes)
-    return out
-
-
-def _faces(faces: Topology, names: Ids, region_ids: Ids, *, between_regions: bool) -> Ids:
-    """Faces of the boundary or between regions: their points by the names given, ascending, filled up with -1."""
-    if between_regions:
-        pairs, region = faces.pairs(), region_ids[faces.cells]
-        slots = pairs[region[pairs[:, 0]] != region[pairs[:, 1]], 0]
-    else:
-        slots = np.flatnonzero(faces.mates < 0)
-    points, offsets = face_points(faces, slots)
-    sizes = np.diff(offsets)
-    rows = np.full((len(slots), int(sizes.max(initial=3))), -1, np.int64)
-    owner = np.repeat(np.arange(len(slots)), sizes)
-    rows[owner, np.arange(len(points)) - offsets[owner]] = names[points]
-    return np.sort(rows, axis=1)
-
-
-def _equal(a: Ids, b: Ids) -> bool:
-    """True if two tables have the same rows, in whatever order."""
-    if a.shape != b.shape:
-        return False
-    tables = (np.unique(table, axis=0, return_counts=True) for table in (a, b))
-    return all(np.array_equal(x, y) for x, y in zip(*tables, strict=True))
-
-
 def _report(
     before: Quality,
     first: Constraints,
@@ -393,8 +315,7 @@ def _report(
     """The report of the last step, with what spans all of them in it."""
     after, same = state.quality, state.old_points >= 0
     old, new = np.asarray(before.mesh.points, np.float64), np.asarray(after.mesh.points, np.float64)
-    now = old.copy()
-    now[state.old_points[same]] = new[same]
+    now = points_now(before.mesh, after.mesh, state.old_points)
     # For each cell of the mesh given what it has now; those that are gone have lost nothing.
     values = before.values.copy()
     stays = state.old_cells >= 0
@@ -406,7 +327,7 @@ def _report(
     )
     measured = volume_and_surface(first.topology, old), volume_and_surface(topology(after.mesh), new)
     volume, surface = zip(*measured, strict=True)
-    deviation, diagonal, n_points = last.report.displacement.deviation, extent(old)[1], len(old)
+    apart, diagonal, n_points = deviation_from(first, before.mesh, now, way.options), extent(old)[1], len(old)
     return replace(
         last.report,
         verdict=text,
@@ -421,7 +342,7 @@ def _report(
         worse=worse,
         largest_loss=largest,
         mean_loss=mean,
-        displacement=records.displacement(old, now, first.boundary, deviation, diagonal, n_points),
+        displacement=records.displacement(old, now, first.boundary, apart, diagonal, n_points),
         volume=volume,
         surface=surface,
         reconnection=CellChanges(

@@ -10,7 +10,7 @@ import numpy as np
 from ..quality.measure import Quality
 from ..status import is_usable
 from .acceptance import SAME
-from .constraints import Constraints
+from .constraints import Constraints, Mask
 from .problem import Points
 from .report import Claim
 from .volumes import KEPT, region_volumes
@@ -37,6 +37,9 @@ class Promise:
         True if they are to move on a surface that the user gave: the volume is then what that surface makes it.
     strict
         True if no cell may have less than it began with.
+    held
+        ``(n_points,)`` the points that must be where they were; None: those that the constraints hold. More may be held
+        for a step alone, where they are by then.
     """
 
     before: Quality
@@ -44,12 +47,15 @@ class Promise:
     slides: bool = False
     is_given: bool = False
     strict: bool = False
+    held: Mask | None = None
 
     def claims(self, after: Quality) -> tuple[Claim, ...]:
         """Each claim, with whether it holds of a mesh."""
         before = self.before
         old, new = before.mesh, after.mesh
-        held = self.constraints.pinned if self.slides else self.constraints.fixed
+        held = self.held
+        if held is None:
+            held = self.constraints.pinned if self.slides else self.constraints.fixed
         lost = is_usable(before.status, old.purpose) & ~is_usable(after.status, new.purpose)
         worst = _least(before.values), _least(after.values)
         claims = [
@@ -132,6 +138,14 @@ class Promise:
             faces = self.constraints.topology
             kept[self.constraints.region_ids[faces.cells[faces.mates < 0]]] = False
         return kept
+
+
+def within(deviation: float, tolerance: float | None, diagonal: float) -> tuple[Claim, ...]:
+    """With a tolerance: that the boundary is no further off."""
+    if tolerance is None:
+        return ()
+    text = f"the boundary is within {100 * tolerance:g} % of the diagonal of where it was"
+    return (Claim("tolerance", deviation <= tolerance * diagonal, text),)
 
 
 def held_text(n: int) -> str:

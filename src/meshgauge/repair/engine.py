@@ -22,7 +22,7 @@ from ..quality.measure import Quality, measure
 from . import report as records
 from .acceptance import is_below, n_unusable, status_counts
 from .alternate import Way, alternate
-from .claims import Promise
+from .claims import Promise, within
 from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
 from .kept import unkept
@@ -30,7 +30,7 @@ from .patch import RINGS, Patch, patch_around, whole_patch
 from .problem import Ids, Points
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
-from .report import Claim, RepairReport
+from .report import RepairReport
 from .run import Progress
 from .scale import power_of, rescaled, restored, scaled
 from .sizes import size_change as change_of_sizes
@@ -247,9 +247,8 @@ def _improve(
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
     if options.changes_cells:
 
-        def move(mesh: Mesh, fixed: Mask, seconds: float | None) -> Improvement:
-            only = replace(options, topology=False, split_hopeless=False, seconds=seconds)
-            return _improve(mesh, fixed, only, progress, should_stop, keep_bricks=keep_bricks)
+        def move(mesh: Mesh, fixed: Mask, own: Options) -> Improvement:
+            return _improve(mesh, fixed, own, progress, should_stop, keep_bricks=keep_bricks)
 
         way = Way(move, options, progress, should_stop)
         return Improvement(*alternate(before, held, way))
@@ -339,14 +338,6 @@ def _of_unkept(patch: Patch) -> tuple[str, ...]:
     return (f"Faces between values of cell data {', '.join(map(repr, names))} are not kept (--keep NAME keeps them).",)
 
 
-def _within(outcome: Outcome, options: Options, diagonal: float) -> tuple[Claim, ...]:
-    """With a tolerance: that the boundary is no further off."""
-    if options.tolerance is None:
-        return ()
-    text = f"the boundary is within {100 * options.tolerance:g} % of the diagonal of where it was"
-    return (Claim("tolerance", outcome.deviation <= options.tolerance * diagonal, text),)
-
-
 def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]:
     """What else could help."""
     if options.everywhere:
@@ -398,8 +389,6 @@ def _check(options: Options, floor: float | None) -> None:
         raise MeshError(f"tolerance is {options.tolerance}, expected a share of the diagonal above 0 and below 1")
     if not options.slides:
         raise MeshError("points may leave their surface only where they slide: boundary='slide' (--boundary slide)")
-    if options.topology:
-        raise MeshError("a tolerance does not go with topology: improve with the one first, then with the other")
 
 
 def _result(
@@ -426,7 +415,11 @@ def _result(
         after=summaries[1],
         status_before=status_counts(before),
         status_after=status_counts(after),
-        claims=(*promise.claims(near_after), *patch.claims(after), *_within(outcome, options, extent(old)[1])),
+        claims=(
+            *promise.claims(near_after),
+            *patch.claims(after),
+            *within(outcome.deviation, options.tolerance, extent(old)[1]),
+        ),
         ceiling=limit.worst,
         n_below_before=int(np.count_nonzero(is_below(near, options.target))),
         n_below=sum(why.counts.values()),

@@ -183,7 +183,8 @@ def repair(
         outcome.take(better, promise)
     if options.slides and not run.stopped:
         if not options.everywhere:
-            promise = replace(promise, constraints=_near_bad(outcome, constraints, options))
+            near = _near_bad(outcome, constraints, options)
+            promise = replace(promise, constraints=near, held=constraints.pinned)
         _slide(outcome, promise, options)
     if options.rounding is not None:
         held = constraints if options.tolerance is None else replace(constraints, sizes=None)
@@ -252,6 +253,7 @@ def _improve_and_mend(
         run.phase_end = np.inf
         moved = mend(run, points, promise.constraints.topology, sizes, strict=options.strict)
         _take_moved(outcome, promise, moved, options)
+        run.raised = None  # sliding goes on from what was mended
 
 
 def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
@@ -325,7 +327,7 @@ def _slide(outcome: Outcome, fixed: Promise, options: Options) -> None:
         surface = target_surface(surface, given, points)
     # Cells at points that leave the surface cannot keep their sizes.
     constraints = fixed.constraints if options.tolerance is None else replace(fixed.constraints, sizes=None)
-    promise = Promise(before, constraints, slides=True, is_given=given is not None, strict=options.strict)
+    promise = replace(fixed, constraints=constraints, slides=True, is_given=given is not None)
     limit = np.inf if options.tolerance is None else options.tolerance * extent(points)[1]
     released = np.zeros(len(points), bool)
 
