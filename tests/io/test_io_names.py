@@ -91,3 +91,11 @@ def test_one_name_of_points_and_cells_in_tecplot(tmp_path: Path) -> None:
 def test_field_data_that_name_no_group_are_left_out(tmp_path: Path, extension: str) -> None:
     lost = io.write(tmp_path / f"a{extension}", mesh_of("tetra").replace(field_data={"time": np.array([0.25])}))
     assert lost == ("The format could not hold the field data 'time'.",)
+
+
+def test_texts_of_the_file_lose_control_characters_with_a_note(tmp_path: Path) -> None:
+    mesh = mesh_of("tetra").replace(field_data={"by": np.array(["one\x01", "two"])})
+    lost = io.write(tmp_path / "a.vtu", mesh)
+    assert any("'by' were changed" in sentence for sentence in lost)
+    assert io.read(tmp_path / "a.vtu").n_cells == mesh.n_cells
+    assert not any("changed" in sentence for sentence in io.write(tmp_path / "b.vtu", mesh_of("tetra")))

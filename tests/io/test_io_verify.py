@@ -57,6 +57,7 @@ DAMAGES: dict[str, Callable[[Mesh], Mesh] | None] = {
         offsets=np.r_[mesh.offsets[:-1], mesh.offsets[-2] + mesh.offsets[1]],
     ),
     "another name": renamed,
+    "other data": lambda mesh: mesh.replace(point_data={"t": mesh.point_data["t"] * 0.999}),
     "cut off": None,
 }
 
@@ -86,7 +87,7 @@ CASES = [
     for name, extensions in WRITTEN.items()
     for extension in extensions
     for damage in DAMAGES
-    if damage != "another name" or name in KEEPS_NAMES
+    if damage not in ("another name", "other data") or name in KEEPS_NAMES
 ]
 
 

@@ -137,9 +137,11 @@ def test_every_measured_cell_is_counted_in_one_band(metric: str) -> None:
     tally = one.all
     assert tally.n_poor + tally.n_good == tally.n_measured == len(values) - 1
     assert (tally.n_invalid, tally.n_degenerate, tally.n_undecided, tally.n_unmeasured) == (0, 0, 0, 1)
-    edges, counts = tally.histogram(17)
-    assert counts.sum() == tally.n_measured
-    assert (np.diff(edges) > 0).all()
+    for bins in (1, 17):
+        edges, counts = tally.histogram(bins)
+        assert len(counts) == bins
+        assert counts.sum() == tally.n_measured
+        assert (np.diff(edges) > 0).all()
     low, high = row.standard("tetra").acceptable if row.is_defined_for("tetra") else row.acceptable
     kept = values[types == TETRA]
     assert one.types["tetra"].n_good == np.count_nonzero((kept >= low) & (kept <= high))

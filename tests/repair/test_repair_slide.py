@@ -12,7 +12,8 @@ import meshgauge
 from meshgauge import Mesh, measure
 from meshgauge.repair.constraints import constraints_of
 from meshgauge.repair.deviation import deviation
-from meshgauge.repair.surface import CORNER, EDGE, FACE, surface_of
+from meshgauge.repair.features import kept_edges
+from meshgauge.repair.surface import CORNER, EDGE, FACE, Faces, _triangles, surface_of
 
 
 def worst(result: meshgauge.Improvement) -> float:
@@ -317,3 +318,34 @@ def test_what_was_mended_by_points_before_does_not_take_sliding_back() -> None:
     assert result.report.after.all.min > 0.9
     assert all(claim.holds for claim in result.report.claims)
     assert not any("taken back" in note for note in result.report.notes)
+
+
+def test_a_surface_of_corners_only_does_not_slide() -> None:
+    result = meshgauge.improve(shaken("hexahedron", 1, 0.1), boundary="slide", everywhere=True)
+    assert any("No point of the boundary can slide." in note for note in result.report.notes)
+
+
+def test_only_line_cells_are_edges_to_be_kept() -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], float)
+    mesh = Mesh.from_arrays(
+        points,
+        [("triangle", [[0, 1, 3]]), ("line", [[0, 1]]), ("line3", [[0, 2, 1]]), ("quad", [[0, 1, 2, 3]])],
+    )
+    assert {tuple(edge) for edge in np.sort(kept_edges(mesh), axis=1).tolist()} == {(0, 1), (0, 2), (1, 2)}
+
+
+def test_a_face_may_have_the_first_point_in_its_middle() -> None:
+    """Its triangles meet in that point, not in one that is made for faces without."""
+    ring = np.arange(1, 5)
+    faces = Faces(
+        ids=ring,
+        offsets=np.array([0, 4]),
+        owner=np.zeros(4, np.int64),
+        following=np.array([1, 2, 3, 0]),
+        centre_ids=np.array([0]),
+        centres=np.zeros((1, 3)),
+        normals=np.array([[0.0, 0.0, 1.0]]),
+    )
+    triangles, of_face = _triangles(5, faces)
+    assert triangles.tolist() == [[1, 2, 0], [2, 3, 0], [3, 4, 0], [4, 1, 0]]
+    assert of_face.tolist() == [0, 0, 0, 0]

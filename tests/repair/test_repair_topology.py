@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from test_reconnection import delaunay, faces_of
 
 import meshgauge
@@ -14,6 +16,7 @@ from meshgauge.cli.main import main
 from meshgauge.repair import alternate
 from meshgauge.repair.alternate import OLD_CELL, OLD_POINT
 from meshgauge.repair.page import change, improve_page
+from meshgauge.repair.rejoined import Rejoined, rejoined
 from meshgauge.repair.report import Claim
 
 
@@ -161,7 +164,6 @@ def test_if_all_together_breaks_a_promise_nothing_is_changed(monkeypatch: pytest
 def test_claims_see_what_is_broken(spoil: str) -> None:
     mesh = delaunay()
     before = meshgauge.measure(mesh)
-    constraints = alternate.constraints_of(mesh, before, None)
     points, cells = np.array(mesh.points), np.array(mesh.connectivity.reshape(-1, 4))
     old_cells = np.arange(len(cells))
     if spoil == "move":
@@ -172,17 +174,80 @@ def test_claims_see_what_is_broken(spoil: str) -> None:
         cells, old_cells = np.concatenate([cells, cells[:1]]), np.append(old_cells, -1)
     else:
         cells[5] = cells[5][[1, 0, 2, 3]]
-    changed = Mesh.from_arrays(points, {"tetra": cells})
+    broken = broken_claims(before, Mesh.from_arrays(points, {"tetra": cells}), old_cells)
+    expected = {"move": "fixed", "drop": "boundary", "double": "conformity", "invert": "valid"}[spoil]
+    assert {expected, "volume"} <= broken
+
+
+def broken_claims(before: meshgauge.Quality, changed: Mesh, old_cells: NDArray[np.int64]) -> set[str]:
+    """Names of the claims that do not hold of a mesh with the same points."""
     options = alternate.Options(
         boundary="fixed", target=0.2, floor=0.9, strict=False, seconds=None, surface=None, feature_angle=40.0,
         tolerance=None, threads=None, everywhere=True, size_change=0.1, topology=True, objective="jens",
     )  # fmt: skip
-    claims = alternate.claims(
-        before, constraints, meshgauge.measure(changed), np.arange(mesh.n_points), old_cells, options
+    constraints = alternate.constraints_of(before.mesh, before, None)
+    old_points = np.arange(before.mesh.n_points)
+    claims = alternate.claims(before, constraints, meshgauge.measure(changed), old_points, old_cells, options)
+    return {claim.name for claim in claims if not claim.holds}
+
+
+def turned(mesh: Mesh, *which: int) -> Mesh:
+    """With cells turned over."""
+    cells = np.array(mesh.connectivity.reshape(-1, 4))
+    for cell in which:
+        cells[cell] = cells[cell][[1, 0, 2, 3]]
+    return Mesh.from_arrays(mesh.points, {"tetra": cells})
+
+
+def test_a_valid_cell_is_not_given_for_another() -> None:
+    mesh = delaunay()
+    everything = np.arange(mesh.n_cells)
+    before = meshgauge.measure(turned(mesh, 5))
+    assert "valid" in broken_claims(before, turned(mesh, 9), everything)  # as many invalid cells, but another
+    assert "valid" not in broken_claims(before, mesh, everything)
+    # A new cell that is invalid: none that stays has lost.
+    is_new = np.where(everything == 9, -1, everything)
+    assert "valid" in broken_claims(meshgauge.measure(mesh), turned(mesh, 9), is_new)
+
+
+def test_faces_between_regions_are_claimed_only_where_there_are_some() -> None:
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True)
+    assert "interfaces" not in {claim.name for claim in result.report.claims}
+    changes = result.report.reconnection
+    assert changes is not None
+    assert sum(changes.operations.values()) > 0
+
+
+def test_asked_to_stop_at_once_it_joins_nothing() -> None:
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True, should_stop=lambda: True)
+    assert np.array_equal(result.mesh.connectivity, mesh.connectivity)
+    assert result.report.reconnection is not None
+    assert not any(result.report.reconnection.operations.values())
+
+
+@pytest.mark.parametrize(("objective", "joins"), [("jens", False), ("dihedral", True)])
+def test_what_is_no_better_is_not_taken(
+    monkeypatch: pytest.MonkeyPatch, objective: Literal["jens", "dihedral"], joins: bool
+) -> None:
+    """By J_ENS; who asks for dihedral angles gets them, also where J_ENS falls."""
+    monkeypatch.setattr(alternate, "is_better", lambda *_: False)
+    mesh = delaunay()
+    result = meshgauge.improve(mesh, everywhere=True, topology=True, objective=objective)
+    assert (result.report.reconnection.n_new_cells > 0) == joins  # type: ignore[union-attr]
+
+
+def test_data_of_a_point_outside_of_all_old_cells_are_a_mean() -> None:
+    """Where the hull is not convex: the weights, cut off at 0, have a sum of 1."""
+    mesh = Mesh.from_arrays(
+        np.vstack([np.zeros(3), np.eye(3)]), {"tetra": [[0, 1, 2, 3]]}, point_data={"level": np.full(4, 5.0)}
     )
-    broken = {claim.name for claim in claims if not claim.holds}
-    expected = {"move": "fixed", "drop": "boundary", "double": "conformity", "invert": "valid"}[spoil]
-    assert {expected, "volume"} <= broken
+    points = np.vstack([mesh.points, [2.0, 2.0, 2.0]])
+    cells = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
+    both = rejoined(mesh, Rejoined(np.array([True]), cells, np.array([0, -2]), points), {})
+    assert both.old_points.tolist() == [0, 1, 2, 3, -1]
+    np.testing.assert_allclose(both.mesh.point_data["level"], 5.0)
 
 
 def test_the_page_compares_what_both_have() -> None:

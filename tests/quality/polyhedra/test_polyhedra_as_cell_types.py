@@ -135,3 +135,21 @@ def test_no_cells_at_all() -> None:
     quality = measure_polyhedra(np.zeros((1, 3)), polyhedra([]), slice(0, 0))
     assert len(quality.values) == 0
     assert quality.node_offsets.tolist() == [0]
+
+
+@pytest.mark.parametrize("name", ["tetra", "pyramid", "wedge", "hexahedron"])
+def test_the_triples_of_corners_give_the_value_of_the_cell(name: str) -> None:
+    """At three edges one triple, at more one for each of them; all of an ideal cell have J_ENS 1."""
+    shape = BY_NAME[name].shape
+    assert shape is not None
+    points = np.array(shape.points, np.float64)
+    mesh = Mesh.from_arrays(points, {name: [np.arange(len(points))]})
+    of = converted(mesh)
+    cells, corners, k = polyhedral_quality.corner_triples(points, of, measure_polyhedra(points, of, slice(0, 1)))
+    assert not cells.any()
+    edges = {tuple(sorted((a, b))) for face in shape.faces for a, b in zip(face, (*face[1:], face[0]), strict=True)}
+    valence = np.bincount(np.array(sorted(edges)).ravel())
+    assert np.bincount(corners[:, 0]).tolist() == np.where(valence == 3, 1, valence).tolist()
+    arms = points[corners[:, 1:]] - points[corners[:, :1]]
+    arms /= np.linalg.norm(arms, axis=2, keepdims=True)
+    np.testing.assert_allclose(np.linalg.det(arms), k, atol=1e-12)

@@ -36,7 +36,7 @@ def check(before: Mesh, after: Mesh, *, is_exact: bool, lost: Sequence[str] = ()
     is_exact
         Whether the format keeps every bit, order and name. Else cells must be all there (vertices apart, which some
         formats do not have), each with its nodes in their order at their places, in whatever order the cells are and
-        whatever numbers the points have.
+        whatever numbers the points have; data that are no integers keep their values, in any order too.
     lost
         Sentences on what the format could not hold: data that do not read back are named there.
     """
@@ -44,6 +44,7 @@ def check(before: Mesh, after: Mesh, *, is_exact: bool, lost: Sequence[str] = ()
         _equal(before, after)
     else:
         _same_cells(plain(before), plain(after))
+        _same_data(before, after)
     text = " ".join(lost)
     _require_none(name for name in _missing(before, after, is_exact=is_exact) if repr(name) not in text)
 
@@ -185,6 +186,19 @@ def _same_cells(before: Mesh, after: Mesh) -> None:
         _same_cells_of(vtk_id, before, after)
 
 
+def _same_data(before: Mesh, after: Mesh) -> None:
+    """Numbers with decimals of points and cells are those that were, in whatever order the format has these."""
+    for what in _DATA[:2]:
+        there = getattr(after, what)
+        for name, values in getattr(before, what).items():
+            back = there.get(name)
+            if back is None or values.dtype.kind != "f" or back.dtype.kind != "f" or back.shape != values.shape:
+                continue
+            allowed = _rounding(values, back)
+            if _largest(values, back) > allowed and _largest(np.sort(values, 0), np.sort(back, 0)) > allowed:
+                raise WriteError(f"the {what.replace('_', ' ')} {name!r} do not read back as they were")
+
+
 def _same_cells_of(vtk_id: int, before: Mesh, after: Mesh) -> None:
     ours, theirs = (np.flatnonzero(mesh.types == vtk_id) for mesh in (before, after))
     sizes = [np.diff(mesh.offsets)[ids] for mesh, ids in ((before, ours), (after, theirs))]
@@ -215,9 +229,14 @@ def _places(mesh: Mesh, cells: Ints) -> NDArray[np.floating]:
 
 
 def _allowed(before: Mesh, after: Mesh) -> float:
-    """How far a point may be from where it was: what the precision of the file rounds."""
-    precision = np.finfo(after.points.dtype).eps
-    finite = before.points[np.isfinite(before.points)]
+    """How far a point may be from where it was."""
+    return _rounding(before.points, after.points)
+
+
+def _rounding(before: NDArray[np.floating], after: NDArray[np.floating]) -> float:
+    """What the precision of the file rounds."""
+    precision = np.finfo(after.dtype).eps
+    finite = before[np.isfinite(before)]
     return float(_ULPS * precision * np.abs(finite).max(initial=0.0))
 
 
