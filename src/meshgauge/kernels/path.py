@@ -33,11 +33,11 @@ def numpy_up_to(n: int) -> Iterator[None]:
         _LOADED.reset(token)
 
 
-def is_compiled(n: int) -> bool:
+def is_compiled(n: int, *, is_once: bool = False) -> bool:
     """True if so many cells (or points) take the compiled path.
 
     To be asked once for all cells of a type in a mesh, not for each chunk of them, so that the values do not depend on
-    how the work is cut.
+    how the work is cut. What is done once or twice in a run (``is_once``) is not what `numpy_up_to` speaks of.
     """
-    here = _LOADED.get()
+    here = None if is_once else _LOADED.get()
     return n > (NUMPY_UP_TO if here is None else min(here, NUMPY_UP_TO))

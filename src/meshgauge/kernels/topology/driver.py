@@ -33,7 +33,7 @@ def match(
     mates, windings = np.empty(n, width), np.zeros(n, np.int8)
     cells, starts, types = read_only(cells), read_only(starts), read_only(types)
     common = (cells, starts, types, read_only(offsets), read_only(nodes), read_only(table), poly, longest)
-    if not path.is_compiled(len(types)):
+    if not path.is_compiled(len(types), is_once=True):
         return mates, windings, numpy_path.match(*common, mates, windings)
     from .half_faces import match as kernel
 
@@ -52,7 +52,7 @@ def signatures(
     has_repeats, hashes = np.empty(len(types), np.bool_), np.empty(len(types), np.int64)
     types, offsets, nodes, is_solid = read_only(types), read_only(offsets), read_only(nodes), read_only(is_solid)
     arguments = (types, offsets, nodes, is_solid, last_cell, has_repeats, hashes)
-    if path.is_compiled(len(types)):
+    if path.is_compiled(len(types), is_once=True):
         from .signatures import signatures as kernel
 
         kernel(*arguments)
@@ -64,7 +64,7 @@ def signatures(
 def components_by_points(cells: BoolArray, offsets: IntArray, nodes: IntArray, n_points: int) -> IntArray:
     """``(n_points,)`` the lowest point of each point's component, where some of the cells connect their points."""
     parent: IntArray = np.arange(n_points, dtype=index_type(n_points))
-    if path.is_compiled(len(cells)):
+    if path.is_compiled(len(cells), is_once=True):
         from .union_find import components_by_points as kernel
 
         kernel(read_only(cells), read_only(offsets), read_only(nodes), parent)
@@ -81,7 +81,7 @@ def components_by_faces(
     n_cells = len(handedness)
     parent: IntArray = np.arange(n_cells, dtype=cells.dtype)
     sign = np.ones(n_cells, np.int8)
-    if not path.is_compiled(n_cells):
+    if not path.is_compiled(n_cells, is_once=True):
         return parent, sign, numpy_path.components_by_faces(cells, mates, windings, handedness, parent, sign)
     from .union_find import components_by_faces as kernel
 
@@ -93,7 +93,7 @@ def coincident(points: FloatArray, origin: Float64Array, tolerance: float) -> In
     """``(n_points,)`` the lowest point within the tolerance of each; see `coincident.coincident`."""
     width = index_type(len(points))
     representative: IntArray = np.empty(len(points), width)
-    if not path.is_compiled(len(points)):
+    if not path.is_compiled(len(points), is_once=True):
         numpy_path.coincident(points, origin, tolerance, representative)
         return representative
     from .coincident import coincident as kernel
