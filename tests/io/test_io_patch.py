@@ -23,6 +23,8 @@ from meshgauge.io.patching import Patch, patch_of
 from meshgauge.io.registry import FORMATS
 
 EXPONENT = re.compile(rb"(?<=[0-9.])([+-][0-9]+)$")
+pytestmark = pytest.mark.usefixtures("readers_here")
+
 NAMES = pytest.mark.parametrize("name", PATCHED)
 
 

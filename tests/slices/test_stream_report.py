@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from slice_meshes import boxes, garden, write_packed_hdf, write_parallel, write_parts, write_raw_vtu
+from thinned import quick
 
 import meshgauge
 from meshgauge import Mesh, io
@@ -28,8 +30,12 @@ from meshgauge.slices import Ask, facts
 from meshgauge.slices.points import Points
 from meshgauge.slices.read import places
 
-METRICS = tuple(name for name, row in meshgauge.METRICS.items() if row.in_slices and row.of_faces is None)
+ALL = tuple(name for name, row in meshgauge.METRICS.items() if row.in_slices and row.of_faces is None)
 """All that can be measured in slices."""
+
+METRICS = ("jens", "jens_mean", "edge_ratio")
+
+pytestmark = pytest.mark.usefixtures("readers_here")
 
 MEMORY = {"whole": 1 << 30, "blocks": 1 << 20, "ids": 1}
 """Bytes for points: all of them, blocks, only those of a slice."""
@@ -62,14 +68,15 @@ def assert_same(made: FileReport, expected: FileReport) -> None:
     assert made.regions == expected.regions
 
 
-def whole(path: Path, **how: Any) -> FileReport:
+def whole(path: Path, metrics: Sequence[str] = METRICS, **how: Any) -> FileReport:
     mesh = io.read(path, wedge_order=how.pop("wedge_order", "auto"))
-    quality = meshgauge.measure(mesh, metrics=METRICS, keep_bricks=how.pop("keep_bricks", False))
+    quality = meshgauge.measure(mesh, metrics=metrics, keep_bricks=how.pop("keep_bricks", False))
     return FileReport.of(quality, path=str(path), by_region=True, **how)
 
 
 def streamed(path: Path, memory: int = 1 << 30, size: int = 97, **how: Any) -> FileReport:
-    return report_on(pieces_of(path), path=str(path), metrics=METRICS, by_region=True, memory=memory, size=size, **how)
+    how = {"metrics": METRICS, "by_region": True, "memory": memory, "size": size, **how}
+    return report_on(pieces_of(path), path=str(path), **how)
 
 
 def write(path: Path, mesh: Mesh, kind: str) -> Path:
@@ -78,8 +85,21 @@ def write(path: Path, mesh: Mesh, kind: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("shuffled", "memory"), [(False, "whole"), (True, "blocks"), (True, "ids")])
-@pytest.mark.parametrize("kind", [".vtkhdf", ".gz.vtkhdf", ".vtu", ".raw.vtu"])
+KINDS = (".vtkhdf", ".gz.vtkhdf", ".vtu", ".raw.vtu")
+PLACES = ((False, "whole"), (True, "blocks"), (True, "ids"))
+
+
+@pytest.mark.parametrize(
+    ("kind", "shuffled", "memory"),
+    quick(
+        [(kind, *place) for kind in KINDS for place in PLACES],
+        (".vtkhdf", True, "ids"),
+        (".gz.vtkhdf", True, "blocks"),
+        (".vtu", True, "blocks"),
+        (".vtu", False, "whole"),
+        (".raw.vtu", True, "ids"),
+    ),
+)
 def test_the_report_is_that_of_the_whole(
     tmp_path: Path, kind: str, shuffled: bool, memory: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,6 +113,12 @@ def test_the_report_is_that_of_the_whole(
     assert min(counts.n_invalid, counts.n_degenerate, counts.n_unmeasured, len(made.findings[0].labels)) > 0
     assert len(made.regions) == 4
     assert None not in (made.worst[0].cell_label, made.worst[0].point_label)
+
+
+def test_all_metrics_of_slices_are_those_of_the_whole(tmp_path: Path) -> None:
+    assert len(ALL) > len(METRICS)
+    path = write(tmp_path, garden(), ".vtkhdf")
+    assert_same(streamed(path, metrics=ALL), whole(path, ALL))
 
 
 @pytest.mark.parametrize("size", [13, 100_000])
@@ -138,7 +164,7 @@ def test_polyhedra(tmp_path: Path, memory: str) -> None:
     assert_same(streamed(path, MEMORY[memory]), whole(path))
 
 
-@pytest.mark.parametrize("memory", MEMORY)
+@pytest.mark.parametrize("memory", quick(MEMORY, "blocks"))
 def test_partitions_are_regions(tmp_path: Path, memory: str) -> None:
     path = tmp_path / "a.vtkhdf"
     parts = [garden(seed=1), garden(seed=2, shuffled=True), garden(seed=3)]
@@ -149,8 +175,10 @@ def test_partitions_are_regions(tmp_path: Path, memory: str) -> None:
     assert [name for name, _ in made.regions] == ["partition 0", "partition 1", "partition 2"]
 
 
-@pytest.mark.parametrize("memory", MEMORY)
-@pytest.mark.parametrize("with_regions", [False, True])
+@pytest.mark.parametrize(
+    ("with_regions", "memory"),
+    quick([(regions, memory) for regions in (False, True) for memory in MEMORY], (False, "blocks"), (True, "ids")),
+)
 def test_files_of_pieces(tmp_path: Path, with_regions: bool, memory: str) -> None:
     path = tmp_path / "a.pvtu"
     kept = ("GlobalElementId", "vtkGhostType", "material" if with_regions else "interface")
@@ -186,8 +214,15 @@ def test_pieces_that_differ_are_read_whole(tmp_path: Path) -> None:
     assert io.pieces(path) is None
 
 
-@pytest.mark.parametrize("turned", ["all", "none"])
-@pytest.mark.parametrize("order", ["auto", "gmsh", "vtk-legacy"])
+@pytest.mark.parametrize(
+    ("order", "turned"),
+    quick(
+        [(order, turned) for order in ("auto", "gmsh", "vtk-legacy") for turned in ("all", "none")],
+        ("auto", "all"),
+        ("auto", "none"),
+        ("vtk-legacy", "all"),
+    ),
+)
 def test_the_order_of_wedges_is_that_of_the_whole(tmp_path: Path, order: str, turned: str) -> None:
     mesh = garden()
     if turned == "all":
