@@ -13,7 +13,7 @@ from thinned import quick
 
 import meshgauge
 from meshgauge import Mesh, measure
-from meshgauge.kernels.repair import cells
+from meshgauge.kernels.repair import ascent, cells
 from meshgauge.repair import descent
 from meshgauge.repair import run as runs
 from meshgauge.repair.acceptance import is_below, n_unusable
@@ -62,7 +62,7 @@ def test_no_phase_goes_on_when_the_time_is_up(name: str, kind: str, monkeypatch:
 
     monkeypatch.setattr(runs.Run, "is_stopped", is_stopped)
     count(descent.Descent, "_evaluate")
-    count(cells, "ascend")
+    count(ascent, "ascend")
     count(cells, "sweep")
     meshgauge.improve(mesh, **way)  # type: ignore[arg-type]
     n = looks

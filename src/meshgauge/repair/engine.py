@@ -20,13 +20,13 @@ from ..look.style import number_of
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from . import report as records
-from .acceptance import is_below, n_unusable, status_counts
+from .acceptance import is_below, is_better, n_unusable, status_counts
 from .alternate import Way, alternate
 from .claims import Promise, within
 from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
 from .kept import unkept
-from .patch import RINGS, Patch, patch_around, whole_patch
+from .patch import RINGS, Patch, back_near, cells_around, patch_around, whole_patch
 from .problem import Ids, Points
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
@@ -289,19 +289,20 @@ def _improve(
             bad = is_below(before, target)
             # Most bad cells need their own points and those beside: a patch that is small costs little.
             is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
-            reached, last = before, None
-            notes: list[str] = []
-            for rings in RINGS[-1:] if options.slides or is_much else RINGS:
+            first = RINGS[-1] if options.slides or is_much else RINGS[0]
+            around = patch_around(whole, bad, is_whole=options.slides, threads=threads, rings=first)
+            patch, constraints, outcome, faults = attempt(around, before, is_brief=first < RINGS[-1])
+            if first < RINGS[-1] and is_below(outcome.quality, target).any() and not outcome.run.stopped:
+                # What is bad still is worth more rings, from where all near it was.
+                reached = patch.merge(outcome.quality, threads=threads)
+                _, near = cells_around(before.mesh, is_below(reached, target), RINGS[-1] + 1)
+                start_again = back_near(before, reached, near, threads=threads)
                 around = patch_around(
-                    whole, bad, is_whole=options.slides, threads=threads, rings=rings, beside=last
-                )  # fmt: skip
-                patch, constraints, outcome, faults = attempt(around, reached, is_brief=rings < RINGS[-1])
-                outcome.notes[:0] = [note for note in notes if note not in outcome.notes]
-                if outcome.run.stopped or not is_below(outcome.quality, target).any():
-                    break
-                # What is bad still is worth more rings, and those around it only.
-                reached, last, notes = patch.merge(outcome.quality, threads=threads), patch, outcome.notes
-                bad = is_below(reached, target)
+                    whole, is_below(start_again, target), is_whole=False, threads=threads, rings=RINGS[-1], beside=patch
+                )
+                again = attempt(around, start_again, is_brief=False)
+                if is_better(again[2].quality, around.part_of(reached, threads=threads), target):
+                    patch, constraints, outcome, faults = again
     return _result(patch, outcome, constraints, options, faults)
 
 

@@ -12,6 +12,7 @@ from ..mesh.cast import frozen
 from ..mesh.interface import is_interface
 from ..quality.measure import JENS, Quality, measure
 from ..quality.summary import Summary, summarise, summarise_nothing
+from .components import components
 from .constraints import Mask, shared_with_pieces
 from .faces import mask_of
 from .kept import kept_regions
@@ -23,7 +24,7 @@ from .whole import Rounding
 CHUNK = 1 << 20
 """Cells that are summarised at a time."""
 
-RINGS = (1, 5)
+RINGS = (0, 5)
 """Cells around bad ones whose points may move, at first and at last; a patch has those around them, too, which stay."""
 
 
@@ -184,6 +185,31 @@ def patch_around(
     rows = [quality.rows[name] for name in quality.metrics]
     measured = measure(part, metrics=rows, threads=threads, keep_bricks=True)
     return Patch(quality, measured, cells, points, ~touched[points], whole.region_ids[cells], whole.region_names)
+
+
+def back_near(before: Quality, reached: Quality, near: Mask, *, threads: int | None) -> Quality:
+    """What was reached, without what was done near some points: groups of points that moved go back as a whole.
+
+    Parameters
+    ----------
+    before, reached
+        Of the mesh given, and with points moved.
+    near
+        ``(n_points,)``.
+    threads
+        As for `measure`.
+    """
+    mesh = before.mesh
+    old, points = (np.array(one.mesh.points, np.float64) for one in (before, reached))
+    moved = np.flatnonzero((old != points).any(axis=1))
+    cells = cells_at(mesh, mask_of(mesh.n_points, moved))
+    nodes, owner = nodes_of(mesh, cells), np.repeat(np.arange(len(cells)), np.diff(mesh.offsets)[cells])
+    place = np.searchsorted(moved, nodes)
+    has_moved = np.append(moved, -1)[place] == nodes
+    group = components(len(moved) + len(cells), place[has_moved], len(moved) + owner[has_moved])[: len(moved)]
+    back = moved[np.isin(group, group[near[moved]])]
+    points[back] = old[back]
+    return remeasured(reached, points, threads=threads)
 
 
 def cells_around(mesh: Mesh, some: Mask, rings: int) -> tuple[Ids, Mask]:

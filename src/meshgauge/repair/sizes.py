@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES
-from ..kernels.repair.cells import Sizes
+from ..kernels.repair.ascent import Sizes
 from ..mesh.polyhedra import ragged_positions
 from ..mesh.topology import Topology
 from ..quality.measure import Quality
@@ -102,7 +102,7 @@ class SizeLimits:
         return np.stack([low * self.volumes, high * self.volumes, least, most], axis=1)
 
     def rows(self, part: Problem) -> Sizes:
-        """For `kernels.repair.cells.ascend` on a part of the problem; curved cells are taken with straight edges."""
+        """For `kernels.repair.ascent.ascend` on a part of the problem; curved cells are taken with straight edges."""
         at = np.full(self.topology.mesh.n_cells, -1, np.int64)
         at[self.cells] = np.arange(len(self.cells))
         row_of = at[part.cell_ids]

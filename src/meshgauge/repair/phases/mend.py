@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...kernels.repair import cells as kernels
+from ...kernels.repair import ascent as kernels
 from ...kernels.repair.corners import at_points
 from ...look.bands import POOR
 from ...mesh.topology import Topology
@@ -92,8 +92,8 @@ class _Local:
             near[part.corners[np.repeat(changed, np.diff(part.cells))]] = True
             ids = ids[near[ids]]
 
-    def _visit(self, points: Points, ids: Ids, floors: Points, sharpness: float, mended: Ids | None = None) -> Mask:
-        """One round; which points have moved. With ``mended`` none does, see `kernels.repair.cells.ascend`."""
+    def _visit(self, points: Points, ids: Ids, floors: Points, sharpness: float, mended: Points | None = None) -> Mask:
+        """One round; which points have moved. With ``mended`` none does, see `kernels.repair.ascent.ascend`."""
         part = self.part
         moved = np.zeros(part.n_points, bool)
         shares = self._shares(ids)
@@ -114,7 +114,7 @@ class _Local:
                     LEAST_GAIN,
                     moved,
                     self.enough,
-                    np.empty(0, np.int64) if mended is None else mended,
+                    np.empty(0) if mended is None else mended,
                     mended is not None,
                 )
 
@@ -145,7 +145,7 @@ class _Local:
 
     def culprits(self, points: Points, bad: Mask) -> Ids:
         """Of the points of each bad cell the one that would mend the most bad cells if it moved alone; of those that
-        would mend as many, the ones with the largest share of bad cells around them."""
+        would mend as many, the one with the largest share of bad cells around it and the best place."""
         offsets, around = self.links[3], self.links[4]
         n_points, values = self.part.n_points, self.values(points)
         owner = np.repeat(np.arange(n_points), np.diff(offsets))
@@ -153,7 +153,7 @@ class _Local:
         is_candidate = mask_of(n_points, self.points_of(bad))
         at, cell = (some[bad[around] & is_candidate[owner]] for some in (owner, around))
         # None mends more than the cells at it that want it, so that most need no trial: those that may be the best do.
-        score = share + np.bincount(owner, (values < self.enough)[around], minlength=n_points)
+        score = share + 1.0 + np.bincount(owner, (values < self.enough)[around], minlength=n_points)
         is_tried = np.zeros(n_points, bool)
         while True:
             most = np.zeros(self.part.n_cells)
@@ -162,9 +162,9 @@ class _Local:
             untried = chosen[~is_tried[chosen]]
             if not len(untried):
                 return chosen
-            mended = np.zeros(n_points, np.int64)
+            mended = np.zeros(n_points)
             self._visit(points, untried, self.floors(values), SHARPNESS[-1], mended)
-            score[untried] = share[untried] + np.maximum(mended[untried], 0)
+            score[untried] = share[untried] + np.maximum(mended[untried], 0.0)
             is_tried[untried] = True
 
     def groups(self, ids: Ids) -> tuple[Ids, Ids]:
@@ -320,7 +320,7 @@ def _raise_mean(local: _Local, points: Points, given: Points) -> None:
 
 
 def _links(part: Problem, topology: Topology) -> kernels.Links:
-    """What is around each point, see `kernels.repair.cells.ascend`."""
+    """What is around each point, see `kernels.repair.ascent.ascend`."""
     by_corner, corners, cells, by_cell, around = at_points(part.corners, part.cells, part.n_points)
     sides, owner = _parallelograms(part, topology)
     return by_corner, corners, cells, by_cell, around, _offsets(owner, part.n_points), sides
