@@ -153,6 +153,56 @@ def medit(folder: Path, *, suffix: str, is_single: bool = False) -> Path:
     return path
 
 
+def vtu(folder: Path, *, mode: str, compressor: str = "None", header: int = 32, is_single: bool = False) -> Path:
+    """By VTK: in small blocks, with data of points and cells, in front of the points and behind."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    path, writer = folder / "cube.vtu", vtkXMLUnstructuredGridWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(_with_data(is_single=is_single).to_pyvista())
+    getattr(writer, f"SetDataModeTo{mode.split()[0].title()}")()
+    writer.SetEncodeAppendedData("base64" in mode)
+    getattr(writer, f"SetCompressorTypeTo{compressor}")()
+    getattr(writer, f"SetHeaderTypeToUInt{header}")()
+    writer.SetBlockSize(480)
+    assert writer.Write() == 1
+    return path
+
+
+def vtk_legacy(folder: Path, *, is_binary: bool, is_single: bool = False) -> Path:
+    """By VTK, with data of points, cells and the file."""
+    from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
+
+    path, writer = folder / "cube.vtk", vtkUnstructuredGridWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(_with_data(is_single=is_single).to_pyvista())
+    writer.SetFileType(2 if is_binary else 1)
+    assert writer.Write() == 1
+    return path
+
+
+def vtkhdf(folder: Path, *, is_packed: bool) -> Path:
+    """As our writer makes it; or in chunks, packed."""
+    path = folder / "cube.vtkhdf"
+    meshgauge.write(path, _with_data())
+    if is_packed:
+        with h5py.File(path, "r+") as file:
+            points = file["VTKHDF/Points"][...]
+            del file["VTKHDF/Points"]
+            file["VTKHDF"].create_dataset("Points", data=points, chunks=(16, 3), compression="gzip")
+    return path
+
+
+def _with_data(*, is_single: bool = False) -> Mesh:
+    mesh = bricks()
+    return mesh.replace(
+        points=mesh.points.astype(np.float32 if is_single else np.float64),
+        point_data={"level": np.linspace(0.0, 1.0, mesh.n_points)},
+        cell_data={"material": np.arange(mesh.n_cells) // 9},
+        field_data={"TIME": np.array([0.25])},
+    )
+
+
 SIDES = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
 """Faces of a hexahedron, outward."""
 
@@ -414,6 +464,22 @@ PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "medit": ("medit", partial(medit, suffix="mesh"), "text"),
     "medit single": ("medit", partial(medit, suffix="mesh", is_single=True), "text"),
     "medit binary": ("medit", partial(medit, suffix="meshb"), "bytes"),
+    "vtu ascii": ("vtu", partial(vtu, mode="ascii"), "text"),
+    "vtu ascii single": ("vtu", partial(vtu, mode="ascii", is_single=True), "text"),
+    "vtu binary": ("vtu", partial(vtu, mode="binary"), "packed"),
+    "vtu binary lzma": ("vtu", partial(vtu, mode="binary", compressor="LZMA", header=64), "packed"),
+    "vtu appended": ("vtu", partial(vtu, mode="appended", header=64), "bytes"),
+    "vtu appended single": ("vtu", partial(vtu, mode="appended", is_single=True), "bytes"),
+    "vtu appended zlib": ("vtu", partial(vtu, mode="appended", compressor="ZLib"), "packed"),
+    "vtu appended lz4": ("vtu", partial(vtu, mode="appended", compressor="LZ4", is_single=True), "packed"),
+    "vtu base64": ("vtu", partial(vtu, mode="appended base64", header=64), "packed"),
+    "vtu base64 zlib": ("vtu", partial(vtu, mode="appended base64", compressor="ZLib"), "packed"),
+    "vtk": ("vtk", partial(vtk_legacy, is_binary=False), "text"),
+    "vtk single": ("vtk", partial(vtk_legacy, is_binary=False, is_single=True), "text"),
+    "vtk binary": ("vtk", partial(vtk_legacy, is_binary=True), "bytes"),
+    "vtk binary single": ("vtk", partial(vtk_legacy, is_binary=True, is_single=True), "bytes"),
+    "vtkhdf": ("vtkhdf", partial(vtkhdf, is_packed=False), "bytes"),
+    "vtkhdf packed": ("vtkhdf", partial(vtkhdf, is_packed=True), "arrays"),
 }
 """By name: the format, what makes a file in a folder, and how numbers stand in it: as words, in columns, as bytes
 or in packed arrays."""

@@ -68,6 +68,22 @@ def stored(path: Path) -> dict[str, tuple[object, ...]]:
     return held
 
 
+def assert_equal_but_for_points(path: Path, other: Path) -> None:
+    """By VTK's reader, and by the elements of the files."""
+    pv = pytest.importorskip("pyvista")
+    old, new = pv.read(path), pv.read(other)
+    for what in ("point_data", "cell_data", "field_data"):
+        assert set(getattr(old, what)) == set(getattr(new, what))
+        for key, values in getattr(old, what).items():
+            np.testing.assert_array_equal(values, getattr(new, what)[key])
+    np.testing.assert_array_equal(old.cells, new.cells)
+    heads = [
+        re.sub(rb"offset=\"\d+\"", b"", re.sub(rb">[^<]+<", b"><", file.read_bytes().split(b"<AppendedData")[0]))
+        for file in (path, other)
+    ]
+    assert heads[0] == heads[1]
+
+
 @NAMES
 def test_nothing_moved_gives_the_same_bytes(name: str, tmp_path: Path) -> None:
     path, mesh, patch = opened(name, tmp_path)
@@ -103,8 +119,10 @@ def test_only_coordinates_of_moved_points_change(name: str, tmp_path: Path) -> N
         arrays = [stored(path), stored(patch.target)]
         assert arrays[0].keys() == arrays[1].keys()
         changed_names = [key for key, value in arrays[0].items() if value != arrays[1][key]]
-        assert len(changed_names) == 3
-        assert all("coord" in key.lower() for key in changed_names)
+        assert len(changed_names) == (1 if name.startswith("vtk") else 3)
+        assert all("coord" in key.lower() or key == "VTKHDF/Points" for key in changed_names)
+    elif PATCHED[name][2] == "packed":
+        assert_equal_but_for_points(path, patch.target)
     else:
         assert len(old) == len(new)
         assert sum(a != b for a, b in zip(old, new, strict=True)) <= 24 * len(ids)

@@ -288,7 +288,10 @@ def patch_of(
         inside = [path.resolve().is_relative_to(source.resolve()) for path, _ in places.pieces] or [True]
         places = places.without(~np.array(inside)[places.piece])
         return Patch(mesh, Path(target), chosen, places, limits or Limits(), step)
-    places = registry.places(chosen, source, limits, step).aligned(mesh)
+    given = registry.places(chosen, source, limits, step)
+    if not given.pieces and chosen.write is not None:
+        return None
+    places = given.aligned(mesh)
     locked = _locked(chosen, source, Path(target), mesh.sources)
     piece_is_locked = np.array([os.path.realpath(path) in locked for path, _ in places.pieces] or [False])
     places = places.without(piece_is_locked[places.piece])

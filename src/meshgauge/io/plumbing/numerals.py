@@ -47,6 +47,8 @@ class Raw:
 
     def values(self, data: bytes, starts: Ints, ends: Ints) -> Reals:
         kind = np.dtype(self.dtype)
+        if len(starts) and (np.diff(starts) == kind.itemsize).all():
+            return np.frombuffer(data, kind, len(starts), int(starts[0])).astype(np.float64)
         at = starts[:, None] + np.arange(kind.itemsize)
         values: NDArray[Any] = np.frombuffer(data, np.uint8)[at].view(kind).reshape(len(starts))
         return values.astype(np.float64)
@@ -55,9 +57,13 @@ class Raw:
         return values.astype(self.dtype).astype(np.float64)
 
     def written(self, values: Reals, old: Iterable[bytes]) -> Iterator[bytes]:
-        kind = np.dtype(self.dtype)
-        data = values.astype(kind).tobytes()
-        return (data[at : at + kind.itemsize] for at in range(0, len(data), kind.itemsize))
+        size = np.dtype(self.dtype).itemsize
+        data = self.bytes(values)
+        return (data[at : at + size] for at in range(0, len(data), size))
+
+    def bytes(self, values: Reals) -> bytes:
+        """All numbers one after another."""
+        return values.astype(self.dtype).tobytes()
 
 
 @dataclass(frozen=True, slots=True)

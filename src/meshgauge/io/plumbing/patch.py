@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import itertools
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from ...files.undo import Hunks
 from ...mesh import Mesh
 from ...mesh.labels import labels_of
-from .numerals import Form, Ints, Reals, Writing
+from .numerals import Form, Ints, Raw, Reals, Writing
 
 GZIP = b"\x1f\x8b"
 _NONE, _NO_SPANS = np.empty(0, np.int64), np.empty((0, 3), np.int64)
@@ -162,21 +163,26 @@ class Places:
         piece = np.broadcast_to(every.piece[:, None], is_moved.shape)[is_moved]
         order = np.argsort(starts, kind="stable")
         starts, ends, new, piece = starts[order], ends[order], new[order], piece[order]
-        texts: list[bytes] = [b""] * len(starts)
-        puts, is_text = [], np.ones(len(starts), bool)
+        puts: list[tuple[Putting, Ints, Reals]] = []
+        spans: list[tuple[int, int]] = []
+        texts: list[bytes] = []
         for number in np.unique(piece).tolist():
             form, rows = every.pieces[number][1], np.flatnonzero(piece == number)
             if isinstance(form, Putting):
                 puts.append((form, starts[rows], new[rows]))
-                is_text[rows] = False
                 continue
             assert isinstance(form, Writing)  # it is one or the other
-            old = (data[a:b] for a, b in zip(starts[rows].tolist(), ends[rows].tolist(), strict=True))
-            for at, text in zip(rows.tolist(), form.written(new[rows], old), strict=True):
-                texts[at] = text
-        kept = np.flatnonzero(is_text)
-        texts = [texts[at] for at in kept.tolist()]
-        return Edit(Hunks.replacing(starts[kept], ends[kept], list(map(len, texts))), texts, puts)
+            begins, stops = starts[rows], ends[rows]
+            if isinstance(form, Raw):  # numbers side by side are one piece
+                cuts = np.concatenate([[0], np.flatnonzero(begins[1:] != stops[:-1]) + 1, [len(rows)]])
+                size, own = int(stops[0] - begins[0]), form.bytes(new[rows])
+                texts += [own[size * a : size * b] for a, b in itertools.pairwise(cuts.tolist())]
+                begins, stops = begins[cuts[:-1]], stops[cuts[1:] - 1]
+            else:
+                old = (data[a:b] for a, b in zip(begins.tolist(), stops.tolist(), strict=True))
+                texts += form.written(new[rows], old)
+            spans += zip(begins.tolist(), stops.tolist(), strict=True)
+        return Edit(Hunks.replacing(_NONE, _NONE, []), [], puts).also(spans, texts)
 
 
 @runtime_checkable

@@ -24,8 +24,10 @@ from ...plumbing.format import Format, Take
 from ...plumbing.ids import drop_counts, label_source, with_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.messages import is_out_of_memory
+from ...plumbing.patch import Places
 from ...plumbing.pieces import Piece, Pieces, ReadWhole, Rows, hdf_rows
 from ...plumbing.steps import Step, number_steps
+from .places import NONE, places_of_rows
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 _SIZES = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
@@ -355,6 +357,16 @@ def _piece(part: Part) -> Piece:
     )
 
 
+def places(path: Path, at: int) -> Places:
+    """Of every partition of a time step, unless a file beside holds them."""
+    try:
+        whole = pieces(path, at)
+    except ReadWhole:
+        return NONE
+    parts = [places_of_rows(path, piece.points) for piece in whole.pieces] if whole is not None else []
+    return Places.joined(parts) if all(part is not NONE for part in parts) else NONE
+
+
 _ROWS = 1 << 16
 """That are compared at a time."""
 
@@ -410,4 +422,5 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
 VTKHDF = Format(
     "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk, pieces=pieces,
+    step_places=places,
 )  # fmt: skip

@@ -10,7 +10,7 @@ from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import vtk
 from ...plumbing.format import Format
-from . import legacy_own
+from . import legacy_own, places
 
 _STATED = re.compile(rb"^(POINTS|CELLS|CELL_TYPES|POINT_DATA|CELL_DATA)[ \t]+(-?\d+)(?:[ \t]+(-?\d+))?", re.MULTILINE)
 _FIELD = re.compile(rb"^FIELD[ \t]+\S+[ \t]+(-?\d+)", re.MULTILINE)
@@ -90,5 +90,5 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
 
 VTK_LEGACY = Format(
     "vtk", "legacy VTK", (".vtk",), sniff, legacy_own.read, read, write,
-    has_both_wedge_orders=True, forbidden="{}", is_exact=True,
+    has_both_wedge_orders=True, forbidden="{}", is_exact=True, places=places.legacy,
 )  # fmt: skip

@@ -21,10 +21,10 @@ from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.text import numbers
 from ...plumbing.vtk import RENUMBERED
 
-_HEAD = re.compile(
+HEAD = re.compile(
     rb"#[ \t]*vtk DataFile Version[ \t]*(\d+)\.(\d+)[^\n]*\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", re.I
 )
-_NEXT = re.compile(rb"\n[ \t]*(?=[A-Za-z])(?!(?:nan|inf)\b)", re.IGNORECASE)
+NEXT = re.compile(rb"\n[ \t]*(?=[A-Za-z])(?!(?:nan|inf)\b)", re.IGNORECASE)
 _DTYPES = {
     b"unsigned_char": "u1", b"char": "i1", b"unsigned_short": "u2", b"short": "i2", b"unsigned_int": "u4", b"int": "i4",
     b"unsigned_long": "u8", b"long": "i8", b"float": "f4", b"double": "f8", b"vtkidtype": "i4",
@@ -73,7 +73,7 @@ class _Source:
             values = np.frombuffer(self.data, dtype.newbyteorder(">"), n, self.at).astype(dtype)
             self.at = end
             return values
-        match = _NEXT.search(self.data, max(self.at - 1, 0))
+        match = NEXT.search(self.data, max(self.at - 1, 0))
         end = match.start() + 1 if match else len(self.data)
         text = self.data[self.at : end]
         self.at = max(end, self.at)
@@ -97,7 +97,7 @@ def _dtype(kind: bytes) -> str:
 def read(path: Path) -> Mesh | None:
     """The mesh, or None if this file is of another kind, or not whole."""
     data = path.read_bytes()
-    head = _HEAD.match(data)
+    head = HEAD.match(data)
     if head is None:
         return None
     source = _Source(data, head.end(), is_binary=head[3].upper() == b"BINARY")

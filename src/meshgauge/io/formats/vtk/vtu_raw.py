@@ -30,9 +30,7 @@ from ...plumbing.vtk import MARKED, RENUMBERED
 _START = re.compile(rb"<AppendedData\b[^>]*\bencoding\s*=\s*[\"']raw[\"'][^>]*>\s*_")
 _LARGEST_HEADER = 1 << 20
 """Bytes before the appended data; more means that data stand there too, which VTK reads better."""
-_DTYPES = {
-    f"{kind}{8 * size}": f"{kind[0].lower()}{size}" for kind in ("Int", "UInt", "Float") for size in (1, 2, 4, 8)
-}
+DTYPES = {f"{kind}{8 * size}": f"{kind[0].lower()}{size}" for kind in ("Int", "UInt", "Float") for size in (1, 2, 4, 8)}
 
 
 class _Unknown(Exception):
@@ -120,7 +118,7 @@ class _Appended:
         order = {"LittleEndian": "<", "BigEndian": ">"}
         self.file, self.path, self.start, self.size = file, path, start, path.stat().st_size
         self.order = order[root.get("byte_order", "LittleEndian")]
-        self.header = np.dtype(self.order + _DTYPES[root.get("header_type", "UInt32")])
+        self.header = np.dtype(self.order + DTYPES[root.get("header_type", "UInt32")])
         self.is_packed = root.get("compressor") == "vtkZLibDataCompressor"
         if root.get("compressor") and not self.is_packed:
             raise _Unknown
@@ -131,7 +129,7 @@ class _Appended:
         if item.tag != "DataArray" or item.get("format") != "appended":
             raise _Unknown
         name, width = item.get("Name", ""), int(item.get("NumberOfComponents", "1"))
-        dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
+        dtype = np.dtype(self.order + DTYPES[item.attrib["type"]])
         at = self.start + int(item.attrib["offset"])
         budget.draw(self.what, rows * max(width, 1) * dtype.itemsize, f"array {name!r}")
         self.file.seek(at)
@@ -156,7 +154,7 @@ class _Appended:
         if item.tag != "DataArray" or item.get("format") != "appended":
             raise _Unknown
         name, width = item.get("Name", ""), int(item.get("NumberOfComponents", "1"))
-        dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
+        dtype = np.dtype(self.order + DTYPES[item.attrib["type"]])
         shape = (n, width) if width > 1 else (n,)
         at, expected = self.start + int(item.attrib["offset"]), n * max(width, 1) * dtype.itemsize
         self.file.seek(at)
@@ -234,7 +232,7 @@ class _Appended:
 
     def blocks(self, item: ElementTree.Element) -> Iterator[NDArray[np.generic]]:
         """The numbers of a packed array, flat, a block at a time."""
-        dtype = np.dtype(self.order + _DTYPES[item.attrib["type"]])
+        dtype = np.dtype(self.order + DTYPES[item.attrib["type"]])
         for block in self._packed_blocks(self.start + int(item.attrib["offset"]), item.get("Name", "")):
             yield np.frombuffer(block, dtype)
 
