@@ -58,10 +58,10 @@ class Raw:
 
     def written(self, values: Reals, old: Iterable[bytes]) -> Iterator[bytes]:
         size = np.dtype(self.dtype).itemsize
-        data = self.bytes(values)
+        data = self.encoded(values)
         return (data[at : at + size] for at in range(0, len(data), size))
 
-    def bytes(self, values: Reals) -> bytes:
+    def encoded(self, values: Reals) -> bytes:
         """All numbers one after another."""
         return values.astype(self.dtype).tobytes()
 

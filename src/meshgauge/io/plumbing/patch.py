@@ -175,8 +175,8 @@ class Places:
             begins, stops = starts[rows], ends[rows]
             if isinstance(form, Raw):  # numbers side by side are one piece
                 cuts = np.concatenate([[0], np.flatnonzero(begins[1:] != stops[:-1]) + 1, [len(rows)]])
-                size, own = int(stops[0] - begins[0]), form.bytes(new[rows])
-                texts += [own[size * a : size * b] for a, b in itertools.pairwise(cuts.tolist())]
+                size, encoded = int(stops[0] - begins[0]), form.encoded(new[rows])
+                texts += [encoded[size * a : size * b] for a, b in itertools.pairwise(cuts.tolist())]
                 begins, stops = begins[cuts[:-1]], stops[cuts[1:] - 1]
             else:
                 old = (data[a:b] for a, b in zip(begins.tolist(), stops.tolist(), strict=True))

@@ -52,7 +52,7 @@ def _of_array(path: Path, layout: _Layout, number: int) -> Places:
         packed = layout.unpacked(array)
     except _NOT_WHOLE:
         return NONE
-    if len(packed.bytes) != 3 * array.n * np.dtype(dtype).itemsize:
+    if len(packed.content) != 3 * array.n * np.dtype(dtype).itemsize:
         return NONE
     starts = np.arange(3 * array.n, dtype=np.int64).reshape(-1, 3)
     return Places.of(path, Packed(number, dtype), starts, starts + 1)
@@ -75,7 +75,7 @@ class Packed:
 
     def values(self, data: bytes, starts: Ints, ends: Ints) -> Reals:
         layout = _Layout(data)
-        numbers = np.frombuffer(layout.unpacked(layout.points[self.number]).bytes, self.dtype)
+        numbers = np.frombuffer(layout.unpacked(layout.points[self.number]).content, self.dtype)
         return numbers[starts].astype(np.float64)
 
     def rounded(self, values: Reals) -> Reals:
@@ -87,7 +87,7 @@ class Packed:
             layout = _Layout(path.read_bytes())
             array = layout.points[self.number]
             packed = layout.unpacked(array)
-            numbers = np.frombuffer(packed.bytes, self.dtype).copy()
+            numbers = np.frombuffer(packed.content, self.dtype).copy()
             numbers[starts] = values
         except _NOT_WHOLE as error:
             raise WriteError(f"{path}: is no longer the file that was read: {error}") from error
@@ -109,7 +109,7 @@ class _Array:
 class _Unpacked:
     """The bytes of an array, those of the file between two places that hold them, and its packed blocks."""
 
-    bytes: bytes
+    content: bytes
     start: int
     stop: int
     is_joined: bool = False  #: the count and the bytes are encoded together
@@ -255,7 +255,7 @@ class _Layout:
             cuts = range(0, len(new), old.block)
             made = [
                 packed
-                if old.bytes[a : a + old.block] == new[a : a + old.block]
+                if old.content[a : a + old.block] == new[a : a + old.block]
                 else self._with_packing(new[a : a + old.block])
                 for a, packed in zip(cuts, old.blocks, strict=True)
             ]
