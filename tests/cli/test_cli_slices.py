@@ -82,8 +82,22 @@ def test_the_table_is_that_of_the_whole(large: Path, sliced: list[int], tmp_path
 def test_the_diagnosis_says_that_it_was_left_out(large: Path, sliced: list[int], capsys: Captured) -> None:
     assert main(["report", str(large), "--json", "--memory", "1kB"]) == 0
     (why,) = json.loads(capsys.readouterr().out)["files"][0]["diagnosis"]["skipped"]
-    assert "slice by slice" in why
+    assert "more than --memory allows" in why
     assert sliced
+
+
+def test_the_diagnosis_is_that_of_the_whole(
+    large: Path, sliced: list[int], monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    assert main(["report", str(large), "--json"]) == 0
+    expected = capsys.readouterr().out
+    assert not sliced
+    monkeypatch.setattr("meshgauge.report.diagnosis.bytes_needed", lambda n_cells, n_points: 0)
+    monkeypatch.setattr("meshgauge.report.diagnosis.CELLS", 13)
+    assert main(["report", str(large), "--json", "--memory", "1kB"]) == 0
+    assert sliced
+    assert without_notes(capsys.readouterr().out) == without_notes(expected)
+    assert json.loads(expected)["files"][0]["diagnosis"]["n_boundary_faces"] > 0
 
 
 def test_a_mesh_that_fits_is_read_whole(large: Path, sliced: list[int], capsys: Captured) -> None:

@@ -47,6 +47,7 @@ class RuleCounter:
 
     rules: tuple[Rule, ...]
     listed: int
+    needs_regions: bool = True
 
     def count(self, quality: Quality, part: Slice, regions: NDArray[np.int64], facts: Facts) -> Counts:
         """What the rules come to on a slice."""

@@ -87,6 +87,11 @@ class Batch:
         """2 if some file failed, else 0."""
         return COULD_NOT if self.failures else DONE
 
+    @property
+    def allowed_memory(self) -> int | None:
+        """Bytes that ``--memory`` allows; None if it is not given. Raises `OptionError` if it is no size."""
+        return None if self.memory is None else slices.n_bytes(self.memory)
+
     def progress(self, text: str) -> AbstractContextManager[None]:
         """A spinner, if this takes long: ``with batch.progress("drawing a.png"):``."""
         return terminal.activity(text, shown=not self.quiet)
@@ -160,7 +165,7 @@ class Batch:
 
         Raises `ReadError` and `MetricError`.
         """
-        memory = None if self.memory is None else slices.n_bytes(self.memory)
+        memory = self.allowed_memory
         file = path.file if isinstance(path, State) else path
         is_alone = not file.lower().endswith(REFERRING)
         is_small = is_alone and inputs.size(file) < LARGE and self.scheduler is None
@@ -207,7 +212,7 @@ class Batch:
 
         if self.reading.displacement is not None or self.reading.step == "all":
             raise OptionError("--partial takes one state of a mesh, with the points of the file")
-        memory = None if self.memory is None else slices.n_bytes(self.memory)
+        memory = self.allowed_memory
         with (
             scheduler.executor(self.scheduler) as (pool, n_processes),
             slices.progress(path, shown=not self.quiet) as progress,

@@ -52,6 +52,7 @@ def report(
         raise OptionError("--cell reports one cell of one mesh, as text or JSON")
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
+    from ..doctor.streamed import MarkCounter
     from ..mesh.labels import labels_of
     from ..quality.metrics import LIMITS
     from ..report import FileReport
@@ -97,10 +98,14 @@ def report(
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         if target is None and page is None:
             beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
-            ask = Ask(metrics, n_worst, by_region=by_region, keeps_rows=table is not None, whole=beside)
+            counter = MarkCounter() if contents.diagnosis else None
+            ask = Ask(
+                metrics, n_worst, by_region=by_region, keeps_rows=table is not None, counter=counter, whole=beside
+            )
             done = batch.in_slices(path, ask, partial(add_rows, path))
             if done is not None:
-                return file_report(*done, path=path, with_diagnosis=contents.diagnosis)
+                with batch.progress(f"diagnosing {path}"):
+                    return file_report(*done, path=path, with_diagnosis=contents.diagnosis, memory=batch.allowed_memory)
         quality = batch.with_faces(path, batch.measure(path, metrics))
         with batch.progress(f"summarising {path}"):
             one = FileReport.of(

@@ -1,6 +1,7 @@
 """The doctor: what is wrong with a mesh beside the shapes of its cells, and cells that are numbered in reverse."""
 
-from .diagnosis import LIMIT, Diagnosis, Finding, diagnosis, not_diagnosed
+from .diagnosis import LIMIT, Diagnosis, diagnosis, not_diagnosed
+from .findings import Finding
 from .hanging import Hanging, hanging
 from .misoriented import misoriented
 from .orient import Changes, orient

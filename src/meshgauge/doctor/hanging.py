@@ -14,6 +14,7 @@ Points that only coincide with the place, such as those of a body in contact, ha
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -66,6 +67,9 @@ class Hanging:
     __repr__ = brief
 
 
+WithEdges = Callable[[Topology, Ids], Ids]
+
+
 def hanging(quality: Quality, faces: Topology | None = None) -> Hanging:
     """The hanging points of a mesh, by the faces of its solid cells that no other cell has.
 
@@ -81,8 +85,33 @@ def hanging(quality: Quality, faces: Topology | None = None) -> Hanging:
     Time and memory are linear in the number of these faces, but for sorting.
     """
     faces = faces if faces is not None else topology(without_ghosts(quality.mesh))
+    return hanging_of(faces, is_usable(quality.status, "fv"), shared_points(faces), with_edges)
+
+
+def hanging_of(
+    faces: Topology,
+    is_wanted: NDArray[np.bool_],
+    is_shared: NDArray[np.bool_],
+    cells_with: WithEdges,
+    cell_ids: Ids | None = None,
+) -> Hanging:
+    """`hanging` of cells ``(n_cells,)`` that are wanted.
+
+    Parameters
+    ----------
+    faces
+        Of all cells that have such a face.
+    is_wanted
+        ``(n_cells,)`` cells that are not inverted or flat.
+    is_shared
+        ``(n_points,)`` points of two cells or more.
+    cells_with
+        `with_edges`, of all cells there are.
+    cell_ids
+        ``(n_cells,)`` what the cells are called in the result; None: by their position.
+    """
     points = faces.mesh.points
-    slots = _boundary(faces, is_usable(quality.status, "fv"))
+    slots = _boundary(faces, is_wanted, is_shared)
     if len(slots) == 0:
         return Hanging(slots, 0, 0, slots, slots)
     ids, offsets = _rings(faces, slots)
@@ -100,16 +129,17 @@ def hanging(quality: Quality, faces: Topology | None = None) -> Hanging:
     broken = np.unique(in_edges[:, 0])
     split = np.unique(in_faces[:, 0])
     of_faces = faces.cells[slots[split]].astype(np.int64)
+    of_faces = of_faces if cell_ids is None else cell_ids[of_faces]
     return Hanging(
         points=np.unique(np.concatenate([in_edges[:, 1], in_faces[:, 1]])),
         n_edges=len(broken),
         n_faces=len(split),
-        cells=np.unique(np.concatenate([_with_edges(faces, edges[broken]), of_faces])),
+        cells=np.unique(np.concatenate([cells_with(faces, edges[broken]), of_faces])),
         holders=np.unique(np.concatenate([edges[broken].reshape(-1), ids[np.isin(owner, split)]])),
     )
 
 
-def _with_edges(faces: Topology, edges: Ids) -> Ids:
+def with_edges(faces: Topology, edges: Ids) -> Ids:
     """The solid cells that have some of the edges."""
     mesh = faces.mesh
     is_end = np.zeros(mesh.n_points, np.bool_)
@@ -125,11 +155,16 @@ def _with_edges(faces: Topology, edges: Ids) -> Ids:
     return np.asarray(owner[np.isin(codes, _codes(edges, mesh.n_points))])
 
 
-def _boundary(faces: Topology, wanted: NDArray[np.bool_]) -> Ids:
-    """The half-faces that no other cell has, of wanted cells that share a point with another."""
+def shared_points(faces: Topology) -> NDArray[np.bool_]:
+    """``(n_points,)`` points of two cells with faces or more."""
     mesh = faces.mesh
     has_faces = np.repeat(np.diff(faces.starts) > 0, np.diff(mesh.offsets))
-    is_shared = np.bincount(mesh.connectivity[has_faces], minlength=mesh.n_points) > 1
+    return np.asarray(np.bincount(mesh.connectivity[has_faces], minlength=mesh.n_points) > 1)
+
+
+def _boundary(faces: Topology, wanted: NDArray[np.bool_], is_shared: NDArray[np.bool_]) -> Ids:
+    """The half-faces that no other cell has, of wanted cells that share a point with another."""
+    mesh = faces.mesh
     ends = np.concatenate([[0], np.cumsum(is_shared[mesh.connectivity])])
     has_shared = ends[mesh.offsets[1:]] > ends[mesh.offsets[:-1]]
     return np.flatnonzero((faces.mates == BOUNDARY) & (has_shared & wanted)[faces.cells])

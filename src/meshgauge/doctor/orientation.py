@@ -9,7 +9,7 @@ part, which the sign of the volume inside the part's boundary decides.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from itertools import pairwise
@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from ..cells import BY_NAME, CELL_TYPES, IS_SOLID, type_name
 from ..kernels.arrays import read_only
 from ..kernels.topology import driver
-from ..mesh import Mesh
+from ..mesh import CellBlock, connectivity
 from ..mesh.labels import cell_labels
 from ..mesh.polyhedra import IndexArray
-from ..mesh.topology import BOUNDARY, SAME, Topology, topology
+from ..mesh.topology import BOUNDARY, ELSEWHERE, SAME, Topology, topology
 from ..quality import arrays
 from ..quality.measure import Quality
 from ..status import Purpose, Status, is_degenerate
@@ -35,7 +35,7 @@ EXAMPLES = 5
 """Cell ids named in a finding."""
 
 
-_HAS_SHAPE = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is not None for t in range(256)])
+HAS_SHAPE = np.array([t in CELL_TYPES and CELL_TYPES[t].shape is not None for t in range(256)])
 """By VTK id: whether cells have a numbering that can be right or reversed."""
 
 
@@ -165,49 +165,87 @@ def orientation(
     Polyhedra and cells that could not be measured are right, for want of anything to say; they connect no neighbours.
     """
     mesh = quality.mesh
-    has_shape = _HAS_SHAPE[mesh.types]
-    is_inverted = (quality.status == Status.INVERTED) & has_shape
+    is_inverted = inverted(quality)
     faces = faces if faces is not None else topology(mesh)
     if not is_inverted.any() and not (faces.windings[faces.mates >= 0] == SAME).any():
-        return _all_right(mesh)
-    mates, windings = _neighbours(faces, quality, points, ignored)
+        return all_right(mesh.n_cells)
+    mates, windings = neighbours(faces, points, ignored)
     if not is_inverted.any() and not (windings[mates >= 0] == SAME).any():
-        return _all_right(mesh)
-    geometry = _handedness(quality, np.flatnonzero(is_inverted))
+        return all_right(mesh.n_cells)
+    geometry = handedness(quality, np.flatnonzero(is_inverted))
     parent, sign, n_contradictions = driver.components_by_faces(faces.cells, mates, windings, geometry)
-    part_sign, likely = _part_signs(faces, mates, windings, parent, sign, geometry)
-    handed = sign * part_sign[parent]
-    numbering = np.zeros(mesh.n_cells, np.uint8)
-    measured = np.isfinite(quality.values) & has_shape
+    votes = np.zeros(len(parent))
+    np.add.at(votes, parent, sign * geometry)
+    slots = outside(faces.cells, mates, windings, sign)
+    volumes = np.zeros(len(parent))
+    np.add.at(volumes, parent[faces.cells[slots]], sign[faces.cells[slots]] * fluxes(faces, slots, parent))
+    part_sign, likely = part_signs(volumes, votes)
+    numbering = numbering_of(
+        sign * part_sign[parent],
+        sign * likely[parent],
+        geometry,
+        is_inverted,
+        np.isfinite(quality.values) & HAS_SHAPE[mesh.types],
+    )
+    measured = np.isfinite(quality.values) & HAS_SHAPE[mesh.types]
+    blocks = of_blocks(
+        mesh.types, mesh.blocks, measured, numbering, mesh.purpose, lambda cells: cell_labels(mesh, cells)
+    )
+    return Orientation(read_only(numbering), is_left_handed(mesh.types, numbering), blocks, n_contradictions)
+
+
+def has_shape(quality: Quality) -> NDArray[np.bool_]:
+    """``(n_cells,)`` cells whose numbering can be right or reversed."""
+    return np.asarray(HAS_SHAPE[quality.mesh.types])
+
+
+def inverted(quality: Quality) -> NDArray[np.bool_]:
+    """``(n_cells,)`` inverted cells whose numbering can be reversed."""
+    return np.asarray((quality.status == Status.INVERTED) & has_shape(quality))
+
+
+def numbering_of(
+    handed: NDArray[np.int8],
+    likely: NDArray[np.int8],
+    geometry: NDArray[np.int8],
+    is_inverted: NDArray[np.bool_],
+    measured: NDArray[np.bool_],
+) -> NDArray[np.uint8]:
+    """``(n,)`` codes of `Numbering` of some cells, by their sign in their part, the likelier one, and their shape."""
+    numbering = np.zeros(len(handed), np.uint8)
     numbering[(handed > 0) & is_inverted] = Numbering.TANGLED
     numbering[(handed < 0) & measured] = Numbering.REVERSED_TANGLED
     numbering[(handed < 0) & (geometry < 0)] = Numbering.REVERSED
-    numbering[(sign * likely[parent] < 0) & (geometry > 0)] = Numbering.OVERLAPPING
+    numbering[(likely < 0) & (geometry > 0)] = Numbering.OVERLAPPING
     numbering[(handed == 0) & is_inverted] = Numbering.UNDECIDED
+    return numbering
+
+
+def is_left_handed(types: NDArray[np.uint8], numbering: NDArray[np.uint8]) -> bool:
+    """Whether every solid cell is numbered in reverse."""
+    solid = IS_SOLID[types]
     is_reversed = (numbering == Numbering.REVERSED) | (numbering == Numbering.REVERSED_TANGLED)
-    solid = IS_SOLID[mesh.types]
-    is_left_handed = bool(solid.any() and is_reversed[solid].all())
-    blocks = tuple(_blocks(mesh, measured, numbering, is_left_handed))
-    return Orientation(read_only(numbering), is_left_handed, blocks, n_contradictions)
+    return bool(solid.any() and is_reversed[solid].all())
 
 
-def _all_right(mesh: Mesh) -> Orientation:
-    return Orientation(read_only(np.zeros(mesh.n_cells, np.uint8)), False, (), 0)
+def all_right(n_cells: int) -> Orientation:
+    """That of so many cells of which nothing is to be said."""
+    return Orientation(read_only(np.zeros(n_cells, np.uint8)), False, (), 0)
 
 
-def _neighbours(
-    faces: Topology, quality: Quality, points: IndexArray | None, ignored: IndexArray | None
+def neighbours(
+    faces: Topology, points: IndexArray | None, ignored: IndexArray | None
 ) -> tuple[IndexArray, NDArray[np.int8]]:
     """Mates and windings that tell about numbering: without polyhedra, across points that coincide."""
     mates, windings = faces.mates, faces.windings.copy()
     if points is not None and not np.array_equal(points, np.arange(len(points))):
-        welded = topology(quality.mesh, points=points)
+        welded = topology(faces.mesh, points=points)
         joined = np.flatnonzero((mates == BOUNDARY) & (welded.mates >= 0))
         joined = joined[mates[welded.mates[joined]] == BOUNDARY]
         mates = mates.copy()
         mates[joined] = welded.mates[joined]
         windings[joined] = welded.windings[joined]
-    tells = _HAS_SHAPE[quality.mesh.types]
+    tells = HAS_SHAPE[faces.mesh.types]
     if ignored is not None:
         tells[ignored] = False
     known = tells[faces.cells]
@@ -217,7 +255,7 @@ def _neighbours(
     return mates, windings
 
 
-def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int8]:
+def handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int8]:
     """What the shape alone says: 1 for a valid cell, -1 for one that is valid when renumbered, else 0.
 
     A cell that is flat as far as its coordinates can tell says nothing; one that is concave, but star-shaped, is seen
@@ -225,7 +263,7 @@ def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int
     """
     mesh = quality.mesh
     is_right = (quality.values > 0.0) & ~is_degenerate(quality.status) | (quality.status == Status.CONCAVE)
-    signs: NDArray[np.int8] = (is_right & _HAS_SHAPE[mesh.types]).astype(np.int8)
+    signs: NDArray[np.int8] = (is_right & HAS_SHAPE[mesh.types]).astype(np.int8)
     types = mesh.types[inverted]
     for vtk_id in np.unique(types):
         row = CELL_TYPES[int(vtk_id)]
@@ -242,40 +280,33 @@ def _handedness(quality: Quality, inverted: NDArray[np.int64]) -> NDArray[np.int
     return signs
 
 
-def _part_signs(
-    faces: Topology,
-    mates: IndexArray,
-    windings: NDArray[np.int8],
-    parent: IndexArray,
-    sign: NDArray[np.int8],
-    geometry: NDArray[np.int8],
-) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
-    """For each part, at its first cell: 1 if that cell is numbered as it should be, -1 if in reverse, 0 if not known;
-    and the same with the likelier one where it is not known.
+def outside(
+    cells: IndexArray, mates: IndexArray, windings: NDArray[np.int8], sign: NDArray[np.int8]
+) -> NDArray[np.int64]:
+    """The half-faces that do not lie between two cells which agree, by the ``(n_cells,)`` signs that they have."""
+    paired = mates >= 0
+    inside = mates == ELSEWHERE
+    inside[paired] = windings[paired] * sign[cells[paired]] * sign[cells[mates[paired]]] > 0
+    return np.flatnonzero(~inside)
+
+
+def part_signs(volumes: NDArray[np.float64], votes: NDArray[np.float64]) -> tuple[NDArray[np.int8], NDArray[np.int8]]:
+    """For each part: 1 if its first cell is numbered as it should be, -1 if in reverse, 0 if not known; and the same
+    with the likelier one where it is not known.
 
     The signed volumes of a part's cells add up to the volume inside its boundary, however tangled its inside is. A part
     is said to be reversed only if that volume and most of the cells that have a handedness both say so.
     """
-    n = len(parent)
-    votes = np.zeros(n)
-    np.add.at(votes, parent, sign * geometry)
-    a = faces.cells
-    paired = mates >= 0
-    inside = np.zeros(len(mates), bool)
-    b = a[mates[paired]]
-    inside[paired] = windings[paired] * sign[a[paired]] * sign[b] > 0
-    volumes = np.zeros(n)
-    slots = np.flatnonzero(~inside)
-    np.add.at(volumes, parent[a[slots]], sign[a[slots]] * _fluxes(faces, slots, parent))
-    out = np.zeros(n, np.int8)
+    out = np.zeros(len(votes), np.int8)
     out[volumes > 0] = 1
     out[(volumes < 0) & (votes < 0)] = -1
     out[~(volumes > 0) & (votes > 0) & ~(volumes < 0)] = 1  # a flat or not finite boundary
     return out, np.where(out != 0, out, np.where(votes < 0, -1, 1)).astype(np.int8)
 
 
-def _fluxes(faces: Topology, slots: NDArray[np.int64], parent: IndexArray) -> NDArray[np.float64]:
-    """Three times the flux of x through each face, taken from the first point of its part; 0 where not finite.
+def fluxes(faces: Topology, slots: NDArray[np.int64], parent: IndexArray) -> NDArray[np.float64]:
+    """Three times the flux of x through each face, taken from the first point of the ``parent`` ``(n_cells,)`` of its
+    cell; 0 where not finite.
 
     A polygon counts as the mean of its fans from each of its points, the same from both sides; for a quadrilateral that
     is exact for the bilinear surface.
@@ -308,47 +339,77 @@ def _fluxes(faces: Topology, slots: NDArray[np.int64], parent: IndexArray) -> ND
     return out
 
 
-def _blocks(
-    mesh: Mesh, measured: NDArray[np.bool_], numbering: NDArray[np.uint8], is_left_handed: bool
-) -> Iterator[BlockOrientation]:
-    """What is to be said, by block and type; blocks of one name together, for some readers make one of every run."""
-    names = list(dict.fromkeys(block.name for block in mesh.blocks))
+def counts_of(types: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """``(256,)`` cells of each type; some at a time, since counting takes eight bytes for each."""
+    counts = np.zeros(256, np.int64)
+    for start in range(0, len(types), connectivity.CHUNK):
+        counts += np.bincount(types[start : start + connectivity.CHUNK], minlength=256)
+    return counts
+
+
+def of_blocks(
+    types: NDArray[np.uint8],
+    blocks: Sequence[CellBlock],
+    measured: NDArray[np.bool_],
+    numbering: NDArray[np.uint8],
+    purpose: Purpose,
+    labels: Callable[[list[int]], tuple[int | None, ...]],
+) -> tuple[BlockOrientation, ...]:
+    """What is to be said, by block and type; blocks of one name together, for some readers make one of every run.
+
+    Parameters
+    ----------
+    types, measured, numbering
+        ``(n_cells,)`` VTK ids; cells that have a value and a shape; codes of `Numbering`.
+    blocks, purpose
+        Of the mesh.
+    labels
+        The file's own numbers of some cells.
+    """
+    names = list(dict.fromkeys(block.name for block in blocks))
     marked = np.flatnonzero(numbering)
-    solid = [row for row, _, _ in mesh.groups() if row is None or row.dimension == 3]
+    rows = (CELL_TYPES.get(vtk_id) for vtk_id in np.flatnonzero(counts_of(types)).tolist())
+    solid = [row for row in rows if row is None or row.dimension == 3]
     # Where all are wedges, it is their order that is the other one.
-    is_mirrored = is_left_handed and any(row is None or row.shape is None or not row.shape.other_order for row in solid)
+    is_mirrored = is_left_handed(types, numbering) and any(
+        row is None or row.shape is None or not row.shape.other_order for row in solid
+    )
     block_of = np.zeros(len(marked), np.int64)
-    for block in mesh.blocks:
+    for block in blocks:
         low, high = np.searchsorted(marked, (block.start, block.stop))
         block_of[low:high] = names.index(block.name)
+    made = []
     for b in np.unique(block_of):
         name = names[b]
         in_block = marked[block_of == b]
-        for vtk_id in np.unique(mesh.types[in_block]):
-            cells = in_block[mesh.types[in_block] == vtk_id]
+        for vtk_id in np.unique(types[in_block]):
+            cells = in_block[types[in_block] == vtk_id]
             n_cells = sum(
-                int(np.count_nonzero((mesh.types[s.start : s.stop] == vtk_id) & measured[s.start : s.stop]))
-                for s in mesh.blocks
+                int(np.count_nonzero((types[s.start : s.stop] == vtk_id) & measured[s.start : s.stop]))
+                for s in blocks
                 if s.name == name
             )
             counts = np.bincount(numbering[cells], minlength=len(Numbering)).tolist()
             others = [0 if n in (Numbering.REVERSED, Numbering.REVERSED_TANGLED) else c for n, c in enumerate(counts)]
             kind = type_name(int(vtk_id))
             where = f" of block {name!r}" if len(names) > 1 and name not in ("", kind) else ""
-            yield BlockOrientation(
-                block=name,
-                type=kind,
-                n_cells=n_cells,
-                n_reversed=counts[Numbering.REVERSED],
-                n_reversed_tangled=counts[Numbering.REVERSED_TANGLED],
-                n_tangled=counts[Numbering.TANGLED],
-                n_overlapping=counts[Numbering.OVERLAPPING],
-                n_undecided=counts[Numbering.UNDECIDED],
-                cells=tuple(cells[:EXAMPLES].tolist()),
-                labels=cell_labels(mesh, cells[:EXAMPLES].tolist()),
-                text=_sentence(int(vtk_id), n_cells, counts, where, is_mirrored, mesh.purpose),
-                left=_sentence(int(vtk_id), n_cells, others, where, is_mirrored, mesh.purpose),
+            made.append(
+                BlockOrientation(
+                    block=name,
+                    type=kind,
+                    n_cells=n_cells,
+                    n_reversed=counts[Numbering.REVERSED],
+                    n_reversed_tangled=counts[Numbering.REVERSED_TANGLED],
+                    n_tangled=counts[Numbering.TANGLED],
+                    n_overlapping=counts[Numbering.OVERLAPPING],
+                    n_undecided=counts[Numbering.UNDECIDED],
+                    cells=tuple(cells[:EXAMPLES].tolist()),
+                    labels=labels(cells[:EXAMPLES].tolist()),
+                    text=_sentence(int(vtk_id), n_cells, counts, where, is_mirrored, purpose),
+                    left=_sentence(int(vtk_id), n_cells, others, where, is_mirrored, purpose),
+                )
             )
+    return tuple(made)
 
 
 _REMEDIES: dict[Purpose, str] = {

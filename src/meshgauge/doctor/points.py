@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,18 +53,55 @@ def _of_axes(points: NDArray[np.floating], least_or_most: np.ufunc) -> NDArray[n
     return result
 
 
+@dataclass(frozen=True)
+class PointScale:
+    """How large a mesh is, and how fine its coordinates are.
+
+    Attributes
+    ----------
+    origin, size
+        A corner of the box that holds the middle 98 % of the points along each axis, and its diagonal.
+    last_place
+        The unit in the last place of coordinates so far out, in the precision of the file.
+    """
+
+    origin: NDArray[np.float64]
+    size: float
+    last_place: float
+
+    @classmethod
+    def of(cls, points: NDArray[np.floating], stored: Precision | None = None) -> PointScale:
+        """That of some points ``(n, 3)``."""
+        return cls.of_sample(points[:: sample_step(len(points))], points, stored)
+
+    @classmethod
+    def of_sample(
+        cls, sample: NDArray[np.floating], points: NDArray[np.floating], stored: Precision | None = None
+    ) -> PointScale:
+        """That of some points, of which every `sample_step`-th is given, and as many others as have the same box."""
+        origin, diagonal = _box_of(sample, points)
+        largest = float(np.abs(origin).max()) + diagonal
+        is_single = stored == "single" if stored is not None else points.dtype == np.float32
+        kind: type[np.floating] = np.float32 if is_single and largest < float(np.finfo(np.float32).max) else np.float64
+        return cls(origin, diagonal, float(np.spacing(kind(largest))))
+
+
 def size(points: NDArray[np.floating]) -> float:
     """The diagonal of the box that holds the middle 98 % of the points along each axis.
 
     So a few points gone astray do not make all others coincide. From a sample of evenly spaced points; the diagonal of
     the bounding box where this is 0.
     """
-    return _box(points)[1]
+    return PointScale.of(points).size
 
 
-def _box(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
+def sample_step(n_points: int) -> int:
+    """Of so many points every which one is looked at for the size of a mesh."""
+    return max(n_points // _SAMPLE, 1)
+
+
+def _box_of(sample: NDArray[np.floating], points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
     """A corner of the box of `size`, and its diagonal."""
-    sample = points[:: max(len(points) // _SAMPLE, 1)]
     sample = sample[np.isfinite(sample).all(axis=1)].astype(np.float64)
     if len(sample) >= 100:
         low, high = np.quantile(sample, (0.01, 0.99), axis=0, method="nearest")
@@ -74,11 +113,7 @@ def _box(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], float]:
 
 def last_place(points: NDArray[np.floating], stored: Precision | None = None) -> float:
     """The unit in the last place of the coordinates of a mesh so far out and so large, in the precision of the file."""
-    low, diagonal = _box(points)
-    largest = float(np.abs(low).max()) + diagonal
-    is_single = stored == "single" if stored is not None else points.dtype == np.float32
-    kind: type[np.floating] = np.float32 if is_single and largest < float(np.finfo(np.float32).max) else np.float64
-    return float(np.spacing(kind(largest)))
+    return PointScale.of(points, stored).last_place
 
 
 def representatives(
@@ -105,8 +140,8 @@ def representatives(
     factor = extent(points)[1]
     if not 1e-140 < factor < 1e140:
         points = points / factor
-    origin, diagonal = _box(points)
-    return driver.coincident(points, origin, max(tolerance * diagonal, LAST_PLACES * last_place(points, stored)))
+    scale = PointScale.of(points, stored)
+    return driver.coincident(points, scale.origin, max(tolerance * scale.size, LAST_PLACES * scale.last_place))
 
 
 def duplicates(representative: IndexArray, is_used: NDArray[np.bool_]) -> NDArray[np.int64]:

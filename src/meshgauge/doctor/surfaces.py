@@ -12,7 +12,7 @@ from ..mesh.polyhedra import ragged_positions
 Ids = NDArray[np.int64]
 
 _ROWS = [CELL_TYPES.get(t) for t in range(256)]
-_IS_SURFACE = np.array([row is not None and row.dimension == 2 for row in _ROWS])
+IS_SURFACE = np.array([row is not None and row.dimension == 2 for row in _ROWS])
 _N_CORNERS = np.array([row.n_corners if row is not None else 0 for row in _ROWS])
 
 
@@ -21,20 +21,25 @@ def of_no_solid(mesh: Mesh) -> tuple[Ids, int]:
 
     A surface cell is a face of a solid cell if both have the same corners, in any order.
     """
-    surface = np.flatnonzero(_IS_SURFACE[mesh.types])
-    starts = mesh.offsets[:-1].astype(np.int64)[surface]
-    sizes = mesh.offsets[1:].astype(np.int64)[surface] - starts
-    n_corners = _N_CORNERS[mesh.types[surface]]
-    sizes = np.where(n_corners > 0, np.minimum(n_corners, sizes), sizes)
+    surface, starts, sizes = corners(mesh)
     is_near = np.zeros(mesh.n_points, np.bool_)
     is_near[mesh.connectivity[ragged_positions(starts, sizes)]] = True
     faces = _faces(mesh, is_near)
     is_alone = np.ones(len(surface), np.bool_)
     for size in np.unique(sizes).tolist():
         at = np.flatnonzero(sizes == size)
-        corners = np.sort(mesh.connectivity[starts[at][:, None] + np.arange(size)].astype(np.int64), axis=1)
-        is_alone[at] = ~_is_among(corners, np.concatenate([np.empty((0, size), np.int64), *faces.get(size, ())]))
+        own = np.sort(mesh.connectivity[starts[at][:, None] + np.arange(size)].astype(np.int64), axis=1)
+        is_alone[at] = ~_is_among(own, np.concatenate([np.empty((0, size), np.int64), *faces.get(size, ())]))
     return surface[is_alone], len(surface)
+
+
+def corners(mesh: Mesh) -> tuple[Ids, Ids, Ids]:
+    """The surface cells, where their corners begin in the connectivity, and how many each has."""
+    surface = np.flatnonzero(IS_SURFACE[mesh.types])
+    starts = mesh.offsets[:-1].astype(np.int64)[surface]
+    sizes = mesh.offsets[1:].astype(np.int64)[surface] - starts
+    n_corners = _N_CORNERS[mesh.types[surface]]
+    return surface, starts, np.where(n_corners > 0, np.minimum(n_corners, sizes), sizes)
 
 
 def points_of_no_solid(mesh: Mesh) -> Ids:

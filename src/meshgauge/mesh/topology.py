@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from ..cells import CELL_TYPES, POLYHEDRON
 from ..kernels.arrays import read_only
 from ..kernels.topology import driver
-from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
+from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, ELSEWHERE, MULTIPLE, OPPOSITE, SAME
 from .mesh import Mesh
 from .polyhedra import IndexArray, ragged_positions
 
-__all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
+__all__ = ["BOUNDARY", "COLLAPSED", "CROSSED", "ELSEWHERE", "MULTIPLE", "OPPOSITE", "SAME", "Topology", "topology"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -138,7 +138,7 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
     if mesh.polyhedra is not None and mesh.polyhedra.flipped is not None:
         mesh = mesh.replace(polyhedra=mesh.polyhedra.with_own_faces())
     table = face_table()
-    n_faces = _numbers_of_faces(mesh)
+    n_faces = numbers_of_faces(mesh)
     starts = np.zeros(mesh.n_cells + 1, np.int64)
     np.cumsum(n_faces, out=starts[1:])
     width = driver.index_type(max(int(starts[-1]), mesh.n_points))
@@ -173,7 +173,8 @@ def face_table() -> NDArray[np.int8]:
     return table
 
 
-def _numbers_of_faces(mesh: Mesh) -> NDArray[np.int64]:
+def numbers_of_faces(mesh: Mesh) -> NDArray[np.int64]:
+    """``(n_cells,)`` half-faces of each cell."""
     of_type = np.count_nonzero(face_table()[:, :, 0] > 0, axis=1)
     numbers: NDArray[np.int64] = of_type[mesh.types]
     if mesh.polyhedra is not None:

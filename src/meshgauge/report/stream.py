@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from dataclasses import replace
 
-from ..doctor import LIMIT, not_diagnosed
+from ..doctor.streamed import MarkCounter
 from ..errors import OptionError
 from ..files.resources import free_memory
 from ..io import pieces, read
@@ -23,6 +23,7 @@ from ..slices.job import keep_points, share
 from ..slices.labels import labelled_by_file
 from ..slices.partial import CellRows
 from ..status import Purpose
+from .diagnosis import streamed_diagnosis, with_marks
 from .record import WORST, FileReport
 
 UNKNOWN_MEMORY = 1 << 30
@@ -63,9 +64,11 @@ def job_of(
         raise ReadWhole("it has no cells")
     if ask.keeps_rows and any(piece.polyhedra is not None for piece in listed.pieces):
         raise ReadWhole("not all that its polyhedra depend on is known before they are measured")
+    ask = replace(ask, counter=with_marks(listed, ask.counter, memory))
     memory = default_memory() if memory is None else memory
     points = share(listed, memory)
-    facts = facts_of(listed, points, wedge_order=wedge_order, with_regions=ask.by_region or ask.counter is not None)
+    with_regions = ask.counter is not None and ask.counter.needs_regions
+    facts = facts_of(listed, points, wedge_order=wedge_order, with_regions=ask.by_region or with_regions)
     job = Job(listed, replace(facts, is_part=is_part), ask, memory)
     keep_points(job, points)
     return job
@@ -100,7 +103,7 @@ def report_on(
     metrics
         Names of what is measured, ``"jens"`` first.
     worst, by_region, with_diagnosis
-        As for `FileReport.of`. The diagnosis needs the whole mesh: it says that it was left out.
+        As for `FileReport.of`. A diagnosis that the memory does not allow says that it was left out.
     purpose, keep_bricks, threads
         As for `meshgauge.measure`.
     wedge_order
@@ -126,14 +129,18 @@ def report_on(
         purpose=purpose,
         keep_bricks=keep_bricks,
         keeps_rows=on_rows is not None,
+        counter=MarkCounter() if with_diagnosis else None,
     )
     job = job_of(listed, ask, memory=memory, wedge_order=wedge_order)
     partial = measure_pieces(job, executor=executor, threads=threads, size=size, on_rows=on_rows, progress=progress)
-    return file_report(job, partial, path=path, with_diagnosis=with_diagnosis)
+    return file_report(job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory)
 
 
-def file_report(job: Job, partial: Partial, *, path: str | None = None, with_diagnosis: bool = False) -> FileReport:
-    """What a report says of a mesh, from the results on all of its cells."""
+def file_report(
+    job: Job, partial: Partial, *, path: str | None = None, with_diagnosis: bool = False, memory: int | None = None
+) -> FileReport:
+    """What a report says of a mesh, from the results on all of its cells; diagnosed, if it was asked for with a
+    `MarkCounter` and the memory allows it, see `report.diagnosis.why_not`."""
     listed, facts = job.pieces, job.facts
     summaries = dict(partial.summaries)
     summary = summaries.pop("jens")
@@ -148,7 +155,7 @@ def file_report(job: Job, partial: Partial, *, path: str | None = None, with_dia
         others=tuple(summaries.values()),
         notes=notes_of(facts, partial),
         findings=partial.findings,
-        diagnosis=not_diagnosed(facts.n_cells, LIMIT) if with_diagnosis else None,
+        diagnosis=streamed_diagnosis(job, partial, memory) if with_diagnosis else None,
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),
     )
@@ -173,6 +180,7 @@ def stream(
     metrics: Iterable[str] = (),
     worst: int = WORST,
     by_region: bool = False,
+    with_diagnosis: bool = False,
     purpose: Purpose | None = None,
     keep_bricks: bool = False,
     memory: int | None = None,
@@ -193,6 +201,8 @@ def stream(
         Names of what to measure beside ``"jens"``.
     worst, by_region
         How many of the worst cells to list; summarise each region as well.
+    with_diagnosis
+        Look for what is wrong beside the shapes of cells, where the memory allows it.
     purpose, keep_bricks, threads
         As for `measure`.
     memory
@@ -208,7 +218,7 @@ def stream(
     Returns
     -------
     FileReport
-        Without a diagnosis. ``summary.all`` has the counts and values.
+        ``summary.all`` has the counts and values.
 
     Raises
     ------
@@ -232,6 +242,7 @@ def stream(
             metrics=names,
             worst=worst,
             by_region=by_region,
+            with_diagnosis=with_diagnosis,
             purpose=purpose,
             keep_bricks=keep_bricks,
             wedge_order=wedge_order,
@@ -243,4 +254,4 @@ def stream(
     except ReadWhole:
         mesh = read(path, file_format=file_format, step=step, wedge_order=wedge_order)
         quality = measure(mesh, metrics=names, threads=threads, purpose=purpose, keep_bricks=keep_bricks)
-        return FileReport.of(quality, worst=worst, by_region=by_region, threads=threads)
+        return FileReport.of(quality, worst=worst, by_region=by_region, with_diagnosis=with_diagnosis, threads=threads)

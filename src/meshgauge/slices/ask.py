@@ -17,6 +17,11 @@ from .read import Slice
 class Counter(Protocol):
     """Something else to be counted in every slice. It can be sent to other processes, and so can its result."""
 
+    @property
+    def needs_regions(self) -> bool:
+        """Whether it asks for the region of each cell."""
+        ...
+
     def count(self, quality: Quality, part: Slice, regions: NDArray[np.int64], facts: Facts) -> Any:
         """What a slice comes to: something with an associative ``merge``, its ids as those of the whole."""
         ...

@@ -18,11 +18,14 @@ from ..arrays import Float64Array, FloatArray, Index, IntArray
 from ..jit import inlined, kernel
 from .numpy_path import BOX
 
-_MARGIN = 1.001 / BOX
+MARGIN = 1.001 / BOX
 """Of a box: a point so near to a side may coincide with one beyond; a tolerance, and what rounding may add to it."""
 
-_FAR = 9e15
+FAR = 9e15
 """Boxes farther than this are one."""
+
+SHIFT = 0.3372
+"""Of a box: a third of one off, so that the planes of a regular grid are not on the sides of boxes."""
 
 
 @inlined
@@ -75,17 +78,16 @@ def coincident(
         if not finite:
             continue
         for axis in range(3):
-            # A third of a box off, so that the planes of a regular grid are not on the sides of boxes.
-            place = (points[point, axis] - origin[axis]) * scale + 0.3372
-            place = min(max(place, -_FAR), _FAR)
+            place = (points[point, axis] - origin[axis]) * scale + SHIFT
+            place = min(max(place, -FAR), FAR)
             box[axis] = np.int64(np.floor(place))
             inside = place - box[axis]
             number[axis] = 1
             to[axis, 0] = box[axis]
-            if inside < _MARGIN:
+            if inside < MARGIN:
                 to[axis, 1] = box[axis] - 1
                 number[axis] = 2
-            elif inside > 1.0 - _MARGIN:
+            elif inside > 1.0 - MARGIN:
                 to[axis, 1] = box[axis] + 1
                 number[axis] = 2
         best = point

@@ -1,0 +1,93 @@
+"""Points that coincide, of points that pass by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...kernels.topology import crowded, driver
+from ...mesh.mesh import Precision
+from .. import points as whole
+
+Ids = NDArray[np.int64]
+Windows = Callable[[], Iterator[NDArray[np.floating]]]
+
+PER_POINT: float = 12
+"""Bits of a filter for each point: one in twelve points that are alone is looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crowd:
+    """Points that may coincide with others; all others do not.
+
+    Attributes
+    ----------
+    scale
+        Of all points.
+    ids
+        ``(n,)`` ascending.
+    points
+        ``(n, 3)`` theirs.
+    representative
+        ``(n,)`` among these, as `points.representatives` gives it.
+    """
+
+    scale: whole.PointScale
+    ids: Ids
+    points: NDArray[np.floating]
+    representative: Ids
+
+    @property
+    def moved(self) -> Ids:
+        """Positions of points that coincide with another, and of these."""
+        moved = np.flatnonzero(self.representative != np.arange(len(self.ids)))
+        return np.unique(np.concatenate([moved, self.representative[moved]]))
+
+
+def crowd(windows: Windows, n_points: int, tolerance: float, stored: Precision) -> Crowd:
+    """The points that may coincide within a tolerance, see `points.representatives`."""
+    sample, ends = _sample(windows, n_points)
+    factor = whole.extent(ends)[1]
+    factor = factor if not 1e-140 < factor < 1e140 else 1.0
+    scale = whole.PointScale.of_sample(sample, ends, stored)
+    origin, size, last = scale.origin, scale.size, scale.last_place
+    if factor != 1.0:
+        scaled = whole.PointScale.of_sample(sample / factor, ends / factor, stored)
+        origin, size, last = scaled.origin, scaled.size, scaled.last_place
+    within = max(tolerance * size, whole.LAST_PLACES * last)
+    bits = max(int(PER_POINT * n_points).bit_length(), 10)
+    once, twice = np.zeros(1 << bits - 3, np.uint8), np.zeros(1 << bits - 3, np.uint8)
+    for part in windows():
+        crowded.mark(part, factor, origin, within, bits, once, twice)
+    del once
+    ids, kept = [np.empty(0, np.int64)], [sample[:0]]
+    first = 0
+    for part in windows():
+        is_crowded = np.empty(len(part), np.bool_)
+        crowded.select(part, factor, origin, within, bits, twice, is_crowded)
+        at = np.flatnonzero(is_crowded)
+        ids.append(at + first)
+        kept.append(part[at])
+        first += len(part)
+    points = np.concatenate(kept)
+    given = points / factor if factor != 1.0 else points
+    representative = driver.coincident(given, origin, within).astype(np.int64)
+    return Crowd(scale, np.concatenate(ids), points, representative)
+
+
+def _sample(windows: Windows, n_points: int) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+    """Every so-manieth point, as `points.size` takes them; and two corners of the box of the finite points."""
+    step = whole.sample_step(n_points)
+    some, corners = [], []
+    first = 0
+    for part in windows():
+        some.append(part[-first % step :: step])
+        finite = part if np.isfinite(part.sum(dtype=np.float64)) else part[np.isfinite(part).all(axis=1)]
+        if len(finite):
+            corners += [finite.min(axis=0), finite.max(axis=0)]
+        first += len(part)
+    sample = np.concatenate(some)
+    return sample, np.array(corners, sample.dtype).reshape(-1, 3)

@@ -1,0 +1,69 @@
+"""What the diagnosis needs to know of every measured cell: eight bits, counted slice by slice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...look.records import brief
+from ...mesh.ghosts import without_ghosts
+from ...quality.measure import Quality
+from ...status import is_usable
+from ..orientation import handedness, has_shape, inverted
+
+HANDED, MEASURED, INVERTED, USABLE, STANDS = 3, 4, 8, 16, 32
+"""Bits: `orientation.handedness` plus 1; a value, and a numbering that can be reversed; inverted; not inverted or flat;
+collapsed, and measured as what it stands for."""
+
+
+class _Part(Protocol):
+    @property
+    def first_cell(self) -> int: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Marks of some cells: for each slice the first of them, and theirs."""
+
+    parts: tuple[tuple[int, NDArray[np.uint8]], ...]
+
+    __repr__ = brief
+
+    def merge(self, other: Marks) -> Marks:
+        """Those of both."""
+        return Marks((*self.parts, *other.parts))
+
+    def all(self, n: int) -> NDArray[np.uint8]:
+        """``(n,)`` those of all cells."""
+        marks = np.zeros(n, np.uint8)
+        for first, own in self.parts:
+            marks[first : first + len(own)] = own
+        return marks
+
+
+@dataclass(frozen=True)
+class MarkCounter:
+    """Marks the cells of every slice; a `meshgauge.slices.ask.Counter`."""
+
+    needs_regions: bool = False
+
+    def count(self, quality: Quality, part: _Part, regions: Any, facts: Any) -> Marks:
+        """The marks of a slice."""
+        return Marks(((part.first_cell, marks_of(quality)),))
+
+
+def marks_of(quality: Quality) -> NDArray[np.uint8]:
+    """``(n,)`` the marks of measured cells."""
+    given, types = quality.collapsed_from, quality.mesh.types
+    quality = replace(quality, mesh=without_ghosts(quality.mesh))
+    shaped, is_inverted = has_shape(quality), inverted(quality)
+    marks = (handedness(quality, np.flatnonzero(is_inverted)) + 1).astype(np.uint8)
+    marks |= (np.isfinite(quality.values) & shaped).astype(np.uint8) * np.uint8(MEASURED)
+    marks |= is_inverted.astype(np.uint8) * np.uint8(INVERTED)
+    marks |= is_usable(quality.status, "fv").astype(np.uint8) * np.uint8(USABLE)
+    if given is not None:
+        marks |= (given.types != types).astype(np.uint8) * np.uint8(STANDS)
+    return marks

@@ -1,0 +1,144 @@
+"""The diagnosis of a mesh that is read in slices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..doctor import LIMIT, Diagnosis, not_diagnosed
+from ..doctor.streamed import MarkCounter, Marks, bytes_needed, diagnosis_of
+from ..doctor.streamed.marks import STANDS
+from ..files.resources import free_memory
+from ..io.plumbing.pieces import Pieces
+from ..mesh import CellBlock, Mesh
+from ..mesh.collapsed import resolve
+from ..mesh.ghosts import without_ghosts
+from ..mesh.mesh import Precision
+from ..slices import Job, Partial
+from ..slices.labels import cell_label, point_label
+from ..slices.points import WINDOW, Points
+from ..slices.read import places, read_slice
+from ..status import Purpose
+
+Ids = NDArray[np.int64]
+
+CELLS = 1 << 15
+"""Cells that pass by at a time."""
+
+
+def why_not(listed: Pieces, memory: int | None) -> str:
+    """Why such a mesh is not diagnosed in slices, a clause; empty if it is. ``memory`` are the bytes that are allowed;
+    None: half of what is free."""
+    if any(piece.polyhedra is not None for piece in listed.pieces):
+        return "it has polyhedra, and is not in memory as a whole"
+    free = free_memory()
+    allowed = memory if memory is not None else None if free is None else free // 2
+    needed = bytes_needed(listed.n_cells, listed.n_points)
+    if allowed is not None and needed > allowed:
+        return f"that takes {needed / 1e6:,.0f} MB, more than --memory allows, or is free"
+    return ""
+
+
+def with_marks(listed: Pieces, counter: Any, memory: int | None) -> Any:
+    """The counter, or None if it is to mark cells for a diagnosis that is not made."""
+    return None if isinstance(counter, MarkCounter) and why_not(listed, memory) else counter
+
+
+def streamed_diagnosis(job: Job, partial: Partial, memory: int | None) -> Diagnosis:
+    """The diagnosis, if the cells were marked for it; else one that says why there is none."""
+    if not isinstance(partial.counted, Marks):
+        return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
+    marks = partial.counted.all(job.facts.n_cells)
+    return diagnosis_of(_Source(job, marks), marks)
+
+
+@dataclass(frozen=True)
+class _NoCoordinates:
+    """Points of which nobody asks where they are: memory that is never written takes none."""
+
+    n: int
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return np.dtype(np.float32)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return (self.n, 3)
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        return np.zeros((stop - start, 3), np.float32)
+
+
+@dataclass(frozen=True)
+class _Source:
+    """A `meshgauge.doctor.streamed.Source`."""
+
+    job: Job
+    marks: NDArray[np.uint8]
+
+    @property
+    def n_cells(self) -> int:
+        return self.job.facts.n_cells
+
+    @property
+    def n_points(self) -> int:
+        return self.job.facts.n_points
+
+    @property
+    def stored(self) -> Precision:
+        return "single" if self.job.pieces.pieces[0].points.dtype.itemsize == 4 else "double"
+
+    @property
+    def purpose(self) -> Purpose:
+        return self.job.purpose
+
+    @property
+    def blocks(self) -> Sequence[CellBlock]:
+        pieces = self.job.pieces
+        starts = pieces.cell_starts
+        return [CellBlock(one.name, starts[at], starts[at + 1]) for at, one in enumerate(pieces.pieces)]
+
+    def cells(self) -> Iterator[tuple[int, int, Mesh]]:
+        pieces = self.job.pieces
+        points = [Points(_NoCoordinates(piece.n_points), 12 * piece.n_points) for piece in pieces.pieces]
+        for place in places(pieces, CELLS):
+            pieces.check_unchanged()
+            part = read_slice(pieces, place, points[place.piece], self.job.facts.decision, self.purpose)
+            mesh, first = part.mesh, part.first_cell
+            stands = self.marks[first : first + mesh.n_cells] & STANDS > 0
+            if stands.any():
+                mesh = resolve(mesh, stands)
+            yield first, part.first_point, without_ghosts(mesh)
+
+    def points(self) -> Iterator[NDArray[np.floating]]:
+        for piece in self.job.pieces.pieces:
+            for start in range(0, piece.n_points, WINDOW):
+                yield piece.points.read(start, min(start + WINDOW, piece.n_points))
+
+    def points_of(self, ids: Ids) -> NDArray[np.floating]:
+        pieces = self.job.pieces
+        out = np.empty((len(ids), 3), pieces.pieces[0].points.dtype.newbyteorder("="))
+        for number, piece in enumerate(pieces.pieces):
+            for start in range(0, piece.n_points, WINDOW):
+                first, stop = start + pieces.point_starts[number], min(start + WINDOW, piece.n_points)
+                low, high = np.searchsorted(ids, (first, first + stop - start))
+                if low < high:
+                    here = ids[low:high] - first
+                    at, end = int(here[0]), int(here[-1]) + 1
+                    out[low:high] = piece.points.read(start + at, start + end)[here - at]
+        return out
+
+    def cell_labels(self, ids: Sequence[int]) -> tuple[int | None, ...]:
+        if self.job.facts.cell_labels == "none":
+            return ()
+        return tuple(cell_label(self.job.pieces, self.job.facts, int(cell)) for cell in ids)
+
+    def point_labels(self, ids: Sequence[int]) -> tuple[int | None, ...]:
+        if self.job.facts.point_labels == "none":
+            return ()
+        return tuple(point_label(self.job.pieces, self.job.facts, int(point)) for point in ids)
