@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
 from ..files.resources import free_memory
-from ..io import Limits, pieces, read, steps, write
+from ..io import Limits, pieces_as_one, read_as_one, steps, write
 from ..io import Step as TimeStep
 from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
@@ -137,8 +137,8 @@ class Batch:
     def read(self, path: str) -> Mesh:
         """The mesh in a file. Raises `ReadError`."""
         with self.progress(f"reading {path}"):
-            mesh = read(
-                path.file if isinstance(path, State) else path,
+            mesh = read_as_one(
+                _files(path),
                 file_format=self.reading.file_format,
                 wedge_order=self.wedge_order.value,
                 step=path.step if isinstance(path, State) else _choice(self.reading.step),
@@ -149,7 +149,7 @@ class Batch:
 
     def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
         """What is measured on the mesh in a file. Raises `ReadError` and `MetricError`."""
-        loading = terminal.in_background(_load) if inputs.size(path) > LARGE else None
+        loading = terminal.in_background(_load) if _size(path) > LARGE else None
         mesh = self.read(path)
         with self.progress(f"measuring {path}"):
             if loading is not None:
@@ -166,9 +166,8 @@ class Batch:
         Raises `ReadError` and `MetricError`.
         """
         memory = self.allowed_memory
-        file = path.file if isinstance(path, State) else path
-        is_alone = not file.lower().endswith(REFERRING)
-        is_small = is_alone and inputs.size(file) < LARGE and self.scheduler is None
+        is_alone = not any(file.lower().endswith(REFERRING) for file in _files(path))
+        is_small = is_alone and _size(path) < LARGE and self.scheduler is None
         if self.reading.displacement is not None or is_small:
             return None
         listed = self._pieces(path)
@@ -239,9 +238,8 @@ class Batch:
     def _pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""
         step = path.step if isinstance(path, State) else _choice(self.reading.step)
-        file = path.file if isinstance(path, State) else path
         try:
-            return pieces(file, file_format=self.reading.file_format, step=step)
+            return pieces_as_one(_files(path), file_format=self.reading.file_format, step=step)
         except ReadError:
             return None
 
@@ -321,6 +319,17 @@ class Batch:
         return failure
 
 
+def _files(path: str) -> Sequence[str]:
+    """The files that a path stands for."""
+    if isinstance(path, inputs.Joined):
+        return path.files
+    return (path.file if isinstance(path, State) else path,)
+
+
+def _size(path: str) -> int:
+    return sum(map(inputs.size, _files(path)))
+
+
 def is_large(listed: Pieces, memory: int | None) -> bool:
     """Whether a mesh is measured slice by slice: beyond what is diagnosed, or what memory allows."""
     allowed = memory if memory is not None else free_memory()
@@ -347,6 +356,8 @@ def _reason(path: str, error: BaseException) -> str:
         return "does not fit into memory"
     if isinstance(error, OSError):
         return error.strerror or str(error)
+    if isinstance(path, inputs.Joined):
+        return str(error)
     name = path.file if isinstance(path, State) else path
     return re.sub(rf"\A{re.escape(name)}(?:: |, |{re.escape(os.sep)})", "", str(error))
 

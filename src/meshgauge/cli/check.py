@@ -39,6 +39,7 @@ def check(
     memory: options.Memory = None,
     scheduler: options.Scheduler = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
+    as_one: options.AsOne = False,
     reading: options.Reading,
 ) -> int:
     """Read, measure and judge each mesh in turn; returns the exit code."""
@@ -76,6 +77,7 @@ def check(
         scheduler=scheduler,
         quiet=quiet,
     )
+    paths = [inputs.Joined.of(paths)] if as_one else paths
     paths = batch.states(paths, every=True)  # a gate that lets an invalid step pass is none
     if baseline is not None:
         return _write_baseline(batch, paths, metrics_of(rules or ()), baseline)

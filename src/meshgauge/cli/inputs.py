@@ -9,8 +9,22 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from ..errors import ReadError, WriteError
+from ..look.names import natural, of_files
 
 _PIECE = re.compile(r".*\.\d+\.\d+")
+
+
+class Joined(str):
+    """Files that are the parts of one mesh, as a path that names the first and the last."""
+
+    files: tuple[str, ...]
+
+    @classmethod
+    def of(cls, files: Iterable[str]) -> Joined:
+        ordered = tuple(sorted(files, key=natural))
+        joined = cls(of_files(ordered))
+        joined.files = ordered
+        return joined
 
 
 def expand(arguments: Iterable[str]) -> list[str]:

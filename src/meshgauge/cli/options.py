@@ -92,6 +92,9 @@ Displacement = Annotated[
     str | None,
     option("--displacement", "NAME", "Add this point data to the points: the deformed shape.", READING, default=False),
 ]
+AsOne = Annotated[
+    bool, option("--as-one", None, "The files are the parts of one mesh, in the order of their numbers.", READING)
+]
 ReadSeconds = Annotated[
     float | None,
     option(

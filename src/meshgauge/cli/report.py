@@ -35,12 +35,17 @@ def report(
     memory: options.Memory = None,
     scheduler: options.Scheduler = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
+    as_one: options.AsOne = False,
     reading: options.Reading,
 ) -> int:
     """Read, measure, summarise and drop each mesh in turn, then show the report; returns the exit code."""
-    paths = inputs.expand(meshes)
+    files = paths = inputs.expand(meshes)
+    if as_one:
+        if in_place or apart.partial is not None:
+            raise OptionError("--as-one makes one mesh of several files: neither --in-place nor --partial goes with it")
+        paths = [inputs.Joined.of(files)]
     target = inputs.mesh_target(paths, output, in_place=in_place)
-    inputs.check_targets(paths, texts=(csv, html), files=(output, apart.partial))
+    inputs.check_targets(files, texts=(csv, html), files=(output, apart.partial))
     share = apart.shares()
     if target is not None and (reading.step == "all" or reading.displacement is not None):
         raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")

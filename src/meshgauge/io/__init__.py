@@ -6,6 +6,7 @@ a process of its own (`plumbing.isolate`).
 
 from __future__ import annotations
 
+from .as_one import pieces_as_one, read_as_one
 from .objects import from_meshio, from_pyvista
 from .plumbing.format import Format
 from .plumbing.isolate import Limits
@@ -25,7 +26,9 @@ __all__ = [
     "from_meshio",
     "from_pyvista",
     "pieces",
+    "pieces_as_one",
     "read",
+    "read_as_one",
     "read_steps",
     "steps",
     "write",

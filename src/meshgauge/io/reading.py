@@ -65,6 +65,15 @@ def read(
         displacement; if its reader crashed, hung or took too much memory. The message names the file.
     """
     check_order(wedge_order)
+    mesh = read_plainly(path, file_format=file_format, wedge_order=wedge_order, step=step, limits=limits)
+    mesh = note_ghosts(mesh)
+    return displace(mesh, displacement) if displacement is not None else mesh
+
+
+def read_plainly(
+    path: StrPath, *, file_format: str | None, wedge_order: str, step: StepChoice, limits: Limits | None
+) -> Mesh:
+    """`read` without a word on ghosts."""
     given = Path(path)
     with sources.record() as used:
         mesh = _read(given, file_format, wedge_order, limits, step)
@@ -72,8 +81,7 @@ def read(
         sources.note(source)
         used[source] = None
     sources.check_pending(used)
-    mesh = note_ghosts(mesh.replace(path=str(given), sources=tuple(used)))
-    return displace(mesh, displacement) if displacement is not None else mesh
+    return mesh.replace(path=str(given), sources=tuple(used))
 
 
 def _read(given: Path, file_format: str | None, wedge_order: str, limits: Limits | None, step: StepChoice) -> Mesh:

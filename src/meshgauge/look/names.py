@@ -6,6 +6,7 @@ the file gives no number, the position alone is the name: ``cell 0``, ``point 7`
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 Labels = Sequence[int | None]
@@ -34,6 +35,16 @@ def point_entry(point: int | None, label: int | None = None) -> str:
     if point is None:
         return "-"
     return str(point) if label is None else point_name(point, label)
+
+
+def natural(name: str) -> list[tuple[int, str]]:
+    """A key by which ``part_9`` comes before ``part_10``."""
+    return [(int(word), word) if word.isdecimal() else (-1, word) for word in re.split(r"(\d+)", name)]
+
+
+def of_files(names: Sequence[str]) -> str:
+    """What a mesh in several files is called."""
+    return names[0] if len(names) == 1 else f"{names[0]} to {names[-1]} ({len(names)} files)"
 
 
 def listed(noun: str, ids: Sequence[int], labels: Labels = (), *, more: bool = False) -> str:

@@ -13,6 +13,7 @@ from ..cells import CELL_TYPES
 from ..errors import MeshgaugeError, OptionError
 from ..io.plumbing.ghosts import not_looked_at
 from ..kernels.path import is_compiled
+from ..look.names import natural
 from ..look.style import enumeration, plural
 from ..mesh.collapsed import note_on
 from ..mesh.regions import MOST
@@ -168,15 +169,10 @@ def _in_order(whole: list[PartialReport], parts: int | None) -> list[PartialRepo
     if stated is not None and len(whole) != stated:
         raise MeshgaugeError(f"{plural(len(whole), 'part')} of {stated} are given")
     if all(os.path.isabs(one.identity) for one in whole):
-        whole = sorted(whole, key=lambda one: _natural(one.identity))
+        whole = sorted(whole, key=lambda one: natural(one.identity))
         if stated is None:
             _check_numbers([one.identity for one in whole])
     return whole
-
-
-def _natural(name: str) -> list[tuple[int, str]]:
-    """A key by which ``part_9`` comes before ``part_10``."""
-    return [(int(word), word) if word.isdecimal() else (-1, word) for word in re.split(r"(\d+)", name)]
 
 
 def _check_numbers(names: Sequence[str]) -> None:

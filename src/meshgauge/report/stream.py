@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
 from ..doctor.streamed import MarkCounter
 from ..errors import OptionError
 from ..files.resources import free_memory
-from ..io import pieces, read
+from ..io import pieces_as_one, read_as_one
 from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..io.plumbing.steps import StepChoice
+from ..io.reading import StrPath
 from ..kernels.threads import thread_count
 from ..mesh.collapsed import note_on
 from ..quality.measure import measure
@@ -175,7 +176,7 @@ def notes_of(facts: Facts, partial: Partial) -> tuple[str, ...]:
 
 
 def stream(
-    path: str | os.PathLike[str],
+    path: StrPath | Sequence[StrPath],
     *,
     metrics: Iterable[str] = (),
     worst: int = WORST,
@@ -196,7 +197,8 @@ def stream(
     Parameters
     ----------
     path
-        A file. What cannot be had in slices is read whole, see docs/large-meshes.md.
+        A file, or several that are the parts of one mesh. What cannot be had in slices is read whole, see
+        docs/large-meshes.md.
     metrics
         Names of what to measure beside ``"jens"``.
     worst, by_region
@@ -233,8 +235,9 @@ def stream(
         raise OptionError(f"worst is {worst}, expected 0 or more")
     thread_count(threads)
     names = tuple(dict.fromkeys(("jens", *metrics)))
+    paths = [path] if isinstance(path, str | os.PathLike) else list(path)
     try:
-        listed = pieces(path, file_format=file_format, step=step)
+        listed = pieces_as_one(paths, file_format=file_format, step=step)
         if listed is None:
             raise ReadWhole("its format is not read in slices")
         return report_on(
@@ -252,6 +255,6 @@ def stream(
             progress=progress,
         )
     except ReadWhole:
-        mesh = read(path, file_format=file_format, step=step, wedge_order=wedge_order)
+        mesh = read_as_one(paths, file_format=file_format, step=step, wedge_order=wedge_order)
         quality = measure(mesh, metrics=names, threads=threads, purpose=purpose, keep_bricks=keep_bricks)
         return FileReport.of(quality, worst=worst, by_region=by_region, with_diagnosis=with_diagnosis, threads=threads)

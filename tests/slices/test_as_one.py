@@ -1,0 +1,102 @@
+"""Several files that are one mesh: the report on them is that of the joined mesh, whole and in slices."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slice_meshes import garden, write_parallel
+
+import meshgauge
+from meshgauge import Mesh, io
+from meshgauge.cli.main import main
+from meshgauge.errors import ReadError
+from meshgauge.report import FileReport
+from meshgauge.report.json import report_dict
+from meshgauge.slices import read as slices_read
+
+Captured = pytest.CaptureFixture[str]
+N = 11
+
+
+def cut(mesh: Mesh) -> list[Mesh]:
+    """Without data that only some parts would have."""
+    mesh = mesh.replace(cell_data={name: mesh.cell_data[name] for name in ("GlobalElementId", "material")})
+    ends = np.linspace(0, mesh.n_cells, N + 1).astype(int)
+    return [mesh[a:b] for a, b in itertools.pairwise(ends)]
+
+
+@pytest.fixture(params=[".vtu", ".vtk"], ids=["in slices", "whole"])
+def files(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    monkeypatch.setattr(slices_read, "SIZE", 31)
+    paths = [tmp_path / f"part_{number}{request.param}" for number in range(N)]
+    for path, part in zip(paths, cut(garden()), strict=True):
+        io.write(path, part)
+    return paths
+
+
+def expected(tmp_path: Path) -> FileReport:
+    path = tmp_path / "all.pvtu"
+    write_parallel(path, cut(garden()))
+    return FileReport.of(meshgauge.measure(io.read(path)), by_region=True, with_diagnosis=True)
+
+
+def plain(text: str) -> dict[str, object]:
+    (file,) = json.loads(text)["files"]
+    del file["path"], file["notes"]
+    return dict(file)
+
+
+@pytest.mark.parametrize("more", [(), ("--scheduler", "1")], ids=["whole", "in slices"])
+def test_the_command(files: list[Path], more: tuple[str, ...], tmp_path: Path, capsys: Captured) -> None:
+    pattern = str(tmp_path / f"part_*{files[0].suffix}")
+    assert main(["report", pattern, "--as-one", "--json", "--by", "region", *more]) == 0
+    out = capsys.readouterr().out
+    assert plain(out) == plain(json.dumps(report_dict([expected(tmp_path)])))
+    assert f"part_10{files[0].suffix} (11 files)" in json.loads(out)["files"][0]["path"]
+
+
+def test_stream(files: list[Path], tmp_path: Path) -> None:
+    made = meshgauge.stream(files, by_region=True, with_diagnosis=True)
+    assert plain(json.dumps(report_dict([made]))) == plain(json.dumps(report_dict([expected(tmp_path)])))
+
+
+def test_the_gate(files: list[Path], capsys: Captured) -> None:
+    names = [str(path) for path in files]
+    assert main(["check", *names, "--as-one", "--fail", "jens >= -1", "--fail", "nothing invalid", "--json"]) == 1
+    (one,) = json.loads(capsys.readouterr().out)["files"]
+    assert one["n_cells"] == garden().n_cells
+
+
+def test_wedges_are_decided_for_all(tmp_path: Path) -> None:
+    """A wedge that is negative in every part, beside hexahedra that are positive in one."""
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0, 1, 1)], float)
+    cube = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
+    io.write(tmp_path / "a.vtu", Mesh.from_arrays(points, {"wedge": [[0, 2, 1, 3, 5, 4]]}))
+    io.write(tmp_path / "b.vtu", Mesh.from_arrays(cube, {"hexahedron": [range(8)]}))
+    io.write(tmp_path / "c.vtu", Mesh.from_arrays(points, {"wedge": [[0, 1, 2, 3, 4, 5]]}))
+    paths = [tmp_path / f"{name}.vtu" for name in "abc"]
+    whole = io.read_as_one(paths)
+    assert meshgauge.measure(whole).summary().all.n_invalid == meshgauge.stream(paths).summary.all.n_invalid == 1
+
+
+def test_what_does_not_go_with_it(files: list[Path], tmp_path: Path, capsys: Captured) -> None:
+    for more in (["--in-place"], ["--partial", str(tmp_path / "a.mgp")]):
+        assert main(["report", str(files[0]), str(files[1]), "--as-one", *more]) == 2
+        assert "--as-one makes one mesh of several files" in capsys.readouterr().err
+
+
+def test_a_mesh_of_several_files_is_written(files: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "out.vtkhdf"
+    assert main(["report", *map(str, files), "--as-one", "-q", "-o", str(out)]) == 0
+    assert io.read(out).n_cells == garden().n_cells
+
+
+def test_a_missing_file_is_named(files: list[Path], tmp_path: Path, capsys: Captured) -> None:
+    assert main(["report", str(files[0]), str(tmp_path / "nothing.vtu"), "--as-one"]) == 2
+    assert "nothing.vtu" in capsys.readouterr().err
+    with pytest.raises(ReadError, match="no file is given"):
+        meshgauge.stream([])
