@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -92,10 +92,15 @@ class Problem:
     def n_cells(self) -> int:
         return len(self.cell_ids)
 
-    @property
+    @cached_property
     def most_corners(self) -> int:
         """The most corners of a cell."""
         return int(np.diff(self.cells).max(initial=1))
+
+    @cached_property
+    def is_tetrahedra(self) -> bool:
+        """True if all cells are tetrahedra with straight edges."""
+        return not len(self.bends) and bool(np.isin(self.kinds, _kinds()[TETRA.name]).all())
 
     def qualities(self, points: Points) -> tuple[Points, Points]:
         """``(n_cells,)`` the least J_S/k of each cell's corners, and its J_ENS."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..energies import QualityEnergy
 from ..problem import Points
 from ..run import PointConstraint, Run
+from .rounds import Rounds
 from .worst import ON_CURVED
 
 SHARPNESS = (10.0, 20.0, 40.0)
@@ -19,6 +20,15 @@ LOSS = 3e-4
 
 STIFF = 1e-3
 """Points of cells that are nearer to what they may not fall to stay: they would hold up all others."""
+
+AT_LAST, BETWEEN = 80.0, 60
+"""Sharpness and iterations of the descent between rounds over the points."""
+
+ROUNDING = 1e-9
+"""What floors are below the values that they keep."""
+
+ROUNDS, ENOUGH, SMALL_GAIN = 6, 5e-4, 1e-5
+"""Most rounds, what one must give the mean for another, and what a point must give its cells to move."""
 
 BARRIER = 1e-3
 STRETCH = 1e-4
@@ -58,6 +68,15 @@ def raise_mean(
         return run.is_over()
 
     at_a_time = ON_CURVED if constraint is not None and constraint.is_curved else ITERATIONS
+    if constraint is None and part.is_tetrahedra:
+        # Among tetrahedra points that move one by one get further, and in a fifth of the time.
+        rounds = Rounds(run)
+        points = _point_by_point(run, rounds, points, thresholds, phase)
+        energy.sharpness = AT_LAST
+        reached = descent.run(energy, points, iterations=BETWEEN, tolerance=3e-6, watch=watch)
+        run.evaluations += reached.evaluations
+        points = _point_by_point(run, rounds, reached.points, thresholds, phase)
+        return points if _mean(run, points) > before + LEAST_GAIN else start
     for sharpness in SHARPNESS:
         if run.is_over():
             break
@@ -69,6 +88,22 @@ def raise_mean(
             if run.is_over():
                 break
     return points if _mean(run, points) > before + LEAST_GAIN else start
+
+
+def _point_by_point(run: Run, rounds: Rounds, points: Points, thresholds: Points, phase: str) -> Points:
+    """Each point moved alone to where the sum of its cells is largest, round by round as long as it helps."""
+    points, which = points.copy(), np.ones(len(points), bool)
+    # A corner beyond the ideal has less than its J_S over it.
+    folded = run.moving.qualities(points)[1]
+    thresholds, mean = np.minimum(thresholds, folded - ROUNDING), float(folded.mean())
+    for _ in range(ROUNDS):
+        moved = rounds.visit(points, which, thresholds, 0.0, SMALL_GAIN)
+        run.record(phase, points)
+        before, mean = mean, _mean(run, points)
+        if mean < before + ENOUGH or run.is_over():
+            break
+        which = rounds.near(moved)
+    return points
 
 
 def _mean(run: Run, points: Points) -> float:

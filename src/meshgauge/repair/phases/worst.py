@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ..energies import QualityEnergy
 from ..problem import Points
 from ..run import PointConstraint, Run
+from .rounds import Rounds
 
 START, END = 0.4, 5e-5
 """Distance of the threshold below the least corner, at first and at last."""
@@ -31,6 +32,24 @@ SLACK = 0.2
 """Share of the least at the start that no corner falls below on the way."""
 
 PERFECT = 0.9999
+
+ROUNDS, SMALL_GAIN = 60, 1e-5
+"""Most rounds over the points of the worst cells, and what a point must gain to move."""
+
+NEAR, CLOSE, NEARER = 0.15, 0.02, 0.9
+"""Values above the least up to which cells count as the worst: at first and at last, and from round to round."""
+
+SHARP, SHARPER, SHARPEST = 20.0, 1.15, 400.0
+"""Sharpness of the smooth minimum: at first, from round to round, and at last."""
+
+FEW = 0.125
+"""Share of the cells up to which the worst are raised point by point, and then together: more are descended at once."""
+
+TOGETHER = 3
+"""How often the two are done in turn."""
+
+ENOUGH = 1e-3
+"""What they must gain to be done once more."""
 
 
 def raise_worst(
@@ -63,22 +82,87 @@ def raise_worst(
     constraint
         Called after some steps, to put points back on the surface that they slide on.
     """
-    part = run.moving
-    if part.n_cells == 0 or run.is_over():
+    if run.moving.n_cells == 0 or run.is_over():
         return points
+    if offsets is None and constraint is None:
+        rounds = Rounds(run)
+        for _ in range(TOGETHER):
+            before = float(run.moving.qualities(points)[0].min())
+            points = _point_by_point(run, rounds, points, goal, phase)
+            lowest = run.moving.qualities(points)[0]
+            worst = float(lowest.min())
+            keep = run.moving.grow(lowest < worst + CLOSE, 1)
+            if worst >= goal or run.is_over():
+                return points
+            if np.count_nonzero(keep) > FEW * run.moving.n_cells:
+                break
+            points = _descend(run, points, lengths, goal, phase, keep=keep)
+            if float(run.moving.qualities(points)[0].min()) < before + ENOUGH:
+                return points
+        else:
+            return points
+    return _descend(run, points, lengths, goal, phase, offsets=offsets, constraint=constraint)
+
+
+def _point_by_point(run: Run, rounds: Rounds, points: Points, goal: float, phase: str) -> Points:
+    """The worst cells raised by moving their points one at a time, as long as they are few and it helps."""
+    points = points.copy()
+    near, sharpness = NEAR, SHARP
+    for _ in range(ROUNDS):
+        lowest, folded = run.moving.qualities(points)
+        values = np.where(lowest <= 0.0, lowest, folded)
+        level = float(values.min())
+        worst = values < level + near
+        if level >= goal or np.count_nonzero(worst) > FEW * run.moving.n_cells or run.is_over():
+            break
+        floors = np.minimum(values, level)
+        if level <= 0.0:  # what is valid stays so
+            floors = np.where(values > 0.0, SLACK * values, floors)
+        moved = rounds.visit(points, rounds.at_cells(worst), floors - END * END, sharpness, SMALL_GAIN)
+        run.record(phase, points)
+        if not moved.any():
+            break
+        near, sharpness = max(NEARER * near, CLOSE), min(SHARPER * sharpness, SHARPEST)
+    return points
+
+
+def _descend(
+    run: Run,
+    points: Points,
+    lengths: NDArray[np.float32],
+    goal: float,
+    phase: str,
+    *,
+    offsets: Points | None = None,
+    constraint: PointConstraint | None = None,
+    keep: NDArray[np.bool_] | None = None,
+) -> Points:
+    """All cells raised together, or those to keep, ``(n_cells,)``, with the points of others held."""
+    whole, given = run.moving, points
+    part, of_points, _ = run.problem_here(keep)
+    held_points = None
+    if keep is not None:
+        outside = np.zeros(whole.n_points, bool)
+        outside[whole.corners[np.repeat(~keep, np.diff(whole.cells))]] = True
+        held_points, points = outside[of_points], points[of_points]
+        lengths = lengths[np.repeat(keep, np.diff(whole.cells))]
     zero = np.zeros(part.n_cells) if offsets is None else offsets
-    descent = run.descent(part, np.arange(part.n_points))
+    descent = run.descent(part, of_points, held_points)
     energy = QualityEnergy(part, lengths, np.empty(part.n_cells))
     descended = energy if constraint is None else constraint.added_to(energy)
     held = np.full(part.n_cells, np.inf)
     values = part.qualities(points)[0] - zero
 
+    here = given if keep is None else given.copy()
+
     def watch(now: Points, value: float, least: float) -> bool:
-        run.record(phase, now)
+        if keep is not None:
+            here[of_points] = now
+        run.record(phase, now if keep is None else here)
         return run.is_over()
 
     at_a_time = ON_CURVED if constraint is not None and constraint.is_curved else ITERATIONS
-    gap, levels, spent, most = START, 0, 0, 0
+    gap, levels, spent, most = START if keep is None else CLOSE, 0, 0, 0
     level = float(values.min())
     # What is valid stays valid; only sliding, of which a worse result is dropped, may go through worse meshes.
     least = SLACK * level if level > 0.0 and constraint is None else -np.inf
@@ -105,4 +189,7 @@ def raise_worst(
         held[stuck] = zero[stuck] + values[stuck] - END
         level = float(values[free & ~stuck].min(initial=goal))
         gap = START / 4
-    return points
+    if keep is None:
+        return points
+    here[of_points] = points
+    return here

@@ -1,0 +1,117 @@
+"""Points of all cells that move one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from repair_meshes import shaken
+from thinned import quick
+
+import meshgauge
+from meshgauge import Mesh
+from meshgauge.quality.measure import measure
+from meshgauge.repair.constraints import constraints_of
+from meshgauge.repair.descent import workers
+from meshgauge.repair.phases import mean, worst
+from meshgauge.repair.phases.mean import raise_mean
+from meshgauge.repair.phases.rounds import Rounds
+from meshgauge.repair.phases.worst import raise_worst
+from meshgauge.repair.problem import problem
+from meshgauge.repair.run import Run, begin_run
+
+KINDS = ("tetra", "hexahedron", "mixed")
+
+
+def run_of(mesh: Mesh, team: object, floor: float = 1.0) -> Run:
+    quality = measure(mesh)
+    part = problem(mesh, np.ones(mesh.n_cells, bool))
+    constraints = constraints_of(mesh, quality, None)
+    return begin_run(constraints, part, team, 0.2, floor, 0.0, None, None, None)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_points_that_move_at_the_same_time_share_no_cell(kind: str) -> None:
+    with workers(1) as team:
+        run = run_of(shaken(kind, 9, 0.2), team)
+        rounds = Rounds(run)
+        corners, cells = run.moving.corners, run.moving.cell_of_corner()
+        n_seen = np.zeros(run.moving.n_points, int)
+        for share in rounds._share:
+            n_seen += share >= 0
+            pairs = np.unique(np.stack([np.repeat(cells, 4), share[corners].reshape(-1)], axis=1), axis=0)
+            of_cell = np.bincount(pairs[pairs[:, 1] >= 0, 0])
+            assert of_cell.max() == 1
+        assert (n_seen == 1).all()
+        assert (rounds._share[0] >= 0).sum() > 0
+        assert len(np.unique(rounds._share[0])) > 3
+
+
+@pytest.mark.parametrize("kind", quick(KINDS, "tetra"))
+@pytest.mark.parametrize("floor", [0.9, 1.0])
+def test_any_number_of_threads_gives_the_same(kind: str, floor: float) -> None:
+    mesh = shaken(kind, 8, 0.25, seed=2)
+    one, two = (meshgauge.improve(mesh, everywhere=True, floor=floor, threads=n) for n in (1, 2))
+    assert one.mesh.points.tobytes() == two.mesh.points.tobytes()
+    assert one.report.holds
+    assert one.after.values.min() > one.before.values.min()
+
+
+def test_rounds_keep_the_floors_and_raise_what_they_are_for() -> None:
+    with workers(2) as team:
+        run = run_of(shaken("tetra", 8, 0.25, seed=2), team)
+        part = run.moving
+        points = run.base[run.points_of_moving].copy()
+        lowest, folded = part.qualities(points)
+        free = run.freedom.kind == 3
+        floors = 0.9 * np.minimum(lowest, folded)
+        moved = Rounds(run).visit(points, np.ones(len(points), bool), floors, 0.0, 1e-5)
+        after, folded_after = part.qualities(points)
+        assert (np.minimum(after, folded_after) >= floors - 1e-12).all()
+        assert folded_after.mean() > folded.mean()
+        assert moved.any()
+        assert not moved[~free].any()
+
+
+def phases(mesh: Mesh, monkeypatch: pytest.MonkeyPatch, *, together: bool) -> tuple[float, float, float]:
+    """The worst, and the mean after it, and evaluations; with all cells descended at once if so asked."""
+    with monkeypatch.context() as here, workers(1) as team:
+        if together:
+            here.setattr(worst, "FEW", -1.0)
+            here.setattr(mean.Rounds, "visit", lambda self, points, *_: np.zeros(len(points), bool))
+        run = run_of(mesh, team)
+        points = run.base[run.points_of_moving].copy()
+        lengths = run.moving.reference_lengths(points)
+        points = raise_worst(run, points, lengths, goal=0.9999)
+        least = float(run.moving.qualities(points)[0].min())
+        points = raise_mean(run, points, lengths)
+        lowest, folded = run.moving.qualities(points)
+        assert lowest.min() > least * (1.0 - 2.0 * mean.LOSS) - 1e-5
+        return least, float(folded.mean()), float(run.evaluations)
+
+
+@pytest.mark.parametrize("kind", quick(KINDS, "tetra", "mixed"))
+def test_the_worst_gets_as_high_as_with_all_cells_at_once(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shaken(kind, 9, 0.2, seed=5)
+    points = np.array(mesh.points)
+    inside = np.flatnonzero(((points > 1.0) & (points < 8.0)).all(axis=1))
+    points[inside[:: len(inside) // 4]] += (0.45, 0.4, -0.3)
+    mesh = mesh.replace(points=points)
+    ours, all_at_once = (phases(mesh, monkeypatch, together=together) for together in (False, True))
+    assert ours[0] >= all_at_once[0] - 2e-3
+    if kind == "tetra":
+        assert ours[1] >= all_at_once[1] - 2e-3
+
+
+def test_what_is_valid_stays_so_while_others_are_inverted() -> None:
+    mesh = shaken("tetra", 7, 0.1)
+    points = np.array(mesh.points)
+    at = int(np.flatnonzero((points.round() == (3, 3, 3)).all(axis=1))[0])
+    points[at] += 1.3
+    with workers(1) as team:
+        run = run_of(mesh.replace(points=points), team)
+        here = run.base[run.points_of_moving].copy()
+        was: NDArray[np.float64] = run.moving.qualities(here)[0]
+        now = run.moving.qualities(worst._point_by_point(run, Rounds(run), here, 0.9, "worst"))[0]
+        assert was.min() < 0.0 < now.min()
+        assert (now[was > 0.0] >= worst.SLACK * np.minimum(was, 1.0)[was > 0.0] - 1e-6).all()
