@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from meshgauge import io
+from meshgauge.cli import batch
 from meshgauge.cli.main import main
 from meshgauge.mesh import Mesh
+from meshgauge.report.over_time_text import sparkline
+from meshgauge.report.record import StepOf
+from meshgauge.report.states import StateJob, measuring
 
 pytestmark = pytest.mark.usefixtures("readers_here")
 
@@ -52,11 +62,89 @@ def test_a_report_reads_the_first_and_says_so(run: Path, capsys: Captured) -> No
     assert "holds 3 time steps; the first (time 0) was read" in capsys.readouterr().out
     assert main(["report", str(run), "--step", "all"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 4
+    assert len(lines) == 8
     assert lines[3] == f"worst over time: {run}, step 2 (time 1), 1 invalid, minimum -0.707"
+    assert lines[4:] == [
+        f"3 steps of {run}",
+        "  minimum  █▁▇  0.707 first, -0.707 least, 0.447 last",
+        "  1 %      █▁▇  0.707 first, -0.707 least, 0.447 last",
+        "  invalid  ▁█▁  0 first, 1 most, 0 last",
+    ]
     for step in ("4", "0", "middle"):
         assert main(["report", str(run), "-q", "--step", step]) == 2
         assert "step" in capsys.readouterr().err
+
+
+def test_json_has_the_steps_and_how_they_go(run: Path, capsys: Captured) -> None:
+    assert main(["report", str(run), "--step", "all", "--json"]) == 0
+    made = json.loads(capsys.readouterr().out)
+    assert [one["step"] for one in made["files"]] == [
+        {"file": str(run), "number": number, "time": number - 1.0} for number in (1, 2, 3)
+    ]
+    (trend,) = made["over_time"]
+    assert (trend["file"], trend["steps"], trend["times"]) == (str(run), [1, 2, 3], [0.0, 1.0, 2.0])
+    assert (trend["n_invalid"], trend["worst_step"]) == ([0, 1, 0], 2)
+    assert trend["min"] == [one["all"]["min"] for one in made["files"]]
+    assert trend["one_percent"] == [one["all"]["quantiles"]["0.01"] for one in made["files"]]
+    assert main(["report", str(run), "--json"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert (alone["over_time"], alone["files"][0]["step"]) == ([], None)
+
+
+@pytest.mark.parametrize("most", [5_000_000, 0], ids=["whole", "in slices"])
+def test_processes_give_the_same(run: Path, most: int, monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
+    monkeypatch.setattr(batch, "DIAGNOSED", most)
+    (run.parent / "s2.vtu").write_text("no mesh")
+    arguments = ["report", str(run), "--step", "all", "--json"]
+    assert main(arguments) == 2
+    expected, said = capsys.readouterr()
+    assert main([*arguments, "--scheduler", "2"]) == 2
+    made, also_said = capsys.readouterr()
+    assert json.loads(made) == json.loads(expected)
+    assert also_said == said
+    assert len(json.loads(made)["files"]) == 2
+
+
+def test_what_a_killed_process_left_is_measured_here(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    job = StateJob(("jens",), 3, False, True, None, False, None, "auto", None, io.Limits(), 10, None)
+    steps = [(str(number), StepOf(str(run), number)) for number in (1, 2)]
+
+    class Killed(ThreadPoolExecutor):
+        def submit(self, *arguments: Any) -> Any:  # type: ignore[override]
+            future: Future[Any] = Future()
+            future.set_exception(BrokenProcessPool("killed"))
+            return future
+
+    with Killed() as pool, measuring(pool, job, steps) as states:
+        made = [states.report(name) for name, _ in steps]
+    assert [one.summary.all.n_invalid for one in made] == [0, 1]
+    assert [one.step for one in made] == [step for _, step in steps]
+
+
+def test_the_first_step_that_breaks_a_rule_is_named(run: Path, capsys: Captured) -> None:
+    assert main(["check", str(run), "--fail", "nothing invalid"]) == 1
+    out = capsys.readouterr().out
+    assert f"first step that breaks a rule: {run}, step 2 (time 1): nothing invalid" in out.replace("\n", " ")
+    assert main(["check", str(run), "--fail", "jens >= 0.5", "--json"]) == 1
+    made = json.loads(capsys.readouterr().out)
+    assert made["first_failing_step"] == f"{run}, step 2 (time 1)"
+    assert made["files"][1]["step"]["time"] == 1.0
+    assert main(["check", str(run), "--fail", "jens >= -1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["first_failing_step"] is None
+
+
+@pytest.mark.parametrize(
+    ("values", "extreme", "line"),
+    [
+        ([1.0, 2.0, 3.0], min, "▁▅█"),
+        ([0.5, 0.5], min, "▄▄"),
+        ([math.nan, 1.0, 0.0], min, " █▁"),
+        ([0] * 119 + [7], max, "▁" * 59 + "█"),
+        ([9] * 60 + [1] + [9] * 59, min, "█" * 30 + "▁" + "█" * 29),
+    ],
+)
+def test_sparklines(values: list[float], extreme: Callable[[Sequence[float]], float], line: str) -> None:
+    assert sparkline(values, extreme) == line
 
 
 def test_a_change_needs_a_step_that_is_named(run: Path, tmp_path: Path, capsys: Captured) -> None:

@@ -69,7 +69,7 @@ def strict(text: str) -> Any:
 def test_the_document_describes_objects() -> None:
     assert set(schema()) == {
         *("report", "file", "verdict", "tally", "histogram", "cell", "finding", "metric", "comparison", "error"),
-        *("diagnosis", "defect", "orientation", "block", "measure", "face"),
+        *("trend", "step", "diagnosis", "defect", "orientation", "block", "measure", "face"),
     }
     assert all(schema().values())
 

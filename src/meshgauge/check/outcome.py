@@ -6,12 +6,15 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..look import style
 from ..look.names import cell_name, point_name
 from ..look.records import brief
 from .rules import Level, Rule
+
+if TYPE_CHECKING:
+    from ..report.record import StepOf
 
 
 class State(StrEnum):
@@ -148,6 +151,7 @@ class Check:
     n_cells: int
     outcomes: tuple[Outcome, ...]
     notes: tuple[str, ...] = ()  #: what was noticed or changed while reading, a sentence each
+    step: StepOf | None = None  #: which of several time steps it is
 
     __repr__ = brief
 
@@ -170,12 +174,18 @@ class Check:
         """Plain data; undefined numbers are NaN."""
         return {
             "path": self.path,
+            "step": None if self.step is None else self.step.to_dict(),
             "n_points": self.n_points,
             "n_cells": self.n_cells,
             "state": self.state.value,
             "outcomes": [outcome.to_dict() for outcome in self.outcomes],
             "notes": list(self.notes),
         }
+
+
+def first_step(checks: Iterable[Check]) -> Check | None:
+    """Of time steps the first that breaks a rule; None if none does, or these are no steps."""
+    return next((check for check in checks if check.step is not None and check.of(State.FAIL)), None)
 
 
 def overall(checks: Iterable[Check], n_failed: int = 0) -> State:

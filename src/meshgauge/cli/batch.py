@@ -26,6 +26,7 @@ from .terminal import COULD_NOT, DONE, TRACEBACK
 if TYPE_CHECKING:
     from ..quality.measure import Quality
     from ..quality.one_cell import OneCell
+    from ..report import FileReport
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
     from .groups.report import Contents
@@ -56,11 +57,12 @@ class State(str):
 
     file: str
     step: int
+    time: float | None
 
     @classmethod
     def of(cls, file: str, step: TimeStep) -> State:
         state = cls(f"{file}, {step}")
-        state.file, state.step = file, step.number
+        state.file, state.step, state.time = file, step.number, step.time
         return state
 
 
@@ -234,6 +236,40 @@ class Batch:
             )
         made.save(target)
         return made.summary.all.in_words()
+
+    @contextlib.contextmanager
+    def in_processes(
+        self, paths: Sequence[str], contents: Contents, n_worst: int
+    ) -> Iterator[Callable[[str], FileReport] | None]:
+        """What reports on time steps that are measured in several processes at a time, if ``--scheduler`` asks for it;
+        None if not, or there are no steps."""
+        steps = [path for path in paths if isinstance(path, State)]
+        if self.scheduler is None or len(steps) < 2 or len(steps) < len(paths):
+            yield None
+            return
+        from ..report.record import StepOf
+        from ..report.states import StateJob, measuring
+
+        with scheduler.executor(self.scheduler) as (pool, n_processes):
+            assert pool is not None  # one was asked for
+            memory = self.allowed_memory
+            job = StateJob(
+                metrics=contents.metrics(),
+                worst=n_worst,
+                by_region=contents.by is not None,
+                with_diagnosis=contents.diagnosis,
+                purpose=None if self.purpose is None else self.purpose.value,
+                keep_bricks=self.keep_bricks,
+                file_format=self.reading.file_format,
+                wedge_order=self.wedge_order.value,
+                displacement=self.reading.displacement,
+                limits=self._limits,
+                most=DIAGNOSED,
+                memory=None if memory is None else memory // n_processes,
+            )
+            named = [(str(path), StepOf(path.file, path.step, path.time)) for path in steps]
+            with measuring(pool, job, named) as states:
+                yield states.report
 
     def _pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""

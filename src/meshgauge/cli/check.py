@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -65,7 +66,9 @@ def check(
     from ..check.output.json import checks_json
     from ..check.output.text import CheckLine, ChecksText, CheckText
     from ..check.stream import check_slices, question
+    from ..report.record import StepOf
     from .batch import Batch
+    from .batch import State as TimeState
 
     batch = Batch(
         reading=reading,
@@ -99,7 +102,9 @@ def check(
         terminal.emit(f"settings: {style.printable(used)}")
     output, is_read = terminal.Output(), not as_json
     checks: list[Check] = []
-    for _, one in batch.each(paths, examine):
+    for path, one in batch.each(paths, examine):
+        if isinstance(path, TimeState):
+            one = replace(one, step=StepOf(path.file, path.step, path.time))
         checks.append(one)
         if is_read:
             is_read = output.show(CheckLine(one) if quiet else CheckText(one), wrap=not quiet)

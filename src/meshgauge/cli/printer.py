@@ -12,6 +12,8 @@ from ..errors import FailedFile
 from ..look.style import LEVELS, printable, quality
 from ..report import FileReport
 from ..report.json import dumps
+from ..report.over_time import trends
+from ..report.over_time_text import TrendText
 from ..report.several import SeveralText
 from ..report.text import FileText
 from ..report.verdict import verdict
@@ -69,7 +71,7 @@ class QuietPrinter:
 
 
 class StepsPrinter(QuietPrinter):
-    """A line for each time step; then the worst over time: the most invalid cells, then the lowest minimum."""
+    """A line for each time step; then the worst over time, and how each file goes."""
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
         measured = [one for one in reports if one.summary.all.n_measured]
@@ -80,6 +82,9 @@ class StepsPrinter(QuietPrinter):
                 f"worst over time: {printable(worst.path)}, {every.n_invalid:,} invalid, minimum {quality(every.min)}"
             )
             self.output.show(Text(text), wrap=False)
+        for trend in trends(measured):
+            if len(trend.numbers) > 1:
+                self.output.show(TrendText(trend), wrap=False)
 
 
 class JsonPrinter:

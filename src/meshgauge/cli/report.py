@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -63,9 +64,10 @@ def report(
     from ..report import FileReport
     from ..report.csv import CsvWriter
     from ..report.one_cell import OneCellText, dumps
+    from ..report.record import StepOf
     from ..report.stream import file_report
     from ..slices import Ask
-    from .batch import Batch
+    from .batch import Batch, State
     from .printer import printer
     from .terminal import Output, emit
 
@@ -131,14 +133,18 @@ def report(
                 page.add(quality, one)
         return one
 
+    at_once = target is None and csv is None and html is None and purpose != "fv"
     printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=several, over_time=reading.step == "all")
     reports: list[FileReport] = []
     with (
         CsvWriter(csv, (*metrics, *of_faces), with_file=several) if csv else contextlib.nullcontext() as table,
         _page(html, len(paths), bins) as page,
+        batch.in_processes(paths if at_once else (), contents, contents.n_worst(several=several)) as in_processes,
     ):
         batch.on_failure = page.fail if page is not None else None
-        for _, one in batch.each(paths, examine):
+        for path, one in batch.each(paths, in_processes or examine):
+            if isinstance(path, State):
+                one = replace(one, step=StepOf(path.file, path.step, path.time))
             reports.append(one)
             if not printing.file(one) and table is None and page is None:
                 break  # nobody reads any more, and there is no file to complete

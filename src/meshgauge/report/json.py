@@ -10,6 +10,7 @@ from typing import Any
 from .._version import __version__
 from ..errors import FailedFile
 from .comparison import comparison_dict
+from .over_time import trends
 from .record import FileReport
 from .verdict import verdict
 
@@ -28,6 +29,7 @@ def report_dict(
             "meshgauge": __version__,
             "files": [_file(report, bins) for report in reports],
             "comparison": comparison_dict(reports),
+            "over_time": [trend.to_dict() for trend in trends(reports)],
             "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
         }
     )
@@ -43,6 +45,7 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
     opinion = verdict(report.summary)
     return {
         "path": report.path,
+        "step": None if report.step is None else report.step.to_dict(),
         "n_points": report.n_points,
         "n_cells": report.n_cells,
         "verdict": {"level": opinion.level, "text": opinion.text},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..look.records import brief
 from ..quality.summary import Summary
@@ -17,6 +17,19 @@ if TYPE_CHECKING:
 
 WORST = 10
 """Worst cells of a report."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepOf:
+    """A time step of a file."""
+
+    file: str
+    number: int  #: from 1
+    time: float | None = None  #: None if the file tells none
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data, for JSON."""
+        return {"file": self.file, "number": self.number, "time": self.time}
 
 
 @dataclass(frozen=True)
@@ -35,6 +48,7 @@ class FileReport:
     regions: tuple[tuple[str, Summary], ...] = ()  #: name and J_ENS of each region; none unless asked for
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
     finite_volume: tuple[FiniteVolumeMeasure, ...] = ()  #: what finite volumes ask for, if it was measured
+    step: StepOf | None = None  #: which of several time steps it is
     mixed_processors: bool = False  #: parts came from processors that differ in the last bits of values
 
     __repr__ = brief

@@ -9,6 +9,7 @@ from ..._version import __version__
 from ...errors import FailedFile
 from ...report.json import finite
 from .. import Check
+from ..outcome import first_step
 
 SCHEMA, VERSION = "meshgauge-check", 3
 
@@ -18,6 +19,7 @@ def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = (), *,
 
     ``settings`` is the file that the rules or meshes are from, if they are from one.
     """
+    first = first_step(checks)
     plain = finite(
         {
             "schema": SCHEMA,
@@ -25,6 +27,7 @@ def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = (), *,
             "meshgauge": __version__,
             "settings": settings,
             "passed": not failures and all(check.is_passed for check in checks),
+            "first_failing_step": None if first is None else first.path,
             "files": [check.to_dict() for check in checks],
             "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
         }

@@ -14,6 +14,7 @@ from ...look import style
 from ...look.names import cell_entry, point_entry
 from ...report.text import fits, new_table, quality_text
 from .. import Check, FailingCell, Outcome, State
+from ..outcome import first_step
 
 LOOKS = {
     State.PASS: "good",
@@ -97,6 +98,10 @@ class ChecksText:
                 yield Text(
                     f"  {_mark(check.state, options)} {style.printable(check.path)}: {verdict(check)}", overflow="fold"
                 )
+        first = first_step(self.checks)
+        if first is not None:
+            broken = ", ".join(str(one.rule) for one in first.of(State.FAIL))
+            yield Text(f"first step that breaks a rule: {style.printable(first.path)}: {broken}", overflow="fold")
         for failure in self.failures:
             yield Text(f"  ? {style.printable(failure.path)}: {style.printable(failure.reason)}", overflow="fold")
 
