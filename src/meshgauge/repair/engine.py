@@ -22,12 +22,14 @@ from ..quality.measure import Quality, measure
 from . import report as records
 from .acceptance import is_below, is_better, n_unusable, status_counts
 from .alternate import Way, alternate
+from .ceiling import ceiling
 from .claims import Promise, within
 from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
 from .kept import unkept
 from .patch import RINGS, Patch, back_near, cells_around, patch_around, whole_patch
-from .problem import Ids, Points
+from .polyhedral import corners as corners_of
+from .problem import Ids, Points, problem
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
 from .report import RepairReport
@@ -53,6 +55,9 @@ FLOOR, SIZE_CHANGE = 0.9, 0.1
 
 POINT_BYTES = 2100
 """Of memory that a point with its cells takes while it is improved: measured on a million hexahedra."""
+
+WHOLE_UP_TO = 1 << 16
+"""Cells up to which the bound on the worst cell is searched in all of them, not only near bad ones."""
 
 MANY = 1 << 16
 """Points from which on it is asked before whether there is as much."""
@@ -303,7 +308,21 @@ def _improve(
                 again = attempt(around, start_again, is_brief=False)
                 if is_better(again[2].quality, around.part_of(reached, threads=threads), target):
                     patch, constraints, outcome, faults = again
-    return _result(patch, outcome, constraints, options, faults)
+    return _result(patch, outcome, constraints, options, faults, _ceiling(patch, whole, held, outcome))
+
+
+def _ceiling(patch: Patch, whole: Patch, held: Mask, outcome: Outcome) -> float:
+    """The most that the worst cell could have with the points that must stay: of the whole mesh, unless it is large."""
+    if patch.cells is None or whole.quality.n_cells > WHOLE_UP_TO:
+        return outcome.limit.worst
+    quality = whole.quality
+    constraints = constraints_of(quality.mesh, quality, held, (whole.region_ids, whole.region_names))
+    corners = corners_of(quality)
+    part = problem(
+        quality.mesh, constraints.cells, (corners.cells, corners.points, corners.constants), constraints.pinned
+    )
+    points = np.asarray(quality.mesh.points, np.float64)[part.point_ids]
+    return min(outcome.limit.worst, ceiling(part, points, constraints.fixed[part.point_ids]).worst)
 
 
 def _diagnose(patch: Patch) -> tuple[str, ...]:
@@ -393,8 +412,14 @@ def _check(options: Options, floor: float | None) -> None:
 
 
 def _result(
-    patch: Patch, outcome: Outcome, constraints: Constraints, options: Options, faults: tuple[str, ...]
+    patch: Patch,
+    outcome: Outcome,
+    constraints: Constraints,
+    options: Options,
+    faults: tuple[str, ...],
+    most: float,
 ) -> Improvement:
+    """What was reached, with its report; ``most`` is what the worst cell could have with the points that must stay."""
     near, near_after, run, limit = patch.quality, outcome.quality, outcome.run, outcome.limit
     before, after = patch.whole, patch.merge(near_after, threads=options.threads)
     old, new = near.mesh.points, near_after.mesh.points
@@ -403,7 +428,7 @@ def _result(
     why = reasons(near, near_after, constraints, run, limit, slides=options.slides, strict=options.strict)
     summaries = patch.summaries(near_after, after, threads=options.threads)
     outcome_and_text = verdict(
-        near, near_after, summaries, options.target, limit.worst, slides=options.slides, broken=outcome.broken
+        near, near_after, summaries, options.target, most, slides=options.slides, broken=outcome.broken
     )  # fmt: skip
     volume_before, surface_before = volume_and_surface(constraints.topology, old)
     volume_after, surface_after = volume_and_surface(constraints.topology, new)
@@ -421,7 +446,7 @@ def _result(
             *patch.claims(after),
             *within(outcome.deviation, options.tolerance, extent(old)[1]),
         ),
-        ceiling=limit.worst,
+        ceiling=most,
         n_below_before=int(np.count_nonzero(is_below(near, options.target))),
         n_below=sum(why.counts.values()),
         below=tuple(replace(one, cell=patch.cell(one.cell)) for one in why.cells),

@@ -103,7 +103,8 @@ class RepairReport:
     claims
         What was checked on the result.
     ceiling
-        The most that the worst cell could have with the boundary where it was; 1 if the fixed points set no bound.
+        The most that the worst cell could have with the boundary where it was; 1 if the fixed points set no bound. In
+        meshes of more than 65,536 cells that of the cells near bad ones, which is a bound too.
     n_below_before
         Cells that were not usable or below the target.
     n_below, below
