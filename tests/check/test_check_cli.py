@@ -167,8 +167,8 @@ def test_the_nearest_settings_count(capsys: Captured) -> None:
     ("text", "message"),
     [
         ("[check]\nfail = 1", "check.fail is 1, expected a list of strings"),
-        ("[check]\nfial = []", "no setting check.fial; did you mean check.fail?"),
-        ("[chekc]", "no setting chekc; did you mean check?"),
+        ("[check]\nfial = []", "no setting check.fial; did you mean 'check.fail'?"),
+        ("[chekc]", "no setting chekc; did you mean 'check'?"),
         ("check = 1", "check is 1, expected a table"),
         ("[check", "Expected ']'"),
         ("[check]\nfail = ['jens > 0', 'jens > x']", "check.fail[1]: expected a number"),

@@ -77,7 +77,7 @@ def test_only_what_is_signed_goes_below_0_and_only_for_invalid_cells(row: Metric
 
 
 def test_what_is_not_there_is_an_error() -> None:
-    with pytest.raises(MetricError, match=r"no metric 'beauty'; there are jens, "):
+    with pytest.raises(MetricError, match=r"no metric 'beauty'; 'meshgauge metrics' lists those there are"):
         metric("beauty")
     with pytest.raises(MetricError, match="aspect_ratio_gamma is not defined for 'wedge'; it is for tetra"):
         METRICS["aspect_ratio_gamma"].standard("wedge")

@@ -227,3 +227,30 @@ def test_a_picture_replaces_no_mesh_and_shows_two_at_most(pytestconfig: pytest.C
     mesh = str(pytestconfig.rootpath / "examples/meshes/bracket.vtu")
     assert main(["view", mesh, "--screenshot", mesh]) == 2
     assert main(["view", str(pytestconfig.rootpath / "examples/meshes/*")]) == 2  # three
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--link", "types=banana"], "no cell type 'banana'; there are "),
+        (["--link", "types=hexahedrn"], "no cell type 'hexahedrn'; did you mean 'hexahedron'?"),
+        (["--link", "status=bad"], "no status 'bad'"),
+        (["--link", "regions=inlet"], "no region 'inlet'; there are region 0, "),
+        (["--screenshot", "a.jpg"], "a.jpg: pictures of a view are written as PNG"),
+    ],
+)
+def test_names_that_are_none_show_no_empty_scene(
+    arguments: list[str],
+    message: str,
+    tmp_path: Path,
+    pytestconfig: pytest.Config,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    mesh = str(pytestconfig.rootpath / "examples/meshes/bracket.vtu")
+    monkeypatch.chdir(tmp_path)
+    if "--screenshot" not in arguments:
+        arguments = [*arguments, "--screenshot", "a.png"]
+    assert main(["view", mesh, *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -13,7 +13,6 @@ Names with blanks or commas stand in quotes. Clauses come in any order, each onc
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Iterable
@@ -25,6 +24,7 @@ from typing import Literal, NamedTuple, NoReturn
 from ..cells import BY_NAME, SHAPES
 from ..errors import RuleError
 from ..look.bands import POOR_TEXT
+from ..look.names import meant
 from ..quality.metrics import METRICS
 from .rules import Allowance, Level, Nothing, NoWorse, Numbers, Rule, Scope, Threshold
 from .words import WORDS
@@ -260,8 +260,7 @@ def _meant(name: str, known: Iterable[str], prefix: str = "") -> str:
     known = list(known)
     if prefix and prefix + name in known:
         return f"; did you mean '{prefix}{name}'?"
-    close = difflib.get_close_matches(name.lower(), known, 1, 0.6)
-    return f"; did you mean '{close[0]}'?" if close else ""
+    return meant(name, known)
 
 
 def _few(names: Iterable[str], most: int = 6) -> str:

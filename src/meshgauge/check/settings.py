@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..errors import MeshgaugeError
-from ..files import sources
+from ..files import output, sources
+from ..look.names import meant_or_known
 
 OWN, PROJECT = "meshgauge.toml", "pyproject.toml"
 KEYS = ("meshes", "fail", "warn")
@@ -122,6 +123,47 @@ def _table(path: Path) -> dict[str, Any] | None:
 def _check_keys(path: Path, prefix: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
     for key in table:
         if key not in keys:
-            close = difflib.get_close_matches(key, keys, 1)
-            hint = f"; did you mean {prefix}{close[0]}?" if close else f"; there are {', '.join(keys)}"
+            hint = meant_or_known(prefix + key, [prefix + one for one in keys])
             raise SettingsError(f"{path}: no setting {prefix}{key}{hint}")
+
+
+TEMPLATE = """\
+# Settings of `meshgauge check`, see docs/check.md. Paths are relative to this folder.
+
+[check]
+# Meshes to check where none are given on the command line.
+meshes = []
+
+# Rules that fail the check if they are broken: exit code 1.
+fail = [
+{fail}
+]
+
+# Rules that are a warning.
+warn = [
+{warn}
+]
+
+# Further rules:
+#   "no worse than base.json within 0.01"   `meshgauge check MESH --write-baseline base.json` stores the report
+#   "jens >= 0.3 for tetra in inlet"        cells of some types, in some regions
+"""
+
+
+def create(folder: Path, fail: Iterable[str], warn: Iterable[str]) -> Path:
+    """Write settings with comments and some rules; returns the file.
+
+    Raises
+    ------
+    SettingsError
+        If the folder has settings of ours.
+    WriteError
+        If the file cannot be written.
+    """
+    path = folder / OWN
+    for one in (path, folder / PROJECT):
+        if one.is_file() and _table(one) is not None:
+            raise SettingsError(f"{one}: holds settings already")
+    lines = ["\n".join(f'    "{rule}",' for rule in rules) for rules in (fail, warn)]
+    output.write_text(path, TEMPLATE.format(fail=lines[0], warn=lines[1]))
+    return path

@@ -310,6 +310,16 @@ class Batch:
             for lost in write(target, mesh, overwrite=overwrite, before_replacing=before_replacing):
                 terminal.warn("note", f"{target}: {lost}")
 
+    def write_bad(self, target: Path, quality: Quality) -> int:
+        """Write the cells that are not valid, or poor, see `report.bad_cells`; returns how many."""
+        from ..report.bad_cells import is_bad, is_list, write_list
+
+        if is_list(target):
+            return write_list(target, quality)
+        cells = quality.with_data()[is_bad(quality)]
+        self.write(target, cells)
+        return cells.n_cells
+
     def patch(self, mesh: Mesh, target: Path, changes: Changes = "points") -> Patch | None:
         """How the file of a mesh is patched; None if the output is a conversion. Raises `ReadError`."""
         return patch_of(

@@ -19,14 +19,10 @@ if TYPE_CHECKING:
     from ..check.sources import RefusedRule
     from .batch import Batch
 
-FAILED = 1
-"""Exit code: a rule is broken."""
-
-
 def check(
     meshes: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[MESH]", help="Mesh files, or patterns.", show_default="those of the settings"),
+        typer.Argument(metavar="MESH", help="Mesh files, or patterns.", show_default="those of the settings"),
     ] = None,
     *,
     rule_options: RuleOptions,
@@ -41,12 +37,15 @@ def check(
     scheduler: options.Scheduler = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     as_one: options.AsOne = False,
+    exit_zero: options.ExitZero = False,
     reading: options.Reading,
 ) -> int:
     """Read, measure and judge each mesh in turn; returns the exit code."""
     from ..check.settings import SettingsError
     from ..check.sources import RefusedRule, baselines_of, meshes_of, rules_of, settings_of
 
+    if rule_options.init:
+        return _init()
     settings = settings_of(rule_options.config)
     paths = inputs.expand(meshes or meshes_of(settings))
     if not paths:
@@ -113,8 +112,20 @@ def check(
     elif len(paths) > 1 and is_read and not quiet:
         output.show(ChecksText(checks, batch.failures))
     pipelines.write(checks, batch.failures)
-    codes = {State.UNCHECKED: terminal.COULD_NOT, State.FAIL: FAILED}
+    codes = {State.UNCHECKED: terminal.COULD_NOT, State.FAIL: terminal.DONE if exit_zero else terminal.FAILED}
     return codes.get(overall(checks, len(batch.failures)), terminal.DONE)
+
+
+def _init() -> int:
+    """Write settings into this folder; returns the exit code."""
+    from ..check.judge import default_rules
+    from ..check.rules import Level
+    from ..check.settings import create
+
+    rules = default_rules()
+    path = create(Path(), *([str(one) for one in rules if one.level is level] for level in (Level.FAIL, Level.WARN)))
+    terminal.emit(f"{path}: name your meshes there, then run 'meshgauge check'")
+    return terminal.DONE
 
 
 def _point_at(refused: RefusedRule) -> int:

@@ -9,8 +9,34 @@ from functools import cache
 from typing import Any, get_type_hints
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from .texts import TEXTS
+
+
+class _Command(TyperCommand):
+    """A subcommand, the help of which says nothing of types where there is nothing to say."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return [_without_type(one) for one in super().get_params(ctx)]
+
+
+class Commands(TyperGroup):
+    """All of them, likewise."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return [_without_type(one) for one in super().get_params(ctx)]
+
+
+def _without_type(parameter: Any) -> Any:
+    """A flag, or an argument, whose name says what it is: Typer would print ``<bool>`` and ``<list[str]>``."""
+    if getattr(parameter, "is_flag", False) or parameter.param_type_name == "argument":
+        parameter.display_type_rich = _nothing
+    return parameter
+
+
+def _nothing(ctx: Any) -> None:
+    """No type."""
 
 
 def add(app: typer.Typer, function: Callable[..., int | None]) -> None:
@@ -21,6 +47,7 @@ def add(app: typer.Typer, function: Callable[..., int | None]) -> None:
     examples = ["[bold]Examples[/bold]", *(f"  {line}" for line in text.examples)] if text.examples else []
     app.command(
         name=name,
+        cls=_Command,
         help=text.full,
         short_help=text.short,
         epilog="\n\n".join(examples),

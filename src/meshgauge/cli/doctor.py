@@ -28,6 +28,7 @@ def doctor(
         ),
     ] = 1e-9,
     keep_bricks: options.KeepBricks = False,
+    exit_zero: options.ExitZero = False,
     reading: options.Reading,
 ) -> int:
     """Read and diagnose each mesh in turn; returns the exit code."""
@@ -36,7 +37,7 @@ def doctor(
     from ..doctor import diagnosis
     from ..doctor.text import DiagnosisLine, DiagnosisText, diagnosis_json
     from .batch import Batch
-    from .terminal import Output, emit
+    from .terminal import DONE, FAILED, Output, emit
 
     batch = Batch(reading=reading, quiet=quiet)
     paths = batch.states(paths)
@@ -55,4 +56,5 @@ def doctor(
             break  # nobody reads any more
     if as_json:
         emit(diagnosis_json(done, batch.failures))
-    return batch.exit_code
+    has_defects = any(result.n_defects for _, result in done) and not exit_zero
+    return batch.exit_code or (FAILED if has_defects else DONE)

@@ -16,6 +16,7 @@ from . import command, interrupts, streams, terminal
 from .check import check
 from .compare import compare
 from .doctor import doctor
+from .explain import explain
 from .formats import formats
 from .improve import improve
 from .merge import merge
@@ -32,8 +33,8 @@ app = typer.Typer(
     name="meshgauge",
     help="Measure every cell of a 3D mesh, of every type, with one number.",
     epilog="Start with: [bold]meshgauge report MESH[/bold]",
-    no_args_is_help=True,
-    add_completion=False,
+    invoke_without_command=True,
+    cls=command.Commands,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -52,6 +53,7 @@ _COMMANDS = (
     view,
     metrics,
     formats,
+    explain,
 )
 for function in _COMMANDS:
     command.add(app, function)
@@ -67,11 +69,13 @@ def _version(asked: bool) -> None:
 
 @app.callback()
 def _root(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    pass
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -108,7 +112,8 @@ def _code(arguments: list[str] | None) -> int:
         # Typer's usage errors: known by what they do, because their class moved between its versions.
         if hasattr(error, "format_message"):
             command = getattr(getattr(error, "ctx", None), "command_path", "meshgauge")
-            return failed(f"{error.format_message()} (see '{command} --help')")
+            text = error.format_message()
+            return failed(f"{text} (see '{command} --help')") if text else COULD_NOT  # the help was printed
         if os.environ.get(TRACEBACK):
             raise
         return failed(f"{terminal.unexpected(error)} (set {TRACEBACK}=1 for the traceback)")

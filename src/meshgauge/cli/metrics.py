@@ -11,17 +11,27 @@ from . import options
 
 def metrics(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Say everything about these.", show_default=False)
+        list[str] | None,
+        typer.Argument(
+            metavar="NAME",
+            help="Say everything about these.",
+            show_default=False,
+            autocompletion=options.metric_names,
+        ),
     ] = None,
     *,
+    as_json: options.Json = False,
     purpose: options.Purpose = None,
 ) -> None:
     """List the metrics: range, acceptable range, value on the ideal cell, cells, reference."""
     from ..quality.metrics import METRICS, metric
-    from ..report.catalogue import MetricsText
-    from .terminal import Output
+    from ..report.catalogue import MetricsText, metrics_json
+    from .terminal import Output, emit
 
     rows = [metric(name) for name in names] if names else list(METRICS.values())
     if purpose is not None:
         rows = [row for row in rows if (row.of_faces is not None) == (purpose == "fv")]
-    Output().show(MetricsText(rows, in_full=bool(names)))
+    if as_json:
+        emit(metrics_json(rows))
+    else:
+        Output().show(MetricsText(rows, in_full=bool(names)))

@@ -6,6 +6,7 @@ with the parameter ``reading: Reading`` has all of them (`command.unfold`), so a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -26,6 +27,7 @@ def option(
     least: float | None = None,
     most: float | None = None,
     default: bool | str = True,
+    completes: Callable[[str], list[str]] | None = None,
 ) -> Any:
     """What `Annotated` needs to make a parameter an option.
 
@@ -43,10 +45,33 @@ def option(
         The range of a number.
     default
         What the help calls the default; False: nothing, True: the value itself.
+    completes
+        Gives the values that begin so, for shells that complete what is typed.
     """
     return typer.Option(
-        *names.split(), metavar=metavar, help=text, rich_help_panel=panel, min=least, max=most, show_default=default
+        *names.split(),
+        metavar=metavar,
+        help=text,
+        rich_help_panel=panel,
+        min=least,
+        max=most,
+        show_default=default,
+        autocompletion=completes,
     )
+
+
+def metric_names(begin: str) -> list[str]:
+    """Names of metrics that begin so."""
+    from ..quality.metrics import METRICS
+
+    return [name for name in METRICS if name.startswith(begin)]
+
+
+def format_names(begin: str) -> list[str]:
+    """Names of formats that can be read and begin so."""
+    from ..io.registry import FORMATS
+
+    return [name for name, row in FORMATS.items() if row.is_readable and name.startswith(begin)]
 
 
 class WedgeOrders(StrEnum):
@@ -78,7 +103,9 @@ OneMesh = Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or a 
 
 FileFormat = Annotated[
     str | None,
-    option("--format", "NAME", "Read as this format.", READING, default="by name and content"),
+    option(
+        "--format", "NAME", "Read as this format.", READING, default="by name and content", completes=format_names
+    ),
 ]
 WedgeOrder = Annotated[
     WedgeOrders,
@@ -131,7 +158,14 @@ ReadMemory = Annotated[
 
 Metrics = Annotated[
     list[str] | None,
-    option("--metric", "NAME", "Measure this; repeatable. 'meshgauge metrics' lists them.", MEASURING, default="jens"),
+    option(
+        "--metric",
+        "NAME",
+        "Measure this; repeatable. 'meshgauge metrics' lists them.",
+        MEASURING,
+        default="jens",
+        completes=metric_names,
+    ),
 ]
 Purpose = Annotated[
     Purposes | None,
@@ -204,6 +238,9 @@ Html = Annotated[
     Path | None, option("--html", "FILE", "Write a page with pictures: one file that opens offline.", WRITING)
 ]
 Json = Annotated[bool, option("--json", None, "Print JSON, for programs.", WRITING)]
+ExitZero = Annotated[
+    bool, option("--exit-zero", None, "Exit with 0 also where something was found; not where a file failed.", WRITING)
+]
 Quiet = Annotated[bool, option("--quiet -q", None, "Print the verdict only, and no progress.", WRITING)]
 
 

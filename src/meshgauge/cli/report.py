@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from ..errors import OptionError, WriteError
+from ..look.style import number_of
 from . import inputs, options
 from .groups.report import Apart, Contents
 from .options import WRITING, option
@@ -27,6 +28,15 @@ def report(
     html: options.Html = None,
     output: options.OutputMesh = None,
     in_place: options.InPlace = False,
+    bad: Annotated[
+        Path | None,
+        option(
+            "--bad",
+            "FILE",
+            "Write the bad cells: a mesh of them, a list (.txt), a set of Abaqus (.inc) or OpenFOAM (.cellSet).",
+            WRITING,
+        ),
+    ] = None,
     quiet: options.Quiet = False,
     contents: Contents,
     apart: Apart,
@@ -46,15 +56,18 @@ def report(
             raise OptionError("--as-one makes one mesh of several files: neither --in-place nor --partial goes with it")
         paths = [inputs.Joined.of(files)]
     target = inputs.mesh_target(paths, output, in_place=in_place)
-    inputs.check_targets(files, texts=(csv, html), files=(output, apart.partial))
+    inputs.check_targets(files, texts=(csv, html), files=(output, apart.partial, bad))
     share = apart.shares()
     if target is not None and (reading.step == "all" or reading.displacement is not None):
         raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")
 
-    if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target))):
+    if bad is not None and len(paths) > 1:
+        raise OptionError("--bad writes the cells of one mesh")
+
+    if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target, bad))):
         raise OptionError("--partial keeps what was measured of one mesh, and goes with no other output")
 
-    if contents.cell is not None and (len(paths) > 1 or any(one is not None for one in (csv, html, target))):
+    if contents.cell is not None and (len(paths) > 1 or any(one is not None for one in (csv, html, target, bad))):
         raise OptionError("--cell reports one cell of one mesh, as text or JSON")
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
@@ -103,7 +116,7 @@ def report(
 
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
-        if target is None and page is None:
+        if target is None and page is None and bad is None:
             beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
             counter = MarkCounter() if contents.diagnosis else None
             ask = Ask(
@@ -128,6 +141,8 @@ def report(
                 table.add(path, quality.mesh.types, quality.status, quality.metrics, labels_of(quality.mesh, "cell"))
         if target is not None:
             batch.write(target, quality.with_data(), overwrite=in_place)
+        if bad is not None:
+            n_bad.append(batch.write_bad(bad, quality))
         if page is not None:
             with batch.progress(f"drawing {path}"):
                 page.add(quality, one)
@@ -136,6 +151,7 @@ def report(
     at_once = target is None and csv is None and html is None and purpose != "fv"
     printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=several, over_time=reading.step == "all")
     reports: list[FileReport] = []
+    n_bad: list[int] = []
     with (
         CsvWriter(csv, (*metrics, *of_faces), with_file=several) if csv else contextlib.nullcontext() as table,
         _page(html, len(paths), bins) as page,
@@ -149,6 +165,8 @@ def report(
             if not printing.file(one) and table is None and page is None:
                 break  # nobody reads any more, and there is no file to complete
     printing.end(reports, batch.failures)
+    if n_bad and not (quiet or as_json):
+        emit(f"{bad}: {number_of(n_bad[0], 'bad cell', 'bad cells')}")
     return batch.exit_code
 
 

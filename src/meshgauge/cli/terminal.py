@@ -17,8 +17,8 @@ from ..files.standard import drop, unwritten
 from ..look import style
 from .streams import TRACEBACK as TRACEBACK
 
-DONE, COULD_NOT = 0, 2
-"""Exit codes of every command."""
+DONE, FAILED, COULD_NOT = 0, 1, 2
+"""Exit codes of every command: nothing is wrong, something is, the work could not be done."""
 
 PIPED_WIDTH = 160
 """Columns where there is no terminal: room for every table, so that no data are cut."""

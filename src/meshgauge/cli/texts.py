@@ -94,7 +94,7 @@ Exit codes: 0 done, 2 some file could not be read, or fewer than two are left, 1
 
 Finds cells that are numbered in reverse, distinguished from cells that are really inverted; cells that have a point twice or are there twice; faces of three or more cells, and two triangles against a quadrilateral; parts that are not connected; points that coincide, and points of no cell. Nothing is repaired: for cells numbered in reverse see [bold]meshgauge orient[/bold]. JSON is described in docs/doctor.md.
 
-Exit codes: 0 done, 2 some file could not be read, 130 interrupted.""",
+Exit codes: 0 nothing is wrong, 1 something is (0 with [bold]--exit-zero[/bold]), 2 some file could not be read, 130 interrupted.""",
     ),
     "improve": Text(
         "Repair: mend the bad cells of a mesh, or raise all.",
@@ -172,6 +172,15 @@ Exit codes: 0 done, 2 some file could not be read or nothing can be drawn, 130 i
         """List the formats: their extensions, and whether they are read, patched and written.
 
 Patched: [bold]meshgauge improve[/bold] gives a file back with other coordinates and nothing else touched (docs/formats.md). Written: a mesh of another format is converted to it.""",
+    ),
+    "explain": Text(
+        "Say what a rule, metric, status or purpose means.",
+        """Say what a name means: a metric, a status of cells, a word of rules, what a mesh is for ([bold]fem[/bold], [bold]fv[/bold]: the rules that [bold]check[/bold] then holds without any), or a whole rule.""",
+        examples=(
+            "meshgauge explain inverted_inside",
+            "meshgauge explain fv",
+            "meshgauge explain 'jens >= 0.2 @ 1%'",
+        ),
     ),
     "metrics": Text(
         "List the metrics: range, acceptable range, ideal, cells, reference.",

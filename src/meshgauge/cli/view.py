@@ -36,6 +36,7 @@ def view(
 
     from ..mesh.labels import find_cell
     from ..view.camera import Camera
+    from ..view.filters import require_known
     from ..view.link import fragment
     from ..view.link import view as parse
     from ..view.model import Model
@@ -58,6 +59,7 @@ def view(
                 models.append(Model.of(quality, Path(path).name, frame=models[0].frame if models else None))
             except MeshgaugeError as error:
                 raise MeshgaugeError(f"{path}: {error}") from error
+    require_known(start.filters, models)
     if window.cell is not None:
         position = find_cell(models[0].mesh, window.cell)
         camera = start.camera or Camera().looking_at(*models[0].place_of(position))

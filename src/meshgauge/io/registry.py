@@ -14,6 +14,7 @@ import numpy as np
 
 from ..errors import MeshgaugeError, ReadError, WriteError
 from ..files import sources
+from ..look.names import meant_or_known
 from ..mesh import Mesh
 from .formats import elmer, femap, frontistr
 from .formats.abaqus.format import ABAQUS
@@ -107,9 +108,7 @@ def format_named(name: str) -> Format:
         If there is none; the message lists the names.
     """
     if name not in FORMATS:
-        near = difflib.get_close_matches(name.lower(), FORMATS, _MOST_NEAR, _NEAR)
-        others = f"nearest are {', '.join(near)}" if near else f"known are {', '.join(FORMATS)}"
-        raise ReadError(f"no format {name!r}; {others}")
+        raise ReadError(f"no format {name!r}{meant_or_known(name, FORMATS, _LISTED)}")
     return FORMATS[name]
 
 
@@ -132,6 +131,7 @@ def detect(path: Path, head: bytes) -> Format:
     raise ReadError(f"{path}: {given} of no known format{_nearest(extension)}; {_OTHERWISE}")
 
 
+_LISTED = "'meshgauge formats'"
 _OTHERWISE = "--format NAME reads it as another format"
 _MOST_NEAR, _NEAR = 3, 0.6
 """Names that a message repeats at most, and how alike they are at least (`difflib`)."""

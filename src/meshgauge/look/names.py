@@ -1,4 +1,5 @@
-"""How cells and points are named for people: by the numbers that their file gives them, with the positions beside.
+"""How cells and points are named for people: by the numbers that their file gives them, with the positions beside; and
+what is said of a name that is none.
 
 Formats that number their items call them elements and nodes: ``element 7000 (cell 0)``, ``node 100 (point 7)``. Where
 the file gives no number, the position alone is the name: ``cell 0``, ``point 7``.
@@ -7,7 +8,11 @@ the file gives no number, the position alone is the name: ``cell 0``, ``point 7`
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+MOST_NAMES = 12
+"""That a message lists."""
 
 Labels = Sequence[int | None]
 """The file's number of each item, None where it gives none; empty if it numbers nothing."""
@@ -73,3 +78,20 @@ def _name(noun: str, position: int, label: int | None) -> str:
 
 def _list(noun: str, items: Sequence[int | str], more: bool) -> str:
     return f"{noun}{'s' if more or len(items) != 1 else ''} {', '.join(map(str, items))}{', ...' if more else ''}"
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """What stands behind a name that is none of those known: ``; did you mean 'jens'?``, or nothing."""
+    by_lower = {one.lower(): one for one in known}
+    close = get_close_matches(name.lower(), by_lower, 1, 0.6)
+    return f"; did you mean {by_lower[close[0]]!r}?" if close else ""
+
+
+def meant_or_known(name: str, known: Iterable[str], where: str = "") -> str:
+    """The same, or which there are: all of them if they are few, else where they are listed."""
+    names = list(known)
+    if text := meant(name, names):
+        return text
+    if where and len(names) > MOST_NAMES:
+        return f"; {where} lists those there are"
+    return f"; there are {', '.join(names)}" if names else "; there are none"

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
+from math import isfinite
 
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
@@ -45,6 +47,35 @@ class MetricsText:
             sources.add_row(f"[{at}]", Text(reference, overflow="fold"))
         yield sources
         yield Text("\nRanges may differ by cell type; 'meshgauge metrics NAME' says everything about a metric.", "dim")
+
+
+def metrics_json(rows: Sequence[Metric]) -> str:
+    """The rows for programs; an end of a range that is infinite is null."""
+
+    def ends(interval: tuple[float, float]) -> list[float | None]:
+        return [end if isfinite(end) else None for end in interval]
+
+    listed = [
+        {
+            "name": row.name,
+            "title": row.title,
+            "text": row.text,
+            "range": ends(row.range),
+            "better": row.better,
+            "is_signed": row.is_signed,
+            "unit": row.unit,
+            "where": list(row.where),
+            "polyhedra": row.polyhedra is not None or row.of_faces is not None,
+            "shapes": {
+                name: {"ideal": row.standard(name).ideal, "acceptable": ends(row.standard(name).acceptable)}
+                for name in row.shapes or SHAPES
+            },
+            "source": row.source,
+            "reference": row.reference,
+        }
+        for row in rows
+    ]
+    return json.dumps({"schema": "meshgauge-metrics", "version": 1, "metrics": listed}, indent=2, allow_nan=False)
 
 
 def _details(row: Metric) -> RenderResult:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cells import BY_NAME
 from ..errors import MeshgaugeError
 from ..look.bands import POOR
+from ..look.names import meant_or_known
 from ..status import STATUSES, Purpose, is_invalid, is_usable
 
 Mask = NDArray[np.bool_]
@@ -99,6 +102,22 @@ class Cells(Protocol):
     def centres(self) -> NDArray[np.float32]:
         """``(n_cells, 3)``, in the frame of the scene."""
         ...
+
+
+def require_known(filters: Filters, meshes: Sequence[Cells]) -> None:
+    """Raise `ViewError` if a filter names a type or status that there is not, or a region that no mesh has.
+
+    A type or status that only these meshes lack passes: a view may be meant for another mesh.
+    """
+    for what, chosen, have, known in (
+        ("cell type", filters.types, [cells.type_names for cells in meshes], BY_NAME),
+        ("status", filters.statuses, [[row.name for row in STATUSES.values()]], ()),
+        ("region", filters.regions, [cells.region_names for cells in meshes], ()),
+    ):
+        names = dict.fromkeys(name for one in have for name in one)
+        for name in sorted(chosen or ()):
+            if name not in names and name not in known:
+                raise ViewError(f"no {what} {name!r}{meant_or_known(name, names)}")
 
 
 def in_range(values: NDArray[np.float64], filters: Filters) -> Mask:

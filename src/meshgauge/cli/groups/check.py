@@ -35,6 +35,9 @@ class RuleOptions:
     config: Annotated[
         Path | None, option("--config", "FILE", "Take the settings from this file.", default="the nearest one")
     ] = None
+    init: Annotated[
+        bool, option("--init", None, "Write meshgauge.toml with comments and the usual rules, and check nothing.")
+    ] = False
     write_baseline: Annotated[
         Path | None, option("--write-baseline", "FILE", "Check nothing, store what is measured instead.")
     ] = None

@@ -33,7 +33,9 @@ class Window:
     size: Annotated[str, option("--size", "WxH", "Size of that picture.")] = "1200x800"
 
     def pixels(self) -> tuple[int, int]:
-        """Width and height of the picture. Raises `OptionError`."""
+        """Width and height of the picture. Raises `OptionError`, also if its name is none of a PNG."""
+        if self.screenshot is not None and self.screenshot.suffix.lower() != ".png":
+            raise OptionError(f"{self.screenshot}: pictures of a view are written as PNG; the name must end in .png")
         try:
             width, height = (int(part) for part in self.size.lower().split("x"))
         except ValueError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from ...errors import MetricError
+from ...look.names import meant_or_known
 from . import companions, finite_volume, jacobian, tetra, verdict_library
 from .finite_volume import LIMITS
 from .inputs import Cells, PolyhedralCells
@@ -22,6 +23,8 @@ METRICS: dict[str, Metric] = {
 }
 """Every row, by name."""
 
+_LISTED = "'meshgauge metrics'"
+
 
 def metric(which: str | Metric) -> Metric:
     """The row of a name; a row is returned as it is.
@@ -35,7 +38,7 @@ def metric(which: str | Metric) -> Metric:
         return which
     row = METRICS.get(which)
     if row is None:
-        raise MetricError(f"no metric {which!r}; there are {', '.join(METRICS)}")
+        raise MetricError(f"no metric {which!r}{meant_or_known(which, METRICS, _LISTED)}")
     return row
 
 

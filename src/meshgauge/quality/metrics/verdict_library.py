@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 
 from ...cells import BY_NAME, CELL_TYPES, WEDGE, type_name
 from ...errors import MetricError
+from ...look.names import meant_or_known
 from .inputs import Cells
 from .row import Interval, Metric, Standard
 
@@ -304,7 +305,7 @@ def verdict_quality(
     name = measure.removeprefix(PREFIX)
     asked = _BY_NAME.get(name)
     if asked is None:
-        raise MetricError(f"no Verdict measure {measure!r}; there are {', '.join(_BY_NAME)}")
+        raise MetricError(f"no Verdict measure {measure!r}{meant_or_known(measure, _BY_NAME)}")
     row = CELL_TYPES.get(int(vtk_id))
     if row is None or row.shape is None or not asked.is_defined_for(row.shape.name):
         raise MetricError(
