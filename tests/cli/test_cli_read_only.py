@@ -16,7 +16,7 @@ PACKAGE = Path(meshgauge.__file__).parent
 RUN = """
 import sys
 from meshgauge.cli.main import main
-codes = [main([*line.split(), sys.argv[1]]) for line in ("report -q", "check -q", "doctor --json")]
+codes = [main([*line.split(), sys.argv[1]]) for line in ("report -q", "check -q", "doctor --json --exit-zero")]
 from meshgauge.kernels import jit
 jit.warm_up()  # a kernel, whose cache must go elsewhere
 sys.exit(codes != [0, 1, 0])

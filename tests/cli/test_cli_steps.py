@@ -161,7 +161,7 @@ def test_a_change_needs_a_step_that_is_named(run: Path, tmp_path: Path, capsys: 
 
 
 def test_other_commands_take_a_step(run: Path, tmp_path: Path, capsys: Captured) -> None:
-    assert main(["doctor", str(run), "-q", "--step", "all"]) == 0
+    assert main(["doctor", str(run), "-q", "--step", "all"]) == 1
     assert "step 3 (time 2)" in capsys.readouterr().out
     assert main(["compare", str(run), "-q", "--step", "all"]) == 0
     assert main(["plot", str(run), "-o", str(tmp_path / "a.svg"), "-q", "--step", "last"]) == 0

@@ -55,7 +55,7 @@ def test_orient_replaces_its_input_only_if_asked(reversed_file: Path, capsys: py
 def test_orient_turns_wedges_in_the_other_order(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = tmp_path / "a.vtu", tmp_path / "b.vtu"
     meshgauge.write(path, reverse(mixed(), range(4, 12)))
-    assert main(["doctor", str(path)]) == 0
+    assert main(["doctor", str(path)]) == 1
     assert "All 8 wedge cells are numbered in reverse, in the order that VTK" in capsys.readouterr().out
     assert main(["orient", str(path), "-o", str(out)]) == 0
     assert (meshgauge.measure(meshgauge.read(out, wedge_order="gmsh")).values > 0).all()
@@ -65,7 +65,7 @@ def test_the_verdict_of_the_doctor_is_a_line(
     reversed_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     meshgauge.write(tmp_path / "good.vtu", grid("tetra", 1))
-    assert main(["doctor", "-q", str(reversed_file), str(tmp_path / "good.vtu")]) == 0
+    assert main(["doctor", "-q", str(reversed_file), str(tmp_path / "good.vtu")]) == 1
     assert capsys.readouterr().out.splitlines() == [
         f"{reversed_file}: 1 defect (orientation)",
         f"{tmp_path / 'good.vtu'}: nothing is wrong",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
 from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
@@ -13,7 +14,7 @@ from ..look.bands import POOR_TEXT
 from ..look.names import meant
 from ..quality.metrics import METRICS
 from ..report.catalogue import MetricsText
-from ..status import PURPOSES, STATUSES, Category, category
+from ..status import PURPOSES, STATUSES, Category, Purpose, StatusRow, category
 from .grammar import rule
 from .judge import default_rules
 from .rules import Nothing, NoWorse, Rule, Threshold
@@ -53,7 +54,7 @@ class Explanation:
         self.blocks = list(_blocks(name))
         if not self.blocks:
             names = (*METRICS, *(row.name for row in STATUSES.values()), *WORDS, *PURPOSES)
-            hint = meant(name, names) or "; it is no rule, metric, status or purpose ('meshgauge metrics' lists metrics)"
+            hint = meant(name, names) or "; it is no rule, metric, status or purpose"
             raise OptionError(f"nothing is called {name!r}{hint}")
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
@@ -76,7 +77,7 @@ def _blocks(name: str) -> Iterator[tuple[str, Rows]]:
     """What the name is, and what is said of it."""
     for row in STATUSES.values():
         if row.name == name:
-            as_fem, as_fv = category(row.status, "fem"), category(row.status, "fv")
+            as_fem, as_fv = _category(row, "fem"), _category(row, "fv")
             rows = [("meaning", row.text), ("counts as", _COUNTS[as_fem])]
             if as_fv != as_fem:
                 rows.append(("for finite volumes", _COUNTS[as_fv]))
@@ -93,6 +94,10 @@ def _blocks(name: str) -> Iterator[tuple[str, Rows]]:
     except RuleError:
         return
     yield "a rule", list(_of_rule(one))
+
+
+def _category(row: StatusRow, purpose: Purpose) -> Category:
+    return Category(int(category(np.array([row.status], np.uint8), purpose)[0]))
 
 
 def _of_rule(one: Rule) -> Iterator[tuple[str, str]]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..check.sources import RefusedRule
     from .batch import Batch
 
+
 def check(
     meshes: Annotated[
         list[str] | None,

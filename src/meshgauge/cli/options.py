@@ -103,9 +103,7 @@ OneMesh = Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or a 
 
 FileFormat = Annotated[
     str | None,
-    option(
-        "--format", "NAME", "Read as this format.", READING, default="by name and content", completes=format_names
-    ),
+    option("--format", "NAME", "Read as this format.", READING, default="by name and content", completes=format_names),
 ]
 WedgeOrder = Annotated[
     WedgeOrders,
