@@ -10,6 +10,7 @@ import pytest
 from made_up import report_of
 from rich.console import Console
 
+import meshgauge
 from meshgauge.errors import FailedFile
 from meshgauge.look import style
 from meshgauge.report import FileReport
@@ -109,3 +110,24 @@ def test_several_files_are_compared_in_a_table_and_a_sentence() -> None:
     assert "y/a.vtu is better in min (0.300 against 0.100)" in flat
     assert "1 of the cells of y/a.vtu could not be measured" in flat
     assert "not reported: z.vtu: no such file" in flat
+
+
+def test_a_cell_that_is_invalid_whatever_its_value_is_named_beside_the_histogram() -> None:
+    """The crossed hexahedron: every corner is nearly ideal, and in the middle the determinant is negative."""
+    ticks = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], float)
+    points = np.vstack([np.c_[ticks, np.zeros(4)], np.c_[-ticks, np.full(4, 20.0)]])
+    mesh = meshgauge.Mesh.from_arrays(points, {"hexahedron": [range(8)]})
+    quality = meshgauge.measure(mesh)
+    assert quality.values[0] > 0.9
+    text = rendered(FileText(FileReport.of(quality)), 120)
+    (line,) = [line for line in text.splitlines() if "whatever" in line]
+    assert "1 inverted_inside cell is among these: invalid" in line
+    worst = text[text.index("worst 1 cell") :]
+    assert "status" in worst
+    assert "inverted_inside" in worst
+
+
+def test_where_all_are_what_their_values_say_there_is_no_column_for_it() -> None:
+    text = rendered(FileText(report_of(tetra=[0.1, 0.5, 0.9], worst=2)), 120)
+    assert "whatever" not in text
+    assert "status" not in text

@@ -18,6 +18,7 @@ from ..look.bands import BANDS, POOR_TEXT
 from ..look.bands import band as band_of
 from ..look.names import cell_entry, listed, point_entry
 from ..quality.summary import UNDEFINED, Summary, Tally
+from ..quality.worst import WorstCell
 from ..status import STATUSES, Category
 from .finite_volume import FiniteVolumeMeasure, face_text, keeps, place
 from .record import FileReport
@@ -36,6 +37,12 @@ STATUS_STYLES = {
     row.name: "bold red" if row.category in (Category.INVALID, Category.DEGENERATE) else "bold yellow"
     for row in STATUSES.values()
 }
+
+UNLIKE_THEIR_VALUE = {
+    "inverted_inside": "invalid, whatever the value of their corners",
+    "undecided": "no pass, whatever the value of their corners",
+}
+"""Statuses of cells that may have any value above 0, and what they are all the same."""
 
 STATUS_TEXTS = {row.name: row.text for row in STATUSES.values()}
 
@@ -71,7 +78,7 @@ class FileText:
             if report.regions:
                 yield region_tables(report, console, options)
             if self.with_bars:
-                yield from bars(summary.all, self.bins, options)
+                yield from bars(report, self.bins, options)
         if report.findings:
             yield from findings(report)
         if report.worst:
@@ -176,8 +183,10 @@ def spark(tally: Tally, ascii_only: bool, width: int = SPARK_WIDTH) -> Text:
     return text.append("|" if ascii_only else "▏")
 
 
-def bars(tally: Tally, bins: int, options: ConsoleOptions) -> Iterator[RenderableType]:
-    """The histogram of all cells, a bar a bin, from the lowest bin that holds a cell."""
+def bars(report: FileReport, bins: int, options: ConsoleOptions) -> Iterator[RenderableType]:
+    """The histogram of all cells, a bar a bin, from the lowest bin that holds a cell; below it which of them are not
+    what their value says."""
+    tally = report.summary.all
     edges, counts = tally.histogram(bins)
     first = int(np.flatnonzero(counts)[0])
     digits = max(len(f"{e:.4f}".rstrip("0").split(".")[1]) for e in edges.tolist())
@@ -205,7 +214,15 @@ def bars(tally: Tally, bins: int, options: ConsoleOptions) -> Iterator[Renderabl
             Text(band.name if band.name != named else "", band.style),
         )
         named = band.name
-    yield Padding(table, (0, 0, 1, 1), expand=False)
+    yield Padding(table, (0, 0, 0, 1), expand=False)
+    for finding in report.findings:
+        if finding.status in UNLIKE_THEIR_VALUE:
+            count = style.plural(finding.n_cells, f"{finding.status} cell")
+            verb = "is" if finding.n_cells == 1 else "are"
+            yield Text(
+                f" {count} {verb} among these: {UNLIKE_THEIR_VALUE[finding.status]}", STATUS_STYLES[finding.status]
+            )
+    yield Text()
 
 
 def findings(report: FileReport) -> Iterator[RenderableType]:
@@ -236,13 +253,16 @@ def worst_cells(report: FileReport, console: Console, options: ConsoleOptions) -
 def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table:
     names = ["cell", "type", "quality", "node", *(["at node"] if with_node_quality else []), "point", "x", "y", "z"]
     with_region = bool(report.worst_regions)
+    with_status = any(cell.status not in ("ok", "inverted") for cell in report.worst)
+    names[3:3] = ["status"] if with_status else []
     table = new_table(*names, *(["region"] if with_region else []))
     table.columns[1].justify = "left"
     for at, cell in enumerate(report.worst):
         table.add_row(
             cell_entry(cell.cell, cell.cell_label),
             cell.type,
-            quality_text(cell.quality),
+            quality_text(cell.quality) if cell.status == "ok" else _by_status(cell, style.quality(cell.quality)),
+            *([_by_status(cell, cell.status)] if with_status else []),
             str(cell.node),
             *([quality_text(cell.node_quality)] if with_node_quality else []),
             point_entry(cell.point, cell.point_label),
@@ -250,6 +270,11 @@ def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table
             *([Text(report.worst_regions[at])] if with_region else []),
         )
     return table
+
+
+def _by_status(cell: WorstCell, text: str) -> Text:
+    """In the colour of a cell's status, which goes before that of its value."""
+    return Text(text, STATUS_STYLES.get(cell.status, ""))
 
 
 def other_metric(summary: Summary) -> Iterator[RenderableType]:
