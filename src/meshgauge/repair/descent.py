@@ -264,7 +264,7 @@ def _direction(gram: Points, kept: int, newest: int) -> Points:
     factors = np.zeros(2 * MEMORY + 1)
     factors[-1] = -1.0
     pairs = [((newest - age) % MEMORY, MEMORY + (newest - age) % MEMORY) for age in range(kept)]
-    pairs = [(s, y) for s, y in pairs if gram[s, y] > 0.0]
+    pairs = [(s, y) for s, y in pairs if gram[s, y] > 0.0 and np.isfinite(gram[y, y])]
     alphas = []
     for s, y in pairs:
         alpha = float(factors @ gram[s]) / gram[s, y]

@@ -33,6 +33,9 @@ SLACK = 0.2
 
 PERFECT = 0.9999
 
+ROUNDING = 1e-9
+"""What floors are below the values that they keep."""
+
 ROUNDS, SMALL_GAIN = 60, 1e-5
 """Most rounds over the points of the worst cells, and what a point must gain to move."""
 
@@ -84,7 +87,8 @@ def raise_worst(
     """
     if run.moving.n_cells == 0 or run.is_over():
         return points
-    if offsets is None and constraint is None:
+    # An edge that shrinks to nothing would raise what is negative, to 0: only what is valid is raised point by point.
+    if offsets is None and constraint is None and float(run.moving.qualities(points)[0].min()) > 0.0:
         rounds = Rounds(run)
         for _ in range(TOGETHER):
             before = float(run.moving.qualities(points)[0].min())
@@ -109,16 +113,13 @@ def _point_by_point(run: Run, rounds: Rounds, points: Points, goal: float, phase
     points = points.copy()
     near, sharpness = NEAR, SHARP
     for _ in range(ROUNDS):
-        lowest, folded = run.moving.qualities(points)
-        values = np.where(lowest <= 0.0, lowest, folded)
+        values = run.moving.qualities(points)[1]
         level = float(values.min())
         worst = values < level + near
         if level >= goal or np.count_nonzero(worst) > FEW * run.moving.n_cells or run.is_over():
             break
-        floors = np.minimum(values, level)
-        if level <= 0.0:  # what is valid stays so
-            floors = np.where(values > 0.0, SLACK * values, floors)
-        moved = rounds.visit(points, rounds.at_cells(worst), floors - END * END, sharpness, SMALL_GAIN)
+        floors = np.minimum(values, level) - ROUNDING
+        moved = rounds.visit(points, rounds.at_cells(worst), floors, sharpness, SMALL_GAIN)
         run.record(phase, points)
         if not moved.any():
             break
