@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
 import signal
+import subprocess
+import sys
 from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from slice_meshes import garden
 
-from meshgauge import MeshgaugeError, OptionError, io
+import meshgauge
+from meshgauge import Mesh, MeshgaugeError, OptionError, io
 from meshgauge.cli.main import main
 from meshgauge.cli.scheduler import executor
+from meshgauge.report.json import dumps
 from meshgauge.report.stream import job_of
 from meshgauge.slices import Ask, Job, Partial, measure_pieces
 
@@ -101,5 +108,116 @@ def test_a_cluster_of_dask(tmp_path: Path) -> None:
     expected = measure_pieces(job, size=97)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:
         made = measure_pieces(job, executor=client.get_executor(), size=97)
+    assert made.summaries == expected.summaries
+    assert made.worst == expected.worst
+
+
+MPI = """
+import sys
+from mpi4py.futures import MPIPoolExecutor
+import meshgauge
+from meshgauge.report.json import dumps
+from meshgauge.slices import read
+
+if __name__ == "__main__":
+    read.SIZE = 1000
+    with MPIPoolExecutor() as pool:
+        report = meshgauge.stream(sys.argv[1], executor=pool)
+    print(dumps([report]))
+"""
+
+IN_SITU = """
+import sys
+from mpi4py import MPI
+import meshgauge
+from meshgauge.report.json import dumps
+
+world = MPI.COMM_WORLD
+mesh = meshgauge.read(sys.argv[1])
+ends = [mesh.n_cells * rank // world.size for rank in range(world.size + 1)]
+part = mesh[ends[world.rank] : ends[world.rank + 1]]
+partials = world.gather(meshgauge.partial(part, part=(world.rank, world.size)))
+if world.rank == 0:
+    print(dumps([meshgauge.merge(partials)]))
+"""
+
+
+def ranks(n: int, script: str, path: Path, *module: str) -> dict[str, Any]:
+    """What a script prints that is run by so many ranks of MPI: the report in JSON, but for what parts have of their
+    own."""
+    pytest.importorskip("mpi4py", reason="mpi4py is not installed")
+    if shutil.which("mpiexec") is None:
+        pytest.skip("mpiexec is not installed")
+    file = path.with_name("script.py")
+    file.write_text(script)
+    # OpenMPI asks those who are root whether they mean it, and wants a processor for each rank.
+    names = ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe")
+    command = ["mpiexec", "-n", str(n), sys.executable, *module, str(file), str(path)]
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+        env={**os.environ, **dict.fromkeys(names, "1")},
+    )
+    assert done.returncode == 0, done.stderr
+    return of_json(done.stdout)
+
+
+def of_json(text: str) -> dict[str, Any]:
+    (file,) = json.loads(text)["files"]
+    for cell in file["worst"]:
+        del cell["point"]
+    return {name: value for name, value in file.items() if name not in ("path", "notes", "n_points")}
+
+
+@pytest.fixture
+def many(tmp_path: Path) -> Path:
+    """A mesh of enough cells of its type to be compiled."""
+    rng = np.random.default_rng(0)
+    n = 30_000
+    points = np.tile([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], (n, 1)) + rng.normal(size=(4 * n, 3)) * 0.3
+    io.write(tmp_path / "a.vtkhdf", Mesh.from_arrays(points, {"tetra": np.arange(4 * n).reshape(n, 4)}))
+    return tmp_path / "a.vtkhdf"
+
+
+@pytest.mark.long
+def test_ranks_of_mpi_as_an_executor(many: Path) -> None:
+    made = ranks(3, MPI, many, "-m", "mpi4py.futures")
+    assert made == of_json(dumps([meshgauge.stream(many)]))
+
+
+@pytest.mark.long
+def test_ranks_of_mpi_measure_what_they_have(many: Path) -> None:
+    made = ranks(3, IN_SITU, many)
+    assert made == of_json(dumps([meshgauge.stream(many)]))
+
+
+@pytest.mark.long
+def test_workers_of_dask_that_are_killed(many: Path) -> None:
+    pytest.importorskip("distributed", reason="Dask is not installed")
+    from distributed import Client, LocalCluster
+
+    pieces = io.pieces(many)
+    assert pieces is not None
+    job = job_of(pieces, Ask())
+    expected = measure_pieces(job, size=300)
+    killed: list[int] = []
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        assert client.submit(meshgauge.stream, str(many)).result().summary.n_cells == 30_000  # all is loaded
+
+        def kill(done: int, total: int) -> None:
+            if done % 9000 == 0:
+                running = [worker for worker in cluster.workers.values() if worker.process.pid not in killed]
+                if running:
+                    killed.append(running[0].process.pid)
+                    os.kill(killed[-1], signal.SIGKILL)
+
+        made = measure_pieces(job, executor=client.get_executor(retries=20), size=300, progress=kill)
+    assert len(killed) >= 2
     assert made.summaries == expected.summaries
     assert made.worst == expected.worst

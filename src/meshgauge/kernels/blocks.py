@@ -1,11 +1,11 @@
-"""Which blocks of an array some ids lie in, and where they stand once only these blocks are there."""
+"""Which blocks, or items, of an array some ids name, and where they stand once only these are there."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .jit import kernel
+from .jit import inlined, kernel
 
 Ids = NDArray[np.int64]
 
@@ -28,3 +28,47 @@ def place(ids: Ids, shift: int, moves: Ids, out: Ids) -> None:
     """``out = ids + moves[ids >> shift]``."""
     for i in range(len(ids)):
         out[i] = ids[i] + moves[ids[i] >> shift]
+
+
+@inlined
+def _n_bits(word: np.uint64) -> np.uint64:
+    """The number of bits that are set."""
+    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
+    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
+    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return (word * np.uint64(0x0101010101010101)) >> np.uint64(56)
+
+
+@kernel
+def gather(ids: Ids, words: NDArray[np.uint64], before: Ids) -> int:
+    """Set a bit in ``words``, which are 0, for each id; count those ``before`` each word, of which there is one more.
+
+    Returns the number of different ids. All ids are those of items.
+    """
+    for i in range(len(ids)):
+        words[ids[i] >> 6] |= np.uint64(1) << np.uint64(ids[i] & 63)
+    before[0] = 0
+    for word in range(len(words)):
+        before[word + 1] = before[word] + np.int64(_n_bits(words[word]))
+    return int(before[len(words)])
+
+
+@kernel
+def ranks(ids: Ids, words: NDArray[np.uint64], before: Ids, out: Ids) -> None:
+    """The position of each id among those that are set, ascending."""
+    for i in range(len(ids)):
+        word, bit = ids[i] >> 6, np.uint64(ids[i] & 63)
+        out[i] = before[word] + np.int64(_n_bits(words[word] & ((np.uint64(1) << bit) - np.uint64(1))))
+
+
+@kernel
+def listed(words: NDArray[np.uint64], out: Ids) -> None:
+    """The ids that are set, ascending."""
+    at = 0
+    for word in range(len(words)):
+        rest = words[word]
+        while rest:
+            low = rest & (~rest + np.uint64(1))
+            out[at] = (word << 6) + np.int64(_n_bits(low - np.uint64(1)))
+            at += 1
+            rest ^= low

@@ -145,7 +145,14 @@ class Points:
 
     def _by_ids(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Origins]:
         """Those points and no others: read window by window, of which one is held at a time."""
-        origins = np.unique(ids)
+        from ..kernels import blocks
+
+        words = np.zeros((self.n >> 6) + 1, np.uint64)
+        before = np.empty(len(words) + 1, np.int64)
+        n = blocks.gather(ids, words, before)  # all are there: `blocks_of` looked
+        origins, local = np.empty(n, np.int64), np.empty(len(ids), np.int64)
+        blocks.listed(words, origins)
+        blocks.ranks(ids, words, before, local)
         points = np.empty((len(origins), 3), self.rows.dtype.newbyteorder("="))
         ends = np.searchsorted(origins, np.arange(0, self.n, WINDOW) + WINDOW)
         begin = 0
@@ -154,7 +161,7 @@ class Points:
                 first, last = int(origins[begin]), int(origins[end - 1]) + 1
                 points[begin:end] = self._read(first, last)[origins[begin:end] - first]
             begin = end
-        return points, np.searchsorted(origins, ids).astype(np.int64), Origins(None, origins)
+        return points, local, Origins(None, origins)
 
     def _read(self, start: int, stop: int) -> NDArray[np.floating]:
         with_bytes = (stop - start) * row_bytes(self.rows)

@@ -1,0 +1,45 @@
+"""Points of a slice by their ids: each once, ascending, and the place of each id among them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshgauge.kernels import blocks
+from meshgauge.slices import points
+from meshgauge.slices.points import Points
+
+
+class InMemory:
+    """Rows that are there."""
+
+    def __init__(self, values: np.ndarray) -> None:
+        self.values, self.dtype, self.shape = values, values.dtype, values.shape
+
+    def read(self, start: int, stop: int) -> np.ndarray:
+        return self.values[start:stop]
+
+
+@pytest.mark.parametrize("n", [1, 63, 64, 65, 1000, 20_000])
+def test_ids_are_gathered_as_unique_does(n: int) -> None:
+    rng = np.random.default_rng(n)
+    for ids in (rng.integers(0, n, 500), np.array([0, n - 1, n - 1, 0]), np.arange(n), np.empty(0, np.int64)):
+        expected, places = np.unique(ids, return_inverse=True)
+        words = np.zeros((n >> 6) + 1, np.uint64)
+        before = np.empty(len(words) + 1, np.int64)
+        assert blocks.gather(ids, words, before) == len(expected)
+        made, at = np.empty(len(expected), np.int64), np.empty(len(ids), np.int64)
+        blocks.listed(words, made)
+        blocks.ranks(ids, words, before, at)
+        assert np.array_equal(made, expected)
+        assert np.array_equal(at, places)
+
+
+def test_they_are_read_window_by_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(points, "WINDOW", 100)
+    xyz = np.random.default_rng(0).random((1234, 3))
+    ids = np.random.default_rng(1).integers(0, 1234, 400)
+    made, local, origins = Points(InMemory(xyz), 1).of(ids)
+    assert np.array_equal(made[local], xyz[ids])
+    assert len(made) == len(np.unique(ids))
+    assert [origins.of(int(at)) for at in local] == ids.tolist()
