@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -81,6 +82,22 @@ def test_wedges_are_decided_for_all(tmp_path: Path) -> None:
     paths = [tmp_path / f"{name}.vtu" for name in "abc"]
     whole = io.read_as_one(paths)
     assert meshgauge.measure(whole).summary().all.n_invalid == meshgauge.stream(paths).summary.all.n_invalid == 1
+
+
+def test_folders_of_a_decomposed_case(tmp_path: Path, capsys: Captured) -> None:
+    """As ``decomposePar`` leaves them: each a case of OpenFOAM."""
+    case = Path(__file__).parents[1] / "doctor" / "data" / "internal_reversed"
+    for number in range(2):
+        shutil.copytree(case, tmp_path / f"processor{number}")
+    assert main(["report", str(tmp_path / "processor*"), "--as-one", "--json"]) == 0
+    (one,) = json.loads(capsys.readouterr().out)["files"]
+    alone = meshgauge.measure(io.read(case))
+    assert one["n_cells"] == 2 * alone.n_cells
+    assert one["purpose"] == "fv"
+    names = [tmp_path / f"processor{number}" for number in range(2)]
+    merged = meshgauge.merge([meshgauge.partial(name) for name in names])
+    assert merged.summary.all.n_cells == one["all"]["n_cells"]
+    assert merged.summary.all.total == 2 * alone.summary().all.total
 
 
 def test_what_does_not_go_with_it(files: list[Path], tmp_path: Path, capsys: Captured) -> None:
