@@ -17,7 +17,7 @@ def paraview_plugin(
     """Print the path of the file to load in ParaView."""
     if preset is not None:
         from ..files import output
-        from ..integrations.paraview_preset import presets_json
+        from ..plot.paraview_preset import presets_json
 
         output.write_text(preset, presets_json())
         return

@@ -31,7 +31,7 @@ def test_both_maps_have_the_colours_of_the_reports(tmp_path: Path) -> None:
 
 def test_vtk_takes_the_points(tmp_path: Path) -> None:
     vtk = pytest.importorskip("vtkmodules.vtkRenderingCore")
-    from meshgauge.integrations.paraview_preset import presets
+    from meshgauge.plot.paraview_preset import presets
 
     function = vtk.vtkColorTransferFunction()
     for x, r, g, b in np.array(presets()[0]["RGBPoints"]).reshape(-1, 4).tolist():
