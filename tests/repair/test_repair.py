@@ -331,4 +331,4 @@ def test_a_slow_first_entry_does_not_silence_the_history(monkeypatch: pytest.Mon
     monkeypatch.setattr(Problem, "qualities", slow)
     monkeypatch.setattr("meshgauge.repair.run.INTERVAL", 0.0)
     result = meshgauge.improve(shaken("hexahedron", 6, 0.6), everywhere=True)
-    assert len(result.history) > 4
+    assert len(result.history) > 2  # more than the start and the end

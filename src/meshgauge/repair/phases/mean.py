@@ -14,7 +14,7 @@ from .worst import ON_CURVED
 SHARPNESS = (10.0, 20.0, 40.0)
 """How near the smooth least of a cell's corners is to the true one, one after another."""
 
-ITERATIONS = 100
+ITERATIONS = 150
 LOSS = 3e-4
 """Share of a quality that may be lost even where all of it is to be kept: without any, nothing could move."""
 

@@ -48,8 +48,11 @@ SHARP, SHARPER, SHARPEST = 20.0, 1.15, 400.0
 FEW = 0.125
 """Share of the cells up to which the worst are raised point by point, and then together: more are descended at once."""
 
-TOGETHER = 3
-"""How often the two are done in turn."""
+MOST = 0.5
+"""The same once more rings are raised with them."""
+
+RINGS = (1, 3, 8)
+"""Cells around the worst that are raised together with them, one after another."""
 
 ENOUGH = 1e-3
 """What they must gain to be done once more."""
@@ -90,18 +93,20 @@ def raise_worst(
     # An edge that shrinks to nothing would raise what is negative, to 0: only what is valid is raised point by point.
     if offsets is None and constraint is None and float(run.moving.qualities(points)[0].min()) > 0.0:
         rounds = Rounds(run)
-        for _ in range(TOGETHER):
+        for rings in RINGS:
             before = float(run.moving.qualities(points)[0].min())
             points = _point_by_point(run, rounds, points, goal, phase)
             lowest = run.moving.qualities(points)[0]
             worst = float(lowest.min())
-            keep = run.moving.grow(lowest < worst + CLOSE, 1)
+            keep = run.moving.grow(lowest < worst + CLOSE, rings)
             if worst >= goal or run.is_over():
                 return points
-            if np.count_nonzero(keep) > FEW * run.moving.n_cells:
+            if np.count_nonzero(keep) > (FEW if rings == RINGS[0] else MOST) * run.moving.n_cells:
                 break
             points = _descend(run, points, lengths, goal, phase, keep=keep)
-            if float(run.moving.qualities(points)[0].min()) < before + ENOUGH:
+            # Of tetrahedra those further off have nothing to give.
+            is_last = run.moving.is_tetrahedra or rings > RINGS[0]
+            if is_last and float(run.moving.qualities(points)[0].min()) < before + ENOUGH:
                 return points
         else:
             return points
