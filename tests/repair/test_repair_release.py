@@ -188,3 +188,20 @@ def test_steps_after_it_that_break_a_promise_leave_what_the_boundary_gave(
     assert result.report.outcome == "improved"
     assert result.report.displacement.deviation > 0.0
     assert not (result.after.values <= 0.0).any()
+
+
+def test_cells_that_are_apart_are_mended_though_others_cannot_be(inverted: Mesh) -> None:
+    """Two balls; of one all points of the boundary but one must stay, so that all at once fail."""
+    n = inverted.n_points
+    cells = inverted.connectivity.reshape(-1, 8)
+    mesh = Mesh.from_arrays(
+        np.concatenate([inverted.points, np.asarray(inverted.points) + 20.0]),
+        {"hexahedron": np.concatenate([cells, cells + n])},
+    )
+    bad = measure(mesh).values <= 0.0
+    fixed = np.unique(mesh.connectivity.reshape(-1, 8)[bad & (np.arange(mesh.n_cells) >= inverted.n_cells)])
+    result = meshgauge.improve(mesh, boundary="slide", tolerance=0.01, target=0.0, fixed=fixed)
+    after = result.after.values <= 0.0
+    assert not after[: inverted.n_cells].any()
+    assert after[inverted.n_cells :].any()
+    assert all(claim.holds for claim in result.report.claims)

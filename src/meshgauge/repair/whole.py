@@ -332,17 +332,20 @@ def _slide(outcome: Outcome, fixed: Promise, options: Options) -> None:
     released = np.zeros(len(points), bool)
 
     def release_near(target: float) -> None:
-        done = release(promise, outcome.quality, run, surface, limit, target=target, threads=options.threads)
+        is_wide = options.everywhere and target > 0.0
+        done = release(
+            promise, outcome.quality, run, surface, limit, target=target, is_wide=is_wide, threads=options.threads
+        )
         outcome.notes += done.notes
         if done.released.any() and outcome.take(done.quality, promise):
             outcome.deviation = done.deviation
             released[done.released] = True
+            run.raised = None  # of the mesh before
 
-    if options.tolerance is not None and is_below(outcome.quality, 0.0).any():
-        release_near(0.0)
+    for target in (0.0, options.target) if options.tolerance is not None else ():
+        if not run.stopped and is_below(outcome.quality, target).any():
+            release_near(target)
     slid = slide(promise, outcome.quality, run, surface, released, limit, threads=options.threads)
     outcome.notes += slid.notes
     if slid.quality is not outcome.quality and outcome.take(slid.quality, promise):
         outcome.deviation = slid.deviation
-    if options.tolerance is not None and not run.stopped and is_below(outcome.quality, options.target).any():
-        release_near(options.target)

@@ -16,6 +16,7 @@ from ...look.style import number_of
 from ...quality.measure import Quality
 from ..acceptance import accept, is_below, is_better
 from ..claims import Promise
+from ..components import components
 from ..constraints import Mask
 from ..curved import move_nodes_between
 from ..descent import DescentResult, Energy, Freedom
@@ -88,6 +89,7 @@ def release(
     limit: float,
     *,
     target: float,
+    is_wide: bool,
     threads: int | None,
 ) -> ReleaseResult:
     """Mend cells with points of the boundary off their surface by no more than a limit.
@@ -106,29 +108,51 @@ def release(
         The largest distance between the surfaces before and after.
     target
         Cells that are invalid or below it are mended.
+    is_wide
+        True if points far around are released first: where all of that can be brought back, more is reached.
     threads
         As for `improve`.
     """
     start, off, released = reached, 0.0, np.zeros(len(surface.kind), bool)
-    before = np.zeros(run.whole.n_cells, bool)
-    for rings in RINGS:
+    tried: list[Mask] = []
+    for rings in (RINGS[-1], *RINGS) if is_wide else RINGS:
         bad = is_below(reached, target)[run.whole.cell_ids]
         near = run.whole.grow(bad, rings)
-        if np.array_equal(near, before) or run.is_over():
+        if not bad.any() or run.is_over():
             break
-        before = near
-        work = _Release(run, promise, reached, surface, limit, near)
-        points = work.points()
-        run.evaluations, run.stopped = work.run.evaluations, work.run.stopped
-        after, apart = _within(promise, reached, points, surface, limit, threads)
-        if apart.largest <= limit and is_better(after, reached, target) and not promise.broken(after):
-            reached, off = after, apart.largest
-            released |= work.released
+        if any(np.array_equal(near, one) for one in tried):
+            continue
+        groups = _groups(run.whole, near) if tried or not is_wide else []
+        tried.append(near)
+        # All at once share what each gives; if one of them fails, the others stand alone.
+        for group in (near, *groups) if len(groups) != 1 else groups:
+            if run.is_over():
+                break
+            work = _Release(run, promise, reached, surface, limit, group)
+            points = work.points()
+            run.evaluations, run.stopped = work.run.evaluations, work.run.stopped
+            after, apart = _within(promise, reached, points, surface, limit, threads)
+            if apart.largest <= limit and is_better(after, reached, target) and not promise.broken(after):
+                reached, off = after, apart.largest
+                released |= work.released
+                if group is near:
+                    break
     if reached is start:
         return ReleaseResult(start, np.zeros_like(released), 0.0, ("Points off the boundary are not better.",))
     n = int(np.count_nonzero(released))
     count = number_of(n, "point of the boundary was released", "points of the boundary were released")
     return ReleaseResult(reached, released, off, (f"{count} to mend cells beside.",))
+
+
+def _groups(whole: Problem, cells: Mask) -> list[Mask]:
+    """Some cells in groups that share no point, each ``(n_cells,)``: what becomes of one is nothing to another."""
+    owner = np.repeat(np.arange(whole.n_cells), np.diff(whole.cells))
+    mine = cells[owner]
+    nodes = whole.corners[mine].astype(np.int64)
+    label = components(
+        whole.n_cells + whole.n_points, np.repeat(owner[mine], nodes.shape[1]), whole.n_cells + nodes.reshape(-1)
+    )[: whole.n_cells]
+    return [cells & (label == one) for one in np.unique(label[cells])]
 
 
 def _within(
@@ -360,6 +384,7 @@ class _Release:
     def _raise(self, here: Points, slack: float) -> Points:
         run, springs, part = self.run, self.springs, self.part
         springs.slack, springs.weight, springs.soft = slack, STIFF, SOFT
+        springs.draw(here)
         lengths = part.reference_lengths(here)
         here = raise_worst(run, here, lengths, phase="release", constraint=springs)
         here = raise_mean(run, here, lengths, phase="release", constraint=springs)

@@ -142,7 +142,9 @@ def slide(
         reached = np.asarray(slid.mesh.points, np.float64)
         apart = deviation(surface, reached, is_given=promise.is_given)
         hold = (
-            _points_to_hold(promise, slid, surface, apart.of_faces, size, limit) & (kind != CORNER) & (kind != INSIDE)
+            _points_to_hold(promise, slid, surface, apart.of_faces, size, held, limit)
+            & (kind != CORNER)
+            & (kind != INSIDE)
         )
         if not hold.any() or run.is_over():
             break
@@ -159,14 +161,18 @@ def slide(
 
 
 def _points_to_hold(
-    promise: Promise, slid: Quality, surface: Surface, far: Points, size: Points, limit: float
+    promise: Promise, slid: Quality, surface: Surface, far: Points, size: Points, released: Mask, limit: float
 ) -> NDArray[np.bool_]:
-    """Points of the surface that have to stay: their faces left it, their patch grew, or a region lost volume."""
+    """Points of the surface that have to stay: their faces left it, their patch grew, or a region lost volume.
+
+    Faces of points that were released before have left it, and may, up to the limit.
+    """
     points = np.asarray(slid.mesh.points, np.float64)
     if promise.is_given:
         return np.zeros(len(points), bool)
     ids, offsets = surface.faces, surface.face_offsets
-    limits = np.minimum(DEVIATION * np.minimum.reduceat(size[ids], offsets[:-1]), limit)
+    own = np.where(np.logical_or.reduceat(released[ids], offsets[:-1]), np.inf, DEVIATION)
+    limits = np.minimum(own * np.minimum.reduceat(size[ids], offsets[:-1]), limit)
     hold = mask_of(len(points), ids[np.repeat(far > limits, np.diff(offsets))])
     hold |= moved_rims(surface, np.asarray(promise.before.mesh.points, np.float64), points)
     if not hold.any() and not promise.keeps_volumes(slid):
