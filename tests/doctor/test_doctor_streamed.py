@@ -98,8 +98,16 @@ def refined() -> Mesh:
 
 
 def with_surfaces() -> Mesh:
-    quads = [("quad", CELLS[:64, :4]), ("quad", [[729, 730, 731, 732]]), ("line", [[0, 1]])]
+    quads = [("quad", CELLS[200:330, :4]), ("quad", [[729, 730, 731, 732]]), ("line", [[0, 1]])]
     return Mesh.from_arrays(np.vstack([POINTS, RANDOM.random((4, 3))]), [("hexahedron", CELLS), *quads])
+
+
+def four_at_a_face() -> Mesh:
+    """Two grids that have one face inside of both in common: its cells look like a pair in each."""
+    cells = np.vstack([CELLS, CELLS + 729])
+    for point in CELLS[292][:4].tolist():
+        cells[cells == point + 729] = point
+    return hexahedra(np.vstack([POINTS, np.add(POINTS, [0.1, 0.1, 0.1])]), cells)
 
 
 def collapsed(every: int, ends: list[int], onto: list[int]) -> np.ndarray:
@@ -127,8 +135,9 @@ MESHES: dict[str, Callable[[], Mesh]] = {
     "all three times": lambda: hexahedra(POINTS, np.vstack([CELLS, CELLS, CELLS])),
     "some twice, reversed": lambda: hexahedra(POINTS, np.vstack([CELLS, CELLS[5:9][:, REVERSED]])),
     "a twisted face": lambda: hexahedra(POINTS, np.where(SOME[:, None], CELLS[:, [1, 0, 2, 3, 4, 5, 6, 7]], CELLS)),
+    "four at a face": four_at_a_face,
     "two touch": lambda: hexahedra(np.vstack([POINTS, np.add(POINTS, [8, 0, 0])]), np.vstack([CELLS, CELLS + 729])),
-    "some cover": lambda: hexahedra(np.vstack([POINTS, POINTS]), np.vstack([CELLS, CELLS[:40][:, REVERSED] + 729])),
+    "some cover": lambda: hexahedra(np.vstack([POINTS, POINTS]), np.vstack([CELLS, CELLS[270:300][:, REVERSED] + 729])),
     "hinges": lambda: hexahedra(np.vstack([POINTS, [[99, 99, 99]]]), CELLS[::7]),
     "hanging": refined,
     "surfaces": with_surfaces,
