@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 def check(
     meshes: Annotated[
         list[str] | None,
-        typer.Argument(metavar="MESH", help="Mesh files, or patterns.", show_default="those of the settings"),
+        typer.Argument(
+            metavar="MESH", help="Mesh files, folders of them, or patterns.", show_default="those of the settings"
+        ),
     ] = None,
     *,
     rule_options: RuleOptions,

@@ -28,7 +28,8 @@ class Joined(str):
 
 
 def expand(arguments: Iterable[str]) -> list[str]:
-    """The files meant by the arguments: patterns that the shell left alone are expanded, each file is named once.
+    """The files meant by the arguments: patterns that the shell left alone are expanded, and folders that are no cases
+    to the meshes in them; each file is named once.
 
     Raises
     ------
@@ -37,6 +38,9 @@ def expand(arguments: Iterable[str]) -> list[str]:
     """
     paths: dict[str, None] = {}
     for argument in arguments:
+        if os.path.isdir(argument):
+            paths.update(dict.fromkeys(_in_folder(argument)))
+            continue
         if os.path.exists(argument) or not glob.has_magic(argument):
             paths[argument] = None
             continue
@@ -45,6 +49,15 @@ def expand(arguments: Iterable[str]) -> list[str]:
             raise ReadError(f"{argument}: no file matches this pattern")
         paths.update(dict.fromkeys(matches))
     return _without_pieces(list(paths))
+
+
+def _in_folder(folder: str) -> list[str]:
+    """A folder that is a mesh by itself, as OpenFOAM's are; else the meshes in it, or itself if there are none."""
+    from ..io.registry import is_case, meshes_in
+
+    if is_case(Path(folder)):
+        return [folder]
+    return [str(path) for path in meshes_in(Path(folder))] or [folder]
 
 
 def _without_pieces(paths: list[str]) -> list[str]:

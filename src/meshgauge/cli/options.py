@@ -97,7 +97,9 @@ class Purposes(StrEnum):
 
 Meshes = Annotated[
     list[str],
-    typer.Argument(metavar="MESH", help="Mesh files, folders of OpenFOAM or Elmer, or patterns such as 'runs/*.vtu'."),
+    typer.Argument(
+        metavar="MESH", help="Mesh files, folders of them, OpenFOAM or Elmer cases, or patterns such as 'runs/*.vtu'."
+    ),
 ]
 OneMesh = Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or a folder of OpenFOAM or Elmer.")]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import os
 from collections.abc import Callable
 from contextvars import ContextVar
 from dataclasses import replace
@@ -49,7 +50,7 @@ from .formats.vtk.legacy import VTK_LEGACY
 from .formats.vtk.xml import VTK_XML, VTU
 from .formats.xdmf import XDMF
 from .plumbing import budget, files, isolate
-from .plumbing.format import Format, Take
+from .plumbing.format import HEAD, Format, Take, anything
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.patch import Places
 from .plumbing.patch_nodes import Nodes
@@ -323,6 +324,40 @@ def case_of(folder: Path, name: str | None) -> tuple[Format, Path]:
         f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it, "
         "nor a mesh of Elmer with mesh.header"
     )
+
+
+def is_case(folder: Path) -> bool:
+    """Whether a folder is a mesh by itself."""
+    return any(inside(folder) is not None for inside in (inside_case, elmer.inside))
+
+
+def meshes_in(folder: Path) -> list[Path]:
+    """The meshes in a folder and below it, by name: files whose content is that of the format of their extension, and
+    folders that are cases. Hidden folders are passed over."""
+    found: list[Path] = []
+    for root, folders, names in os.walk(folder):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        here = Path(root)
+        if here != folder and is_case(here):
+            found.append(here)
+            folders.clear()
+            continue
+        found += [here / name for name in sorted(names) if _is_mesh(here / name)]
+    return found
+
+
+def _is_mesh(path: Path) -> bool:
+    """Whether the bytes of a file are those of the format of its extension, as far as they can tell."""
+    extension = path.suffix.lower()
+    rows = [f for f in ALL if extension in f.extensions and f.by_content and f.is_readable and f.sniff is not anything]
+    if not rows or not path.is_file():
+        return False
+    try:
+        with path.open("rb") as file:
+            head = file.read(HEAD)
+        return any(row.sniff(head, path) for row in rows)
+    except (OSError, RuntimeError, KeyError, ValueError):  # of HDF5, of a damaged file
+        return False
 
 
 T = TypeVar("T")
