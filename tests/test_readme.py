@@ -51,7 +51,7 @@ def test_commands_run(command: str, tmp_path: Path) -> None:
         found = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.glob(word)) if "*" in word else []
         arguments += found or [word]
     done = command_line.run(*arguments, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == (1 if arguments[0] == "doctor" else 0), done.stderr  # of a mesh with inverted cells
     assert done.stdout
     for at in (n for n, word in enumerate(arguments) if word in ("-o", "--csv")):
         assert (tmp_path / arguments[at + 1]).stat().st_size > 0

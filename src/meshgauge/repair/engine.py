@@ -308,6 +308,13 @@ def _improve(
                 again = attempt(around, start_again, is_brief=False)
                 if is_better(again[2].quality, around.part_of(reached, threads=threads), target):
                     patch, constraints, outcome, faults = again
+                if n_unusable(outcome.quality) and not outcome.run.stopped:
+                    # Where that leaves invalid cells, what was reached may stand in the way: from the mesh given.
+                    reached = patch.merge(outcome.quality, threads=threads)
+                    around = patch_around(whole, bad, is_whole=False, threads=threads, rings=RINGS[-1])
+                    again = attempt(around, before, is_brief=False)
+                    if is_better(again[2].quality, around.part_of(reached, threads=threads), target):
+                        patch, constraints, outcome, faults = again
     return _result(patch, outcome, constraints, options, faults, _ceiling(patch, whole, held, outcome))
 
 
