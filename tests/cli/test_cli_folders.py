@@ -19,11 +19,13 @@ TETRA = Mesh.from_arrays(np.vstack([np.zeros(3), np.eye(3)]), {"tetra": [(0, 1, 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Meshes of several formats, one below, beside what is none: settings, a list, text with the name of a mesh."""
-    for name in ("b.vtu", "a.msh", "sub/c.vtk", ".hidden/d.vtu"):
+    for name in ("b.vtu", "a.msh", "deck.inp", "sub/c.vtk", ".hidden/d.vtu"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         meshgauge.write(path, TETRA)
     (tmp_path / "meshgauge.toml").write_text("[check]\n")
+    (tmp_path / "pair.node").write_text("4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n")
+    (tmp_path / "pair.ele").write_text("1 4 0\n1 1 2 3 4\n")
     (tmp_path / "notes.txt").write_text("1 2 3\n")
     (tmp_path / "fake.vtu").write_text("no mesh")
     (tmp_path / "empty.vtu").touch()
@@ -36,7 +38,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_what_is_in_it(folder: Path) -> None:
     found = [str(path.relative_to(folder)) for path in meshes_in(folder)]
-    assert found == ["a.msh", "b.vtu", "case", "sub/c.vtk"]
+    assert found == ["a.msh", "b.vtu", "deck.inp", "pair.ele", "case", "sub/c.vtk"]
     assert inputs.expand([str(folder / "case")]) == [str(folder / "case")]
 
 
@@ -50,4 +52,4 @@ def test_all_are_checked(folder: Path, capsys: pytest.CaptureFixture[str]) -> No
 
 def test_a_folder_without_any_is_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(tmp_path)]) == 2
-    assert "is a folder, not a mesh file" in capsys.readouterr().err
+    assert "is a folder, and holds no mesh file" in capsys.readouterr().err

@@ -49,7 +49,7 @@ def test_text_and_a_line(parts: list[Path], tmp_path: Path, capsys: Captured) ->
     assert capsys.readouterr().out == ""
     files = [str(path.with_suffix(".mgp")) for path in parts]
     assert main(["merge", *files]) == 0
-    assert "part_2.vtu (3 parts)" in capsys.readouterr().out
+    assert "part_2.vtu(3parts)" in "".join(capsys.readouterr().out.split())  # a long path goes over several lines
     assert main(["merge", *files, "-q", "--parts", "3"]) == 0
     assert capsys.readouterr().out.count("\n") == 1
     assert main(["merge", files[0], files[2]]) == 2
@@ -79,8 +79,8 @@ def test_what_needs_the_mesh_is_refused(option: str, capsys: Captured) -> None:
         (["--json"], "goes with no other output"),
         (["--csv", "a.csv"], "goes with no other output"),
         (["--cell", "3"], "goes with no other output"),
-        (["--share", "3"], "expected K/N such as 3/8"),
-        (["--share", "3/2"], "expected K/N such as 3/8"),
+        (["--share", "3"], "expected K/N with 1 <= K <= N"),
+        (["--share", "3/2"], "expected K/N with 1 <= K <= N"),
         (["--step", "all"], "one state of a mesh"),
     ],
 )

@@ -12,7 +12,8 @@ import meshgauge
 from meshgauge import Mesh
 from meshgauge.doctor import Diagnosis, diagnosis
 from meshgauge.doctor.reversal import reversal
-from meshgauge.doctor.streamed import diagnosis_of, doubles, faces
+from meshgauge.doctor.streamed import doubles, faces
+from meshgauge.doctor.streamed.diagnose import diagnosis_of
 from meshgauge.doctor.streamed.marks import marks_of
 from meshgauge.kernels.topology import open_faces
 from meshgauge.mesh.ghosts import without_ghosts

@@ -143,6 +143,7 @@ def test_options_of_improve_arrive(grid: pyvista.UnstructuredGrid) -> None:
         "size_change": 0.2,
         "topology": False,
         "objective": "dihedral",
+        "split_hopeless": True,
         "strict": True,
         "seconds": 5.0,
         "fixed": [1],

@@ -58,7 +58,7 @@ def test_the_folder_of_a_case_is_a_mesh(
 def test_other_folders_are_errors(case: Path, tmp_path: Path, capsys: Captured) -> None:
     (tmp_path / "empty").mkdir()
     assert main(["report", str(tmp_path / "empty")]) == 2
-    assert "is a folder, not a mesh file, and no OpenFOAM case" in capsys.readouterr().err
+    assert "no OpenFOAM case with constant/polyMesh in it" in capsys.readouterr().err
     (case / "constant" / "polyMesh" / "owner").unlink()
     assert main(["report", str(case)]) == 2
     assert "owner: no such file; the polyMesh is not whole" in capsys.readouterr().err

@@ -121,6 +121,9 @@ def test_shares_of_one_file_are_the_file(tmp_path: Path, n: int) -> None:
     io.write(path, mesh)
     shares = [asked(path, share=(k, n)) for k in range(n, 0, -1)]
     made = meshgauge.merge([*shares, asked(path, share=(1, n))])
+    assert meshgauge.merge([*shares, shares[0]], parts=n).summary == made.summary  # shares are counted too
+    with pytest.raises(MeshgaugeError, match=f"1 part given, of {n + 1}"):
+        meshgauge.merge(shares, parts=n + 1)
     assert_same(made, whole(io.read(path)), points=True)
     assert made.path == str(path)
     assert any(label for one in made.findings for label in one.labels)
@@ -182,7 +185,7 @@ def test_a_missing_file_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(MeshgaugeError, match=r"between part_1\.vtu and part_3\.vtu a part is missing"):
         meshgauge.merge([parts[0], parts[1], parts[3]])
     assert meshgauge.merge([parts[0], parts[1], parts[3]], parts=3).n_cells > 0
-    with pytest.raises(MeshgaugeError, match="3 parts of 4 are given"):
+    with pytest.raises(MeshgaugeError, match="3 parts given, of 4"):
         meshgauge.merge(parts[:3], parts=4)
 
 

@@ -50,7 +50,7 @@ from .formats.vtk.legacy import VTK_LEGACY
 from .formats.vtk.xml import VTK_XML, VTU
 from .formats.xdmf import XDMF
 from .plumbing import budget, files, isolate
-from .plumbing.format import HEAD, Format, Take, anything
+from .plumbing.format import HEAD, Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.patch import Places
 from .plumbing.patch_nodes import Nodes
@@ -321,8 +321,8 @@ def case_of(folder: Path, name: str | None) -> tuple[Format, Path]:
         if name in (None, chosen.name) and (path := inside(folder)) is not None:
             return chosen, path
     raise ReadError(
-        f"{folder}: is a folder, not a mesh file, and no OpenFOAM case with constant/polyMesh in it, "
-        "nor a mesh of Elmer with mesh.header"
+        f"{folder}: is a folder, and holds no mesh file ('meshgauge formats' lists them), no OpenFOAM case with "
+        "constant/polyMesh in it, nor a mesh of Elmer with mesh.header"
     )
 
 
@@ -347,17 +347,26 @@ def meshes_in(folder: Path) -> list[Path]:
 
 
 def _is_mesh(path: Path) -> bool:
-    """Whether the bytes of a file are those of the format of its extension, as far as they can tell."""
+    """Whether the bytes of a file are those of a format of its extension, as far as they can tell; of a mesh in two
+    files, such as TetGen's, one is it."""
     extension = path.suffix.lower()
-    rows = [f for f in ALL if extension in f.extensions and f.by_content and f.is_readable and f.sniff is not anything]
-    if not rows or not path.is_file():
-        return False
     try:
         with path.open("rb") as file:
             head = file.read(HEAD)
-        return any(row.sniff(head, path) for row in rows)
-    except (OSError, RuntimeError, KeyError, ValueError):  # of HDF5, of a damaged file
+    except OSError:
         return False
+    for row in ALL:
+        if extension not in row.extensions or not row.is_readable or not head:
+            continue
+        with contextlib.suppress(OSError, RuntimeError, KeyError, ValueError):  # of HDF5, of a damaged file
+            if row.sniff(head, path):
+                earlier = row.extensions[: row.extensions.index(extension)]
+                return not (row.name in _IN_TWO and any(path.with_suffix(one).exists() for one in earlier))
+    return False
+
+
+_IN_TWO = ("tetgen", "rf")
+"""Formats of which a mesh is a pair of files."""
 
 
 T = TypeVar("T")

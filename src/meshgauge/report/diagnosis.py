@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..doctor import LIMIT, Diagnosis, not_diagnosed
-from ..doctor.streamed import MarkCounter, Marks, bytes_needed, diagnosis_of
+from ..doctor.streamed import MarkCounter, Marks, bytes_needed
 from ..doctor.streamed.marks import STANDS
 from ..files.resources import free_memory
 from ..io.plumbing.pieces import Pieces
@@ -52,6 +52,8 @@ def streamed_diagnosis(job: Job, partial: Partial, memory: int | None) -> Diagno
     """The diagnosis, if the cells were marked for it; else one that says why there is none."""
     if not isinstance(partial.counted, Marks):
         return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
+    from ..doctor.streamed.diagnose import diagnosis_of  # with kernels, which take a quarter of a second to load
+
     marks = partial.counted.all(job.facts.n_cells)
     return diagnosis_of(_Source(job, marks), marks)
 

@@ -45,7 +45,7 @@ def merge(
     partials
         Made by `partial`, or the files that they were saved to. One that is there twice counts once.
     parts
-        Of how many parts the mesh is, if they do not say so themselves.
+        Of how many parts the mesh is, if they do not say so themselves; shares of a file may be counted each.
     path
         What to call the mesh; None: the file, or the first and the last part.
 
@@ -69,7 +69,10 @@ def merge(
     if not given:
         raise OptionError("no partial report is given")
     _check_alike(given)
-    whole = _in_order([_joined(group) for group in _groups(given)], parts)
+    groups = _groups(given)
+    if parts is not None and parts == sum(map(len, groups)):
+        parts = len(groups)  # shares of a file count too
+    whole = _in_order([_joined(group) for group in groups], parts)
     names = _region_names(whole)
     _check_decisions(whole)
     cells = points = 0
@@ -167,7 +170,7 @@ def _in_order(whole: list[PartialReport], parts: int | None) -> list[PartialRepo
             raise MeshgaugeError(f"of {stated} parts {len(missing)} are missing: {some} (counted from 0)")
         return sorted(whole, key=lambda one: one.part or (0, 0))
     if stated is not None and len(whole) != stated:
-        raise MeshgaugeError(f"{plural(len(whole), 'part')} of {stated} are given")
+        raise MeshgaugeError(f"{plural(len(whole), 'part')} given, of {stated}; shares of one file are one part")
     if all(os.path.isabs(one.identity) for one in whole):
         whole = sorted(whole, key=lambda one: natural(one.identity))
         if stated is None:

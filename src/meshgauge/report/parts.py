@@ -129,7 +129,9 @@ def _mesh(given: Any, wedge_order: str) -> Mesh:
 def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: int | None) -> PartialReport:
     """A part that is in memory as a whole."""
     if share[1] > 1:
-        raise OptionError(f"{mesh.path or 'the mesh'}: is not read in slices, so that no share of it is measured")
+        raise OptionError(
+            f"{mesh.path or 'the mesh'}: is not read in slices, as VTKHDF, VTU and PVTU are: no share of it is measured"
+        )
     if not mesh.n_cells:
         raise MeshError(f"{mesh.path or 'the mesh'}: has no cells")
     if ask.purpose is not None:

@@ -72,7 +72,7 @@ class Apart:
             return 1, 1
         match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", self.share)
         if match is None or not 1 <= int(match[1]) <= int(match[2]):
-            raise OptionError(f"--share is {self.share!r}, expected K/N such as 3/8, from 1/8 to 8/8")
+            raise OptionError(f"--share is {self.share!r}, expected K/N with 1 <= K <= N, such as 3/8")
         if self.partial is None:
             raise OptionError("--share measures some of the cells: give --partial FILE, and merge the files")
         return int(match[1]), int(match[2])

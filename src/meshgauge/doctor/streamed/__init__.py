@@ -1,7 +1,9 @@
-"""The diagnosis of a mesh that is not in memory: its cells pass by several times, and what may be wrong is kept."""
+"""The diagnosis of a mesh that is not in memory: its cells pass by several times, and what may be wrong is kept.
 
-from .diagnose import bytes_needed, diagnosis_of
-from .marks import MarkCounter, Marks
+What needs kernels, `diagnose`, is imported where it is called: a report of a small mesh loads none.
+"""
+
+from .marks import MarkCounter, Marks, bytes_needed
 from .source import Source
 
-__all__ = ["MarkCounter", "Marks", "Source", "bytes_needed", "diagnosis_of"]
+__all__ = ["MarkCounter", "Marks", "Source", "bytes_needed"]

@@ -46,11 +46,6 @@ CHUNK = 1 << 20
 """Cells that are concluded on at a time."""
 
 
-def bytes_needed(n_cells: int, n_points: int) -> int:
-    """Memory that it takes about, beside the program, of a mesh of which few cells lie at its boundary."""
-    return 40 * n_cells + 8 * n_points + (64 << 20)
-
-
 def diagnosis_of(source: Source, marks: NDArray[np.uint8], *, tolerance: float = points.TOLERANCE) -> Diagnosis:
     """Look for what is wrong with a mesh beside the shapes of its cells, see `doctor.diagnosis`; without polyhedra.
 

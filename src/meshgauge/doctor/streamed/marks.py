@@ -67,3 +67,8 @@ def marks_of(quality: Quality) -> NDArray[np.uint8]:
     if given is not None:
         marks |= (given.types != types).astype(np.uint8) * np.uint8(STANDS)
     return marks
+
+
+def bytes_needed(n_cells: int, n_points: int) -> int:
+    """Memory that it takes about, beside the program, of a mesh of which few cells lie at its boundary."""
+    return 40 * n_cells + 8 * n_points + (64 << 20)
