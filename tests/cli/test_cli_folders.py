@@ -26,6 +26,8 @@ def folder(tmp_path: Path) -> Path:
     (tmp_path / "meshgauge.toml").write_text("[check]\n")
     (tmp_path / "pair.node").write_text("4 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n")
     (tmp_path / "pair.ele").write_text("1 4 0\n1 1 2 3 4\n")
+    for extension in ("header", "nodes", "elements", "boundary"):  # of Elmer, not by the name that makes a folder one
+        (tmp_path / f"wing.{extension}").write_text({"header": "4 1 0\n1\n504 1\n"}.get(extension, "1 1 504 1 2 3 4\n"))
     (tmp_path / "notes.txt").write_text("1 2 3\n")
     (tmp_path / "fake.vtu").write_text("no mesh")
     (tmp_path / "empty.vtu").touch()
@@ -38,7 +40,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_what_is_in_it(folder: Path) -> None:
     found = [str(path.relative_to(folder)) for path in meshes_in(folder)]
-    assert found == ["a.msh", "b.vtu", "deck.inp", "pair.ele", "case", "sub/c.vtk"]
+    assert found == ["a.msh", "b.vtu", "deck.inp", "pair.ele", "wing.header", "case", "sub/c.vtk"]
     assert inputs.expand([str(folder / "case")]) == [str(folder / "case")]
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meshgauge import Mesh
+import meshgauge
+from meshgauge import Improvement, Mesh
 from meshgauge.cells import BY_NAME
 from meshgauge.mesh.topology import topology
 from meshgauge.repair.faces import face_points
+
+Bits = NDArray[np.int64]
 
 TETRAHEDRA = ((0, 1, 3, 7), (1, 2, 3, 7), (0, 7, 4, 1), (4, 7, 5, 1), (1, 7, 5, 6), (1, 2, 7, 6))
 PYRAMIDS = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
@@ -108,3 +111,21 @@ def ball(n: int, centre: float, radius: float, by: float = 0.1) -> Mesh:
     moved = np.array(mesh.points)
     moved[outer] *= ((radius + by) / np.linalg.norm(moved[outer], axis=1))[:, None]
     return mesh.replace(points=moved)
+
+
+def bits(mesh: Mesh) -> Bits:
+    return np.array(mesh.points, np.float64).view(np.int64)
+
+
+def dented(kind: str, n: int, points: tuple[int, ...] = (), by: float = 1.1) -> Mesh:
+    """A mesh of even cells with one inner point, or those named, moved by more than an edge."""
+    mesh = shaken(kind, n, 0.0)
+    moved = np.array(mesh.points)
+    if not points:
+        points = (int(np.argmin(np.linalg.norm(moved - (n - 1), axis=1))),)
+    moved[list(points)] += by * np.array([0.7, 0.6, -0.5])
+    return mesh.replace(points=moved)
+
+
+def mended(mesh: Mesh, **options: object) -> Improvement:
+    return meshgauge.improve(mesh, everywhere=False, **options)  # type: ignore[arg-type]

@@ -84,4 +84,6 @@ def test_of_one_mesh_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     arguments = [str(tmp_path / "a.vtu"), str(tmp_path / "b.vtu"), "--bad", str(tmp_path / "bad.txt")]
     assert main(["report", *arguments]) == 2
     assert "one mesh" in capsys.readouterr().err
+    assert main(["report", str(tmp_path / "a.vtu"), "--step", "all", "--bad", str(tmp_path / "bad.txt")]) == 2
+    assert "one mesh" in capsys.readouterr().err
     assert not (tmp_path / "bad.txt").exists()

@@ -85,7 +85,7 @@ def _blocks(name: str) -> Iterator[tuple[str, Rows]]:
     if name in WORDS and name not in {row.name for row in STATUSES.values()}:
         yield "a word of rules", [("nothing ...", f"no cell may be {WORDS[name].phrase}: {WORDS[name].text}")]
     if name in PURPOSES:
-        rules = [(level, str(one)) for one in default_rules(name) for level in [one.level.name.lower()]]
+        rules = [(one.level.name.lower(), str(one)) for one in default_rules(name)]
         yield f"what a mesh is for: {_PURPOSES[name]}", rules
     if name in METRICS:
         yield "a metric", [("in rules", f"{name} {'>=' if METRICS[name].better == 'higher' else '<='} NUMBER")]

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ..quality.measure import Quality
     from ..quality.one_cell import OneCell
     from ..report import FileReport
+    from ..report.record import StepOf
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
     from .groups.report import Contents
@@ -64,6 +65,13 @@ class State(str):
         state = cls(f"{file}, {step}")
         state.file, state.step, state.time = file, step.number, step.time
         return state
+
+    @property
+    def of_file(self) -> StepOf:
+        """Which step it is, for reports."""
+        from ..report.record import StepOf
+
+        return StepOf(self.file, self.step, self.time)
 
 
 @dataclass(kw_only=True)
@@ -247,7 +255,6 @@ class Batch:
         if self.scheduler is None or len(steps) < 2 or len(steps) < len(paths):
             yield None
             return
-        from ..report.record import StepOf
         from ..report.states import StateJob, measuring
 
         with scheduler.executor(self.scheduler) as (pool, n_processes):
@@ -267,7 +274,7 @@ class Batch:
                 most=DIAGNOSED,
                 memory=None if memory is None else memory // n_processes,
             )
-            named = [(str(path), StepOf(path.file, path.step, path.time)) for path in steps]
+            named = [(str(path), path.of_file) for path in steps]
             with measuring(pool, job, named) as states:
                 yield states.report
 

@@ -68,7 +68,6 @@ def check(
     from ..check.output.json import checks_json
     from ..check.output.text import CheckLine, ChecksText, CheckText
     from ..check.stream import check_slices, question
-    from ..report.record import StepOf
     from .batch import Batch
     from .batch import State as TimeState
 
@@ -106,7 +105,7 @@ def check(
     checks: list[Check] = []
     for path, one in batch.each(paths, examine):
         if isinstance(path, TimeState):
-            one = replace(one, step=StepOf(path.file, path.step, path.time))
+            one = replace(one, step=path.of_file)
         checks.append(one)
         if is_read:
             is_read = output.show(CheckLine(one) if quiet else CheckText(one), wrap=not quiet)

@@ -61,7 +61,7 @@ def report(
     if target is not None and (reading.step == "all" or reading.displacement is not None):
         raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")
 
-    if bad is not None and len(paths) > 1:
+    if bad is not None and (len(paths) > 1 or reading.step == "all"):
         raise OptionError("--bad writes the cells of one mesh")
 
     if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target, bad))):
@@ -77,7 +77,6 @@ def report(
     from ..report import FileReport
     from ..report.csv import CsvWriter
     from ..report.one_cell import OneCellText, dumps
-    from ..report.record import StepOf
     from ..report.stream import file_report
     from ..slices import Ask
     from .batch import Batch, State
@@ -160,7 +159,7 @@ def report(
         batch.on_failure = page.fail if page is not None else None
         for path, one in batch.each(paths, in_processes or examine):
             if isinstance(path, State):
-                one = replace(one, step=StepOf(path.file, path.step, path.time))
+                one = replace(one, step=path.of_file)
             reports.append(one)
             if not printing.file(one) and table is None and page is None:
                 break  # nobody reads any more, and there is no file to complete

@@ -180,14 +180,8 @@ def orientation(
     volumes = np.zeros(len(parent))
     np.add.at(volumes, parent[faces.cells[slots]], sign[faces.cells[slots]] * fluxes(faces, slots, parent))
     part_sign, likely = part_signs(volumes, votes)
-    numbering = numbering_of(
-        sign * part_sign[parent],
-        sign * likely[parent],
-        geometry,
-        is_inverted,
-        np.isfinite(quality.values) & HAS_SHAPE[mesh.types],
-    )
-    measured = np.isfinite(quality.values) & HAS_SHAPE[mesh.types]
+    measured = np.isfinite(quality.values) & has_shape(quality)
+    numbering = numbering_of(sign * part_sign[parent], sign * likely[parent], geometry, is_inverted, measured)
     blocks = of_blocks(
         mesh.types, mesh.blocks, measured, numbering, mesh.purpose, lambda cells: cell_labels(mesh, cells)
     )

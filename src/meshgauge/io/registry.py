@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
@@ -119,10 +119,8 @@ def detect(path: Path, head: bytes) -> Format:
     here = [f for f in ALL if extension in f.extensions]
     if not head and extension != ".foam":  # that file only marks its folder
         raise ReadError(f"{path}: is empty (0 bytes)")
-    for chosen in (*here, *(f for f in ALL if f.by_content)):
-        with contextlib.suppress(OSError, RuntimeError, KeyError, ValueError):  # of HDF5, of a damaged file
-            if chosen.sniff(head, path):
-                return chosen
+    if chosen := _sniffed((*here, *(f for f in ALL if f.by_content)), head, path):
+        return chosen
     if here:
         expected = " or ".join(f"{f.title}: {f.name}" for f in here)
         raise ReadError(
@@ -130,6 +128,15 @@ def detect(path: Path, head: bytes) -> Format:
         )
     given = f"the extension {extension!r} and the content are" if extension else "has no extension, and its content is"
     raise ReadError(f"{path}: {given} of no known format{_nearest(extension)}; {_OTHERWISE}")
+
+
+def _sniffed(formats: Iterable[Format], head: bytes, path: Path) -> Format | None:
+    """The first of some formats that a file is of, by its first bytes."""
+    for chosen in formats:
+        with contextlib.suppress(OSError, RuntimeError, KeyError, ValueError):  # of HDF5, of a damaged file
+            if chosen.sniff(head, path):
+                return chosen
+    return None
 
 
 _LISTED = "'meshgauge formats'"
@@ -347,7 +354,7 @@ def meshes_in(folder: Path) -> list[Path]:
 
 
 def _is_mesh(path: Path) -> bool:
-    """Whether the bytes of a file are those of a format of its extension, as far as they can tell; of a mesh in two
+    """Whether the bytes of a file are those of a format of its extension, as far as they can tell; of a mesh in several
     files, such as TetGen's, one is it."""
     extension = path.suffix.lower()
     try:
@@ -355,18 +362,13 @@ def _is_mesh(path: Path) -> bool:
             head = file.read(HEAD)
     except OSError:
         return False
-    for row in ALL:
-        if extension not in row.extensions or not row.is_readable or not head:
-            continue
-        with contextlib.suppress(OSError, RuntimeError, KeyError, ValueError):  # of HDF5, of a damaged file
-            if row.sniff(head, path):
-                earlier = row.extensions[: row.extensions.index(extension)]
-                return not (row.name in _IN_TWO and any(path.with_suffix(one).exists() for one in earlier))
-    return False
-
-
-_IN_TWO = ("tetgen", "rf")
-"""Formats of which a mesh is a pair of files."""
+    if not head:
+        return False
+    row = _sniffed((f for f in ALL if f.is_readable and extension in f.extensions), head, path)
+    if row is None or not row.is_several:
+        return row is not None
+    earlier = row.extensions[: row.extensions.index(extension)]
+    return not any(path.with_suffix(one).exists() for one in earlier)
 
 
 T = TypeVar("T")

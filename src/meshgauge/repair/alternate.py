@@ -130,7 +130,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     def is_over() -> bool:
         return time.monotonic() >= deadline or (way.should_stop is not None and way.should_stop())
 
-    def _is_off(moved: Moved) -> bool:
+    def is_off(moved: Moved) -> bool:
         """True if the boundary has gone further than it may from that of the mesh given."""
         points = points_now(before.mesh, moved.after.mesh, state.old_points)
         apart = deviation_from(first, before.mesh, points, way.options)
@@ -143,7 +143,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
         if last is not None:
             own = replace(own, tolerance=None)
         moved = way.move(state.mesh, held, own)
-        if last is not None and way.options.tolerance is not None and _is_off(moved):
+        if last is not None and way.options.tolerance is not None and is_off(moved):
             moved = way.move(state.mesh, held, replace(own, boundary=FIXED, surface=None))
         state.mesh, state.quality = moved.mesh, moved.after
         offset = time.monotonic() - start - moved.report.seconds

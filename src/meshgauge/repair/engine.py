@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -248,7 +248,7 @@ def _improve(
     keep_bricks: bool,
 ) -> Improvement:
     """`improve` a mesh of usual size."""
-    start, threads, target = time.monotonic(), options.threads, options.target
+    start, threads = time.monotonic(), options.threads
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
     if options.changes_cells:
 
@@ -260,9 +260,7 @@ def _improve(
     whole = whole_patch(before, options.keep)
     with workers(threads) as team:
 
-        def attempt(
-            patch: Patch, reached: Quality, *, is_brief: bool
-        ) -> tuple[Patch, Constraints, Outcome, tuple[str, ...]]:
+        def attempt(patch: Patch, reached: Quality, *, is_brief: bool = False) -> _Attempt:
             n_points = patch.quality.mesh.n_points
             if n_points > MANY:
                 resources.require(POINT_BYTES * n_points, f"improving cells of {n_points:,} points")
@@ -286,36 +284,56 @@ def _improve(
                 reached=patch.part_of(reached, threads=threads),
                 is_brief=is_brief,
             )
-            return patch, constraints, outcome, faults
+            return _Attempt(patch, constraints, outcome, faults)
 
         if options.everywhere:
-            patch, constraints, outcome, faults = attempt(whole, before, is_brief=False)
+            best = attempt(whole, before)
         else:
-            bad = is_below(before, target)
-            # Most bad cells need their own points and those beside: a patch that is small costs little.
-            is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
-            first = RINGS[-1] if options.slides or is_much else RINGS[0]
-            around = patch_around(whole, bad, is_whole=options.slides, threads=threads, rings=first)
-            patch, constraints, outcome, faults = attempt(around, before, is_brief=first < RINGS[-1])
-            if first < RINGS[-1] and is_below(outcome.quality, target).any() and not outcome.run.stopped:
-                # What is bad still is worth more rings, from where all near it was.
-                reached = patch.merge(outcome.quality, threads=threads)
-                _, near = cells_around(before.mesh, is_below(reached, target), RINGS[-1] + 1)
-                start_again = back_near(before, reached, near, threads=threads)
-                around = patch_around(
-                    whole, is_below(start_again, target), is_whole=False, threads=threads, rings=RINGS[-1], beside=patch
-                )
-                again = attempt(around, start_again, is_brief=False)
-                if is_better(again[2].quality, around.part_of(reached, threads=threads), target):
-                    patch, constraints, outcome, faults = again
-                if n_unusable(outcome.quality) and not outcome.run.stopped:
-                    # Where that leaves invalid cells, what was reached may stand in the way: from the mesh given.
-                    reached = patch.merge(outcome.quality, threads=threads)
-                    around = patch_around(whole, bad, is_whole=False, threads=threads, rings=RINGS[-1])
-                    again = attempt(around, before, is_brief=False)
-                    if is_better(again[2].quality, around.part_of(reached, threads=threads), target):
-                        patch, constraints, outcome, faults = again
-    return _result(patch, outcome, constraints, options, faults, _ceiling(patch, whole, held, outcome))
+            best = _near_bad(attempt, whole, is_below(before, options.target), options)
+    most = _ceiling(best.patch, whole, held, best.outcome)
+    return _result(best.patch, best.outcome, best.constraints, options, best.faults, most)
+
+
+class _Attempt(NamedTuple):
+    """What a repair of a patch has reached."""
+
+    patch: Patch
+    constraints: Constraints
+    outcome: Outcome
+    faults: tuple[str, ...]
+
+
+def _near_bad(attempt: Callable[..., _Attempt], whole: Patch, bad: Mask, options: Options) -> _Attempt:
+    """Repair near bad cells: with their own points, and where that leaves some with more rings."""
+    before, threads, target = whole.whole, options.threads, options.target
+    # Most bad cells need their own points and those beside: a patch that is small costs little.
+    is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
+    first = RINGS[-1] if options.slides or is_much else RINGS[0]
+    around = patch_around(whole, bad, is_whole=options.slides, threads=threads, rings=first)
+    best = attempt(around, before, is_brief=first < RINGS[-1])
+
+    def better(best: _Attempt, reached: Quality, patch: Patch, begin: Quality) -> _Attempt:
+        """An attempt on a larger patch, unless what was reached is as good."""
+        again = attempt(patch, begin)
+        is_gain = is_better(again.outcome.quality, patch.part_of(reached, threads=threads), target)
+        return again if is_gain else best
+
+    if first == RINGS[-1] or best.outcome.run.stopped or not is_below(best.outcome.quality, target).any():
+        return best
+    # What is bad still is worth more rings, from where all near it was.
+    reached = best.patch.merge(best.outcome.quality, threads=threads)
+    _, near = cells_around(before.mesh, is_below(reached, target), RINGS[-1] + 1)
+    begin = back_near(before, reached, near, threads=threads)
+    around = patch_around(
+        whole, is_below(begin, target), is_whole=False, threads=threads, rings=RINGS[-1], beside=best.patch
+    )
+    best = better(best, reached, around, begin)
+    if best.outcome.run.stopped or not n_unusable(best.outcome.quality):
+        return best
+    # Where that leaves invalid cells, what was reached may stand in the way: from the mesh given.
+    reached = best.patch.merge(best.outcome.quality, threads=threads)
+    around = patch_around(whole, bad, is_whole=False, threads=threads, rings=RINGS[-1])
+    return better(best, reached, around, before)
 
 
 def _ceiling(patch: Patch, whole: Patch, held: Mask, outcome: Outcome) -> float:

@@ -172,6 +172,12 @@ class Problem:
         )
         return part, used, chosen
 
+    def points_at(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """``(n_points,)`` True for points of some cells."""
+        mark = np.zeros(self.n_points, np.bool_)
+        mark[self.corners[np.repeat(cells, np.diff(self.cells))]] = True
+        return mark
+
     def grow(self, cells: NDArray[np.bool_], rings: int) -> NDArray[np.bool_]:
         """Some cells, and those that share a point with them, and so on, so many times."""
         chosen, touched = np.array(cells, np.bool_), np.zeros(self.n_points, np.bool_)

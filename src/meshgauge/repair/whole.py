@@ -222,8 +222,7 @@ def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> C
     whole = outcome.run.whole
     bad = is_below(outcome.quality, options.target)[whole.cell_ids]
     near = whole.grow(bad, SLIDING_RINGS) if bad.any() else bad
-    corners = whole.corners[np.repeat(near, np.diff(whole.cells))]
-    inside = mask_of(len(constraints.pinned), whole.point_ids[np.unique(corners)])
+    inside = mask_of(len(constraints.pinned), whole.point_ids[whole.points_at(near)])
     return replace(constraints, pinned=constraints.pinned | ~inside)
 
 

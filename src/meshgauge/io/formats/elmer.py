@@ -260,5 +260,5 @@ def _names(path: Path) -> tuple[dict[int, str], dict[int, str]]:
 
 ELMER = Format(
     "elmer", "Elmer", (".header", ".nodes", ".elements", ".boundary"), sniff, read, places=rows_places.elmer,
-    by_content=False,
+    by_content=False, is_several=True,
 )  # fmt: skip

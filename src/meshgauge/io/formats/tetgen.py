@@ -210,5 +210,9 @@ def _parse_cells(
     return np.array(n_faces, np.int64), np.array(first, np.int64), np.array(sizes, np.int64)
 
 
-RF = Format("rf", "RF (HArDCore)", (".ele", ".node"), sniff_rf, read_rf, places=places, by_content=False)
-TETGEN = Format("tetgen", "TetGen", (".ele", ".node"), sniff_tetgen, read_tetgen, places=places, by_content=False)
+RF = Format(
+    "rf", "RF (HArDCore)", (".ele", ".node"), sniff_rf, read_rf, places=places, by_content=False, is_several=True
+)
+TETGEN = Format(
+    "tetgen", "TetGen", (".ele", ".node"), sniff_tetgen, read_tetgen, places=places, by_content=False, is_several=True
+)

@@ -56,11 +56,6 @@ class Raw:
     def rounded(self, values: Reals) -> Reals:
         return values.astype(self.dtype).astype(np.float64)
 
-    def written(self, values: Reals, old: Iterable[bytes]) -> Iterator[bytes]:
-        size = np.dtype(self.dtype).itemsize
-        data = self.encoded(values)
-        return (data[at : at + size] for at in range(0, len(data), size))
-
     def encoded(self, values: Reals) -> bytes:
         """All numbers one after another."""
         return values.astype(self.dtype).tobytes()

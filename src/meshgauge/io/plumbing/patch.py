@@ -171,7 +171,6 @@ class Places:
             if isinstance(form, Putting):
                 puts.append((form, starts[rows], new[rows]))
                 continue
-            assert isinstance(form, Writing)  # it is one or the other
             begins, stops = starts[rows], ends[rows]
             if isinstance(form, Raw):  # numbers side by side are one piece
                 cuts = np.concatenate([[0], np.flatnonzero(begins[1:] != stops[:-1]) + 1, [len(rows)]])
@@ -179,6 +178,7 @@ class Places:
                 texts += [encoded[size * a : size * b] for a, b in itertools.pairwise(cuts.tolist())]
                 begins, stops = begins[cuts[:-1]], stops[cuts[1:] - 1]
             else:
+                assert isinstance(form, Writing)  # it is one of the three
                 old = (data[a:b] for a, b in zip(begins.tolist(), stops.tolist(), strict=True))
                 texts += form.written(new[rows], old)
             spans += zip(begins.tolist(), stops.tolist(), strict=True)

@@ -228,8 +228,7 @@ def _worth(
     _jacobians(star, 0, n_all, place)
     failed = 0
     for a in range(n):
-        js, k = values[a], ks[a]
-        value = js / k if js <= k else 1.0 + k - js
+        value = _value(values[a], ks[a])
         values[a] = value
         failed += 0 if value >= lows[a] else 1
     if failed > 0:

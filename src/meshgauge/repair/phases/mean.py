@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..energies import QualityEnergy
 from ..problem import Points
 from ..run import PointConstraint, Run
-from .rounds import Rounds
+from .rounds import ROUNDING, Rounds
 from .worst import ON_CURVED
 
 SHARPNESS = (10.0, 20.0, 40.0)
@@ -23,9 +23,6 @@ STIFF = 1e-3
 
 AT_LAST, BETWEEN = 80.0, 60
 """Sharpness and iterations of the descent between rounds over the points."""
-
-ROUNDING = 1e-9
-"""What floors are below the values that they keep."""
 
 ROUNDS, ENOUGH, SMALL_GAIN = 6, 5e-4, 1e-5
 """Most rounds, what one must give the mean for another, and what a point must give its cells to move."""

@@ -88,9 +88,7 @@ class _Local:
                 break
             changed = np.zeros(part.n_cells, bool)
             changed[self.links[4][np.repeat(moved, np.diff(self.links[3]))]] = True
-            near = np.zeros(part.n_points, bool)
-            near[part.corners[np.repeat(changed, np.diff(part.cells))]] = True
-            ids = ids[near[ids]]
+            ids = ids[part.points_at(changed)[ids]]
 
     def _visit(self, points: Points, ids: Ids, floors: Points, sharpness: float, mended: Points | None = None) -> Mask:
         """One round; which points have moved. With ``mended`` none does, see `kernels.repair.ascent.ascend`."""
@@ -139,9 +137,7 @@ class _Local:
 
     def points_of(self, cells: Mask) -> Ids:
         """Points of some cells that may move."""
-        mark = np.zeros(self.part.n_points, bool)
-        mark[self.part.corners[np.repeat(cells, np.diff(self.part.cells))]] = True
-        return np.flatnonzero(mark & self.is_free)
+        return np.flatnonzero(self.part.points_at(cells) & self.is_free)
 
     def culprits(self, points: Points, bad: Mask) -> Ids:
         """Of the points of each bad cell the one that would mend the most bad cells if it moved alone; of those that

@@ -17,6 +17,9 @@ Mask = NDArray[np.bool_]
 SHARES = 8
 """Ranges of points that threads work on side by side: fixed, so that the result does not depend on the threads."""
 
+ROUNDING = 1e-9
+"""What floors are below the values that they keep."""
+
 AT_A_TIME = 200
 """Points that are visited between two questions whether to stop."""
 
@@ -42,22 +45,16 @@ class Rounds:
             share = (np.arange(part.n_points) + shift) * SHARES // max(part.n_points, 1)
             low, high = (ends.reduceat(of(share[part.corners], axis=1), part.cells[:-1])
                          for ends, of in ((np.minimum, np.min), (np.maximum, np.max)))  # fmt: skip
-            inside = left & ~self.at_cells(low != high)
+            inside = left & ~part.points_at(low != high)
             self._share[stage, inside] = share[inside]
             left &= ~inside
         self._share[2, left] = 0
-
-    def at_cells(self, cells: Mask) -> Mask:
-        """``(n_points,)`` True for points of some cells."""
-        part, mark = self.run.moving, np.zeros(self.run.moving.n_points, bool)
-        mark[part.corners[np.repeat(cells, np.diff(part.cells))]] = True
-        return mark
 
     def near(self, points: Mask) -> Mask:
         """``(n_points,)`` True for points of cells at some points."""
         cells = np.zeros(self.run.moving.n_cells, bool)
         cells[self._links[4][np.repeat(points, np.diff(self._links[3]))]] = True
-        return self.at_cells(cells)
+        return self.run.moving.points_at(cells)
 
     def visit(self, points: Points, which: Mask, floors: Points, sharpness: float, least_gain: float) -> Mask:
         """Move some points that are free, in place, see `kernels.repair.ascent.ascend`; which have moved."""

@@ -67,9 +67,7 @@ def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points
     held = None
     if keep is not None:
         # Points of cells left out hold still, else those cells could be inverted.
-        outside = np.zeros(run.moving.n_points, bool)
-        outside[run.moving.corners[np.repeat(~keep, np.diff(run.moving.cells))]] = True
-        held = outside[of_points]
+        held = run.moving.points_at(~keep)[of_points]
     here = points[of_points]
     descent = run.descent(part, of_points, held)
     energy = ShapeEnergy(part, reference_lengths_of_cells(part, here, local=keep is not None))

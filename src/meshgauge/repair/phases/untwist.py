@@ -46,8 +46,7 @@ def untwist(
         mesh = after.mesh
         whole = problem(mesh, constraints.cells, (rows.cells, rows.points, rows.constants), constraints.pinned)
         near = whole.grow(np.isin(whole.cell_ids, rows.cells), RINGS)
-        corners = whole.corners[np.repeat(near, np.diff(whole.cells))]
-        inside = mask_of(mesh.n_points, whole.point_ids[np.unique(corners)])
+        inside = mask_of(mesh.n_points, whole.point_ids[whole.points_at(near)])
         here = replace(constraints, quality=after, pinned=constraints.pinned | ~inside)
         local = begin_run(
             here, whole, run.team, run.target, run.floor, run.start, None, run.on_progress, run.should_stop

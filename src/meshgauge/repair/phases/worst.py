@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..energies import QualityEnergy
 from ..problem import Points
 from ..run import PointConstraint, Run
-from .rounds import Rounds
+from .rounds import ROUNDING, Rounds
 
 START, END = 0.4, 5e-5
 """Distance of the threshold below the least corner, at first and at last."""
@@ -32,9 +32,6 @@ SLACK = 0.2
 """Share of the least at the start that no corner falls below on the way."""
 
 PERFECT = 0.9999
-
-ROUNDING = 1e-9
-"""What floors are below the values that they keep."""
 
 ROUNDS, SMALL_GAIN = 60, 1e-5
 """Most rounds over the points of the worst cells, and what a point must gain to move."""
@@ -124,7 +121,7 @@ def _point_by_point(run: Run, rounds: Rounds, points: Points, goal: float, phase
         if level >= goal or np.count_nonzero(worst) > FEW * run.moving.n_cells or run.is_over():
             break
         floors = np.minimum(values, level) - ROUNDING
-        moved = rounds.visit(points, rounds.at_cells(worst), floors, sharpness, SMALL_GAIN)
+        moved = rounds.visit(points, run.moving.points_at(worst), floors, sharpness, SMALL_GAIN)
         run.record(phase, points)
         if not moved.any():
             break
@@ -148,9 +145,7 @@ def _descend(
     part, of_points, _ = run.problem_here(keep)
     held_points = None
     if keep is not None:
-        outside = np.zeros(whole.n_points, bool)
-        outside[whole.corners[np.repeat(~keep, np.diff(whole.cells))]] = True
-        held_points, points = outside[of_points], points[of_points]
+        held_points, points = whole.points_at(~keep)[of_points], points[of_points]
         lengths = lengths[np.repeat(keep, np.diff(whole.cells))]
     zero = np.zeros(part.n_cells) if offsets is None else offsets
     descent = run.descent(part, of_points, held_points)

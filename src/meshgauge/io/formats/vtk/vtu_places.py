@@ -49,10 +49,8 @@ def _of_array(path: Path, layout: _Layout, number: int) -> Places:
     if layout.is_plain(array):
         return row_places(path, Raw(dtype), layout.at(array) + layout.header.itemsize, array.n)
     try:
-        packed = layout.unpacked(array)
+        layout.unpacked(array)
     except _NOT_WHOLE:
-        return NONE
-    if len(packed.content) != 3 * array.n * np.dtype(dtype).itemsize:
         return NONE
     starts = np.arange(3 * array.n, dtype=np.int64).reshape(-1, 3)
     return Places.of(path, Packed(number, dtype), starts, starts + 1)
@@ -103,6 +101,15 @@ class _Array:
     begin: int
     end: int
     n: int
+
+    @property
+    def is_appended(self) -> bool:
+        return self.attributes.get("format") == "appended"
+
+    @property
+    def n_bytes(self) -> int:
+        """Of its numbers as they are in memory."""
+        return 3 * self.n * np.dtype(DTYPES[self.attributes["type"]]).itemsize
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +179,11 @@ class _Layout:
 
     def is_plain(self, array: _Array) -> bool:
         """Whether it stands in the file as it is in memory, behind its length."""
-        return array.attributes.get("format") == "appended" and self.encoding == "raw" and not self.compressor
+        return not self._is_text(array) and not self.compressor
+
+    def _is_text(self, array: _Array) -> bool:
+        """Whether it stands in the file in base64."""
+        return not (array.is_appended and self.encoding == "raw")
 
     def at(self, array: _Array) -> int:
         """Where what is appended of an array begins."""
@@ -186,14 +197,13 @@ class _Layout:
 
     def unpacked(self, array: _Array) -> _Unpacked:
         """The bytes of an array."""
-        is_appended = array.attributes.get("format") == "appended"
-        is_text = not (is_appended and self.encoding == "raw")
-        start = self.at(array) if is_appended else array.begin
-        while not is_appended and self.data[start : start + 1].isspace():
+        is_text = self._is_text(array)
+        start = self.at(array) if array.is_appended else array.begin
+        while not array.is_appended and self.data[start : start + 1].isspace():
             start += 1
         size = self.header.itemsize
         if not self.compressor:
-            return self._in_base64(start, 3 * array.n * np.dtype(DTYPES[array.attributes["type"]]).itemsize)
+            return self._in_base64(start, array.n_bytes)
 
         def taken(at: int, n: int) -> tuple[bytes, int]:
             length = 4 * (-(-n // 3)) if is_text else n
@@ -209,7 +219,7 @@ class _Layout:
         ends = np.cumsum([0, *packed]).tolist()
         blocks = [held[a:b] for a, b in itertools.pairwise(ends)]
         sizes = [last if last and number == n_blocks - 1 else block for number in range(n_blocks)]
-        if sum(sizes) != 3 * array.n * np.dtype(DTYPES[array.attributes["type"]]).itemsize:
+        if sum(sizes) != array.n_bytes:
             raise ValueError
         whole = b"".join(self._without_packing(one, n) for one, n in zip(blocks, sizes, strict=True))
         return _Unpacked(whole, start, stop, block=block, blocks=blocks)
@@ -247,8 +257,6 @@ class _Layout:
 
     def replaced(self, array: _Array, old: _Unpacked, new: bytes) -> bytes:
         """The file with other bytes of an array, of the same number."""
-        is_appended = array.attributes.get("format") == "appended"
-        is_text = not (is_appended and self.encoding == "raw")
         count = np.array([len(new)], self.header).tobytes()
         parts = [count + new] if old.is_joined else [count, new]
         if self.compressor:
@@ -262,16 +270,15 @@ class _Layout:
             last = len(new) % old.block
             counts = np.array([len(made), old.block, last, *map(len, made)], self.header)
             parts = [counts.tobytes(), b"".join(made)]
-        text = b"".join(map(base64.b64encode, parts)) if is_text else b"".join(parts)
+        text = b"".join(map(base64.b64encode, parts)) if self._is_text(array) else b"".join(parts)
         head, tail = self.data[: old.start], self.data[old.stop :]
         longer = len(text) - (old.stop - old.start)
-        if is_appended and longer:
-            border = self.appended
+        if array.is_appended and longer:
 
             def shifted(match: re.Match[bytes]) -> bytes:
                 offset = int(match[2])
                 moved = offset + longer if self.appended + offset > old.start else offset
                 return match[1] + str(moved).encode() + match[3]
 
-            head = _OFFSET.sub(shifted, head[:border]) + head[border:]
+            head = _OFFSET.sub(shifted, head[: self.appended]) + head[self.appended :]
         return head + text + tail
