@@ -183,3 +183,13 @@ def test_what_a_retry_makes_worse_does_not_stand(monkeypatch: pytest.MonkeyPatch
     result = mended(mesh.replace(points=points))
     assert np.allclose(result.mesh.points[at[0]], (3.0, 9.0, 9.0), atol=1e-4)
     assert result.report.n_below < result.report.n_below_before
+
+
+def test_a_boundary_that_slides_leaves_no_more_invalid_cells_than_one_that_stays(shared: Path) -> None:
+    """Sliding goes on from what points inside have mended, small patches first, as where the boundary is fixed."""
+    mesh = meshgauge.read(shared / "repair" / "msq_pave3.vtk")
+    result = mended(mesh, boundary="slide")
+    assert n_unusable(result.before) == 106
+    assert n_unusable(result.after) == 0
+    assert result.report.n_below == 0
+    assert result.report.holds

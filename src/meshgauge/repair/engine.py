@@ -260,7 +260,7 @@ def _improve(
     whole = whole_patch(before, options.keep)
     with workers(threads) as team:
 
-        def attempt(patch: Patch, reached: Quality, *, is_brief: bool = False) -> _Attempt:
+        def attempt(patch: Patch, reached: Quality, options: Options, *, is_brief: bool = False) -> _Attempt:
             n_points = patch.quality.mesh.n_points
             if n_points > MANY:
                 resources.require(POINT_BYTES * n_points, f"improving cells of {n_points:,} points")
@@ -287,7 +287,7 @@ def _improve(
             return _Attempt(patch, constraints, outcome, faults)
 
         if options.everywhere:
-            best = attempt(whole, before)
+            best = attempt(whole, before, options)
         else:
             best = _near_bad(attempt, whole, is_below(before, options.target), options)
     most = _ceiling(best.patch, whole, held, best.outcome)
@@ -304,17 +304,25 @@ class _Attempt(NamedTuple):
 
 
 def _near_bad(attempt: Callable[..., _Attempt], whole: Patch, bad: Mask, options: Options) -> _Attempt:
-    """Repair near bad cells: with their own points, and where that leaves some with more rings."""
+    """Repair near bad cells: with their own points, and where that leaves some with more rings; at last, if the
+    boundary slides, with its points from there."""
     before, threads, target = whole.whole, options.threads, options.target
+    if options.slides:
+        held = replace(options, boundary="fixed", surface=None, tolerance=None)
+        fixed = _near_bad(attempt, whole, bad, held)
+        if fixed.outcome.run.stopped:
+            return fixed
+        around = patch_around(whole, bad, is_whole=True, threads=threads, rings=RINGS[-1])
+        return attempt(around, fixed.patch.merge(fixed.outcome.quality, threads=threads), options)
     # Most bad cells need their own points and those beside: a patch that is small costs little.
     is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
-    first = RINGS[-1] if options.slides or is_much else RINGS[0]
-    around = patch_around(whole, bad, is_whole=options.slides, threads=threads, rings=first)
-    best = attempt(around, before, is_brief=first < RINGS[-1])
+    first = RINGS[-1] if is_much else RINGS[0]
+    around = patch_around(whole, bad, is_whole=False, threads=threads, rings=first)
+    best = attempt(around, before, options, is_brief=first < RINGS[-1])
 
     def better(best: _Attempt, reached: Quality, patch: Patch, begin: Quality) -> _Attempt:
         """An attempt on a larger patch, unless what was reached is as good."""
-        again = attempt(patch, begin)
+        again = attempt(patch, begin, options)
         is_gain = is_better(again.outcome.quality, patch.part_of(reached, threads=threads), target)
         return again if is_gain else best
 
