@@ -50,7 +50,11 @@ def test_every_recipe_has_code_and_a_test() -> None:
 def follow(root: Path, *names: str) -> None:
     """Do what recipes say in a copy of the checkout, one after the other, and run their commands and tests."""
     for folder in ("src", "tests", "docs", "examples", "benchmarks"):
-        shutil.copytree(ROOT / folder, root / folder, ignore=shutil.ignore_patterns("__pycache__", "pictures"))
+        shutil.copytree(
+            ROOT / folder,
+            root / folder,
+            ignore=shutil.ignore_patterns("__pycache__", "pictures", "_build", "generated"),
+        )
     for file in ("pyproject.toml", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
         shutil.copy(ROOT / file, root)
     lines: list[str] = []

@@ -27,10 +27,14 @@ def blocks(page: Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
-def commands() -> list[str]:
+def commands(page: Path) -> list[str]:
     """Every command in a block of shell, without its comment."""
-    lines = (line for block in blocks(ROOT / "README.md", "sh") for line in block.splitlines())
+    lines = (line for block in blocks(page, "sh") for line in block.splitlines())
     return [part.split("  #")[0].strip() for line in lines for part in line.split("&&")]
+
+
+RUN = [ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in ("start", "report", "abaqus", "openfoam"))]
+"""Pages whose commands run here, one after the other; those of other pages run in the tests of their features."""
 
 
 @pytest.fixture(scope="module")
@@ -43,22 +47,26 @@ def refresh() -> ModuleType:
     return module
 
 
-@pytest.mark.parametrize("command", [c for c in commands() if c.startswith("meshgauge")])
-def test_commands_run(command: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("page", RUN, ids=lambda p: p.name)
+def test_commands_run(page: Path, tmp_path: Path) -> None:
     (tmp_path / "examples").symlink_to(ROOT / "examples", target_is_directory=True)
-    arguments = []
-    for word in shlex.split(command)[1:]:
-        found = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.glob(word)) if "*" in word else []
-        arguments += found or [word]
-    done = command_line.run(*arguments, cwd=tmp_path)
-    assert done.returncode == (1 if arguments[0] == "doctor" else 0), done.stderr  # of a mesh with inverted cells
-    assert done.stdout
-    for at in (n for n, word in enumerate(arguments) if word in ("-o", "--csv")):
-        assert (tmp_path / arguments[at + 1]).stat().st_size > 0
+    run = [c for c in commands(page) if c.startswith("meshgauge")]
+    assert run
+    for command in run:
+        arguments = []
+        for word in shlex.split(command)[1:]:
+            found = sorted(str(path.relative_to(tmp_path)) for path in tmp_path.glob(word)) if "*" in word else []
+            arguments += found or [word]
+        done = command_line.run(*arguments, cwd=tmp_path)
+        # Of a mesh with inverted cells the doctor ends with 1.
+        assert done.returncode == (1 if arguments[0] == "doctor" else 0), (command, done.stderr)
+        assert done.stdout
+        for at in (n for n, word in enumerate(arguments) if word in ("-o", "--csv", "--html", "--bad", "--undo")):
+            assert (tmp_path / arguments[at + 1]).stat().st_size > 0, command
 
 
 def test_the_first_two_commands_install_and_test() -> None:
-    first, report, install, test = commands()[:4]
+    first, report, *_, install, test = commands(ROOT / "README.md")
     assert first == "pip install ."
     assert report.startswith("meshgauge report ")
     assert (ROOT / report.split()[-1]).is_file()

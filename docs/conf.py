@@ -1,0 +1,69 @@
+"""How Sphinx builds the site: ``sphinx-build -W docs docs/_build/html``.
+
+Pages are the files of this folder. What is taken from the program (reference of the API, pages of reports, the gallery)
+is written into ``docs/generated`` first, by ``docs/site/generate.py``.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE / "site"))
+
+import generate  # noqa: E402  stands beside, in docs/site
+
+import meshgauge  # noqa: E402
+
+project = "meshgauge"
+author = "The meshgauge authors"
+copyright = author
+version = release = meshgauge.__version__
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx_design",
+]
+exclude_patterns = ["_build", "site", "pictures"]
+templates_path: list[str] = []
+nitpicky = False
+
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 4
+
+autosummary_generate = True
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = True
+numpydoc_show_inherited_class_members = False
+numpydoc_class_members_toctree = False
+
+html_theme = "pydata_sphinx_theme"
+html_title = "meshgauge"
+html_static_path = ["site/static"]
+html_css_files = ["site.css"]
+html_extra_path = ["generated/live"]
+html_copy_source = False
+html_show_sourcelink = False
+html_theme_options: dict[str, Any] = {
+    "logo": {"text": "meshgauge"},
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher"],
+    "secondary_sidebar_items": ["page-toc"],
+    "show_prev_next": True,
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "pygments_light_style": "tango",
+    "pygments_dark_style": "github-dark",
+}
+html_sidebars: dict[str, list[str]] = {"index": [], "start": []}
+
+
+def setup(app: Any) -> None:
+    generate.write_all(HERE / "generated")
+    app.connect("source-read", generate.on_source_read)

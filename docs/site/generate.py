@@ -1,0 +1,128 @@
+"""What the site takes from the program: the reference of the API, live pages, pages that stand outside ``docs``.
+
+Everything is written into ``docs/generated``, which Sphinx reads and Git ignores.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from sphinx.pycode import ModuleAnalyzer
+
+import meshgauge
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent.parent
+
+PAGES = {
+    "measuring": ("Measuring", ("quality.arrays", "quality.measure", "quality.validity", "quality.worst")),
+    "meshes": ("Meshes", ("mesh", "cells")),
+    "summaries": ("Metrics, statuses, summaries", ("quality.metrics", "quality.summary", "status")),
+    "large": ("Large meshes and parts", ("report",)),
+    "errors": ("Errors", ("errors",)),
+}
+"""Pages of names at the top of the package: heading, and the modules, below the package, that they come from."""
+
+MODULES = {
+    "io": "Files",
+    "repair": "Repair",
+    "doctor": "Doctor",
+    "check": "Gate",
+    "compare": "Comparing",
+    "plot": "Pictures",
+}
+"""Public modules, each a page of its own."""
+
+LINKS = {"../CONTRIBUTING.md": "generated/contributing.md", "../CHANGELOG.md": "generated/changelog.md"}
+"""What pages call by a path outside ``docs``, and where the site has it."""
+
+
+def write_all(folder: Path) -> None:
+    """Make ``docs/generated``."""
+    write_api(folder / "api")
+    for name in ("CONTRIBUTING", "CHANGELOG"):
+        text = (ROOT / f"{name}.md").read_text(encoding="utf-8")
+        text = text.replace("](docs/", "](../").replace("](CHANGELOG.md", "](changelog.md")
+        put(folder / f"{name.lower()}.md", text)
+    write_live(folder / "live" / "live")
+
+
+def put(path: Path, text: str) -> None:
+    """Write it unless it is there: Sphinx reads what is newer again."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+def write_live(folder: Path) -> None:
+    """Pages of the HTML report that the site shows in frames."""
+    from meshgauge.report import html
+
+    mesh = meshgauge.read(str(ROOT / "examples/meshes/bracket.vtu")).replace(path="bracket.vtu")
+    put(folder / "bracket.html", html.page([html.section(meshgauge.measure(mesh))]))
+
+
+def write_api(folder: Path) -> None:
+    homes: dict[str, str] = meshgauge._HOME
+    for page, (title, sources) in PAGES.items():
+        names = [n for n, home in homes.items() if any(home == s or home.startswith(f"{s}.") for s in sources)]
+        put(folder / f"{page}.rst", api_page(title, "meshgauge", names))
+    for module, title in MODULES.items():
+        names = [n for n in import_module(f"meshgauge.{module}").__all__ if not n.startswith("_")]
+        put(folder / f"{module}.rst", api_page(title, f"meshgauge.{module}", names))
+
+
+def api_page(title: str, module: str, names: list[str]) -> str:
+    """A page of reStructuredText: the module's own words, then an entry a name, functions first."""
+    package = import_module(module)
+    kinds = {"function": [], "class": [], "exception": [], "data": []}  # type: dict[str, list[str]]
+    for name in names:
+        kinds[kind(getattr(package, name))].append(name)
+    head = f"{title}\n{'=' * len(title)}\n\n.. currentmodule:: {module}\n"
+    own = inspect.cleandoc(package.__doc__ or "").split("\n\n")[0] if module != "meshgauge" else ""
+    return head + (f"\n{own}\n" if own else "") + "".join(entry(module, k, n) for k, ns in kinds.items() for n in ns)
+
+
+def kind(value: Any) -> str:
+    if inspect.isclass(value):
+        return "exception" if issubclass(value, Exception) else "class"
+    return "function" if inspect.isroutine(value) else "data"
+
+
+def entry(module: str, of_kind: str, name: str) -> str:
+    value = getattr(import_module(module), name)
+    if of_kind == "data":
+        text = data_text(module, name)
+        return f"\n.. py:data:: {name}\n\n" + "".join(f"   {line}\n" for line in text.splitlines())
+    members = "   :members:\n" if of_kind == "class" else ""
+    if of_kind == "class" and not (inspect.getdoc(value) or "").strip():
+        raise ValueError(f"{module}.{name} has no docstring")
+    return f"\n.. auto{of_kind}:: {name}\n{members}"
+
+
+def data_text(module: str, name: str) -> str:
+    """The docstring that stands behind an assignment, in whatever module that is; else the value."""
+    value = getattr(import_module(module), name)
+    for source in [m for m, loaded in sys.modules.items() if m.startswith("meshgauge") and name in vars(loaded)]:
+        found = ModuleAnalyzer.for_module(source).find_attr_docs().get(("", name))
+        if found and getattr(sys.modules[source], name) is value:
+            return "\n".join(found).strip()
+    return f"``{str(value).replace('meshgauge.', '')}``"
+
+
+def on_source_read(_app: Any, _docname: str, content: list[str]) -> None:
+    """Links out of ``docs`` lead to the site's own pages; ``<!-- live: NAME -->`` becomes that piece of HTML."""
+    text = content[0]
+    for path, page in LINKS.items():
+        text = text.replace(f"]({path}", f"]({page}")
+    content[0] = re.sub(r"<!-- live: ([a-z-]+) -->", lambda match: live(match[1]), text)
+
+
+def live(name: str) -> str:
+    piece = (HERE / "live" / f"{name}.html").read_text(encoding="utf-8")
+    return f"````{{raw}} html\n{piece}````\n"
