@@ -145,10 +145,12 @@ ASK: dict[str, Callable[[Path, str, int], Answer]] = {
 
 
 def installed(tool: str) -> str | None:
-    """The version of a tool, None if it is not installed."""
+    """The version of a tool, None if it is not installed or lacks a library of the system."""
     try:
+        if tool == "gmsh":
+            import gmsh  # noqa: F401  linked to libraries that may be missing
         return version(tool)
-    except PackageNotFoundError:
+    except (PackageNotFoundError, ImportError, OSError):
         return None
 
 

@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+import optional
 import pytest
 
 import meshgauge
@@ -175,7 +176,7 @@ def test_the_tetra_with_a_middle_node_aside_is_negative_at_node_1() -> None:
 
 
 def test_gmsh_contradicts_its_own_determinants_of_the_pyramid_of_13_nodes() -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)

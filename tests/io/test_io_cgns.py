@@ -7,6 +7,7 @@ from typing import Any
 
 import gmsh_files
 import numpy as np
+import optional
 import pytest
 from cgns_files import base, mixed, polyhedral, put, section, zone
 from io_meshes import LINEAR, mesh_of
@@ -21,7 +22,7 @@ h5py = pytest.importorskip("h5py")
 
 @pytest.mark.parametrize(("order", "is_incomplete"), [(1, False), (2, False), (2, True)])
 def test_what_gmsh_writes_is_read_right(tmp_path: Path, order: int, is_incomplete: bool) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     path = tmp_path / "a.cgns"
     gmsh_files.three_bodies(gmsh, path, order, is_incomplete=is_incomplete)
     mesh = io.read(path)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import optional
 import pytest
 from io_meshes import assert_same_cells, assert_same_data
 from vtkmodules.vtkCommonCore import vtkVersion
@@ -263,7 +264,7 @@ def test_surfaces_are_read_as_surfaces(tmp_path: Path) -> None:
 def test_second_order_nodes_of_gmsh_are_at_the_middle_of_their_edges(
     tmp_path: Path, version: float, binary: bool, serendipity: bool
 ) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)

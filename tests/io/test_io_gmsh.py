@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import optional
 import pytest
 from io_meshes import LINEAR, assert_same_cells, mesh_of
 
@@ -67,7 +68,7 @@ def test_nodes_of_pyramids_are_in_the_order_of_vtk(name: str) -> None:
 
 def reference_nodes(name: str, size: int | None = None) -> np.ndarray:
     """Reference nodes of Gmsh's second-order cell of that name (or of so many nodes), put in our order."""
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     kind = next(row for row in BY_ID.values() if row.name == name and size in (None, row.n_nodes))
     gmsh.initialize(interruptible=False)
     try:
@@ -111,7 +112,7 @@ def test_data_tags_and_names_survive(tmp_path: Path) -> None:
 
 
 def test_gmsh_reads_what_we_write(tmp_path: Path) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     mesh = mesh_of(*LINEAR)
     io.write(tmp_path / "a.msh", mesh.replace(cell_data={"jens": np.arange(mesh.n_cells) / 8}))
     gmsh.initialize(interruptible=False)
@@ -291,7 +292,7 @@ def test_what_gmsh_writes_in_each_version(
     version: float, binary: int, parametric: int, order: int, tmp_path: Path
 ) -> None:
     """Two boxes with groups, of tetrahedra, against what Gmsh itself holds."""
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     path = tmp_path / "a.msh"
     gmsh.initialize(interruptible=False)
     try:

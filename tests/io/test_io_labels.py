@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import optional
 import pytest
 
 import meshgauge
@@ -233,7 +234,7 @@ def test_others_read_the_numbers(tmp_path: Path) -> None:
 
 
 def test_gmsh_reads_the_numbers(tmp_path: Path) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     io.write(tmp_path / "a.msh", labelled())
     gmsh.initialize(interruptible=False)
     try:

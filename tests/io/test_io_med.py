@@ -7,6 +7,7 @@ from typing import Any
 
 import gmsh_files
 import numpy as np
+import optional
 import pytest
 from io_meshes import LINEAR, assert_same_cells, mesh_of
 
@@ -21,7 +22,7 @@ h5py = pytest.importorskip("h5py")
 
 @pytest.mark.parametrize(("order", "is_incomplete"), [(1, False), (2, False), (2, True)])
 def test_what_gmsh_writes_is_read_right(tmp_path: Path, order: int, is_incomplete: bool) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     path = tmp_path / "a.med"
     gmsh_files.three_bodies(gmsh, path, order, is_incomplete=is_incomplete)
     mesh = io.read(path)
@@ -33,7 +34,7 @@ def test_what_gmsh_writes_is_read_right(tmp_path: Path, order: int, is_incomplet
 
 
 def test_gmsh_reads_what_we_write(tmp_path: Path) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     mesh = mesh_of(*LINEAR).replace(cell_data={"material": np.array([1, 1, 1, 1, 2, 2, 2, 2])})
     io.write(tmp_path / "a.med", mesh)
     gmsh.initialize(interruptible=False)
@@ -55,7 +56,7 @@ def test_gmsh_reads_what_we_write(tmp_path: Path) -> None:
 
 
 def test_curved_cells_survive_a_round_trip(tmp_path: Path) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     gmsh_files.three_bodies(gmsh, tmp_path / "a.msh", 2, is_incomplete=True)
     mesh = io.read(tmp_path / "a.msh")
     assert io.write(tmp_path / "a.med", mesh) == ("The format keeps cells by type: their order changed.",)

@@ -6,6 +6,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+import optional
 import pytest
 from io_meshes import LINEAR, mesh_of
 
@@ -167,7 +168,7 @@ def test_others_read_what_is_written(tmp_path: Path, extension: str, reader: str
 
 def test_gmsh_reads_what_is_written(tmp_path: Path) -> None:
     """It knows text only, and neither wedges nor pyramids."""
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     mesh = interleaved()
     io.write(tmp_path / "a.mesh", mesh)
     gmsh.initialize(interruptible=False)

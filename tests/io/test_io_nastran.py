@@ -6,6 +6,7 @@ from pathlib import Path
 
 import gmsh_files
 import numpy as np
+import optional
 import pytest
 
 import meshgauge
@@ -26,7 +27,7 @@ def bdf(path: Path, text: str) -> Path:
 
 @pytest.mark.parametrize(("order", "is_incomplete"), [(1, False), (2, True)])
 def test_what_gmsh_writes_is_read_right(tmp_path: Path, order: int, is_incomplete: bool) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     path = tmp_path / "a.bdf"
     gmsh_files.three_bodies(gmsh, path, order, is_incomplete=is_incomplete)
     mesh = io.read(path)

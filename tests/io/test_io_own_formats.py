@@ -8,6 +8,7 @@ from pathlib import Path
 
 import gmsh_files
 import numpy as np
+import optional
 import pytest
 from io_meshes import LINEAR, mesh_of
 
@@ -335,7 +336,7 @@ def assert_equal(a: Mesh, b: Mesh) -> None:
 def test_what_gmsh_writes_in_other_formats_is_read_right(
     tmp_path: Path, extension: str, order: int, is_incomplete: bool
 ) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     path = tmp_path / f"a{extension}"
     gmsh_files.three_bodies(gmsh, path, order, is_incomplete=is_incomplete)
     mesh = io.read(path)

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import optional
 import pytest
 from fluent_files import cff
 from io_meshes import mesh_of
@@ -114,7 +115,7 @@ def test_regions_of_any_format_are_named_groups_of_gmsh(tmp_path: Path) -> None:
 
 
 def test_gmsh_reads_the_groups(tmp_path: Path) -> None:
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     two = mesh_of("tetra", n=2).replace(blocks=(CellBlock("iron", 0, 1), CellBlock("wood", 1, 2)))
     io.write(tmp_path / "a.msh", two)
     gmsh.initialize(interruptible=False)

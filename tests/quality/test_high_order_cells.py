@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import optional
 import pytest
 
 import meshgauge
@@ -362,7 +363,7 @@ def test_orders_and_weights_are_known_by_their_mark_and_written_marked(tmp_path:
 @pytest.mark.parametrize("order", [3, 4])
 def test_gmsh_agrees_above_second_order(tmp_path: Path, order: int) -> None:
     """Tetrahedra with every node moved, written by Gmsh: the sign of its minDetJac."""
-    gmsh = pytest.importorskip("gmsh")
+    gmsh = optional.gmsh()
     gmsh.initialize(interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)

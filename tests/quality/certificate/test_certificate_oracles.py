@@ -8,6 +8,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import optional
 import pytest
 from certificate_cells import (
     KINDS,
@@ -48,7 +49,7 @@ GMSH_TOLERANCE = 2e-3
 @pytest.fixture(scope="module")
 def gmsh() -> Iterator[Any]:
     """Gmsh's API; skips where it is not installed."""
-    module = pytest.importorskip("gmsh")
+    module = optional.gmsh()
     module.initialize(interruptible=False)
     module.option.setNumber("General.Terminal", 0)
     yield module
