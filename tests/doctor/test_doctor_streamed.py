@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -166,12 +167,17 @@ def assert_same(made: Diagnosis, expected: Diagnosis) -> None:
     assert np.array_equal(made.orientation.numbering, expected.orientation.numbering)
 
 
+@cache
+def whole(name: str) -> tuple[Quality, Diagnosis]:
+    quality = meshgauge.measure(MESHES[name]())
+    return quality, diagnosis(quality.mesh, quality)
+
+
 @pytest.mark.filterwarnings("ignore:overflow encountered")
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", MESHES)
 def test_it_is_that_of_the_whole(name: str, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    quality = meshgauge.measure(MESHES[name]())
-    expected = diagnosis(quality.mesh, quality)
+    quality, expected = whole(name)
     if way == "in parts":
         monkeypatch.setattr(faces, "MOST_OPEN", 200)
     if way == "with a filter that forgets nothing":  # all faces seem to have been met
@@ -183,9 +189,7 @@ def test_it_is_that_of_the_whole(name: str, way: str, monkeypatch: pytest.Monkey
 
 @pytest.mark.filterwarnings("ignore:overflow encountered")
 def test_the_meshes_have_all_that_is_looked_for() -> None:
-    names = set()
-    for make in MESHES.values():
-        names |= {finding.name for finding in diagnosis(make()).findings}
+    names = {finding.name for name in MESHES for finding in whole(name)[1].findings}
     assert names >= {
         "orientation",
         "repeated_points",

@@ -25,7 +25,7 @@ class Opened:
     def __init__(self, browser: Any, path: Path, **context: Any) -> None:
         self.complaints: list[str] = []
         self.requests: list[str] = []
-        self.context = browser.new_context(viewport=context.pop("viewport", {"width": 1100, "height": 800}), **context)
+        self.context = browser.new_context(viewport=context.pop("viewport", {"width": 920, "height": 600}), **context)
         self.page = self.context.new_page()
         # How slowly software reads pixels back is no complaint of ours.
         self.page.on("console", lambda m: "ReadPixels" in m.text or self.complaints.append(f"{m.type}: {m.text}"))

@@ -21,8 +21,8 @@ COLOURS = """canvas => {
     const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
     const n = {red: 0, orange: 0, blue: 0, opaque: 0};
     for (let i = 0; i < data.length; i += 4) {
-        const [r, g, b, a] = data.slice(i, i + 4);
-        if (a < 200) continue;
+        const r = data[i], g = data[i + 1], b = data[i + 2];
+        if (data[i + 3] < 200) continue;
         n.opaque++;
         if (r > 120 && g < 70 && b < 60) n.red++;
         if (r > 140 && g > 0.6 * r && g < 0.8 * r && b < 70) n.orange++;
