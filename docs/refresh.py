@@ -132,16 +132,16 @@ def metric_texts() -> str:
 
 
 def formats() -> str:
-    """Which formats are read, patched and written."""
+    """Which formats are read, patched, added to and written."""
     marks = {True: "yes", False: ""}
     return table(
-        ("name", "format", "extensions", "read", "patched", "written"),
+        ("name", "format", "extensions", "read", "patched", "added to", "written"),
         (
             (
                 f"`{row['name']}`",
                 row["title"],
                 " ".join(row["extensions"]),
-                *(marks[row[key]] for key in ("read", "patched", "written")),
+                *(marks[row[key]] for key in ("read", "patched", "added_to", "written")),
             )
             for row in format_rows()
         ),

@@ -13,8 +13,8 @@ from meshgauge.io.registry import FORMATS
 def test_every_format_is_listed() -> None:
     lines = {line.split()[0]: line.split() for line in command_line.run("formats").stdout.splitlines() if line.strip()}
     for name, one in FORMATS.items():
-        marks = ["yes" if holds else "-" for holds in (one.is_readable, one.is_patched, one.write is not None)]
-        assert lines[name][-3:] == marks
+        holds = (one.is_readable, one.is_patched, one.add is not None, one.write is not None)
+        assert lines[name][-4:] == ["yes" if one else "-" for one in holds]
 
 
 def test_json_says_the_same() -> None:
@@ -23,7 +23,8 @@ def test_json_says_the_same() -> None:
     rows = {row["name"]: row for row in data["formats"]}
     assert set(rows) == set(FORMATS)
     assert rows["abaqus"] == {
-        "name": "abaqus", "title": "Abaqus", "extensions": [".inp"], "read": True, "patched": True, "written": True
+        "name": "abaqus", "title": "Abaqus", "extensions": [".inp"], "read": True, "patched": True,
+        "added_to": False, "written": True
     }  # fmt: skip
     assert not rows["stl"]["patched"]
 

@@ -15,6 +15,7 @@ from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteEr
 from ..files.resources import free_memory
 from ..io import Limits, pieces_as_one, read_as_one, steps, write
 from ..io import Step as TimeStep
+from ..io.adding import add_data
 from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice
@@ -316,6 +317,25 @@ class Batch:
         with self.progress(f"writing {target}"):
             for lost in write(target, mesh, overwrite=overwrite, before_replacing=before_replacing):
                 terminal.warn("note", f"{target}: {lost}")
+
+    def add(self, quality: Quality, target: Path, *, overwrite: bool = False) -> bool:
+        """Copy the file of a mesh with what was measured, all else as it is; False if the output is a conversion.
+
+        Raises `CannotAdd` and `WriteError`.
+        """
+        mesh = quality.source
+        with self.progress(f"writing {target}"):
+            return add_data(
+                mesh,
+                target,
+                cells=quality.cell_data(),
+                points=quality.point_data(),
+                overwrite=overwrite,
+                file_format=self.reading.file_format,
+                limits=self._limits,
+                step=_choice(self.reading.step),
+                wedge_order=self.wedge_order.value,
+            )
 
     def write_bad(self, target: Path, quality: Quality) -> int:
         """Write the cells that are not valid, or poor, see `report.bad_cells`; returns how many."""

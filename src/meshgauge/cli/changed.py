@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 from ..errors import MeshgaugeError, WriteError
 from ..files import undo
 from ..io import Format
+from ..io.adding import CannotAdd
 from ..io.patching import Changes, Patch, format_if_same
 from ..io.registry import for_writing
 from ..look.style import number_of
 from ..mesh import Mesh
 from . import terminal
 from .batch import Batch
+
+if TYPE_CHECKING:
+    from ..quality.measure import Quality
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +125,30 @@ class ChangedMesh:
     def _keep(self, written: Path) -> None:
         assert self.undo is not None
         undo.store(self.undo, [undo.Change(Path(self.before.path or ""), written)])
+
+
+def write_report(batch: Batch, quality: Quality, target: Path, *, in_place: bool) -> None:
+    """Write what was measured on the cells and points: into the file as it is where that can be, else with the mesh.
+
+    Raises
+    ------
+    WriteError
+        If it can be neither.
+    """
+    try:
+        if batch.add(quality, target, overwrite=in_place):
+            return
+    except CannotAdd as reason:
+        try:
+            for_writing(target, None)
+        except WriteError:
+            raise WriteError(f"{target}: nothing is added to a file that {reason}; {_GIVE}") from None
+        how = "the mesh is written anew, without what the file holds beside it"
+        terminal.warn("note", f"{target}: nothing is added to a file that {reason}: {how}")
+    batch.write(target, quality.with_data(), overwrite=in_place)
+
+
+_GIVE = "give -o OUT in a format that can be written, such as .vtu: a conversion"
 
 
 def _for_writing(target: Path, same: Format | None) -> Format:

@@ -80,6 +80,7 @@ def report(
     from ..report.stream import file_report
     from ..slices import Ask
     from .batch import Batch, State
+    from .changed import write_report
     from .printer import printer
     from .terminal import Output, emit
 
@@ -139,7 +140,7 @@ def report(
             with batch.progress(f"writing {csv}"):
                 table.add(path, quality.mesh.types, quality.status, quality.metrics, labels_of(quality.mesh, "cell"))
         if target is not None:
-            batch.write(target, quality.with_data(), overwrite=in_place)
+            write_report(batch, quality, target, in_place=in_place)
         if bad is not None:
             n_bad.append(batch.write_bad(bad, quality))
         if page is not None:

@@ -15,8 +15,11 @@ _MARKS = {True: "yes", False: "-"}
 
 
 def rows() -> list[dict[str, Any]]:
-    """A row a format: name, title, extensions, and whether it is read, patched (its files come back with other
-    coordinates and nothing else touched) and written (a mesh of another format is converted to it)."""
+    """A row a format: name, title, extensions, and what becomes of its files.
+
+    They are read; patched: they come back with other coordinates and nothing else touched; added to: a report adds its
+    arrays to a copy; written: a mesh of another format is converted to it.
+    """
     return [
         {
             "name": one.name,
@@ -24,6 +27,7 @@ def rows() -> list[dict[str, Any]]:
             "extensions": list(one.extensions),
             "read": one.is_readable,
             "patched": one.is_patched,
+            "added_to": one.add is not None,
             "written": one.write is not None,
         }
         for one in sorted(ALL, key=lambda one: one.name)
@@ -35,14 +39,15 @@ class FormatsText:
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-        for name in ("format", "title", "extensions", "read", "patched", "written"):
+        for name in ("format", "title", "extensions", "read", "patched", "added to", "written"):
             table.add_column(name, overflow="fold", no_wrap=name == "format")
         for row in rows():
-            marks = (_MARKS[row[key]] for key in ("read", "patched", "written"))
+            marks = (_MARKS[row[key]] for key in ("read", "patched", "added_to", "written"))
             table.add_row(Text(row["name"], "bold"), Text(row["title"]), " ".join(row["extensions"]), *marks)
         yield table
         yield Text(
             "patched: improve gives the file back with other coordinates and nothing else touched\n"
+            "added to: report -o adds its arrays to a copy of the file, of which all else stays\n"
             "written: a mesh of another format is converted to it",
             "dim",
         )

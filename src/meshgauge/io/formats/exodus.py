@@ -18,13 +18,14 @@ from ...errors import ReadError
 from ...mesh import Mesh
 from ...mesh.labels import LABEL
 from ..plumbing import face_based
+from ..plumbing.added import Added
 from ..plumbing.build import Ints, Kind, gather
 from ..plumbing.format import HEAD, Format
 from ..plumbing.ids import drop_counts
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
 from ..plumbing.steps import Step, number_steps
-from . import exodus_nodes, exodus_places, spread
+from . import exodus_adding, exodus_nodes, exodus_places, spread
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 
@@ -106,6 +107,13 @@ def read(path: Path, at: int) -> Mesh:
     A piece of a mesh that is spread over files (``x.e.4.0``) is read with the others.
     """
     return spread.join(path, lambda file: _read(file, at))
+
+
+def add(old: Path, new: Path, added: Added) -> None:
+    """Variables of elements and nodes."""
+    with variables(old) as arrays:
+        blocks = [(block.number, block.n) for block in _blocks(arrays, old)]
+    exodus_adding.add(old, new, added, blocks)
 
 
 def pieces(path: Path) -> tuple[Path, ...]:
@@ -284,4 +292,5 @@ EXODUS = Format(
     read_step=read,
     places=exodus_places.places,
     nodes=exodus_nodes.nodes,
+    add=add,
 )

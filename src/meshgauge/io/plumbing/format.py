@@ -10,6 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ...mesh import Mesh
+from .added import Adder
 from .patch import Places
 from .patch_nodes import Nodes
 from .pieces import Pieces
@@ -111,6 +112,8 @@ class Format:
         In place of ``places`` where a file may hold several time steps.
     nodes
         Where the nodes of cells stand, so that cells can be renumbered in the file; None where that is not done.
+    add
+        Adds arrays of cells and points to a copy of a file; None if the format has no place for them.
     included
         Where files name others that they include, so that a new file can name others; None if the format has no such.
     is_stale
@@ -137,6 +140,7 @@ class Format:
     places: PlacesFinder | None = None
     step_places: StepPlacesFinder | None = None
     nodes: NodesFinder | None = None
+    add: Adder | None = None
     included: IncludedNames | None = None
     is_stale: Callable[[str], bool] | None = None
     by_content: bool = True

@@ -17,7 +17,8 @@ from ...errors import ReadError
 from . import budget, within
 from .budget import DENSEST
 
-_TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
+TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
+"""How numbers of each type stand in classic files."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ def variables(path: Path) -> Iterator[dict[str, Variable]]:
         magic = file.read(4)
     if magic[:3] == b"CDF":
         with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            yield _Classic(path, data).variables()
+            yield Classic(path, data).variables()
         return
     import h5py
 
@@ -79,7 +80,7 @@ def _plain(value: Any) -> Any:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value
 
 
-class _Classic:
+class Classic:
     """The header of a classic file, and its arrays where they stand."""
 
     def __init__(self, path: Path, data: mmap.mmap) -> None:
@@ -120,9 +121,9 @@ class _Classic:
         attributes: dict[str, Any] = {}
         for _ in range(self.items(12)):
             name, kind, n = self.name(), self.number(4), self.number()
-            if kind not in _TYPES:
+            if kind not in TYPES:
                 raise self.fail(f"attribute {name!r} is of type {kind}")
-            raw = self._padded(n * np.dtype(_TYPES[kind]).itemsize)
+            raw = self._padded(n * np.dtype(TYPES[kind]).itemsize)
             if kind == 2:
                 attributes[name] = raw.rstrip(b"\0").decode("utf-8", "replace")
         return attributes
@@ -145,11 +146,11 @@ class _Classic:
             attributes, kind = self.attributes(), self.number(4)
             self.number()  # its size, which is of 32 bits and may have overflowed
             begin = self.number(4 if self.version == 1 else 8)
-            if kind not in _TYPES:
+            if kind not in TYPES:
                 raise self.fail(f"variable {name!r} is of type {kind}")
             shape = [dimensions[i] for i in ids]
             is_record = bool(shape) and shape[0] == 0
-            entries.append((name, attributes, np.dtype(_TYPES[kind]), shape, is_record, begin))
+            entries.append((name, attributes, np.dtype(TYPES[kind]), shape, is_record, begin))
         sizes = [math.prod(s[1:]) * d.itemsize for _, _, d, s, is_record, _ in entries if is_record]
         step = sizes[0] if len(sizes) == 1 else sum(n + -n % 4 for n in sizes)
         if step and n_records > len(self.data) // step:

@@ -16,6 +16,7 @@ from ...plumbing.ids import drop_counts
 from ...plumbing.merge import merge_parts
 from ..others import by_pyvista
 from ..vtk.hdf import MAGIC
+from . import adding
 from . import zone as cgns_zone
 from .places import places
 from .tree import Node
@@ -40,7 +41,7 @@ def read(path: Path) -> Mesh | None:
         with h5py.File(path, "r") as file:
             within.check_hdf(path, file)
             root = Node(file, path.stat().st_size)
-            zones = [zone for base in root.children("CGNSBase_t") for zone in _zones(base)]
+            zones = [zone for base in root.children("CGNSBase_t") for zone in cgns_zone.zones(base)]
             if not zones:
                 raise ReadError(f"{path}: has no zones (Zone_t)")
             return _mesh(zones, path)
@@ -48,17 +49,6 @@ def read(path: Path) -> Mesh | None:
         raise ReadError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from error
     except (OSError, KeyError, ValueError, TypeError, IndexError, AttributeError, RuntimeError) as error:
         raise ReadError(f"{path}: not a whole CGNS file: {' '.join(str(error).split())}") from error
-
-
-def _zones(base: Node) -> list[cgns_zone.Zone]:
-    dimensions = base.integers()
-    if len(dimensions) != 2 or not 1 <= int(dimensions[0]) <= int(dimensions[1]) <= 3:
-        raise base.fail(f"states the dimensions {dimensions.tolist()}")
-    families = {}
-    for family in base.children("Family_t"):
-        parent = family.first("FamilyName_t")  # Gmsh: the physical group of an entity
-        families[family.name] = parent.text().rsplit("/", 1)[-1] if parent is not None else family.name
-    return [cgns_zone.zone(node, int(dimensions[0]), families) for node in base.children("Zone_t")]
 
 
 def _mesh(zones: list[cgns_zone.Zone], path: Path) -> Mesh:
@@ -75,4 +65,6 @@ def _mesh(zones: list[cgns_zone.Zone], path: Path) -> Mesh:
     return drop_counts(mesh.replace(blocks=tuple(blocks), notes=tuple(notes)))
 
 
-CGNS = Format("cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, places=places, by_content=False)
+CGNS = Format(
+    "cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, places=places, add=adding.add, by_content=False
+)

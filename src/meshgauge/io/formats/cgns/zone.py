@@ -31,6 +31,7 @@ _SPARSEST = 64
 class Zone:
     part: Part
     blocks: list[tuple[str, int, int]]
+    shape: tuple[int, ...] = ()  #: points along each axis, in the file's order, if it is structured
     notes: list[str] = field(default_factory=list)
 
 
@@ -46,6 +47,18 @@ class _Section:
     offsets: Ints = field(default_factory=lambda: _NONE)
     items: Ints = field(default_factory=lambda: _NONE)
     parents: Ints | None = None
+
+
+def zones(base: Node) -> list[Zone]:
+    """Read those of a base. Raises `ReadError`."""
+    dimensions = base.integers()
+    if len(dimensions) != 2 or not 1 <= int(dimensions[0]) <= int(dimensions[1]) <= 3:
+        raise base.fail(f"states the dimensions {dimensions.tolist()}")
+    families = {}
+    for family in base.children("Family_t"):
+        parent = family.first("FamilyName_t")  # Gmsh: the physical group of an entity
+        families[family.name] = parent.text().rsplit("/", 1)[-1] if parent is not None else family.name
+    return [zone(node, int(dimensions[0]), families) for node in base.children("Zone_t")]
 
 
 def zone(node: Node, dimension: int, families: dict[str, str]) -> Zone:
@@ -75,7 +88,7 @@ def zone(node: Node, dimension: int, families: dict[str, str]) -> Zone:
         blocks = [(names[code] or label, start, stop) for code, start, stop in _runs(codes)]
         part.name = label
     _solutions(node, part, shape, notes)
-    return Zone(part, blocks, notes)
+    return Zone(part, blocks, shape if is_structured else (), notes)
 
 
 def _family(node: Node, families: dict[str, str]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ....mesh import Mesh
 from ...plumbing.format import Format
+from . import adding
 from . import read as gmsh_read
 from . import write as gmsh_write
 from .nodes import nodes
@@ -32,4 +33,4 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return gmsh_write.write(path, mesh)
 
 
-GMSH = Format("gmsh", "Gmsh", (".msh",), sniff, read, write=write, places=places, nodes=nodes)
+GMSH = Format("gmsh", "Gmsh", (".msh",), sniff, read, write=write, places=places, nodes=nodes, add=adding.add)

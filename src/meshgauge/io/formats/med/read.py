@@ -23,6 +23,7 @@ from ...plumbing.format import Format
 from ...plumbing.ids import drop_counts
 from ...plumbing.merge import Part, merge_parts
 from ..vtk.hdf import MAGIC
+from .adding import add
 from .cells import BY_NAME, KINDS
 from .places import places
 
@@ -349,4 +350,4 @@ _FAMILY = "cell_tags"  # as meshio calls it
 _NUMBERS = "NUM"
 """Under this name the numbers of cells are put in order with them."""
 
-MED = Format("med", "MED", (".med",), sniff, read, write=write, places=places, by_content=False)
+MED = Format("med", "MED", (".med",), sniff, read, write=write, places=places, add=add, by_content=False)

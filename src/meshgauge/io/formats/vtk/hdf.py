@@ -6,6 +6,7 @@ beside: external links and virtual data sets are followed to files of the folder
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ from ....mesh import Mesh
 from ....mesh.labels import LABEL
 from ....mesh.polyhedra import Polyhedra
 from ...plumbing import vtk, within
+from ...plumbing.added import Added, CannotAdd
 from ...plumbing.format import Format, Take
 from ...plumbing.ids import drop_counts, label_source, with_labels
 from ...plumbing.merge import Part, merge_parts
@@ -367,6 +369,34 @@ def places(path: Path, at: int) -> Places:
     return Places.joined(parts) if all(part is not NONE for part in parts) else NONE
 
 
+def add(old: Path, new: Path, added: Added) -> None:
+    """Arrays of each grid, its partitions one after another."""
+    import h5py
+
+    with _open(old, held=False) as root:
+        if "Steps" in root:
+            raise CannotAdd("holds time steps, of which each would need the arrays")
+        kind = _kind(root)
+        if kind != "UnstructuredGrid" and not (
+            kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root))
+        ):
+            raise CannotAdd("holds other grids than unstructured ones")
+    shutil.copyfile(old, new)
+    with h5py.File(new, "r+") as file:
+        root = file["VTKHDF"]
+        grids = [root] if kind == "UnstructuredGrid" else [group for _, group in _grids(root)]
+        for which, name, arrays in ((0, "PointData", added.points), (1, "CellData", added.cells)):
+            at = 0
+            for group in grids:
+                n = int(group[_SIZES[which]][...].sum())
+                held = group[name] if name in group else group.create_group(name, track_order=True)
+                for key, values in arrays.items():
+                    if key in held:
+                        del held[key]
+                    held.create_dataset(key, data=values[at : at + n])
+                at += n
+
+
 _ROWS = 1 << 16
 """That are compared at a time."""
 
@@ -422,5 +452,5 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
 VTKHDF = Format(
     "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk, pieces=pieces,
-    step_places=places,
+    step_places=places, add=add,
 )  # fmt: skip

@@ -91,4 +91,5 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
 VTK_LEGACY = Format(
     "vtk", "legacy VTK", (".vtk",), sniff, legacy_own.read, read, write,
     has_both_wedge_orders=True, forbidden="{}", is_exact=True, places=places.legacy,
+    add=legacy_own.add,
 )  # fmt: skip

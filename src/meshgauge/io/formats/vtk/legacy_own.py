@@ -9,13 +9,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
+from urllib.parse import quote, unquote
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....cells import CELL_TYPES
 from ....mesh import Mesh
+from ...plumbing.added import Added, CannotAdd
 from ...plumbing.face_based import offsets_of, spans
 from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.text import numbers
@@ -45,6 +46,8 @@ class _Source:
 
     def __init__(self, data: bytes, at: int, *, is_binary: bool) -> None:
         self.data, self.at, self.is_binary = data, at, is_binary
+        self.line = at  #: where the line of the last words begins
+        self.sections: dict[bytes, int] = {}  #: those of data, and where the line of each begins
 
     def words(self) -> list[bytes]:
         """Those of the next line that is not blank; none at the end."""
@@ -52,7 +55,7 @@ class _Source:
             end = self.data.find(b"\n", self.at)
             end = len(self.data) if end < 0 else end
             words = self.data[self.at : min(end, self.at + 4096)].split()
-            self.at = end + 1
+            self.line, self.at = self.at, end + 1
             if words:
                 if words[0].upper() == b"METADATA":  # on arrays, up to a blank line
                     blank = re.compile(rb"\n[ \t\r]*\n").search(self.data, end)
@@ -96,15 +99,55 @@ def _dtype(kind: bytes) -> str:
 
 def read(path: Path) -> Mesh | None:
     """The mesh, or None if this file is of another kind, or not whole."""
+    mesh, _ = _read(path)
+    return mesh
+
+
+def add(old: Path, new: Path, added: Added) -> None:
+    """A field of the arrays behind those of each section, which is made at the end if it is not there."""
+    mesh, source = _read(old)
+    if mesh is None or source is None:
+        raise CannotAdd("is no unstructured grid of cells without faces")
+    data, at, pieces = source.data, 0, []
+    added.require_new("point", mesh.point_data)
+    added.require_new("cell", mesh.cell_data)
+    order = sorted(_SECTIONS, key=lambda keyword: source.sections.get(keyword, len(data)))
+    starts = [source.sections[keyword] for keyword in order if keyword in source.sections]
+    for number, keyword in enumerate(order):
+        arrays = added.points if keyword == b"POINT_DATA" else added.cells
+        n = added.mesh.n_points if keyword == b"POINT_DATA" else added.mesh.n_cells
+        end = starts[number + 1] if number + 1 < len(starts) else len(data)
+        heading = b"" if keyword in source.sections else b"%b %d\n" % (keyword, n)
+        field = b"FIELD FieldData %d\n" % len(arrays)
+        body = b"".join(_of_field(name, values, is_binary=source.is_binary) for name, values in arrays.items())
+        # A blank line ends what VTK says of the array before; an empty line at the end is one already.
+        pieces += [data[at:end], b"" if data[at:end].endswith(b"\n\n") else b"\n", heading, field, body]
+        at = end
+    new.write_bytes(b"".join(pieces))
+
+
+_SECTIONS = (b"CELL_DATA", b"POINT_DATA")
+
+
+def _of_field(name: str, values: NDArray[Any], *, is_binary: bool) -> bytes:
+    kind = next(key for key, short in _DTYPES.items() if short == values.dtype.str[1:])
+    head = b"%b 1 %d %b\n" % (quote(name).encode(), len(values), kind)
+    if is_binary:
+        return head + values.astype(values.dtype.newbyteorder(">")).tobytes() + b"\n"
+    return head + "\n".join(map(repr, values.tolist())).encode() + b"\n"
+
+
+def _read(path: Path) -> tuple[Mesh | None, _Source | None]:
+    """The mesh, and where its sections stand; None if this file is of another kind, or not whole."""
     data = path.read_bytes()
     head = HEAD.match(data)
     if head is None:
-        return None
+        return None, None
     source = _Source(data, head.end(), is_binary=head[3].upper() == b"BINARY")
     try:
-        return _mesh(source, (int(head[1]), int(head[2])), path)
+        return _mesh(source, (int(head[1]), int(head[2])), path), source
     except (_Unknown, ValueError, IndexError, OverflowError, KeyError):
-        return None
+        return None, None
 
 
 def _mesh(source: _Source, version: tuple[int, int], path: Path) -> Mesh:
@@ -131,6 +174,7 @@ def _mesh(source: _Source, version: tuple[int, int], path: Path) -> Mesh:
                 raise _Unknown
             types = sizes.astype(np.uint8)
         elif keyword in (b"POINT_DATA", b"CELL_DATA"):
+            source.sections[keyword] = source.line
             target, rows = data[keyword], int(words[1])
             if rows != (len(points) if keyword == b"POINT_DATA" else len(types)):
                 raise _Unknown
