@@ -31,33 +31,44 @@ def test_json_says_the_same() -> None:
 
 def test_what_cannot_be_patched_is_named(tmp_path: Path) -> None:
     """Refused before the work; or written as another format, or anew, with a note."""
-    path = tmp_path / "a.cas"
-    path.write_text(FLUENT)
-    done = command_line.run("improve", path, "-o", tmp_path / "b.cas")
+    (tmp_path / "a.neu").write_text(GAMBIT)
+    done = command_line.run("improve", tmp_path / "a.neu", "-o", tmp_path / "b.neu")
     assert done.returncode == 2
-    assert "Fluent can be neither patched nor written; give -o OUT" in done.stderr
-    done = command_line.run("improve", path, "-o", tmp_path / "b.msh")
+    assert "GAMBIT neutral can be neither patched nor written; give -o OUT" in done.stderr
+    assert not (tmp_path / "b.neu").exists()
+    (tmp_path / "a.msh").write_text(FRONTISTR)
+    done = command_line.run("improve", tmp_path / "a.msh", "-o", tmp_path / "b.msh")
     assert done.returncode == 0, done.stderr
     assert "note: " in done.stderr
-    assert "Fluent is not patched: the mesh is written as Gmsh" in " ".join(done.stderr.split())
-    assert not (tmp_path / "b.cas").exists()
+    assert "FrontISTR and HEC-MW is not patched: the mesh is written as Gmsh" in " ".join(done.stderr.split())
 
 
-FLUENT = """(2 3)
-(10 (0 1 4 0 3))
-(10 (1 1 4 1 3)(
-0 0 0
-1 0 0
-0 1 0
-0 0 1
-))
-(12 (0 1 1 0))
-(12 (2 1 1 1 2))
-(13 (0 1 4 0))
-(13 (3 1 4 3 3)(
-1 2 3 1 0
-1 4 2 1 0
-2 4 3 1 0
-3 4 1 1 0
-))
+GAMBIT = """        CONTROL INFO 2.4.6
+** GAMBIT NEUTRAL FILE
+a title
+PROGRAM:  Gambit  VERSION:  2.4.6
+ 1 Jan 2020
+     NUMNP     NELEM     NGRPS    NBSETS     NDFCD     NDFVL
+         4         1         0         0         3         3
+ENDOFSECTION
+   NODAL COORDINATES 2.4.6
+         1  0.0  0.0  0.0
+         2  1.0  0.0  0.0
+         3  0.0  1.0  0.0
+         4  0.0  0.0  1.0
+ENDOFSECTION
+      ELEMENTS/CELLS 2.4.6
+       1  6  4        1       2       3       4
+ENDOFSECTION
+"""
+FRONTISTR = """!HEADER
+ a title
+!NODE
+ 1, 0.0, 0.0, 0.0
+ 2, 1.0, 0.0, 0.0
+ 3, 0.0, 1.0, 0.0
+ 4, 0.0, 0.0, 1.0
+!ELEMENT, TYPE=341
+ 1, 1, 2, 3, 4
+!END
 """

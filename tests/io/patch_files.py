@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import cgns_files
+import fluent_files
 import h5py
 import meshio
 import numpy as np
+import ovm_files
 import pytest
 
 import meshgauge
@@ -428,6 +430,44 @@ def elmer(folder: Path) -> Path:
     return _text(folder / "mesh.nodes", [f"{n} -1 {row}" for n, row in enumerate(rows(mesh), 1)])
 
 
+def fluent(folder: Path, *, form: str) -> Path:
+    """By its faces, hexadecimal; the points in two zones, as text, as bytes of 4 or 8, or in HDF5."""
+    mesh, half = bricks(), 20
+    if form == "hdf":
+        return fluent_files.cff(folder / "cube.msh.h5", mesh)
+    faces, bodies = cgns_files.faces_of(mesh)
+    owner = np.zeros((2, len(faces)), int)
+    for cell, row in enumerate(bodies, 1):
+        for face in row:
+            owner[int(face > 0), abs(face) - 1] = cell
+    rows_ = [f"{len(face):x} " + " ".join(f"{k:x}" for k in face) + f" {a:x} {b:x}"
+             for face, a, b in zip(faces, *owner.tolist(), strict=True)]  # fmt: skip
+    path = folder / "cube.msh"
+    with path.open("wb") as file:
+        file.write(b'(0 "by (hand")\n(2 3)\n(10 (0 1 40 0 3))\n')
+        for first, part in ((1, mesh.points[:half]), (half + 1, mesh.points[half:])):
+            head = f"({first // half + 1:x} {first:x} {first + len(part) - 1:x} 1 3)"
+            if form == "text":
+                lines = "\n".join(" ".join(f"{x:.12e}" for x in row) for row in part.tolist())
+                file.write(f"(10 {head}(\n{lines}\n))\n".encode())
+            else:
+                number, kind = (2010, "<f4") if form == "single" else (3010, "<f8")
+                file.write(f"({number} {head}\n(".encode().replace(b"\n(", b"(") + part.astype(kind).tobytes())
+                file.write(f")\nEnd of Binary Section   {number})\n".encode())
+        file.write(f"(12 (0 1 {mesh.n_cells:x} 0))\n(12 (5 1 {mesh.n_cells:x} 1 0))\n".encode())
+        file.write(f"(13 (0 1 {len(faces):x} 0))\n(13 (6 1 {len(faces):x} 3 0)(\n".encode())
+        file.write(("\n".join(rows_) + "\n))\n(45 (5 fluid body)())\n").encode())
+    return path
+
+
+def ovm(folder: Path, *, suffix: str) -> Path:
+    """As its library writes it, with a comment."""
+    made = getattr(ovm_files, suffix)(folder / f"cube.{suffix}", bricks())
+    if suffix == "ovm":
+        made.write_text(made.read_text().replace("Vertices\n", "# Vertices\nVertices\n", 1))
+    return Path(made)
+
+
 PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "abaqus": ("abaqus", abaqus, "text"),
     "su2": ("su2", su2, "text"),
@@ -461,6 +501,12 @@ PATCHED: dict[str, tuple[str, Callable[[Path], Path], str]] = {
     "med": ("med", written_by("cube.med"), "bytes"),
     "hedra": ("hedra", hedra, "text"),
     "elmer": ("elmer", elmer, "text"),
+    "fluent": ("fluent", partial(fluent, form="text"), "text"),
+    "fluent binary": ("fluent", partial(fluent, form="double"), "bytes"),
+    "fluent binary single": ("fluent", partial(fluent, form="single"), "bytes"),
+    "fluent hdf5": ("fluent", partial(fluent, form="hdf"), "bytes"),
+    "ovm": ("ovm", partial(ovm, suffix="ovm"), "text"),
+    "ovmb": ("ovm", partial(ovm, suffix="ovmb"), "bytes"),
     "medit": ("medit", partial(medit, suffix="mesh"), "text"),
     "medit single": ("medit", partial(medit, suffix="mesh", is_single=True), "text"),
     "medit binary": ("medit", partial(medit, suffix="meshb"), "bytes"),

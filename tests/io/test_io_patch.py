@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import os
 import re
@@ -143,6 +144,42 @@ def test_from_a_shell(name: str, tmp_path: Path) -> None:
     done = command_line.run("undo", patch.target, tmp_path / "undo.npz", "--in-place")
     assert done.returncode == 0, done.stderr
     assert patch.target.read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("is_packed", [True, False])
+@pytest.mark.parametrize("name", ["abaqus", "gmsh 2.2 binary", "exodus packed", "vtu appended zlib"])
+def test_a_file_packed_by_gzip(name: str, is_packed: bool, tmp_path: Path) -> None:
+    """It stays packed, unless the output is not to be: then it is what the plain file would have become."""
+    plain, suffix = PATCHED[name][1](tmp_path), ".gz" if is_packed else ""
+    path, target = plain.with_name(f"{plain.name}.gz"), tmp_path / f"out_{plain.name}{suffix}"
+    path.write_bytes(gzip.compress(plain.read_bytes(), 5))
+    mesh = meshgauge.read(path)
+    patch, of_plain = patch_of(mesh, target), patch_of(meshgauge.read(plain), plain)
+    assert patch is not None
+    assert of_plain is not None
+    patch.write(mesh)
+    assert target.read_bytes() == (path if is_packed else plain).read_bytes()
+    moved, _ = shifted(mesh, patch)
+    patch.write(moved, undo_file=tmp_path / "undo.npz")
+    assert np.asarray(meshgauge.read(target).points, np.float64).tobytes() == moved.points.tobytes()
+    assert undo.restored(tmp_path / "undo.npz", target)[""] == path.read_bytes()
+    of_plain.write(moved, overwrite=True)
+    data = target.read_bytes()
+    assert (gzip.decompress(data) if is_packed else data) == plain.read_bytes()
+
+
+@pytest.mark.parametrize("command", ["improve", "report"])
+def test_a_packed_file_from_a_shell(command: str, tmp_path: Path) -> None:
+    plain = PATCHED["vtu appended zlib"][1](tmp_path)
+    path = plain.with_name("cube.vtu.gz")
+    path.write_bytes(gzip.compress(plain.read_bytes()))
+    options = ["--target", "0.9"] if command == "improve" else []
+    done = command_line.run(command, path, "-o", tmp_path / "out.vtu.gz", *options)
+    assert done.returncode in (0, 1), done.stderr
+    assert "anew" not in done.stderr
+    back = meshgauge.read(tmp_path / "out.vtu.gz")
+    assert ("jens" in back.cell_data) == (command == "report")
+    assert (back.points != meshgauge.read(path).points).any() == (command == "improve")
 
 
 @pytest.mark.parametrize("suffix", ["inp", "su2", "msh", "mesh"])

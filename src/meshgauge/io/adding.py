@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,7 +13,7 @@ from ..errors import ReadError, WriteError
 from ..files.output import replacing
 from ..mesh import Mesh
 from .patching import format_if_same
-from .plumbing import verify
+from .plumbing import files, verify
 from .plumbing.added import Added, Array, CannotAdd
 from .plumbing.isolate import Limits
 from .plumbing.steps import StepChoice
@@ -77,7 +78,10 @@ def add_data(
     if not overwrite and os.path.realpath(target) == os.path.realpath(source):
         raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
     with replacing(target, overwrite=overwrite) as staged:
-        is_held = chosen.add(source, staged, Added(cells, points, mesh))
+        with files.open_input(source) as (plain, _):
+            is_held = chosen.add(plain, staged, Added(cells, points, mesh))
+        if target.suffix.lower() == ".gz":
+            staged.write_bytes(gzip.compress(staged.read_bytes(), mtime=0))
         held = cells if is_held is None else {name: np.where(is_held, one, np.nan) for name, one in cells.items()}
         expected = mesh.replace(cell_data={**mesh.cell_data, **held}, point_data={**mesh.point_data, **points})
         try:

@@ -8,7 +8,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from ..files import private, undo
 from ..files.output import new_folder, replacing
 from ..mesh import Mesh
 from . import registry
+from .plumbing import files
 from .plumbing.format import Format, IncludedNames
 from .plumbing.isolate import Limits
 from .plumbing.numerals import Ints, Reals
@@ -25,6 +26,8 @@ from .plumbing.patch import Edit, Places, is_same
 from .plumbing.patch_nodes import Nodes, edit_nodes
 from .plumbing.steps import StepChoice
 from .reading import format_of
+
+T = TypeVar("T")
 
 Changes = Literal["points", "order", "nothing"]
 
@@ -127,14 +130,14 @@ class Patch:
                     raise WriteError(f"{new}: exists; {self.target} would include it: write into another folder")
                 new.parent.mkdir(parents=True, exist_ok=True) if old != source else None
                 staged[old] = stack.enter_context(replacing(new, overwrite=overwrite))
-                hunks = edit.copy(old, staged[old])
+                hunks = edit.copy(old, staged[old], packs=new.suffix.lower() == ".gz" or old != source)
                 if old == source or not edit.is_empty:
                     name = "" if old == source else str(new.absolute().relative_to(self.target.absolute().parent))
                     changes.append(undo.Change(old, staged[old], hunks, name))
             names = {path: new.absolute().relative_to(self.target.absolute().parent) for path, new in targets.items()}
             with _as_one(source, self.mesh.sources, staged, names) as (path, roots):
                 limits = replace(self.limits, include_roots=(*self.limits.include_roots, *roots))
-                self._check(mesh, lambda: registry.read(self.chosen, path, limits, self.step))
+                self._check(mesh, lambda: _read(self.chosen, path, limits, self.step))
             if undo_file is not None:
                 undo.store(undo_file, changes)
 
@@ -281,14 +284,22 @@ def patch_of(
         if chosen.nodes is None:
             return None
         none = Places.joined([]).aligned(mesh)
-        nodes = registry.nodes(chosen, source, limits) if changes == "order" else ()
+        nodes = _plainly(
+            source,
+            lambda path: registry.nodes(chosen, path, limits) if changes == "order" else (),
+            lambda found, plain: tuple(replace(one, path=source) if one.path == plain else one for one in found),
+        )
         return Patch(mesh, Path(target), chosen, none, limits or Limits(), step, nodes)
     if source.is_dir():
         places = registry.places(chosen, registry.case_of(source, file_format)[1], limits, step).aligned(mesh)
         inside = [path.resolve().is_relative_to(source.resolve()) for path, _ in places.pieces] or [True]
         places = places.without(~np.array(inside)[places.piece])
         return Patch(mesh, Path(target), chosen, places, limits or Limits(), step)
-    given = registry.places(chosen, source, limits, step)
+    given = _plainly(
+        source,
+        lambda path: registry.places(chosen, path, limits, step),
+        lambda found, plain: found.renamed(plain, source),
+    )
     if not given.pieces and chosen.write is not None:
         return None
     places = given.aligned(mesh)
@@ -306,10 +317,24 @@ def format_if_same(mesh: Mesh, target: str | os.PathLike[str], *, file_format: s
     if source.is_dir():
         is_file = target.suffix.lower() in {e for f in registry.ALL if f.write is not None for e in f.extensions}
         return registry.case_of(source, file_format)[0] if not is_file or target == source else None
-    if source.suffix.lower() == ".gz":
-        return None
     chosen = format_of(source, file_format)
-    return chosen if target.suffix.lower() in (source.suffix.lower(), *chosen.extensions) else None
+    here, there = (path.with_suffix("") if path.suffix.lower() == ".gz" else path for path in (source, target))
+    if target.suffix.lower() == ".gz" != source.suffix.lower():
+        return None
+    return chosen if there.suffix.lower() in (here.suffix.lower(), *chosen.extensions) else None
+
+
+def _plainly(source: Path, find: Callable[[Path], T], mend: Callable[[T, Path], T]) -> T:
+    """What is found in a file, or in a copy of it that is not packed by gzip, whose name is then mended."""
+    if not files.is_packed(source):
+        return find(source)
+    with files.open_input(source) as (plain, _):
+        return mend(find(plain), plain)
+
+
+def _read(chosen: Format, path: Path, limits: Limits, step: StepChoice) -> Mesh:
+    with files.open_input(path) as (plain, _):
+        return registry.read(chosen, plain, limits, step)
 
 
 def _targets(source: Path, target: Path, sources: tuple[str, ...]) -> dict[Path, Path]:

@@ -1,4 +1,4 @@
-"""Where formats of text hold points in a section, a line each: MFEM, Netgen, FLAC3D, AVS UCD, HEDRA and Elmer."""
+"""Where formats of text hold points in a section, a line each: Netgen, FLAC3D, AVS UCD, HEDRA and Elmer."""
 
 from __future__ import annotations
 
@@ -12,25 +12,9 @@ from ..plumbing.numerals import Text
 from ..plumbing.patch import Places
 from ..plumbing.spans import after_lines, columns, in_place
 
-_VERTICES = re.compile(rb"^[ \t]*vertices\s+(\d+)\s+(\d+)[ \t]*\n", re.MULTILINE)
-_NODES = re.compile(rb"^[ \t]*nodes[ \t]*$", re.MULTILINE)
 _POINTS = re.compile(rb"^[ \t]*points\s+(\d+)[ \t]*\n", re.MULTILINE)
 _COMMENT_LINE = re.compile(rb"^[ \t]*#[^\n]*", re.MULTILINE)
 _GRID_POINTS = re.compile(rb"(?:^[ \t]*G[ \t]+\d+[ \t][^\n]*\n?)+", re.MULTILINE)
-
-
-def mfem(path: Path) -> Places:
-    """The vertices of straight meshes.
-
-    Raises
-    ------
-    ReadError
-        If the mesh has nodes: these tell its shape.
-    """
-    data = in_place(path.read_bytes(), b"#")
-    if _NODES.search(data):
-        raise ReadError(f"{path}: MFEM's meshes with nodes are not patched yet, only those with vertices alone")
-    return _after(path, data, _VERTICES)
 
 
 def netgen(path: Path) -> Places:

@@ -75,6 +75,28 @@ class Places:
         """The same with numbers."""
         return replace(self, labels=labels)
 
+    def each_once(self, points: Ints) -> Places:
+        """The last place of each point as its own, and the others as copies.
+
+        Parameters
+        ----------
+        points
+            ``(n,)`` the point of a mesh that each of the places is of, -1 if it is of none.
+        """
+        last = np.full(int(points.max(initial=-1)) + 1, -1, np.int64)
+        known = np.flatnonzero(points >= 0)
+        last[points[known]] = known
+        is_other = points >= 0
+        is_other[last[last >= 0]] = False
+        copies = self.rows(np.flatnonzero(is_other)).labelled(points[is_other])
+        return self.rows(np.maximum(last, 0)).without(last < 0).with_copies(copies)
+
+    def renamed(self, path: Path, new: Path) -> Places:
+        """The same in another file in the place of one."""
+        pieces = tuple((new if one == path else one, form) for one, form in self.pieces)
+        copies = None if self.copies is None else self.copies.renamed(path, new)
+        return replace(self, pieces=pieces, copies=copies)
+
     def with_copies(self, copies: Places) -> Places:
         """The same with further places."""
         return replace(self, copies=copies)
@@ -119,7 +141,7 @@ class Places:
         copies = self.copies
         if copies is None or copies.labels is None:
             return places
-        here = copies._values(np.arange(len(copies.labels))).astype(points.dtype)
+        here = copies.values().astype(points.dtype)
         return places.without(copies.labels[(here != points[copies.labels]).any(axis=1)])
 
     def without(self, points: NDArray[Any]) -> Places:
@@ -127,6 +149,10 @@ class Places:
         starts = self.starts.copy()
         starts[points] = -1
         return replace(self, starts=starts)
+
+    def values(self) -> Reals:
+        """``(n, 3)`` the numbers that stand in the files."""
+        return self._values(np.arange(len(self.starts)))
 
     def _values(self, ids: Ints) -> Reals:
         """``(n, 3)`` the numbers that stand in the files at the places of some points."""
@@ -216,19 +242,29 @@ class Edit:
         """True if nothing changes."""
         return not (self.texts or self.puts)
 
-    def copy(self, old: Path, new: Path) -> Hunks | None:
-        """Write the file as it is to be; returns where its bytes differ, None if that is not known."""
+    def copy(self, old: Path, new: Path, *, packs: bool = True) -> Hunks | None:
+        """Write the file as it is to be; returns where its bytes differ, None if that is not known.
+
+        One that is packed by gzip stays so, unless it is not to be (``packs``).
+        """
         data = old.read_bytes()
         if data.startswith(GZIP):
-            if self.texts:
-                data = gzip.compress(b"".join(_pieces(gzip.decompress(data), self.hunks, self.texts)), mtime=0)
-            new.write_bytes(data)
+            if packs and self.is_empty:
+                new.write_bytes(data)
+                return None
+            new.write_bytes(b"".join(_pieces(gzip.decompress(data), self.hunks, self.texts)))
+            self._put(new)
+            if packs:
+                new.write_bytes(gzip.compress(new.read_bytes(), mtime=0))
             return None
         with new.open("wb") as file:
             file.writelines(_pieces(data, self.hunks, self.texts))
-        for form, starts, values in self.puts:
-            form.put(new, starts, values)
+        self._put(new)
         return None if self.puts else self.hunks
+
+    def _put(self, path: Path) -> None:
+        for form, starts, values in self.puts:
+            form.put(path, starts, values)
 
 
 def is_same(a: Path, b: Path) -> bool:

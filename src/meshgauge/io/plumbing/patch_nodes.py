@@ -13,7 +13,7 @@ from ...files.undo import Hunks
 from ...mesh import Mesh
 from ...mesh.labels import labels_of
 from .numerals import Ints
-from .patch import Edit, is_same
+from .patch import Edit, contents, is_same
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ def edit_nodes(path: Path, pieces: Sequence[Nodes], before: Mesh, after: Mesh) -
     is_other = np.repeat(np.arange(before.n_cells), sizes)[before.connectivity != after.connectivity]
     changed = np.unique(is_other)
     rows = _rows(pieces, before, changed)
-    data = path.read_bytes()
+    data = contents(path)
     found: list[tuple[int, int, bytes]] = []
     for cell, (piece, row) in zip(changed.tolist(), rows, strict=True):
         own = pieces[piece]

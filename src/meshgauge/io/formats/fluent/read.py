@@ -19,13 +19,11 @@ from ...plumbing import budget, face_based
 from ...plumbing.format import Format
 from ...plumbing.text import numbers
 from ..vtk.hdf import MAGIC
+from .cursor import END, Cursor
 from .hdf import OF_TWO_DIMENSIONS, Arrays
+from .places import places
 
 _MARK = re.compile(rb"\A\s*\(\s*\d+\s")
-_SECTION = re.compile(rb"\s*\(\s*(\d+)")
-_HEAD = re.compile(rb"\s*\(([^()]*)\)\s*")
-_TOKEN = re.compile(rb'"(?:[^"\\]|\\.?)*+(?:"|\Z)|[()]', re.DOTALL)  # a text without end goes to the end
-_END = b"End of Binary Section"
 _HDF = (".cas.h5", ".msh.h5")
 _INTERIOR = 2
 _PARENT_ZONE = 32
@@ -49,77 +47,6 @@ class _Content:
     is_single: bool = False  #: whether points are stored in single precision
 
 
-class _Cursor:
-    """A place in the bytes of the file."""
-
-    def __init__(self, path: Path, data: bytes) -> None:
-        self.path, self.data, self.at = path, data, 0
-
-    def fail(self, what: str) -> ReadError:
-        line = self.data.count(b"\n", 0, min(self.at, len(self.data))) + 1
-        return ReadError(f"{self.path}, line {line}: {what}")
-
-    def section(self) -> int | None:
-        """The number of the next section; None at the end of the file."""
-        match = _SECTION.match(self.data, self.at)
-        if match is None:
-            if self.data[self.at :].strip(b" \t\r\n\0"):
-                raise self.fail("expected a section '(number ...)'")
-            return None
-        self.at = match.end()
-        return int(match.group(1)[:9])
-
-    def head(self) -> list[int]:
-        """The hexadecimal numbers in parentheses that a section begins with."""
-        match = _HEAD.match(self.data, self.at)
-        if match is None:
-            raise self.fail("expected '(zone first last ...)'")
-        self.at = match.end()
-        try:
-            values = [int(word, 16) for word in match.group(1).split()]
-        except ValueError:
-            values = []
-        if len(values) < 3 or max(values) > 1 << 40:
-            raise self.fail(f"a section begins with {match.group(1)[:40].decode('utf-8', 'replace')!r}")
-        return values
-
-    def body(self) -> bytes | None:
-        """The text in the parentheses that follow; None if the section ends instead."""
-        if self.data[self.at : self.at + 1] != b"(":
-            return None
-        end = self.data.find(b")", self.at)
-        if end < 0:
-            raise self.fail("the file ends within a section; it is truncated")
-        text = self.data[self.at + 1 : end]
-        self.at = end + 1
-        return text
-
-    def raw(self, dtype: str, n: int) -> NDArray[np.generic]:
-        """``n`` binary numbers."""
-        kind = np.dtype(dtype)
-        if n < 0 or self.at + n * kind.itemsize > len(self.data):
-            raise self.fail(f"{n} binary numbers are stated, but the file ends before")
-        values = np.frombuffer(self.data, kind, n, self.at)
-        self.at += n * kind.itemsize
-        return values
-
-    def close(self, is_binary: bool = False) -> None:
-        """Go behind the parenthesis that ends the section."""
-        if is_binary:
-            end = self.data.find(_END, self.at)
-            if end < 0:
-                raise self.fail("a binary section has no end; the file is truncated")
-            self.at = self.data.find(b")", end) + 1 or len(self.data)
-            return
-        depth = 1
-        for token in _TOKEN.finditer(self.data, self.at):
-            depth += {b"(": 1, b")": -1}.get(token.group(), 0)
-            if depth == 0:
-                self.at = token.end()
-                return
-        raise self.fail("the file ends within a section; it is truncated")
-
-
 def read(path: Path) -> Mesh:
     """The cells of a 3D mesh, and the faces of each boundary zone as surface cells; a block a zone.
 
@@ -130,7 +57,7 @@ def read(path: Path) -> Mesh:
         arrays = Arrays(path)
         is_single = any(values.dtype.itemsize == 4 for _, values in arrays.points)
         return _mesh(_Content(3, arrays.points, arrays.cells, arrays.faces, arrays.names, is_single=is_single), path)
-    cursor, content = _Cursor(path, data), _Content()
+    cursor, content = Cursor(path, data), _Content()
     while (number := cursor.section()) is not None:
         is_binary, kind, has_body = number >= 2000, number % 1000, True
         if kind == 2 and not is_binary:
@@ -159,7 +86,7 @@ def read(path: Path) -> Mesh:
     return _mesh(content, path)
 
 
-def _points(cursor: _Cursor, content: _Content, is_binary: bool, dtype: str) -> bool:
+def _points(cursor: Cursor, content: _Content, is_binary: bool, dtype: str) -> bool:
     """Keep the points of a section; False if it only states how many there are."""
     zone, first, last, *_ = cursor.head()
     n = last - first + 1
@@ -186,7 +113,7 @@ def _points(cursor: _Cursor, content: _Content, is_binary: bool, dtype: str) -> 
     return True
 
 
-def _face_zone(cursor: _Cursor, content: _Content, is_binary: bool) -> None:
+def _face_zone(cursor: Cursor, content: _Content, is_binary: bool) -> None:
     """Each face: in mixed zones how many points, then these, then two cells; its normal points to the first of them."""
     head = cursor.head()
     zone, first, last = head[:3]
@@ -199,7 +126,7 @@ def _face_zone(cursor: _Cursor, content: _Content, is_binary: bool) -> None:
     if is_binary:
         if cursor.data[cursor.at : cursor.at + 1] != b"(":
             raise cursor.fail("a zone of faces is empty")
-        end = cursor.data.find(_END, cursor.at)
+        end = cursor.data.find(END, cursor.at)
         cursor.at += 1
         tokens = cursor.raw("<i4", max(end - cursor.at, 0) // 4).tolist()
         cursor.close(True)
@@ -233,7 +160,7 @@ def _face_zone(cursor: _Cursor, content: _Content, is_binary: bool) -> None:
     content.faces.append((zone, first, kind, sizes, ids))
 
 
-def _name(cursor: _Cursor, content: _Content) -> None:
+def _name(cursor: Cursor, content: _Content) -> None:
     match = re.compile(rb"\s*\(\s*(\d+)\s+\S+\s+([^\s()]+)").match(cursor.data, cursor.at)
     if match:
         content.names[int(match.group(1)[:9])] = match.group(2).decode("utf-8", "replace")
@@ -302,4 +229,4 @@ def _joined_points(content: _Content, path: Path) -> NDArray[np.float64]:
     return np.concatenate([np.empty((0, 3)), *(values for _, values in content.points)])
 
 
-FLUENT = Format("fluent", "Fluent", (".cas", ".msh"), sniff, read)
+FLUENT = Format("fluent", "Fluent", (".cas", ".msh"), sniff, read, places=places)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,17 +15,13 @@ from ....mesh import Mesh
 from ...plumbing.build import Cells, check_codes, gather, runs
 from ...plumbing.format import Format
 from ...plumbing.text import Text, numbers
-from .. import rows_places
 from . import nonconforming
 from .kinds import KINDS
 from .nodes import continuous, corners, discontinuous
+from .places import places
+from .space import Space, space_of
 
 _VERSION = re.compile(rb"MFEM mesh v1\.[0-3]\b")
-_CONTINUOUS = re.compile(
-    rb"(?P<name>Linear|Quadratic|Cubic)\b|H1(?P<basis>Pos|Ser|@[^_]*)?_\dD_P(?P<order>[1-9]\d*)(?:_Pyr\d)?\b"
-)
-_DISCONTINUOUS = re.compile(rb"L2_T(?P<basis>[12])_\dD_P(?P<order>[1-9]\d*)\b")
-"""Nodes on the vertices: at Gauss-Lobatto points, or Bernstein coefficients."""
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -109,24 +104,10 @@ def _elements(text: Text) -> tuple[Cells, NDArray[np.int64]]:
     return gather(rows.values, rows.starts[:-1] + 2, codes, KINDS), rows.values[rows.starts[:-1]]
 
 
-class Space(NamedTuple):
-    """The finite element space of the nodes."""
-
-    order: int
-    is_continuous: bool
-    is_bernstein: bool
-
-
-_NAMED = {b"Linear": 1, b"Quadratic": 2, b"Cubic": 3}
-
-
 def _space(text: Text, name: bytes) -> Space:
-    if match := _CONTINUOUS.match(name):
-        order = _NAMED.get(match["name"]) or int(match["order"])
-        # At order 2 the node of an edge is in the middle in all nodal bases.
-        return Space(order, True, match["basis"] == b"Pos")
-    if match := _DISCONTINUOUS.match(name):
-        return Space(int(match["order"]), False, match["basis"] == b"2")
+    space = space_of(name)
+    if space is not None:
+        return space
     shown = name[:40].decode("utf-8", "replace")
     raise text.fail(f"nodes in the space {shown!r} cannot be read, only those in H1, and in L2_T1 and L2_T2")
 
@@ -207,4 +188,4 @@ def _of_high_order(elements: Cells) -> Cells:
     return replace(elements, types=types)
 
 
-MFEM = Format("mfem", "MFEM", (".mesh",), sniff, read, places=rows_places.mfem)
+MFEM = Format("mfem", "MFEM", (".mesh",), sniff, read, places=places)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...plumbing.numerals import Ints, Raw, Text
+from ...plumbing.numerals import Raw, Text
 from ...plumbing.patch import Places, contents
 from ...plumbing.spans import words
 from .read import BRACKETS, COMMENT, COUNT, MeshFile, folders, point_ids_of, present, steps
@@ -26,18 +26,7 @@ def places(path: Path, at: int) -> Places:
     if len(given) < len(parts):
         return whole
     _, of_piece = np.unique(np.concatenate(given), return_inverse=True)
-    return _each_once(whole, of_piece.reshape(-1).astype(np.int64))
-
-
-def _each_once(whole: Places, points: Ints) -> Places:
-    """The last place of each point, as the reader takes it, and the others as copies."""
-    n = int(points.max(initial=-1)) + 1
-    last = np.zeros(n, np.int64)
-    last[points] = np.arange(len(points))
-    others = np.ones(len(points), bool)
-    others[last] = False
-    copies = whole.rows(np.flatnonzero(others)).labelled(points[others])
-    return whole.rows(last).with_copies(copies)
+    return whole.each_once(of_piece.reshape(-1).astype(np.int64))
 
 
 def _of_file(folder: Path) -> Places:

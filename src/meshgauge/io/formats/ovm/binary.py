@@ -255,3 +255,17 @@ def content(path: Path, data: bytes) -> Content:
         kept["cell"],
         [prop.name for prop in file.properties if prop.values is None],
     )
+
+
+def vertices(data: bytes) -> list[tuple[int, int, str, int]]:
+    """First byte, number, kind and dimension of the vertices in each chunk of a file that was read."""
+    found, at = [], _HEADER.size
+    dimension = _HEADER.unpack_from(data)[3]
+    while at + _CHUNK.size <= len(data):
+        mark, *_, length = _CHUNK.unpack_from(data, at)
+        at += _CHUNK.size
+        if mark == b"VERT":
+            _, n, encoding = _VERTICES.unpack_from(data, at)
+            found.append((at + _VERTICES.size, n, _REALS[encoding], dimension))
+        at += length
+    return found

@@ -19,6 +19,7 @@ from ...plumbing.format import Format
 from ...plumbing.text import Ragged, Text
 from . import binary
 from .binary import Content
+from .places import places
 
 _MARK = re.compile(rb"\A\s*OVM[ \t]*(ASCII|BINARY)?[ \t]*\r?$|\AOVMB\n", re.IGNORECASE | re.MULTILINE)
 _PROPERTY = re.compile(
@@ -148,4 +149,4 @@ def _most_are_inverted(faces: face_based.Faces, points: NDArray[np.floating]) ->
     return int((volume < 0).sum()) > int((volume > 0).sum())
 
 
-OVM = Format("ovm", "OpenVolumeMesh", (".ovm", ".ovmb"), sniff, read)
+OVM = Format("ovm", "OpenVolumeMesh", (".ovm", ".ovmb"), sniff, read, places=places)
