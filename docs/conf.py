@@ -47,6 +47,7 @@ html_theme = "pydata_sphinx_theme"
 html_title = "meshgauge"
 html_static_path = ["site/static"]
 html_css_files = ["site.css"]
+html_js_files = ["live.js"]
 html_extra_path = ["generated/live"]
 html_copy_source = False
 html_show_sourcelink = False

@@ -6,15 +6,17 @@ Everything is written into ``docs/generated``, which Sphinx reads and Git ignore
 from __future__ import annotations
 
 import inspect
+import json
 import re
 import sys
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from sphinx.pycode import ModuleAnalyzer
-
 import meshgauge
+from meshgauge.cells import SHAPES
+from meshgauge.look import colours
+from meshgauge.look.bands import POOR
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
@@ -107,6 +109,8 @@ def entry(module: str, of_kind: str, name: str) -> str:
 
 def data_text(module: str, name: str) -> str:
     """The docstring that stands behind an assignment, in whatever module that is; else the value."""
+    from sphinx.pycode import ModuleAnalyzer
+
     value = getattr(import_module(module), name)
     for source in [m for m, loaded in sys.modules.items() if m.startswith("meshgauge") and name in vars(loaded)]:
         found = ModuleAnalyzer.for_module(source).find_attr_docs().get(("", name))
@@ -124,5 +128,17 @@ def on_source_read(_app: Any, _docname: str, content: list[str]) -> None:
 
 
 def live(name: str) -> str:
+    """A piece of HTML from ``live/``, with the shapes of cells and the colours of quality that it asks for."""
     piece = (HERE / "live" / f"{name}.html").read_text(encoding="utf-8")
-    return f"````{{raw}} html\n{piece}````\n"
+    piece = piece.replace("{{ shapes }}", json.dumps(live_data()))
+    options = "".join(f"<option{' selected' * (n == 'hexahedron')}>{n}</option>" for n in SHAPES)
+    return f"````{{raw}} html\n{piece.replace('{{ options }}', options)}````\n"
+
+
+def live_data() -> dict[str, Any]:
+    """What ``static/live.js`` draws and computes with."""
+    shapes = {
+        name: {key: getattr(shape, key) for key in ("points", "edges", "faces", "triples", "k")}
+        for name, shape in SHAPES.items()
+    }
+    return {"shapes": shapes, "poor": POOR, "colours": {**colours.ON_ANY, "degenerate": colours.DEGENERATE}}
