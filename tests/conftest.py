@@ -53,9 +53,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--long", action="store_true", help="run the tests marked long as well")
 
 
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """No test depends on the size and colours of the terminal that runs it (pytest-xdist sets COLUMNS)."""
+    for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "CLICOLOR_FORCE"):
+        os.environ.pop(name, None)
+
+
 FIRST = (
     "test_readme.py",  # compiles the kernels of repairs
     "test_corpus.py",  # compiles those of cells and polyhedra
+    "test_doctor_streamed.py",  # compiles those of a diagnosis in slices, which both workers need later
     "test_broken_polyhedra.py",
     "test_view_browser.py",
     "test_html_browser.py",
@@ -131,13 +138,6 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 def pytest_collection_finish(session: pytest.Session) -> None:
     """What is there by now stays: no search for garbage need go through it again, half a second each time."""
     gc.freeze()
-
-
-@pytest.fixture(autouse=True)
-def plain_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No test depends on the size and colours of the terminal that runs it (pytest-xdist sets COLUMNS)."""
-    for name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "CLICOLOR_FORCE"):
-        monkeypatch.delenv(name, raising=False)
 
 
 @pytest.fixture(params=["numpy", "compiled"])

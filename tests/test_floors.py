@@ -40,8 +40,9 @@ def module_of(path: Path) -> str:
 
 @cache
 def nodes_of(path: Path) -> list[ast.AST]:
-    """All that a file consists of."""
-    return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    """The imports and calls of a file."""
+    every = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    return [node for node in every if isinstance(node, ast.Import | ast.ImportFrom | ast.Call)]
 
 
 def imports(path: Path) -> set[str]:
@@ -84,12 +85,16 @@ LAZY = {"__init__.py", "mesh/mesh.py", "plot/__init__.py", "quality/measure.py"}
 """Files that find what they name by `_lazy`: packages whose names load on use, and methods that lead up a floor."""
 
 
+def name_of(function: ast.expr) -> str:
+    return function.attr if isinstance(function, ast.Attribute) else getattr(function, "id", "")
+
+
 def finds_by_name(path: Path) -> bool:
     """True if a file uses `_lazy`, or imports a module of ours by a name that is not an import."""
     for node in nodes_of(path):
         if isinstance(node, ast.ImportFrom) and (node.module == "_lazy" or "_lazy" in {a.name for a in node.names}):
             return True
-        if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in ("import_module", "__import__"):
+        if isinstance(node, ast.Call) and name_of(node.func) in ("import_module", "__import__"):
             first = node.args[0].values[0] if isinstance(node.args[0], ast.JoinedStr) else node.args[0]
             text = first.value if isinstance(first, ast.Constant) else ""
             if not text or text.startswith((".", "meshgauge")):

@@ -55,7 +55,7 @@ def tried(seeds: list[tuple[str, Path, list[Path]]], n: int, seconds: float, see
 
 
 def test_broken_files_of_own_readers(seeds: list[tuple[str, Path, list[Path]]]) -> None:
-    assert tried([s for s in seeds if s[0] in fuzzing.OWN], 300, 8.0, 1) == []
+    assert tried([s for s in seeds if s[0] in fuzzing.OWN], 200, 8.0, 1) == []
 
 
 def test_broken_files_of_other_readers(seeds: list[tuple[str, Path, list[Path]]]) -> None:

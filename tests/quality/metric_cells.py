@@ -35,7 +35,7 @@ signed_pairs = of_pairs([(row, shape) for row, shape in PAIRS if row.is_signed])
 array_pairs = of_pairs([(row, shape) for row, shape in PAIRS if row.name in meshgauge.__all__])
 """Metrics that have a function on arrays."""
 
-N = 1000
+N = 400
 
 
 def one_by_one(x: Floats) -> tuple[Floats, NDArray[np.int64]]:

@@ -34,10 +34,10 @@ def test_arrays_and_meshes_have_the_same_values(row: Metric, shape: Shape) -> No
 def test_slices_and_threads_change_nothing(row: Metric, shape: Shape, monkeypatch: pytest.MonkeyPatch) -> None:
     x = random_cells(shape)
     whole = cell_values(row, shape.name, x)
-    sizes = cut_into(monkeypatch, 300)
+    sizes = cut_into(monkeypatch, 150)
     for threads in (1, 2):
         np.testing.assert_array_equal(cell_values(row, shape.name, x, threads), whole)
-    assert {300, N % 300} <= sizes
+    assert {150, N % 150} <= sizes
 
 
 def cut_into(monkeypatch: pytest.MonkeyPatch, size: int) -> set[int]:

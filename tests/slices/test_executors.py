@@ -51,11 +51,16 @@ class Dying(Executor):
         return future
 
 
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Job, Partial]:
+    job = a_job(tmp_path_factory.mktemp("job"))
+    return job, measure_pieces(job, threads=1, size=97)
+
+
 @pytest.mark.parametrize("refuses", [False, True])
 @pytest.mark.parametrize("after", [0, 1, 3, 6, 100])
-def test_what_is_missing_is_measured_here(tmp_path: Path, after: int, refuses: bool) -> None:
-    job = a_job(tmp_path)
-    expected = measure_pieces(job, threads=1, size=97)
+def test_what_is_missing_is_measured_here(measured: tuple[Job, Partial], after: int, refuses: bool) -> None:
+    job, expected = measured
     made = measure_pieces(job, executor=Dying(after, refuses=refuses), threads=2, size=97)
     assert made.spans == expected.spans == ((0, job.facts.n_cells),)
     assert made.summaries == expected.summaries

@@ -48,7 +48,7 @@ def _solve(a: Float64Array) -> bool:
 
 
 @inlined
-def _deepest(planes: Float64Array, n: int, place: Float64Array, a: Float64Array, basis: Int64Array) -> float:
+def _deepest(planes: Float64Array, n: int | np.int64, place: Float64Array, a: Float64Array, basis: Int64Array) -> float:
     """Move the place to where the least distance above ``n`` planes is largest; that distance.
 
     ``planes`` ``(n + 4, 4)`` are unit normals and distances from the origin, within a ball of radius 1; the last four
@@ -179,7 +179,7 @@ def centres(
     planes, a = np.empty((4 * n_faces + 4, 4)), np.empty((4, 5))
     basis, place = np.empty(4, np.int64), np.empty(3)
     for w in range(len(ways)):
-        n_planes = 0
+        n_planes = np.int64(0)  # not a literal, which `_deepest` would be compiled for anew
         for f in range(n_faces):
             n_nodes = 3 if faces[f, 3] < 0 else 4
             n_corners = 0 if ways[w, f] == 3 else 1 if n_nodes == 3 else 4
