@@ -53,7 +53,7 @@ def test_public_names_are_told_by_dir_and_typed() -> None:
         meshgauge.no_such_name  # noqa: B018  the access is what is tested
 
 
-MODULES = ("check", "compare", "doctor", "io", "plot", "repair")
+MODULES = ("check", "compare", "doctor", "io", "plot", "repair", "view")
 
 
 ALONE = """

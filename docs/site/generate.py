@@ -37,6 +37,7 @@ MODULES = {
     "check": "Gate",
     "compare": "Comparing",
     "plot": "Pictures",
+    "view": "Viewer in notebooks",
 }
 """Public modules, each a page of its own."""
 

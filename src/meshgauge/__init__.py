@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from . import io as io
     from . import plot as plot
     from . import repair as repair
+    from . import view as view
     from .cells import CELL_TYPES as CELL_TYPES
     from .cells import CellType as CellType
     from .cells import Shape as Shape
@@ -111,7 +112,7 @@ _HOME = {
 }
 """The module of each public name."""
 
-_MODULES = ("check", "compare", "doctor", "io", "plot", "repair")
+_MODULES = ("check", "compare", "doctor", "io", "plot", "repair", "view")
 """Modules with public names of their own."""
 
 __all__ = ["__version__", *_HOME]

@@ -226,6 +226,13 @@ class Quality:
             raise OptionError(f"worst is {worst}, expected 0 or more")
         find("report.methods", "write_html")(self, path, worst=worst)
 
+    def view(self, *, worst: int = 10, height: int = 720) -> Any:
+        """The page of `to_html` in a cell of a notebook, ``height`` pixels high: no server, no file.
+
+        ``meshgauge.view.widget(mesh)`` is the viewer, for millions of cells; the notebook's process serves it.
+        """
+        return find("report.methods", "page_in_cell")(self, worst=worst, height=height)
+
     def worst(self, n: int = 10) -> list[WorstCell]:
         """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
         them."""

@@ -11,6 +11,7 @@ from .record import FileReport
 
 if TYPE_CHECKING:
     from ..quality.measure import Quality
+    from .html import PageInCell
 
 
 def text(report: FileReport, *, width: int) -> str:
@@ -42,3 +43,11 @@ def write_html(quality: Quality, path: str | os.PathLike[str], *, worst: int) ->
                 sources.note(source)
         with HtmlWriter(Path(path)) as page:
             page.add(quality, FileReport.of(quality, worst=worst, with_diagnosis=True))
+
+
+def page_in_cell(quality: Quality, *, worst: int, height: int) -> PageInCell:
+    """What `Quality.view` is."""
+    from . import html
+
+    report = FileReport.of(quality, worst=worst, with_diagnosis=True)
+    return html.PageInCell(html.page([html.section(quality, report)]), height)

@@ -70,9 +70,18 @@ class App:
         state.change(*CONTROLS)(self._on_change)
         state.change("theme")(self._on_theme)
 
-    def run(self, *, port: int, ready: Callable[[str], None], idle: int = 0) -> None:
+    def run(
+        self,
+        *,
+        port: int,
+        ready: Callable[[str], None],
+        idle: int = 0,
+        frames: Sequence[str] = (),
+        thread: bool = False,
+    ) -> None:
         """Serve until interrupted, or ``idle`` seconds without any page (0: never end); ``ready`` gets the address.
 
+        ``frames`` are the pages that may have this in a frame; a ``thread`` beside the main one hears no signals.
         Raises OSError if the port is taken.
         """
         # A browser that closes while a picture is on its way is no error.
@@ -81,7 +90,7 @@ class App:
         # trame would read our own command line.
         os.environ["TRAME_ARGS"] = f"--host {guard.HOST} --server --ws-endpoint {self.path}/ws"
         server = self.server
-        for name, value in guard.HEADERS.items():
+        for name, value in guard.headers(frames).items():
             server.http_headers.set_header(name, value)
         server.add_protocol_to_configure(lambda protocol: guard.only_controls(protocol, (*CONTROLS, "theme")))
         server.controller.on_server_bind.add(lambda web: web.app.middlewares.append(guard.middleware()))
@@ -93,6 +102,7 @@ class App:
             port=port,
             host=guard.HOST,
             timeout=idle,
+            thread=thread,
             open_browser=False,
             show_connection_info=False,
             disable_logging=True,

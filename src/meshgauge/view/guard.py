@@ -30,6 +30,18 @@ HEADERS = {
     "Content-Security-Policy": "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; frame-ancestors 'none'",
 }
 
+LOOPBACK = ("http://127.0.0.1:*", "http://localhost:*")
+"""Pages that may have the application in a frame, where it is asked for: those of this machine, as notebooks are."""
+
+
+def headers(frames: Iterable[str] = ()) -> dict[str, str]:
+    """What is said with every answer; ``frames`` are those whose pages may have ours in a frame, by default nobody."""
+    if not (allowed := " ".join(frames)):
+        return HEADERS
+    policy = HEADERS["Content-Security-Policy"].replace("frame-ancestors 'none'", f"frame-ancestors {allowed}")
+    others = {name: value for name, value in HEADERS.items() if name != "X-Frame-Options"}
+    return {**others, "Content-Security-Policy": policy}
+
 
 def secret() -> str:
     """A path that cannot be guessed: 192 bits."""

@@ -6,7 +6,8 @@
 >>> text = html.page([html.section(quality)])
 """
 
+from .in_cell import PageInCell
 from .page import HtmlWriter, page, write
 from .section import Section, section
 
-__all__ = ["HtmlWriter", "Section", "page", "section", "write"]
+__all__ = ["HtmlWriter", "PageInCell", "Section", "page", "section", "write"]
