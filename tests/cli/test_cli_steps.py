@@ -91,14 +91,16 @@ def test_json_has_the_steps_and_how_they_go(run: Path, capsys: Captured) -> None
     assert (alone["over_time"], alone["files"][0]["step"]) == ([], None)
 
 
-@pytest.mark.parametrize("most", [5_000_000, 0], ids=["whole", "in slices"])
-def test_processes_give_the_same(run: Path, most: int, monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
+@pytest.mark.parametrize(("most", "n"), [(5_000_000, 2), (0, 1)], ids=["whole", "in slices"])
+def test_processes_give_the_same(
+    run: Path, most: int, n: int, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
     monkeypatch.setattr(batch, "DIAGNOSED", most)
     (run.parent / "s2.vtu").write_text("no mesh")
     arguments = ["report", str(run), "--step", "all", "--json"]
     assert main(arguments) == 2
     expected, said = capsys.readouterr()
-    assert main([*arguments, "--scheduler", "2"]) == 2
+    assert main([*arguments, "--scheduler", str(n)]) == 2
     made, also_said = capsys.readouterr()
     assert json.loads(made) == json.loads(expected)
     assert also_said == said

@@ -56,7 +56,8 @@ def test_of_a_large_file_too_little_is_one_line(megabytes: int, extension: str, 
         f"import resource; resource.setrlimit(resource.RLIMIT_AS, ({megabytes << 20},) * 2)\n"
         "import sys; from meshgauge.__main__ import run; sys.exit(run())"
     )
-    for command in (["report", "-q"], ["check"], ["improve", "-q", "-o", str(tmp_path / f"b{extension}")]):
+    commands = ["report", "-q"], ["check"], ["improve", "-q", "-o", str(tmp_path / f"b{extension}")]
+    for command in commands if extension == ".vtu" else commands[-1:]:
         arguments = [sys.executable, "-c", code, *command, str(path)]
         done = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=False)
         assert done.returncode == 2

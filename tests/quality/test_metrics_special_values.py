@@ -27,17 +27,18 @@ def exact_nodes(shape: str, scale: float) -> Floats:
 
 
 @pairs
-@pytest.mark.parametrize("scale", [1e-200, 1e-160, 1e-30, 1e160, 1e290])
-def test_any_size(row: Metric, shape: Shape, scale: float) -> None:
-    if scale > 1 and row.length_power > 1:
-        pytest.skip("areas and volumes are beyond the greatest double")
+def test_any_size(row: Metric, shape: Shape) -> None:
     x = random_cells(shape, 20)
-    if "node" in row.where:
-        nodes = exact_nodes(shape.name, scale)
-        expected = oracle.fold(nodes if row.name == "scaled_jacobian" else oracle.jens(nodes, shape.k))
-    else:
-        expected = ORACLES[row.name](shape.name, x) * scale**row.length_power
-    np.testing.assert_allclose(cell_values(row, shape.name, x * scale), expected, rtol=1e-9, atol=1e-13)
+    for scale in (1e-200, 1e-160, 1e-30, 1e160, 1e290):
+        if scale > 1 and row.length_power > 1:
+            continue  # areas and volumes are beyond the greatest double
+        if "node" in row.where:
+            nodes = exact_nodes(shape.name, scale)
+            expected = oracle.fold(nodes if row.name == "scaled_jacobian" else oracle.jens(nodes, shape.k))
+        else:
+            expected = ORACLES[row.name](shape.name, x) * scale**row.length_power
+        got = cell_values(row, shape.name, x * scale)
+        np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-13, err_msg=f"scale {scale}")
 
 
 @pairs
@@ -67,14 +68,14 @@ def test_flat_cells_are_zero(row: Metric, shape: Shape) -> None:
 
 
 @pairs
-@pytest.mark.parametrize("bad", [nan, inf, -inf])
-def test_a_coordinate_that_is_no_number_makes_the_cell_undefined(row: Metric, shape: Shape, bad: float) -> None:
+def test_a_coordinate_that_is_no_number_makes_the_cell_undefined(row: Metric, shape: Shape) -> None:
     n = 3 * shape.n_nodes
-    x = np.array([shape.points] * (2 * n + 1))
-    x.reshape(len(x), n)[1 + 2 * np.arange(n), np.arange(n)] = bad  # of every second cell one coordinate
-    values = cell_values(row, shape.name, x)
-    assert np.isnan(values[1::2]).all()
-    assert values[::2] == pytest.approx(row.standard(shape.name).ideal, abs=1e-14)
+    for bad in (nan, inf, -inf):
+        x = np.array([shape.points] * (2 * n + 1))
+        x.reshape(len(x), n)[1 + 2 * np.arange(n), np.arange(n)] = bad  # of every second cell one coordinate
+        values = cell_values(row, shape.name, x)
+        assert np.isnan(values[1::2]).all(), bad
+        assert values[::2] == pytest.approx(row.standard(shape.name).ideal, abs=1e-14), bad
 
 
 @shapes

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import h5py
@@ -23,6 +24,7 @@ COPIES = {"hexahedron": 400, "tetra": 200, "wedge": 60, "quadratic_tetra": 60}
 """Cells of a type; a few of the others."""
 
 
+@cache
 def garden(*, shuffled: bool = False, seed: int = 0, single: bool = False) -> Mesh:
     """Cells of all plain types, moved at random, some flat, inverted, collapsed or not finite; and surface cells."""
     rng = np.random.default_rng(seed)

@@ -64,14 +64,14 @@ def test_rotation_and_translation(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", KINDS)
-@pytest.mark.parametrize("scale", [2.0**-660, 2.0**-400, 2.0**500, 2.0**1000])
-def test_unit_of_length(name: str, scale: float) -> None:
+def test_unit_of_length(name: str) -> None:
     """From 1e-199 to 1e301 the same verdicts and the same numbers."""
     points, connectivity, result = sample(name)
-    scaled = bounds(name, points * scale, connectivity)
-    assert np.array_equal(scaled.status, result.status)
-    assert scaled.lower == pytest.approx(result.lower, rel=1e-13, abs=1e-13)
-    assert scaled.upper == pytest.approx(result.upper, rel=1e-13, abs=1e-13)
+    for power in (-660, -400, 500, 1000):
+        scaled = bounds(name, points * 2.0**power, connectivity)
+        assert np.array_equal(scaled.status, result.status), power
+        assert scaled.lower == pytest.approx(result.lower, rel=1e-13, abs=1e-13), power
+        assert scaled.upper == pytest.approx(result.upper, rel=1e-13, abs=1e-13), power
 
 
 @pytest.mark.parametrize("name", KINDS)
