@@ -17,7 +17,7 @@ import pytest
 
 from meshgauge import Mesh
 from meshgauge.io import registry
-from meshgauge.io.plumbing import handover, isolate
+from meshgauge.io.plumbing import budget, handover, isolate
 from meshgauge.io.plumbing.steps import Step, StepChoice
 from meshgauge.kernels import path as kernels_path
 
@@ -159,7 +159,8 @@ def readers_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """
 
     def read(path: Path, name: str, limits: isolate.Limits | None = None, choice: StepChoice = None) -> Mesh:
-        with tempfile.TemporaryFile() as file, warnings.catch_warnings():
+        roots = (limits or isolate.Limits()).given[1]
+        with tempfile.TemporaryFile() as file, warnings.catch_warnings(), budget.of(path, roots=roots):
             warnings.simplefilter("ignore")
             handover.dump(file, registry.read_here(registry.format_named(name), path, choice))
             return handover.load(file, str(path))

@@ -109,7 +109,7 @@ class Patch:
         if not overwrite and os.path.realpath(self.target) in {os.path.realpath(source), *self.mesh.sources}:
             raise WriteError(f"{self.target}: is a file that the mesh was read from; it is not overwritten")
         before, after = self._moved(mesh)
-        targets = _targets(source, self.target, self.mesh.sources)
+        targets = _targets(self.chosen, source, self.target, _with_other_steps(self.chosen, self.mesh.sources))
         edits = {old: self._edit(old, mesh, before, after) for old in targets}
         is_beside = os.path.realpath(self.target.parent) == str(source.parent.resolve()) and not overwrite
         if is_beside and self.chosen.included is not None:
@@ -123,7 +123,7 @@ class Patch:
                     continue
                 if stays and not overwrite:
                     raise WriteError(f"{self.target}: includes {old}, which changes: write into another folder")
-                is_pair = _is_companion(os.path.realpath(old), os.path.realpath(source))
+                is_pair = _is_companion(self.chosen, os.path.realpath(old), os.path.realpath(source))
                 if not (old == source or is_pair or stays or is_beside) and new.exists():
                     if edit.is_empty and new.read_bytes() == old.read_bytes():
                         continue
@@ -151,14 +151,15 @@ class Patch:
             new_names = {
                 os.path.realpath(old): f"{self.target.stem}_{old.name}"
                 for old, edit in named.items()
-                if old != source and not edit.is_empty and not _is_companion(str(old), os.path.realpath(source))
+                if old != source and not edit.is_empty
             }
             renamed = {}
             for old, edit in edits.items():
                 data, spans, texts = old.read_bytes(), [], []
                 for start, end in included(data):
                     name = data[start:end].replace(b"\\", b"/")
-                    other = new_names.get(os.path.realpath(folder / os.fsdecode(name)))
+                    at = old.parent if self.chosen.steps is not None else folder  # of a collection, or of a deck
+                    other = new_names.get(os.path.realpath(at / os.fsdecode(name)))
                     if other is not None:
                         spans.append((start, end))
                         texts.append(data[start:end][: len(name) - len(name.split(b"/")[-1])] + os.fsencode(other))
@@ -321,7 +322,8 @@ def format_if_same(mesh: Mesh, target: str | os.PathLike[str], *, file_format: s
     here, there = (path.with_suffix("") if path.suffix.lower() == ".gz" else path for path in (source, target))
     if target.suffix.lower() == ".gz" != source.suffix.lower():
         return None
-    return chosen if there.suffix.lower() in (here.suffix.lower(), *chosen.extensions) else None
+    known = () if chosen.has_kinds else chosen.extensions
+    return chosen if there.suffix.lower() in (here.suffix.lower(), *known) else None
 
 
 def _plainly(source: Path, find: Callable[[Path], T], mend: Callable[[T, Path], T]) -> T:
@@ -337,10 +339,10 @@ def _read(chosen: Format, path: Path, limits: Limits, step: StepChoice) -> Mesh:
         return registry.read(chosen, plain, limits, step)
 
 
-def _targets(source: Path, target: Path, sources: tuple[str, ...]) -> dict[Path, Path]:
+def _targets(chosen: Format, source: Path, target: Path, sources: tuple[str, ...]) -> dict[Path, Path]:
     """Where each file goes: what is included keeps its relative name in another folder."""
     own, folder = os.path.realpath(source), source.parent.resolve()
-    pair = [path for path in sources if _is_companion(path, own)]
+    pair = [path for path in sources if _is_companion(chosen, path, own)]
     targets = {source: target.with_suffix(source.suffix) if pair else target}
     for path in sources:
         if path in pair:
@@ -350,15 +352,31 @@ def _targets(source: Path, target: Path, sources: tuple[str, ...]) -> dict[Path,
     return targets
 
 
-def _is_companion(path: str, own: str) -> bool:
-    """Whether a file is one of a pair with the main one: of its name, with another extension."""
-    return path != own and Path(path).with_suffix("") == Path(own).with_suffix("")
+def _with_other_steps(chosen: Format, sources: tuple[str, ...]) -> tuple[str, ...]:
+    """Files that were read, and those that they name beside, of other time steps, if the format has any."""
+    if chosen.included is None or chosen.steps is None:
+        return sources
+    every, waiting = dict.fromkeys(sources), list(sources)
+    while waiting:
+        path = Path(waiting.pop())
+        data = path.read_bytes()
+        names = [os.fsdecode(data[start:end]) for start, end in chosen.included(data)]
+        new = [os.path.realpath(path.parent / name) for name in names]
+        new = [one for one in dict.fromkeys(new) if one not in every and os.path.isfile(one)]
+        every |= dict.fromkeys(new)
+        waiting += new
+    return tuple(every)
+
+
+def _is_companion(chosen: Format, path: str, own: str) -> bool:
+    """Whether a file is one of a pair with the main one: of its name, with another extension, and not named in it."""
+    return chosen.included is None and path != own and Path(path).with_suffix("") == Path(own).with_suffix("")
 
 
 def _locked(chosen: Format, source: Path, target: Path, sources: tuple[str, ...]) -> set[str]:
     """Files that were read and must stay: outside of the folder, or beside a new file that must include them still."""
     own, folder = os.path.realpath(source), source.parent.resolve()
-    others = {path for path in sources if path != own and not _is_companion(path, own)}
+    others = {path for path in sources if path != own and not _is_companion(chosen, path, own)}
     is_beside = os.path.realpath(target.parent) == str(folder) and os.path.realpath(target) != own
     if is_beside and chosen.included is None:
         return others

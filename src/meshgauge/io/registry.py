@@ -265,6 +265,16 @@ def pieces_inside(path: Path) -> Pieces | None:
         return None if chosen.pieces is None or plain != path else chosen.pieces(plain, 0)
 
 
+def places_inside(path: Path) -> Places:
+    """Where a file that another one names holds the coordinates of points. Raises `ReadError` if it is not patched."""
+    with files.open_input(path, detect) as (plain, head), budget.of(plain):
+        chosen = detect(plain, head)
+        found = places(chosen, plain) if plain == path else Places.joined([])
+    if not found.pieces:
+        raise ReadError(f"{path}: is not patched: it is packed, or of a kind whose points are in other files")
+    return found
+
+
 _depth: ContextVar[int] = ContextVar("depth", default=0)
 _DEEPEST = 3
 

@@ -14,11 +14,13 @@ from xml.etree import ElementTree
 
 from ...errors import ReadError
 from ...mesh import Mesh
-from ..plumbing import within
+from ..plumbing import included, within
 from ..plumbing.format import Format
 from ..plumbing.merge import join_pieces
+from ..plumbing.patch import Places
 from ..plumbing.pieces import Pieces, join_listed
 from ..plumbing.steps import Step, number_steps
+from .vtk import parallel
 
 _LARGEST = 64 << 20
 """Bytes of a list of files; more is no list."""
@@ -124,11 +126,21 @@ def pieces(path: Path, at: int) -> Pieces | None:
     return join_listed(listed, [entry.name or Path(entry.file).stem for entry in state], path=path)
 
 
+def places(path: Path, at: int) -> Places:
+    """Where the files of a time step hold the coordinates of points. Raises `ReadError` if one is not patched."""
+    from .. import registry
+
+    names = [entry.file for entry in _states(path)[at]]
+    within.check_present(path, names)
+    parallel.check_each_once(path, names)
+    return Places.joined([registry.places_inside(path.parent / name) for name in names])
+
+
 PVD = Format(
     "pvd", "ParaView collection", (".pvd",), sniff_pvd, has_both_wedge_orders=True, steps=steps, foreign_step=read,
-    pieces=pieces,
+    pieces=pieces, step_places=places, included=included.collection,
 )  # fmt: skip
 SERIES = Format(
     "series", "ParaView file series", (".series",), sniff_series, has_both_wedge_orders=True, steps=steps,
-    foreign_step=read, pieces=pieces,
+    foreign_step=read, pieces=pieces, step_places=places, included=included.collection,
 )  # fmt: skip

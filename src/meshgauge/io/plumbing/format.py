@@ -123,6 +123,8 @@ class Format:
         False if the bytes tell this format only together with its extension.
     is_several
         True if the extensions are those of the files of one mesh, by any of which it is read.
+    has_kinds
+        True if each extension is that of a kind of its own, which a file that is patched keeps.
     has_both_wedge_orders
         True if files of the format hold wedges in either of two orders, without a mark: those of VTK, and formats that
         are read by VTK's readers or written after its documentation.
@@ -145,6 +147,7 @@ class Format:
     is_stale: Callable[[str], bool] | None = None
     by_content: bool = True
     is_several: bool = False
+    has_kinds: bool = False
     has_both_wedge_orders: bool = False
     forbidden: str = ""
     is_exact: bool = False

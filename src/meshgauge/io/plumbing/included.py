@@ -11,6 +11,9 @@ _NASTRAN = re.compile(rb"^INCLUDE[ \t]+['\"]?([^'\"\r\n]*[^'\"\s])", re.MULTILIN
 _LSDYNA = re.compile(rb"^\*INCLUDE[ \t]*\r?\n((?:(?!\*)[^\n]*(?:\n|\Z))+?)(?=\*|\Z)", re.MULTILINE | re.IGNORECASE)
 _LINE = re.compile(rb"^(?!\$)[ \t]*(\S[^\r\n]*?)[ \t]*\r?$", re.MULTILINE)
 
+_XML = re.compile(rb"\b(?:Source|file)\s*=\s*[\"']([^\"'<>]+)[\"']")
+_JSON = re.compile(rb'"name"\s*:\s*"([^"]+)"')
+
 Spans = list[tuple[int, int]]
 
 
@@ -29,3 +32,14 @@ def lsdyna(data: bytes) -> Spans:
     return [
         line.span(1) for block in _LSDYNA.finditer(data) for line in _LINE.finditer(data, block.start(1), block.end(1))
     ]
+
+
+def xml(data: bytes) -> Spans:
+    """Files of pieces and leaves of VTK's, in front of what is appended."""
+    end = data.find(b"<AppendedData")
+    return [match.span(1) for match in _XML.finditer(data, 0, end if end >= 0 else len(data))]
+
+
+def collection(data: bytes) -> Spans:
+    """Files of the steps of a ParaView collection, and of what they name."""
+    return [match.span(1) for match in _JSON.finditer(data)] if data.lstrip().startswith(b"{") else xml(data)

@@ -5,7 +5,7 @@ Own, because VTK's reader fails where a piece lacks an array or has no cells.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,6 +13,7 @@ from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import within
 from ...plumbing.merge import join_pieces
+from ...plumbing.patch import Places
 from ...plumbing.pieces import Pieces, join_listed
 
 KINDS = ("PUnstructuredGrid", "PPolyData")
@@ -41,6 +42,28 @@ def pieces(path: Path, list_piece: Callable[[Path], Pieces | None]) -> Pieces | 
     """
     names = _names(path)
     return join_listed([list_piece(path.parent / name) for name in names], path=path)
+
+
+def places(path: Path, places_of: Callable[[Path], Places]) -> Places:
+    """Where the coordinates of points stand: in the pieces, one after another.
+
+    Raises
+    ------
+    ReadError
+        As `read`; if a piece is named twice, or is not patched.
+    """
+    names = _names(path)
+    check_each_once(path, names)
+    return Places.joined([places_of(path.parent / name) for name in names])
+
+
+def check_each_once(path: Path, names: Sequence[str]) -> None:
+    """Raise `ReadError` if a file is named twice: its points cannot be in two places."""
+    twice = next((name for at, name in enumerate(names) if name in names[:at]), None)
+    if twice is not None:
+        raise ReadError(
+            f"{path}: is not patched: it names {twice} twice, the points of which are one with each other's"
+        )
 
 
 def _names(path: Path) -> list[str]:

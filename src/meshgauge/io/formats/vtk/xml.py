@@ -6,13 +6,16 @@ import html
 import importlib
 import mmap
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ...plumbing import vtk, within
+from ...plumbing import included, vtk, within
 from ...plumbing.budget import DENSEST
 from ...plumbing.format import HEAD, Format
+from ...plumbing.patch import Places
 from ...plumbing.pieces import Pieces
 from ...plumbing.steps import Step, number_steps
 from ...plumbing.xml_names import names_in_xml
@@ -36,6 +39,7 @@ _TIMES = re.compile(rb"\bTimeValues\s*=\s*[\"']([^\"'<>]*)")
 _LONGEST_HEAD = 1 << 20
 _ALONE = ("UnstructuredGrid", "PolyData", "StructuredGrid", "RectilinearGrid", "ImageData")
 """Types of files that refer to no others."""
+_COMPOSITE = ("vtkMultiBlockDataSet", "vtkPartitionedDataSet", "vtkPartitionedDataSetCollection")
 _COUNT = re.compile(rb"\bNumberOf(Points|Cells)\s*=\s*[\"']\s*(-?\d+)")
 
 
@@ -82,6 +86,31 @@ def pieces(path: Path, at: int) -> Pieces | None:
     from ... import registry  # which knows the format of the pieces
 
     return parallel.pieces(path, registry.pieces_inside)
+
+
+def places(path: Path, at: int) -> Places:
+    """Of parallel and composite files: in those of their pieces and leaves, in the order in which they are read."""
+    from ... import registry  # which knows the format of the pieces
+
+    kind = _kind(path)
+    if kind in parallel.KINDS:
+        return parallel.places(path, registry.places_inside)
+    if kind not in _COMPOSITE:
+        return vtu_places.places(path, at)
+    within.check_xml(path)
+    names = list(_leaves(ElementTree.fromstring(path.read_bytes())))
+    within.check_present(path, names)
+    parallel.check_each_once(path, names)
+    return Places.joined([registry.places_inside(path.parent / name) for name in names])
+
+
+def _leaves(element: ElementTree.Element) -> Iterator[str]:
+    """Names of the files of a composite, by the index of each among its neighbours where it has one."""
+    for child in sorted(element, key=lambda one: int(one.get("index", "0"))):
+        name = child.get("file")
+        if name:
+            yield name
+        yield from _leaves(child)
 
 
 def _kind(path: Path) -> str:
@@ -150,4 +179,7 @@ VTK_XML = Format(
     steps=steps,
     foreign_step=read,
     pieces=pieces,
+    step_places=places,
+    included=included.xml,
+    has_kinds=True,
 )
