@@ -61,6 +61,7 @@ class Shape:
     reference: tuple[Place, ...] = ()  #: the corners in the reference cell
     is_collapsed: bool = False  #: the reference cell is drawn together to the last node
     least_at: Literal["corner", "upright edge", "anywhere"] = "anywhere"  #: where the determinant can be least
+    dimension: Literal[2, 3] = 3  #: of a polygon 2: it has one face, itself, and corners by its edges, without triples
     other_order: str = ""  #: who numbers such cells the other way round, where somebody does; a phrase
 
     @property

@@ -33,6 +33,7 @@ class Status(IntEnum):
     BROKEN = 9
     CONCAVE = 10
     GHOST = 11
+    NOT_SURFACE = 12
 
 
 class Category(IntEnum):
@@ -111,10 +112,17 @@ STATUSES: dict[Status, StatusRow] = {
             "unsupported",
             False,
             Category.UNMEASURED,
-            "a solid cell of a type that is not measured",
+            "a cell of a type that is not measured",
         ),
         StatusRow(
             Status.NOT_SOLID, "not_solid", False, Category.APART, "a surface, line or vertex cell: has no volume"
+        ),
+        StatusRow(
+            Status.NOT_SURFACE,
+            "not_surface",
+            False,
+            Category.APART,
+            "a line or vertex, or a solid cell, in a mesh whose surface cells are measured: not looked at",
         ),
         StatusRow(
             Status.GHOST, "ghost", False, Category.APART, "a copy of a cell of another piece, or hidden: not looked at"

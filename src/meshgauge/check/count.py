@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CELL_TYPES, POLYHEDRON, type_name
+from ..cells import CELL_TYPES, type_name
 from ..look.records import brief
 from ..mesh.interface import is_interface
 from ..mesh.labels import cell_label, labels_of, point_label
@@ -19,6 +19,7 @@ from ..quality.measure import Quality
 from ..quality.metrics import HOLDS, metric
 from ..quality.worst import spacing
 from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
+from ..surface_cells import shape_name
 from .outcome import FailingCell
 from .rules import Nothing, NoWorse, Numbers, Rule, Scope, Threshold
 
@@ -186,8 +187,7 @@ class Counting:
         if scope.types:
             wanted = np.zeros(256, np.bool_)
             for vtk_id, row in CELL_TYPES.items():
-                shape = row.shape.name if row.shape is not None and not exactly else None
-                wanted[vtk_id] = row.name in scope.types or shape in scope.types
+                wanted[vtk_id] = row.name in scope.types or (not exactly and shape_name(vtk_id) in scope.types)
             cells &= wanted[self.quality.mesh.types]
         if scope.regions:
             ids, names = self.regions
@@ -205,9 +205,8 @@ class Counting:
         """True for cells of types that a metric beside J_ENS is defined for."""
         row = metric(name)
         defined = np.zeros(256, np.bool_)
-        for vtk_id, kind in CELL_TYPES.items():
-            shape = POLYHEDRON.name if kind is POLYHEDRON else kind.shape.name if kind.shape is not None else ""
-            defined[vtk_id] = row.is_defined_for(shape)
+        for vtk_id in CELL_TYPES:
+            defined[vtk_id] = row.is_defined_for(shape_name(vtk_id))
         return defined[self.quality.mesh.types]
 
     def worst_of(self, failing: NDArray[np.int64], name: str, *, upwards: bool = True) -> Ranked:

@@ -21,11 +21,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Literal, NamedTuple, NoReturn
 
-from ..cells import BY_NAME, SHAPES
+from ..cells import BY_NAME
 from ..errors import RuleError
 from ..look.bands import POOR_TEXT
 from ..look.names import meant
 from ..quality.metrics import METRICS
+from ..surface_cells import ALL_SHAPES, shape_name
 from .rules import Allowance, Level, Nothing, NoWorse, Numbers, Rule, Scope, Threshold
 from .words import WORDS
 
@@ -43,7 +44,7 @@ TOKEN = re.compile(
 )
 COMPARISONS = {">=": ">=", "≥": ">=", ">": ">", "<=": "<=", "≤": "<=", "<": "<"}
 
-TYPES = tuple(dict.fromkeys((*SHAPES, *(row.name for row in BY_NAME.values() if row.dimension == 3))))
+TYPES = tuple(dict.fromkeys((*ALL_SHAPES, *(row.name for row in BY_NAME.values() if row.dimension >= 2))))
 """Names that ``for`` takes."""
 
 NOUNS: dict[str, Literal["element", "cell"]] = {
@@ -206,14 +207,13 @@ class _Parser:
     def type_name(self, token: _Token, metric: str | None) -> str:
         name = _name(token)
         if name not in TYPES:
-            self.fail(token, f"expected the name of a solid cell type{_meant(name, TYPES)}; there are: {_few(TYPES)}")
-        shape = SHAPES.get(name) or BY_NAME[name].shape
+            self.fail(token, f"expected the name of a cell type{_meant(name, TYPES)}; there are: {_few(TYPES)}")
         if (
             metric is not None
             and metric != "jens"
-            and not METRICS[metric].is_defined_for(name if shape is None else shape.name)
+            and not METRICS[metric].is_defined_for(shape_name(BY_NAME[name].vtk_id) or name)
         ):
-            defined = METRICS[metric].shapes or tuple(SHAPES)
+            defined = METRICS[metric].known_shapes
             self.fail(token, f"{metric} is not defined for {name}; it is for {', '.join(defined)}")
         return name
 

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from ..cells import CELL_TYPES, IS_SOLID
 from ..mesh import Mesh
 from ..mesh.polyhedra import ragged_positions
+from ..surface_cells import IS_SURFACE
 
 Ids = NDArray[np.int64]
 
 _ROWS = [CELL_TYPES.get(t) for t in range(256)]
-IS_SURFACE = np.array([row is not None and row.dimension == 2 for row in _ROWS])
 _N_CORNERS = np.array([row.n_corners if row is not None else 0 for row in _ROWS])
 
 

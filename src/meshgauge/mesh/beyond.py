@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CELL_TYPES, POLYHEDRON
+from ..cells import POLYHEDRON
 from ..kernels.polyhedra.codes import INNER, PATCH
+from ..surface_cells import IS_SURFACE
 from .mesh import Mesh
 from .polyhedra import ragged_positions
 from .regions import regions
@@ -15,7 +16,6 @@ from .topology import topology
 
 Ids = NDArray[np.int64]
 
-IS_SURFACE = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 2 for t in range(256)])
 """By VTK id."""
 
 

@@ -74,9 +74,11 @@ def _sentence(error: Exception) -> str:
 def points(values: ArrayLike) -> NDArray[np.floating]:
     """``(n, 3)`` C-contiguous float32 or float64 in native byte order; other real types become float64.
 
-    Masked coordinates become NaN.
+    Masked coordinates become NaN; where there are two, z is 0.
     """
     array = plain(values, "points")
+    if array.ndim == 2 and array.shape[1] == 2 and len(array):
+        array = np.pad(array, ((0, 0), (0, 1)))
     if array.ndim != 2 or array.shape[1] != 3:
         if array.size == 0:
             raise MeshError("no points")

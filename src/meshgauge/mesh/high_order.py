@@ -1,4 +1,4 @@
-"""Lagrange and Bézier cells, whose type does not tell the number of nodes: which row of the tables each is.
+"""Polygons, Lagrange and Bézier cells, whose type does not tell the number of nodes: which row of the tables each is.
 
 What a file says of their order stands in two arrays of VTK's: cell data `DEGREES`, the orders in the three directions,
 and point data `WEIGHTS`, of rational Bézier cells. Cells with more than one order, or with weights that differ, are of
@@ -12,7 +12,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import BY_NODES, CELL_TYPES, CellType
+from ..cells import CellType
+from ..surface_cells import row_of_nodes, rows_of, varies
 from .mesh import CellIds, Mesh
 
 DEGREES = "HigherOrderDegrees"
@@ -25,7 +26,7 @@ def by_nodes(mesh: Mesh, row: CellType, cells: CellIds) -> Iterator[tuple[CellTy
     sizes = np.asarray(mesh.offsets[ids + 1] - mesh.offsets[ids], np.int64)
     rest = np.ones(len(ids), np.bool_)
     for n_nodes in np.unique(sizes).tolist():
-        known = BY_NODES.get((row.vtk_id, n_nodes))
+        known = row_of_nodes(row, n_nodes)
         if known is None:
             continue
         of_size = np.flatnonzero(sizes == n_nodes)
@@ -39,8 +40,8 @@ def by_nodes(mesh: Mesh, row: CellType, cells: CellIds) -> Iterator[tuple[CellTy
 
 def row_of(mesh: Mesh, cell: int) -> CellType | None:
     """The row of one cell; None if its type is unknown."""
-    row = CELL_TYPES.get(int(mesh.types[cell]))
-    if row is None or row.shape is None or row.n_nodes is not None:
+    row = rows_of(mesh.dimension or 3).get(int(mesh.types[cell]))
+    if row is None or not varies(row):
         return row
     return next(by_nodes(mesh, row, slice(cell, cell + 1)))[0]
 

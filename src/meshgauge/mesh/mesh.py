@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lazy import find
-from ..cells import CELL_TYPES, CellType, cell_type, type_name
+from ..cells import CELL_TYPES, IS_SOLID, CellType, cell_type, type_name
 from ..errors import MeshError
 from ..look import notebook
 from ..look.records import shorten
 from ..status import Purpose
+from ..surface_cells import IS_SURFACE, rows_of, varies
 from . import cast
 from .polyhedra import IndexArray, Polyhedra
 
@@ -30,6 +31,8 @@ GHOST_TYPE = "vtkGhostType"
 
 GHOST_BITS = 1 | 32
 """Of `GHOST_TYPE`: a duplicate, a hidden cell."""
+
+IS_SOLID_OR_UNKNOWN = IS_SOLID | ~np.isin(np.arange(256), list(CELL_TYPES))
 
 _ARRAYS = ("points", "types", "offsets", "connectivity")
 _DATA = ("point_data", "cell_data", "field_data")
@@ -87,6 +90,13 @@ class Mesh:
     counted
         "cells", "points": those that the file numbers from 1 on in their order. Their labels are their positions plus
         1, and no array holds them.
+    dimension
+        What is measured: 3, solid cells, or 2, surface cells. None: 3 if there is a solid cell or one of an unknown
+        type, or no surface cell; else 2.
+    up
+        Of surface cells: 1 or -1 if they are in a plane, seen from +z or -z: a cell that runs clockwise is inverted.
+        0: in space, where each has its own normal. None: 1 if the points are given by two coordinates; if z is the same
+        at all surface cells, the sign of their area together; else 0.
     """
 
     points: NDArray[np.floating]
@@ -104,10 +114,12 @@ class Mesh:
     stored: Precision | None = None
     sources: tuple[str, ...] = ()
     counted: tuple[str, ...] = ()
+    dimension: Literal[2, 3] | None = None
+    up: Literal[-1, 0, 1] | None = None
     copy: InitVar[bool] = field(default=True, kw_only=True)
 
     def __post_init__(self, copy: bool) -> None:
-        put = object.__setattr__
+        put, given = object.__setattr__, self.points
         for name, array in (
             ("points", cast.points(self.points)),
             ("types", cast.types(self.types)),
@@ -121,6 +133,7 @@ class Mesh:
             if value not in get_args(known):
                 raise MeshError(f"{what} is {value!r}, expected one of {', '.join(get_args(known))}")
         cast.check_cells(self.types, self.offsets, self.connectivity, len(self.points))
+        self._decide_dimension(np.shape(given)[-1:] == (2,))
         if self.polyhedra is not None:
             put(self, "polyhedra", cast.own_polyhedra(self.polyhedra, copy=copy))
             cast.check_polyhedra(self.polyhedra, self.n_cells, len(self.points))
@@ -194,6 +207,25 @@ class Mesh:
             copy=False,
         )
 
+    def _decide_dimension(self, has_two_coordinates: bool) -> None:
+        """Fill in `dimension` and `up` where they are not given."""
+        if self.dimension not in (None, 2, 3):
+            raise MeshError(f"dimension is {self.dimension!r}, expected 2 or 3")
+        if self.up not in (None, -1, 0, 1):
+            raise MeshError(f"up is {self.up!r}, expected -1, 0 or 1")
+        if self.dimension is None:
+            present = np.flatnonzero(self._count_by_id())
+            is_flat = bool(IS_SURFACE[present].any()) and not bool(IS_SOLID_OR_UNKNOWN[present].any())
+            object.__setattr__(self, "dimension", 2 if is_flat else 3)
+        if has_two_coordinates and self.dimension == 3 and self.n_cells and IS_SOLID[self.types].any():
+            raise MeshError(f"points have shape ({self.n_points}, 2), expected (n_points, 3)")
+        if self.up is None:
+            from .plane import side
+
+            up, note = (1, "") if has_two_coordinates else side(self) if self.dimension == 2 else (0, "")
+            object.__setattr__(self, "up", up)
+            object.__setattr__(self, "notes", (*self.notes, note) if note else self.notes)
+
     @property
     def n_points(self) -> int:
         return len(self.points)
@@ -210,13 +242,15 @@ class Mesh:
     def groups(self) -> Iterator[tuple[CellType | None, int, CellIds]]:
         """For each type in the mesh: its row (None if unknown), its VTK id, and its cells.
 
-        Lagrange and Bézier cells come once for each number of nodes that is known, and once more for the others.
+        Rows of surface cells have a shape in a mesh of `dimension` 2, those of solids in one of 3. Polygons, Lagrange
+        and Bézier cells come once for each number of nodes that is known, and once more for the others.
         """
         from .high_order import by_nodes
 
+        rows = rows_of(self.dimension or 3)
         for vtk_id in (int(t) for t in np.flatnonzero(self._count_by_id())):
-            row, cells = CELL_TYPES.get(vtk_id), self.cells_of_type(vtk_id)
-            if row is not None and row.shape is not None and row.n_nodes is None:
+            row, cells = rows.get(vtk_id), self.cells_of_type(vtk_id)
+            if row is not None and varies(row):
                 yield from ((known, vtk_id, some) for known, some in by_nodes(self, row, cells))
             else:
                 yield row, vtk_id, cells

@@ -53,6 +53,8 @@ def subset(mesh: Mesh, cells: ArrayLike | slice) -> Mesh:
         stored=mesh.stored,
         sources=mesh.sources,
         counted=tuple(counted),
+        dimension=mesh.dimension if mesh.dimension == 2 else None,
+        up=mesh.up if mesh.dimension == 2 else None,
         copy=False,
     )
 
@@ -79,6 +81,8 @@ def with_all_points(mesh: Mesh, ids: Ids) -> Mesh:
         polyhedra=half_faces_of(mesh.polyhedra, ids) if mesh.polyhedra is not None else None,
         purpose=mesh.purpose,
         stored=mesh.stored,
+        dimension=mesh.dimension,
+        up=mesh.up,
         copy=False,
     )
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import BY_NODES, TETRA, CellType, cell_type
-from ..errors import MetricError
+from ..cells import TETRA, CellType, cell_type
+from ..errors import MeshError, MetricError
 from ..kernels import path
 from ..kernels.cells import driver
+from ..kernels.surfaces import plane
 from ..kernels.threads import run
 from ..mesh import cast
+from ..surface_cells import SURFACE_TYPES, row_of_nodes, varies
 from .metrics import METRICS, Cells
 
 Values = NDArray[np.float64]
@@ -33,12 +37,13 @@ def jens(
     Parameters
     ----------
     points
-        ``(n_points, 3)`` real; any unit, from 1e-200 to 1e300.
+        ``(n_points, 3)`` real; any unit, from 1e-200 to 1e300. Of surface cells in a plane ``(n_points, 2)`` too.
     cells
         ``(n_cells, n_nodes)`` integer point ids. Wedges have the normal of (0, 1, 2) pointing to (3, 4, 5).
     cell_type
-        Name (``"tetra"``, ``"pyramid"``, ``"wedge"``, ``"hexahedron"``, ...), VTK id or row. A curved cell is measured
-        at its corners: with the true tangents of its edges if it is quadratic, else along straight edges.
+        Name (``"tetra"``, ``"pyramid"``, ``"wedge"``, ``"hexahedron"``, ``"triangle"``, ``"quad"``, ``"polygon"``,
+        ...), VTK id or row. A curved cell is measured at its corners: with the true tangents of its edges if it is quadratic,
+        else along straight edges. A surface cell is measured as the prism that stands on it, see docs/surfaces.md.
     nodes
         Return a value for each corner rather than each cell.
     threads
@@ -183,16 +188,26 @@ def _check_cells(points: ArrayLike, nodes: ArrayLike, which: str | int | CellTyp
         row = cell_type(which)
     except KeyError as error:
         raise MetricError(error.args[0]) from None
-    if row.shape is None:
-        raise MetricError(f"cells of type {row.name} are not measured: they are not solid cells with known corners")
-    x = cast.points(points)
+    if row.dimension == 2:
+        row = SURFACE_TYPES[row.vtk_id]
     connectivity = cast.connectivity(nodes, row)
+    known = row_of_nodes(row, connectivity.shape[1]) if varies(row) else row
+    row = known or row
+    if row.shape is None:
+        raise MetricError(f"cells of type {row.name} are not measured: they have no known corners")
+    x = cast.points(points)
     cast.check_ids(connectivity, len(x), row.name)
-    row = BY_NODES.get((row.vtk_id, connectivity.shape[1]), row)
+    if np.shape(points)[-1:] == (2,) and row.dimension == 3:
+        raise MeshError(f"points have shape {np.shape(points)}, expected (n_points, 3)")
     wanted = driver.columns(row)
     if wanted != tuple(range(connectivity.shape[1])):
         connectivity = connectivity[:, list(wanted)]
-    return Cells(row, x, np.ascontiguousarray(connectivity, np.int64), path.is_compiled(len(connectivity)))
+    given = Cells(row, x, np.ascontiguousarray(connectivity, np.int64), path.is_compiled(len(connectivity)))
+    if row.dimension == 3:
+        return given
+    parts = [partial(given.corners.__getitem__, slice(at, at + CHUNK)) for at in range(0, given.n_cells, CHUNK)]
+    up = 1 if np.shape(points)[-1:] == (2,) else plane.side(x, parts, given.n_cells)
+    return replace(given, up=up)
 
 
 def _in_own_order(values: Values, cells: Cells) -> Values:

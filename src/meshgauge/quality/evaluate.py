@@ -23,7 +23,7 @@ Values = NDArray[np.float64]
 def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n_of_type: int) -> Cells:
     """Some cells of one type that is measured, of which the mesh has so many, as metrics take them."""
     nodes = connectivity.pick(mesh, row, cells, driver.columns(row))
-    return Cells(row, mesh.points, nodes, path.is_compiled(n_of_type))
+    return Cells(row, mesh.points, nodes, path.is_compiled(n_of_type), mesh.up or 0)
 
 
 def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, n: int, out: Values, threads: int | None) -> None:
@@ -64,7 +64,7 @@ def jens(
     def work(part: CellIds) -> None:
         ids = connectivity.pick(mesh, row, part, columns)
         into = values[part] if isinstance(part, slice) else np.empty(len(ids))
-        driver.cell_jens(mesh.points, ids, row, into, compiled=compiled)
+        driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled)
         codes = _status(into)
         if not isinstance(part, slice):
             values[part] = into

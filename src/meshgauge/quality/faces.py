@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CELL_TYPES
 from ..kernels.finite_volume import driver
 from ..kernels.finite_volume.numpy_path import dot, norm
 from ..mesh import Mesh
 from ..mesh.labels import cell_label
 from ..mesh.regions import regions
 from ..mesh.topology import COLLAPSED, Topology, topology
+from ..surface_cells import IS_SURFACE
 
 Ids = NDArray[np.int64]
 Values = NDArray[np.float64]
@@ -30,9 +30,6 @@ NONE = -1
 AT_LEAST, AT_LEAST_OUTSIDE = 0.2, 0.4
 """Shares of the distance of the centres that a face counts at least as wide for its skewness; outside twice as much,
 since the distance is half."""
-
-
-_IS_SURFACE = np.array([t in CELL_TYPES and CELL_TYPES[t].dimension == 2 for t in range(256)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,7 +219,7 @@ class FaceQuality:
         mesh = self.mesh
         outer = [face for face in faces.tolist() if self.neighbour[face] < 0]
         wanted = {frozenset(self.points[self.offsets[face] : self.offsets[face + 1]].tolist()): face for face in outer}
-        surface = np.flatnonzero(_IS_SURFACE[mesh.types])
+        surface = np.flatnonzero(IS_SURFACE[mesh.types])
         names: dict[int, str] = {}
         if wanted and len(surface):
             near = np.zeros(mesh.n_points, np.bool_)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -313,7 +313,7 @@ class Quality:
         shape = _shape(row)
         ids = connectivity.pick(self.mesh, row, slice(cell, cell + 1), driver.columns(row))
         values = np.empty((1, shape.n_nodes))
-        driver.node_scaled_jacobian(self.mesh.points, ids, row, values, compiled=False)
+        driver.node_scaled_jacobian(self.mesh.points, ids, row, values, self.mesh.up or 0, compiled=False)
         return aggregate.jens(values[0], shape.k)
 
     def __repr__(self) -> str:
@@ -341,6 +341,7 @@ def measure(
     metrics: str | Metric | Iterable[str | Metric] = (),
     threads: int | None = None,
     purpose: Purpose | None = None,
+    dimension: Literal[2, 3] | None = None,
     keep_bricks: bool = False,
 ) -> Quality:
     """Measure every cell of a mesh.
@@ -356,6 +357,8 @@ def measure(
         At most this many; None: one for each processor. It has no influence on the values.
     purpose
         What the mesh is for: "fem" or "fv", to which a concave, star-shaped cell is of use. None: ``mesh.purpose``.
+    dimension
+        3 to measure the solid cells, 2 the surface cells. None: ``mesh.dimension``, 3 where there are solid cells.
     keep_bricks
         Measure cells with repeated nodes as they are, not as the tetra, pyramid or wedge that they stand for.
 
@@ -369,7 +372,7 @@ def measure(
     MetricError
         If there is no such metric, two have one name, or the function of one returns no array of ``(n_cells,)``.
     MeshError
-        If there is no such purpose.
+        If there is no such purpose or dimension.
     OptionError
         If there is less than one thread.
 
@@ -381,6 +384,8 @@ def measure(
     thread_count(threads)  # a wrong number is refused, also where there is nothing to measure
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
+    if dimension is not None and dimension != mesh.dimension:
+        mesh = mesh.replace(dimension=dimension, up=None)
     rows = {JENS: METRICS[JENS], **metric_rows(metrics)}
     return with_neighbours(measure_part(mesh, rows, threads=threads, keep_bricks=keep_bricks), threads)
 
@@ -417,7 +422,7 @@ def measure_part(
     count = count_of or (lambda row, n: n)
     total = mesh.n_cells if n_cells is None else n_cells
     quality = _measure_all(mesh, rows, threads, count, beyond)
-    if keep_bricks:
+    if keep_bricks or mesh.dimension == 2:
         return quality
     # How many are collapsed is not known before all are measured: that there are many cells is.
     return with_collapsed(quality, lambda part: _measure_all(part, rows, threads, lambda row, n: total, None))
@@ -433,11 +438,11 @@ def _measure_all(
     """Every cell as it is."""
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
     others = [row for name, row in rows.items() if name != JENS and row.of_faces is None]
-    status = np.full(mesh.n_cells, Status.NOT_SOLID, np.uint8)
+    status = np.full(mesh.n_cells, Status.NOT_SOLID if mesh.dimension == 3 else Status.NOT_SURFACE, np.uint8)
     polyhedra: PolyhedralQuality | None = None
     whole, mesh = mesh, without_ghosts(mesh)
     for row, _, cells in mesh.groups():
-        if row is None or row.dimension == 3:
+        if row is None or row.dimension == mesh.dimension:
             status[cells] = Status.UNSUPPORTED
         if row is POLYHEDRON and mesh.polyhedra is not None:
             polyhedra = measure_polyhedra(
@@ -459,7 +464,7 @@ def _measure_all(
             for one in others:
                 if one.is_defined_for(row.shape.name):
                     evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
-    if mesh.purpose == "fv":
+    if mesh.purpose == "fv" and mesh.dimension == 3:
         mark_concave(mesh, status, polyhedra)
     interface = is_interface(mesh)
     if interface is not None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def with_neighbours(quality: Quality, threads: int | None) -> Quality:
     """What was measured, with the metrics that the faces of all cells together give."""
     wanted = [row for row in quality.rows.values() if row.of_faces is not None]
-    if not wanted:
+    if not wanted or quality.mesh.dimension == 2:
         return quality
     faces = quality.faces or FaceQuality(quality.mesh, threads)
     unmeasured = ~is_measured(quality.status) | (quality.status == Status.GHOST)

@@ -11,7 +11,8 @@ from ..cells import CellType
 from ..kernels.arrays import read_only
 from ..kernels.cells import driver
 from ..kernels.certificate import prism
-from ..kernels.certificate.bounds import Validity, bounds, validity
+from ..kernels.certificate.bounds import Bounds, Validity, bounds, validity
+from ..kernels.surfaces import driver as surfaces
 from ..kernels.threads import run, thread_count
 from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
@@ -79,14 +80,14 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
-        known = driver.certified_as(row)
+        known = _certified_as(row)
         if known is None:
             codes[cells] = Validity.UNDECIDED
             continue
 
-        def work(part: CellIds, row: CellType = row, kind: str = known.kind) -> None:
+        def work(part: CellIds, row: CellType = row, known: CellType = known) -> None:
             ids = connectivity.pick(mesh, row, part, driver.columns(row))
-            codes[part], lower[part], upper[part] = bounds(kind, mesh.points, ids)
+            codes[part], lower[part], upper[part] = _bounds(mesh, known, ids)
 
         run(work, connectivity.chunks(cells), threads)
     return Certificate(read_only(codes), read_only(lower), read_only(upper))
@@ -94,9 +95,9 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
 
 def prepare(row: CellType, mesh: Mesh, *, compiled: bool) -> None:
     """Compile what `inside` needs, on the calling thread."""
-    known = driver.certified_as(row)
+    known = _certified_as(row)
     if known is not None and not _corners_decide(row):
-        validity(known.kind, mesh.points, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
+        _validity(mesh, known, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
 
 
 def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled: bool) -> None:
@@ -112,7 +113,7 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     compiled
         Take the kernels, see `kernels.path`.
     """
-    known = driver.certified_as(row)
+    known = _certified_as(row)
     if _corners_decide(row):
         return
     ok = np.flatnonzero(status == Status.OK)
@@ -127,13 +128,32 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
     if known is None:
         proved = prism.validity(np.asarray(mesh.points[ids], np.float64))
     else:
-        proved = validity(known.kind, mesh.points, ids, compiled=compiled)
+        proved = _validity(mesh, known, ids, compiled=compiled)
     status[ok[proved == Validity.INVALID]] = Status.INVERTED_INSIDE
     undecided = np.flatnonzero(proved == Validity.UNDECIDED)
     status[ok[undecided]] = Status.UNDECIDED
     if len(undecided) and known is not None:
-        least = bounds(known.kind, mesh.points, ids[undecided]).upper
+        least = _bounds(mesh, known, ids[undecided]).upper
         status[ok[undecided[least <= ZERO]]] = Status.DEGENERATE
+
+
+def _certified_as(row: CellType) -> CellType | None:
+    """As `driver.certified_as`; a polygon as what it is, which its corners and its boundary tell."""
+    shape = row.shape
+    is_polygon = shape is not None and shape.dimension == 2 and not row.is_curved
+    return row if is_polygon else driver.certified_as(row)
+
+
+def _validity(mesh: Mesh, known: CellType, ids: NDArray[np.int64], *, compiled: bool) -> Codes:
+    if known.dimension == 2:
+        return surfaces.validity(mesh.points, ids, known, mesh.up or 0)
+    return validity(known.kind, mesh.points, ids, compiled=compiled)
+
+
+def _bounds(mesh: Mesh, known: CellType, ids: NDArray[np.int64]) -> Bounds:
+    if known.dimension == 2:
+        return surfaces.bounds(mesh.points, ids, known, mesh.up or 0)
+    return bounds(known.kind, mesh.points, ids)
 
 
 def _corners_decide(row: CellType) -> bool:

@@ -7,15 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ..cells import CELL_TYPES, IS_SOLID
+from ..cells import IS_SOLID
 from ..errors import MeshError
 from ..mesh import Mesh
+from ..surface_cells import IS_SURFACE
 from .problem import Ids, Points
 from .projection import projection_of
 from .surface import FACE, Surface
-
-IS_FLAT = np.array([(row := CELL_TYPES.get(t)) is not None and row.dimension == 2 for t in range(256)])
-"""``(256,)`` True for the ids of surface cells, as VTK has them."""
 
 
 def target_surface(own: Surface, given: Any, points: Points) -> Surface:
@@ -90,7 +88,7 @@ def _triangles(given: Any) -> tuple[Points, Ids]:
         raise MeshError(f"a surface is a mesh, a PyVista or a VTK data set, not a {type(given).__name__}")
     if isinstance(data, pyvista.UnstructuredGrid):
         is_solid = IS_SOLID[types]
-        chosen = np.flatnonzero(is_solid if is_solid.any() else IS_FLAT[types])
+        chosen = np.flatnonzero(is_solid if is_solid.any() else IS_SURFACE[types])
         if not len(chosen):
             raise MeshError("the surface to slide on has no triangles")
         data = data.extract_cells(chosen).extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")

@@ -10,7 +10,6 @@ from rich.console import Console, ConsoleOptions, RenderResult
 from rich.table import Table
 from rich.text import Text
 
-from ..cells import SHAPES
 from ..quality.metrics import Metric
 from .text import new_table
 
@@ -68,7 +67,7 @@ def metrics_json(rows: Sequence[Metric]) -> str:
             "polyhedra": row.polyhedra is not None or row.of_faces is not None,
             "shapes": {
                 name: {"ideal": row.standard(name).ideal, "acceptable": ends(row.standard(name).acceptable)}
-                for name in row.shapes or SHAPES
+                for name in row.known_shapes
             },
             "source": row.source,
             "reference": row.reference,
@@ -85,7 +84,7 @@ def _details(row: Metric) -> RenderResult:
     table.add_column(overflow="fold")
     table.add_row("  meaning", Text(row.text))
     table.add_row("  range", f"{_interval(row.range)}, {row.better} is better, unit {row.unit}")
-    for shape in row.shapes or SHAPES:
+    for shape in row.known_shapes:
         standard = row.standard(shape)
         table.add_row(f"  {shape}", f"ideal {standard.ideal:.6g}, acceptable {_interval(standard.acceptable)}")
     table.add_row("  of each", " and ".join(row.where))

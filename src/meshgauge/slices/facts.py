@@ -26,6 +26,8 @@ from ..io.plumbing.wedge_order import (
 )
 from ..mesh.ghosts import without_ghosts
 from ..mesh.labels import LABEL
+from ..mesh.mesh import IS_SOLID_OR_UNKNOWN
+from ..surface_cells import IS_SURFACE
 from .points import Points
 from .read import Place, places, read_slice
 from .regions import Regions, regions_of
@@ -121,6 +123,8 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
             by_type = np.bincount(types[~is_ghost], minlength=256)
         counts.update({(vtk_id, 0): int(by_type[vtk_id]) for vtk_id in np.flatnonzero(by_type).tolist()})
     present = {vtk_id for vtk_id, _ in counts}
+    if not IS_SOLID_OR_UNKNOWN[list(present)].any() and IS_SURFACE[list(present)].any():
+        raise ReadWhole("surface cells without solid ones are measured as a whole")
     if present & set(pieces.renumbered):
         raise ReadWhole("cells are numbered as in older files")
     if present & set(VARYING):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ...cells import BY_NAME, CellType, Shape
 from .. import path
+from ..surfaces import driver as surfaces
 from . import aggregate, flat, robust
 
 Values = NDArray[np.float64]
@@ -28,10 +29,10 @@ def uses_all_nodes(row: CellType) -> bool:
 def certified_as(row: CellType) -> CellType | None:
     """The type as which `certificate` takes cells, in the order of `columns`; None if none tells what they are inside.
 
-    A linear cell is taken as that of its shape: a voxel as a hexahedron.
+    A linear solid is taken as that of its shape: a voxel as a hexahedron; a surface cell as the prism on it.
     """
-    assert row.shape is not None
-    of = row if row.is_curved else BY_NAME[row.shape.name]
+    shape = _shape(row)
+    of = row if row.is_curved or shape.dimension == 2 else BY_NAME[shape.name]
     return of if of.order else None
 
 
@@ -53,7 +54,7 @@ def prepare(row: CellType, points: Points, n_cells: int, *, with_nodes: bool = F
         node_scaled_jacobian(points, none, row, np.empty((0, _shape(row).n_nodes)), compiled=True)
 
 
-def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *, compiled: bool) -> None:
+def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, up: int = 0, *, compiled: bool) -> None:
     """J_ENS of each cell: the fold of its node values.
 
     Parameters
@@ -66,10 +67,15 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *
         Type of the cells.
     out
         ``(n_cells,)`` contiguous; receives values in [-1, 1], or NaN where a coordinate is NaN or infinite.
+    up
+        Of surface cells, see `kernels.surfaces.driver`.
     compiled
         Take the kernels, see `kernels.path`.
     """
     shape = _shape(row)
+    if shape.dimension == 2:
+        surfaces.cell_jens(points, connectivity, row, out, up, compiled=compiled)
+        return
     fast = _fast(shape.name) if compiled and not uses_all_nodes(row) else None
     if fast is None:
         values = np.empty((len(connectivity), shape.n_nodes))
@@ -81,9 +87,14 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, *
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
 
 
-def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out: Values, *, compiled: bool) -> None:
+def node_scaled_jacobian(
+    points: Points, connectivity: Cells, row: CellType, out: Values, up: int = 0, *, compiled: bool
+) -> None:
     """J_S of each corner of each cell; parameters as `cell_jens`, ``out`` is ``(n_cells, n_corners)``, C-contiguous."""
     shape = _shape(row)
+    if shape.dimension == 2:
+        surfaces.node_scaled_jacobian(points, connectivity, row, out, up, compiled=compiled)
+        return
     if uses_all_nodes(row):
         from ..certificate.corners import corner_tangents_js
 
@@ -101,12 +112,12 @@ def node_scaled_jacobian(points: Points, connectivity: Cells, row: CellType, out
         out[left] = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
 
 
-def corner_signs(points: Points, connectivity: Cells, row: CellType, *, single: bool) -> NDArray[np.int8]:
+def corner_signs(points: Points, connectivity: Cells, row: CellType, up: int = 0, *, single: bool) -> NDArray[np.int8]:
     """-1, 0, 1 for each corner of each cell, or triple of a corner: negative, flat, positive; see `flat`.
 
     Parameters
     ----------
-    points, connectivity, row
+    points, connectivity, row, up
         As for `cell_jens`; coordinates are finite.
     single
         The coordinates are stored in single precision.
@@ -116,6 +127,8 @@ def corner_signs(points: Points, connectivity: Cells, row: CellType, *, single: 
     NDArray[np.int8]
         ``(n_cells, n_triples)``.
     """
+    if _shape(row).dimension == 2:
+        return surfaces.corner_signs(points, connectivity, row, up, single=single)
     if uses_all_nodes(row):
         from ..certificate.corners import corner_signs
 

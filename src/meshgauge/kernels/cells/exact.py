@@ -26,7 +26,12 @@ def scaled_jacobian(corner: NDArray[np.float64]) -> float:
     product = Fraction(1)
     for edge in (u, v, w):
         product *= sum((x * x for x in edge), Fraction(0))
-    size = max(min(_root(det * det / product), 1.0), _TINIEST)
+    return signed_root(det, product)
+
+
+def signed_root(det: Fraction, square: Fraction) -> float:
+    """det / √square, in [-1, 1], of a determinant that is not 0: the value never is either."""
+    size = max(min(_root(det * det / square), 1.0), _TINIEST)
     return size if det > 0 else -size
 
 

@@ -66,6 +66,28 @@ def signs(points: Values, weights: Values, *, single: bool) -> Signs:
     return sign
 
 
+def signs_in_plane(points: Values, normals: Values, *, single: bool) -> Signs:
+    """As `signs`, of corners of surface cells ``(n, 3, 3)``, a point, the next and the one before, seen along unit
+    normals ``(n, 3)``: the determinant is that of both edges and the normal."""
+    with np.errstate(all="ignore"):
+        edges = points[:, 1:] - points[:, :1]
+        size = np.abs(edges).max(axis=(1, 2))
+        scale = np.ldexp(1.0, -np.frexp(np.where(size > 0, size, 1.0))[1])[:, None, None]
+        edges = edges * scale
+        a, b = edges[:, 0], edges[:, 1]
+        corner = np.cross(a, b)
+        det = (normals * corner).sum(axis=1)
+        along = np.stack([np.cross(b, normals), np.cross(normals, a)], axis=1)
+        slopes = np.abs(np.concatenate([-along.sum(axis=1, keepdims=True), along], axis=1))
+        error = (slopes * (_rounding(points, single=single) * scale)).sum(axis=(1, 2))
+        length = np.sqrt((edges * edges).sum(axis=2)).prod(axis=1)
+        is_flat = (np.abs(det) <= error) & (np.abs(det) <= LIMIT * length)
+        is_certain = np.abs(det) > _CERTAIN * length
+    sign = np.where(is_certain, np.sign(det), OPEN).astype(np.int8)
+    sign[is_flat] = 0
+    return sign
+
+
 def of_corners(points: Values, *, single: bool) -> Signs:
     """-1, 0, 1 for each corner ``(n, 4, 3)``, a point and its three neighbours: negative, flat, positive."""
     out = np.empty(len(points), np.int8)

@@ -22,8 +22,8 @@ CHUNK = 1 << 12
 """Cells at a time: the temporaries then stay in the processor's cache."""
 
 _UNCERTAIN = 2.0**-96  # of the permanent; double-double loses less than 2^-100 of it here
-_LOSSY = 2.0**-250  # a part of a scaled edge below this may lose bits in a product of three
-_HUGE_EXPONENT = 1020  # coordinates of 2^1020 and more are divided by 16 so that no difference overflows
+LOSSY = 2.0**-250  # a part of a scaled edge below this may lose bits in a product of three
+HUGE_EXPONENT = 1020  # coordinates of 2^1020 and more are divided by 16 so that no difference overflows
 _SPLIT = 134217729.0  # 2^27 + 1
 
 
@@ -56,10 +56,10 @@ def _chunk(points: Values, shape: Shape) -> Values:
     finite = np.asarray(np.isfinite(corners).all(axis=(2, 3)))
     corners = np.where(finite[..., None, None], corners, 0.0)
     _, exponent = np.frexp(np.abs(corners).max(axis=(2, 3), initial=0.0))
-    is_huge = exponent > _HUGE_EXPONENT
+    is_huge = exponent > HUGE_EXPONENT
     corners = np.ldexp(corners, np.where(is_huge, -4, 0)[..., None, None])
 
-    high, low = _difference(corners[:, :, 1:], corners[:, :, :1])  # (cell, triple, neighbour, 3)
+    high, low = difference(corners[:, :, 1:], corners[:, :, :1])  # (cell, triple, neighbour, 3)
     size = np.abs(high).max(axis=3, keepdims=True)
     _, exponent = np.frexp(size)
     before = (high, low)
@@ -73,7 +73,7 @@ def _chunk(points: Values, shape: Shape) -> Values:
         values = np.clip(np.where(is_zero, 0.0, det / length), -1.0, 1.0)
 
     parts = np.abs(np.concatenate([high, low], axis=3))
-    lossy = ((parts > 0.0) & (parts < _LOSSY)).any(axis=(2, 3))
+    lossy = ((parts > 0.0) & (parts < LOSSY)).any(axis=(2, 3))
     open_ = finite & ~is_zero & (lossy | ~(np.abs(det) > _UNCERTAIN * permanent))
     for cell, triple in np.argwhere(open_):
         values[cell, triple] = exact_scaled_jacobian(points[cell, triples[triple]])
@@ -109,9 +109,9 @@ def _determinant(high: Values, low: Values) -> tuple[Values, Values]:
     total: Pair | None = None
     permanent: Values = np.zeros(high.shape[:2])
     for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        first, second = _times(b[y], c[z]), _times(b[z], c[y])
-        term = _times(a[x], _plus(first, (-second[0], -second[1])))
-        total = term if total is None else _plus(total, term)
+        first, second = times(b[y], c[z]), times(b[z], c[y])
+        term = times(a[x], plus(first, (-second[0], -second[1])))
+        total = term if total is None else plus(total, term)
         permanent = permanent + np.abs(a[x][0]) * (np.abs(first[0]) + np.abs(second[0]))
     assert total is not None
     return total[0] + total[1], permanent
@@ -124,7 +124,7 @@ def _sum(a: Values, b: Values) -> Pair:
     return s, (a - (s - t)) + (b - t)
 
 
-def _difference(a: Values, b: Values) -> Pair:
+def difference(a: Values, b: Values) -> Pair:
     """Exactly a - b."""
     return _sum(a, -b)
 
@@ -141,13 +141,13 @@ def _product(a: Values, b: Values) -> Pair:
     return p, a2 * b2 - (((p - a1 * b1) - a2 * b1) - a1 * b2)
 
 
-def _plus(a: Pair, b: Pair) -> Pair:
+def plus(a: Pair, b: Pair) -> Pair:
     s, e = _sum(a[0], b[0])
     t, f = _sum(a[1], b[1])
     s, e = _sum(s, e + t)
     return _sum(s, e + f)
 
 
-def _times(a: Pair, b: Pair) -> Pair:
+def times(a: Pair, b: Pair) -> Pair:
     p, e = _product(a[0], b[0])
     return _sum(p, e + (a[0] * b[1] + a[1] * b[0]))

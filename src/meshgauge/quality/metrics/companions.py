@@ -7,6 +7,7 @@ import numpy as np
 from ...cells import SHAPES, Shape
 from ...kernels.cells import aggregate
 from ...look.bands import POOR
+from ...surface_cells import SURFACE_SHAPES
 from .inputs import Cells, PolyhedralCells
 from .jacobian import REPORT
 from .row import Metric, Values
@@ -74,13 +75,16 @@ def edge_ratio_of_polyhedra(cells: PolyhedralCells) -> Values:
 def shape(cells: Cells) -> Values:
     """``(n_cells,)`` the fold of the mean ratios of the cell's corners against those of the ideal cell. [-1, 1]
 
-    Of a corner with edges D, in the ideal cell W: M = D W⁻¹, sign(det M) 3 \\|det M\\|^(2/3) / \\|M\\|².
+    Of a corner with edges D, in the ideal cell W: M = D W⁻¹, sign(det M) 3 \\|det M\\|^(2/3) / \\|M\\|²; of a surface
+    cell, in its plane, sign(det M) 2 \\|det M\\| / \\|M\\|².
     Its sign is the exact one of the corner.
     """
     x = 0.25 * cells.coordinates
     with np.errstate(all="ignore"):
         size = np.ptp(x, axis=1).max(axis=1)
         x = (x - x[:, :1]) / np.where(size > 0.0, size, 1.0)[:, None, None]
+    if cells.shape.dimension == 2:
+        return aggregate.fold(_mean_ratios_in_plane(x, cells)) + 0.0
     triples = np.array(cells.shape.triples)
     of_triples = np.stack(
         [_mean_ratio(x, triple, w) for triple, w in zip(triples, _ideal(cells.shape), strict=True)], 1
@@ -92,6 +96,24 @@ def shape(cells: Cells) -> Values:
         exact = np.copysign(np.maximum(np.abs(rough), _TINY), signs[:, node])
         nodes[:, node] = np.where(signs[:, node] == 0.0, 0.0, np.where(np.isnan(signs[:, node]), np.nan, exact))
     return aggregate.fold(nodes) + 0.0
+
+
+def _mean_ratios_in_plane(x: Values, cells: Cells) -> Values:
+    r"""``(n_cells, n_corners)`` of surface cells: sign(det M) 2 \|det M\| / \|M\|², M = D W⁻¹ in the plane of the edges.
+
+    det D is the product of their lengths and J_S, whose sign is exact.
+    """
+    js, n = cells.linear.node_scaled_jacobian(), cells.shape.n_nodes
+    w = np.array([[1.0, np.cos(np.pi - 2.0 * np.pi / n)], [0.0, np.sin(np.pi - 2.0 * np.pi / n)]])
+    inverse = np.linalg.inv(w)
+    following, before = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
+    d = np.stack([following, before], axis=-1)  # (n_cells, n_corners, 3, 2)
+    with np.errstate(all="ignore"):
+        squares = (d * d).sum(axis=2)
+        m = d @ inverse
+        ratio = 2.0 * np.abs(js) * np.sqrt(squares.prod(axis=2)) * np.linalg.det(inverse) / (m * m).sum(axis=(2, 3))
+    ratio = np.maximum(np.minimum(ratio, 1.0), _TINY)
+    return np.where(js == 0.0, 0.0, np.where(np.isnan(js), np.nan, np.copysign(ratio, js)))
 
 
 def _mean_ratio(x: Values, triple: np.ndarray, ideal: Values) -> Values:
@@ -186,7 +208,11 @@ ROWS = (
         better="lower",
         source="meshgauge",
         reference=VERDICT,
-        shapes=tuple(one.name for one in SHAPES.values() if any(len(face) == 4 for face in one.faces)),
+        shapes=tuple(
+            one.name
+            for one in (*SHAPES.values(), *SURFACE_SHAPES.values())
+            if any(len(face) == 4 for face in one.faces)
+        ),
     ),
 )
 """The companions of J_ENS."""

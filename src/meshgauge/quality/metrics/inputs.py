@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...cells import BY_NAME, CellType, Shape
 from ...kernels.cells import aggregate, driver
+from ...surface_cells import straight
 
 if TYPE_CHECKING:
     from ...kernels.polyhedra.driver import Faces
@@ -35,12 +36,15 @@ class Cells:
         ``(n_cells, n)`` int64 point ids: all nodes of a cell whose edges are curved and measured so, else its corners.
     compiled
         Take kernels: the mesh has many cells of the type, see `kernels.path`.
+    up
+        Of surface cells: 1 or -1 in a plane that is seen from +z or -z, 0 in space; see `Mesh`.
     """
 
     type: CellType
     points: Points
     nodes: NDArray[np.int64]
     compiled: bool
+    up: int = 0
 
     @property
     def n_cells(self) -> int:
@@ -67,7 +71,8 @@ class Cells:
     @property
     def linear(self) -> Cells:
         """The same cells with straight edges."""
-        return Cells(BY_NAME[self.shape.name], self.points, self.corners, self.compiled)
+        of = straight(self.type) if self.shape.dimension == 2 else BY_NAME[self.shape.name]
+        return Cells(of, self.points, self.corners, self.compiled, self.up)
 
     def part(self, cells: slice) -> Cells:
         """Some of the cells."""
@@ -76,13 +81,13 @@ class Cells:
     def jens(self, out: Values | None = None) -> Values:
         """``(n_cells,)`` J_ENS; ``out``, contiguous, receives it if given."""
         values = np.empty(self.n_cells) if out is None else out
-        driver.cell_jens(self.points, self.nodes, self.type, values, compiled=self.compiled)
+        driver.cell_jens(self.points, self.nodes, self.type, values, self.up, compiled=self.compiled)
         return values
 
     def node_scaled_jacobian(self) -> Values:
         """``(n_cells, n_corners)`` J_S of the corners."""
         values = np.empty((self.n_cells, self.shape.n_nodes))
-        driver.node_scaled_jacobian(self.points, self.nodes, self.type, values, compiled=self.compiled)
+        driver.node_scaled_jacobian(self.points, self.nodes, self.type, values, self.up, compiled=self.compiled)
         return values
 
     def node_jens(self) -> Values:

@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from ...cells import SHAPES
 from ...look.bands import POOR
+from ...surface_cells import SURFACE_SHAPES
 from .inputs import Cells, PolyhedralCells
 from .row import Metric, Standard, Values
 
@@ -49,7 +50,9 @@ SCALED_JACOBIAN = Metric(
     reference=f"{REPORT}, section 2; P. Knupp, Int. J. Numer. Meth. Engng 48 (2000) 1165-1185",
     where=("cell", "node"),
     # J_S = POOR k is J_ENS = POOR.
-    per_shape=MappingProxyType({s.name: Standard(s.k, (POOR * s.k, 1.0)) for s in SHAPES.values()}),
+    per_shape=MappingProxyType(
+        {s.name: Standard(s.k, (POOR * s.k, 1.0)) for s in (*SHAPES.values(), *SURFACE_SHAPES.values())}
+    ),
 )
 
 ROWS = (JENS, SCALED_JACOBIAN)

@@ -11,8 +11,9 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...cells import POLYHEDRON, SHAPES
+from ...cells import POLYHEDRON
 from ...errors import MetricError
+from ...surface_cells import ALL_SHAPES
 from ..faces import FaceQuality
 from .inputs import Cells, PolyhedralCells
 
@@ -114,8 +115,13 @@ class Metric:
     def cell_types(self) -> str:
         """The shapes it is defined for, as text."""
         if self.shapes is None:
-            return "all" if len(self._defined_shapes()) > len(SHAPES) else "all but polyhedra"
+            return "all" if len(self._defined_shapes()) > len(ALL_SHAPES) else "all but polyhedra"
         return ", ".join(self._defined_shapes())
+
+    @property
+    def known_shapes(self) -> tuple[str, ...]:
+        """Names of the shapes it is defined for, but for polyhedra: `shapes`, or all."""
+        return ALL_SHAPES if self.shapes is None else self.shapes
 
     def is_defined_for(self, shape: str) -> bool:
         """True if cells of this shape (``"tetra"``, ``"wedge"``, ..., ``"polyhedron"``) can have a value."""
@@ -169,4 +175,4 @@ class Metric:
 
     def _defined_shapes(self) -> tuple[str, ...]:
         of_polyhedra = (POLYHEDRON.name,) if self.polyhedra is not None or self.of_faces is not None else ()
-        return (*(SHAPES if self.shapes is None else self.shapes), *of_polyhedra)
+        return (*self.known_shapes, *of_polyhedra)

@@ -229,4 +229,4 @@ def _merge_tallies(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
 
 
 def _is_solid(tally: Tally) -> bool:
-    return tally.by_status[Status.NOT_SOLID] < tally.n_cells
+    return tally.by_status[Status.NOT_SOLID] + tally.by_status[Status.NOT_SURFACE] < tally.n_cells

@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import CELL_TYPES
+from ...cells import POLYHEDRON
 from ...errors import OptionError
+from ...surface_cells import shape_name
 from ..metrics import Metric
 from ..metrics import metric as metric_row
 
@@ -37,10 +38,8 @@ class Scale:
     def of(cls, metric: str | Metric, vtk_id: int | None = None) -> Scale:
         """The scale of a metric, by name or row, for a cell type. Raises `MetricError` if there is no such metric."""
         row = metric_row(metric)
-        cell = CELL_TYPES.get(vtk_id) if vtk_id is not None else None
-        acceptable = row.acceptable
-        if cell is not None and cell.shape is not None and row.is_defined_for(cell.shape.name):
-            acceptable = row.standard(cell.shape.name).acceptable
+        shape = "" if vtk_id is None or vtk_id == POLYHEDRON.vtk_id else shape_name(vtk_id)
+        acceptable = row.standard(shape).acceptable if shape and row.is_defined_for(shape) else row.acceptable
         return cls(row.name, *row.range, acceptable, row.flat, row.better, row.is_signed, row.unit)
 
     @property

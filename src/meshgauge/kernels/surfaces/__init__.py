@@ -1,0 +1,1 @@
+"""Surface cells: triangles, quadrilaterals, polygons, straight or curved, in a plane or in space."""

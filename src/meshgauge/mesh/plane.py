@@ -1,0 +1,24 @@
+"""From which side surface cells in a plane are seen."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Literal
+
+from ..kernels.surfaces import plane
+from . import connectivity
+from .mesh import Mesh
+
+FROM_BELOW = "All surface cells have the same z, and most of their area runs clockwise: the mesh is seen from -z."
+
+
+def side(mesh: Mesh) -> tuple[Literal[-1, 0, 1], str]:
+    """What `Mesh.up` is of a mesh of surfaces with points in space, and a note if that is not to be expected."""
+    parts = [
+        partial(connectivity.pick, mesh, row, part, row.corners)
+        for row, _, cells in mesh.groups()
+        if row is not None and row.shape is not None
+        for part in connectivity.chunks(cells)
+    ]
+    up = plane.side(mesh.points, parts, mesh.n_cells)
+    return (-1, FROM_BELOW) if up < 0 else (1, "") if up > 0 else (0, "")
