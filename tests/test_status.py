@@ -40,7 +40,7 @@ from meshgauge.view.filters import presets
 INVALID = {Status.INVERTED, Status.INVERTED_INSIDE, Status.BROKEN, Status.CONCAVE}
 DEGENERATE = {Status.DEGENERATE, Status.REPEATED_POINTS}
 WITHOUT_VALUE = {Status.BROKEN, Status.NON_FINITE, Status.UNSUPPORTED}
-APART = {Status.NOT_SOLID, Status.GHOST}
+APART = {Status.NOT_SOLID, Status.NOT_SURFACE, Status.GHOST}
 
 every_status = pytest.mark.parametrize("status", Status, ids=lambda status: status.name)
 every_purpose = pytest.mark.parametrize("purpose", PURPOSES)
@@ -71,7 +71,7 @@ def grid(n: int = 3) -> Mesh:
 def quality_of(status: Status, purpose: Purpose = "fem") -> Quality:
     """A grid of good hexahedra of which one is said to be of a status."""
     mesh = grid().replace(purpose=purpose)
-    if status == Status.NOT_SOLID:
+    if status in {Status.NOT_SOLID, Status.NOT_SURFACE}:
         types = mesh.types.copy()
         types[CELL] = BY_NAME["polygon"].vtk_id
         mesh = mesh.replace(types=types)
@@ -199,7 +199,7 @@ def test_page_and_colours(status: Status, purpose: Purpose) -> None:
     else:
         assert colour.tolist() not in [colours.rgb(code).tolist() for code in expected.values()]
     first = cells_to_show(quality, drawable(quality), 1)
-    if status not in {Status.OK, Status.UNDECIDED, Status.NOT_SOLID}:
+    if status not in {Status.OK, Status.UNDECIDED, Status.NOT_SOLID, Status.NOT_SURFACE}:
         assert first.tolist() == [CELL]
 
 

@@ -45,8 +45,8 @@ def _polygon(name: str, n: int, k: float, k_formula: str) -> Shape:
 TRIANGLE = _polygon("triangle", 3, sqrt(3) / 2, "√3/2")
 QUAD = _polygon("quad", 4, 1.0, "1")
 
-POLYGON = CELL_TYPES[7]
-"""Of any number of nodes: `row_of_nodes` gives the row of so many."""
+POLYGON = replace(CELL_TYPES[7])
+"""Of any number of nodes, as a mesh of surfaces sees it: `row_of_nodes` gives the row of so many."""
 
 SURFACE_SHAPES: dict[str, Shape] = {TRIANGLE.name: TRIANGLE, QUAD.name: QUAD}
 """Those of surface cells, by name; beside them there are polygons, all by the name "polygon"."""
@@ -119,6 +119,7 @@ _ROWS = (
     replace(
         _quadratic("quad6", QUAD, prism="hexahedron27", has_centre=True, n_middles=0, beside=_QUAD6_BESIDE),
         places=_QUAD6_PLACES,
+        reversal=(1, 0, 3, 2, 4, 5),
     ),
     *(_of_any_order(f"{kind}_triangle", TRIANGLE) for kind in ("higher_order", "lagrange", "bezier")),
     *(_of_any_order(f"{kind}_quad", QUAD) for kind in ("higher_order", "lagrange", "bezier")),
@@ -129,7 +130,7 @@ SURFACE_TYPES: Mapping[int, CellType] = MappingProxyType(
         row.vtk_id: replace(row, shape=None, corners=(), order=0) if row.dimension == 3 else row
         for row in CELL_TYPES.values()
     }
-    | {row.vtk_id: row for row in _ROWS}
+    | {row.vtk_id: row for row in (*_ROWS, POLYGON)}
 )
 """Every row by VTK id, as a mesh of surfaces sees it."""
 
@@ -197,12 +198,12 @@ def straight(row: CellType) -> CellType:
 
 def varies(row: CellType) -> bool:
     """Whether the cells of a type are of different rows, by their number of nodes."""
-    return row.n_nodes is None and (row.shape is not None or row.vtk_id == POLYGON.vtk_id)
+    return row.n_nodes is None and (row.shape is not None or row is POLYGON)
 
 
 def row_of_nodes(row: CellType, n_nodes: int) -> CellType | None:
     """The row of so many nodes, of a type whose number of nodes `varies`; None if none is known."""
-    if row.vtk_id == POLYGON.vtk_id:
+    if row is POLYGON:
         return _polygon_row(n_nodes) if n_nodes >= 3 else None
     known = BY_NODES if row.dimension == 3 else _OF_NODES
     return known.get((row.vtk_id, n_nodes))

@@ -28,6 +28,7 @@ from meshgauge.cells import SHAPES, Shape
 from meshgauge.errors import MetricError
 from meshgauge.quality.metrics import METRICS, Metric, metric
 from meshgauge.status import is_invalid
+from meshgauge.surface_cells import ALL_SHAPES
 
 pytestmark = pytest.mark.usefixtures("path")
 
@@ -45,7 +46,7 @@ def test_a_row_is_complete_and_consistent(row: Metric) -> None:
     assert row.reference
     assert set(row.where) <= {"cell", "node", "face"}
     assert row.better in ("higher", "lower")
-    defined = [name for name in SHAPES if row.is_defined_for(name)]
+    defined = [name for name in ALL_SHAPES if row.is_defined_for(name)]
     assert defined
     assert set(row.per_shape) <= set(defined)
     for name in defined:

@@ -116,7 +116,10 @@ def test_every_status() -> None:
     assert inside.values[0] == pytest.approx(0.941, abs=5e-4)
     assert inside.summary().all.n_invalid == 1
     assert inside.summary().all.n_good == 0
-    assert one(TETRA[:3], "triangle").status.tolist() == [Status.NOT_SOLID]
+    assert one(TETRA[:3], "triangle").status.tolist() == [Status.OK]
+    beside = Mesh.from_arrays(TETRA, [("tetra", [(0, 1, 2, 3)]), ("triangle", [(0, 1, 2)]), ("line", [(0, 1)])])
+    assert meshgauge.measure(beside).status.tolist() == [Status.OK, Status.NOT_SOLID, Status.NOT_SOLID]
+    assert meshgauge.measure(beside, dimension=2).status.tolist() == [Status.NOT_SURFACE, Status.OK, Status.NOT_SURFACE]
     assert one(CUBE, "convex_point_set").status.tolist() == [Status.UNSUPPORTED]
     assert one(TETRA, "lagrange_tetra").status.tolist() == [Status.OK]
     of_high_order = np.vstack([TETRA, np.repeat(TETRA.mean(axis=0)[None], 13, axis=0)])

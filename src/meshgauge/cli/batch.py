@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
 from ..files.resources import free_memory
@@ -108,6 +108,10 @@ class Batch:
         return terminal.activity(text, shown=not self.quiet)
 
     @property
+    def _dimension(self) -> Literal[2, 3] | None:
+        return self.reading.dimension.value_or_none
+
+    @property
     def _limits(self) -> Limits:
         memory = self.reading.read_memory
         roots = tuple(self.reading.include_root or ())
@@ -156,7 +160,8 @@ class Batch:
                 displacement=self.reading.displacement,
                 limits=self._limits,
             )
-            return mesh if self.purpose is None else mesh.replace(purpose=self.purpose.value)
+            mesh = mesh if self.purpose is None else mesh.replace(purpose=self.purpose.value)
+            return mesh.as_measured(self._dimension)
 
     def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
         """What is measured on the mesh in a file. Raises `ReadError` and `MetricError`."""
@@ -179,7 +184,7 @@ class Batch:
         memory = self.allowed_memory
         is_alone = not any(file.lower().endswith(REFERRING) for file in _files(path))
         is_small = is_alone and _size(path) < LARGE and self.scheduler is None
-        if self.reading.displacement is not None or is_small:
+        if self.reading.displacement is not None or is_small or self._dimension == 2:
             return None
         listed = self._pieces(path)
         if listed is None or not (is_large(listed, memory) or self.scheduler is not None):
@@ -222,6 +227,8 @@ class Batch:
 
         if self.reading.displacement is not None or self.reading.step == "all":
             raise OptionError("--partial takes one state of a mesh, with the points of the file")
+        if self._dimension is not None:
+            raise OptionError("--partial takes no --dimension: a part is measured as all cells of the mesh are")
         memory = self.allowed_memory
         with (
             scheduler.executor(self.scheduler) as (pool, n_processes),
@@ -271,6 +278,7 @@ class Batch:
                 file_format=self.reading.file_format,
                 wedge_order=self.wedge_order.value,
                 displacement=self.reading.displacement,
+                dimension=self._dimension,
                 limits=self._limits,
                 most=DIAGNOSED,
                 memory=None if memory is None else memory // n_processes,

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -88,6 +88,19 @@ class Parts(StrEnum):
     region = "region"
 
 
+class Dimensions(StrEnum):
+    """Which cells are measured."""
+
+    auto = "auto"
+    surfaces = "2"
+    solids = "3"
+
+    @property
+    def value_or_none(self) -> Literal[2, 3] | None:
+        """As `meshgauge.measure` takes it."""
+        return {"auto": None, "2": 2, "3": 3}[self.value]
+
+
 class Purposes(StrEnum):
     """What a mesh may be for: finite elements or finite volumes."""
 
@@ -153,6 +166,16 @@ ReadMemory = Annotated[
         least=0.1,
         most=1e6,
         default="4 and 60 times the file",
+    ),
+]
+
+Dimension = Annotated[
+    Dimensions,
+    option(
+        "--dimension",
+        None,
+        "Which cells are measured: surfaces (2) or solids (3). auto: solids if there are any.",
+        READING,
     ),
 ]
 
@@ -251,6 +274,7 @@ class Reading:
     file_format: FileFormat = None
     step: Step = None
     displacement: Displacement = None
+    dimension: Dimension = Dimensions.auto
     read_seconds: ReadSeconds = None
     read_memory: ReadMemory = None
     include_root: IncludeRoot = None

@@ -137,6 +137,40 @@ def hanging_points(names: Names, result: Hanging) -> Finding | None:
     return _of_points(names, "hanging_points", result.points, text, level="defect")
 
 
+def turned_cells(names: Names, ids: NDArray[np.int64], in_plane: bool) -> Finding | None:
+    """Surface cells that run about the other way round than those beside them."""
+    n = len(ids)
+    beside = "" if in_plane else ", against most cells beside them"
+    text = f"{_count(n, 'surface cell')} {_verb(n, 'runs', 'run')} the other way round{beside}"
+    return _of_cells(names, "turned_cells", n, ids.tolist(), f"{text} ({_ids(names, 'cell', ids)}).")
+
+
+def not_orientable(names: Names, cells: NDArray[np.int64]) -> Finding | None:
+    """``cells`` ``(n, 2)``: those at each edge that contradicts the others."""
+    n = len(cells)
+    where = f", first where {_both(names, cells[0].tolist())} meet" if n else ""
+    text = f"A surface has no two sides: {_count(n, 'edge')} {_verb(n, 'contradicts', 'contradict')} the others{where}."
+    return _of_cells(names, "not_orientable", n, cells[:, 0].tolist(), text)
+
+
+def edges_of_three(names: Names, cells: Sequence[NDArray[np.int64]], in_plane: bool) -> Finding | None:
+    """``cells``: those of each edge that three or more have; where surfaces meet that is right, in a plane never."""
+    n = len(cells)
+    where = _ids(names, "cell", np.unique(cells[0])) if n else ""
+    text = f"{_count(n, 'edge')} {_verb(n, 'is', 'are')} shared by three or more cells"
+    text = f"{text} ({'' if n == 1 else 'one by '}{where})."
+    ids = [int(some[0]) for some in cells]
+    return _of_cells(names, "multiple_edges", n, ids, text, level="defect" if in_plane else "notice")
+
+
+def points_on_edges(names: Names, ids: NDArray[np.int64]) -> Finding | None:
+    n = len(ids)
+    text = (
+        f"{_count(n, 'point')} {_verb(n, 'hangs', 'hang')} on edges of cells that do not have {_verb(n, 'it', 'them')}"
+    )
+    return _of_points(names, "hanging_points", ids, text, level="defect")
+
+
 def hinges(roots: NDArray[np.int64], n_parts: int) -> Finding | None:
     """Parts that touch at points or edges only: ``roots`` are the first cells of each that faces hold together."""
     n = len(roots) - n_parts

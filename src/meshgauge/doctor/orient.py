@@ -20,6 +20,7 @@ from ..mesh.high_order import DEGREES
 from ..mesh.labels import cell_labels
 from ..quality.measure import Quality, measure
 from ..status import Status
+from . import shells
 from .orientation import EXAMPLES, Orientation, orientation
 from .points import duplicates, representatives
 from .reversal import reversal
@@ -112,6 +113,8 @@ def orient(mesh: Mesh, quality: Quality | None = None) -> tuple[Mesh, Changes]:
 
 
 def _orientation(mesh: Mesh, quality: Quality) -> Orientation:
+    if mesh.dimension == 2:
+        return shells.orientation(shells.edges_of(mesh), quality).as_numbering(mesh)
     if not (quality.status == Status.INVERTED).any():
         return orientation(quality)
     representative = representatives(mesh.points, stored=mesh.stored)

@@ -16,6 +16,7 @@ from math import comb, prod
 from typing import Any
 
 from ..cells import CELL_TYPES, CellType, Shape
+from ..surface_cells import SURFACE_TYPES, row_of_nodes, varies
 
 Permutation = tuple[int, ...]
 
@@ -24,10 +25,13 @@ Permutation = tuple[int, ...]
 def reversal(vtk_id: int, n_nodes: int) -> Permutation | None:
     """For each node of the right-handed cell, its position in the reversed one; its own inverse.
 
-    None where it is not known: a cell that is not solid, a Lagrange cell with orders that differ by direction, a
+    None where it is not known: a line or vertex, a Lagrange cell with orders that differ by direction, a
     Lagrange pyramid of order above 1 (VTK has no places of its nodes).
     """
     row = CELL_TYPES.get(vtk_id)
+    if row is not None and row.dimension == 2:
+        of_surface = SURFACE_TYPES[vtk_id]
+        row = (row_of_nodes(of_surface, n_nodes) if varies(of_surface) else of_surface) or row
     if row is None or row.shape is None:
         return None
     if row.reversal:

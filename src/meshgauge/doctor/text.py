@@ -44,7 +44,8 @@ class DiagnosisText:
             marks = style.MARKS_ASCII if options.ascii_only else style.MARKS
             table.add_row(Text(marks["good"], style.LEVELS["good"]), Text(diagnosis.all_clear))
         if diagnosis.n_interior_faces is not None:
-            faces = f"{diagnosis.n_interior_faces:,} interior faces, {diagnosis.n_boundary_faces:,} on the boundary"
+            what = "faces" if diagnosis.dimension == 3 else "edges"
+            faces = f"{diagnosis.n_interior_faces:,} interior {what}, {diagnosis.n_boundary_faces:,} on the boundary"
             table.add_row("", Text(faces, "dim"))
         yield Text(self.title, "bold")
         yield Padding(table, (0, 0, 0, 1), expand=False)

@@ -234,6 +234,10 @@ class Mesh:
     def n_cells(self) -> int:
         return len(self.types)
 
+    def as_measured(self, dimension: Literal[2, 3] | None) -> Mesh:
+        """The same with this `dimension`; None: as it is."""
+        return self if dimension in (None, self.dimension) else self.replace(dimension=dimension, up=None)
+
     def type_counts(self) -> dict[str, int]:
         """Number of cells by type name, in the order of the VTK ids."""
         counts = self._count_by_id()

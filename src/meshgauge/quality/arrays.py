@@ -42,8 +42,8 @@ def jens(
         ``(n_cells, n_nodes)`` integer point ids. Wedges have the normal of (0, 1, 2) pointing to (3, 4, 5).
     cell_type
         Name (``"tetra"``, ``"pyramid"``, ``"wedge"``, ``"hexahedron"``, ``"triangle"``, ``"quad"``, ``"polygon"``,
-        ...), VTK id or row. A curved cell is measured at its corners: with the true tangents of its edges if it is quadratic,
-        else along straight edges. A surface cell is measured as the prism that stands on it, see docs/surfaces.md.
+        ...), VTK id or row. A curved cell is measured at its corners: with the true tangents of its edges if it is
+        quadratic, else along straight edges. A surface cell is measured as the prism that stands on it.
     nodes
         Return a value for each corner rather than each cell.
     threads

@@ -384,8 +384,7 @@ def measure(
     thread_count(threads)  # a wrong number is refused, also where there is nothing to measure
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
-    if dimension is not None and dimension != mesh.dimension:
-        mesh = mesh.replace(dimension=dimension, up=None)
+    mesh = mesh.as_measured(dimension)
     rows = {JENS: METRICS[JENS], **metric_rows(metrics)}
     return with_neighbours(measure_part(mesh, rows, threads=threads, keep_bricks=keep_bricks), threads)
 

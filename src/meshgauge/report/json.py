@@ -48,6 +48,7 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
         "step": None if report.step is None else report.step.to_dict(),
         "n_points": report.n_points,
         "n_cells": report.n_cells,
+        "dimension": report.dimension,
         "verdict": {"level": opinion.level, "text": opinion.text},
         **report.summary.to_dict(bins),
         "worst": [

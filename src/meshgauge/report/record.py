@@ -49,6 +49,7 @@ class FileReport:
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
     finite_volume: tuple[FiniteVolumeMeasure, ...] = ()  #: what finite volumes ask for, if it was measured
     step: StepOf | None = None  #: which of several time steps it is
+    dimension: int = 3  #: 3: solid cells were measured, 2: surface cells
     mixed_processors: bool = False  #: parts came from processors that differ in the last bits of values
 
     __repr__ = brief
@@ -99,6 +100,7 @@ class FileReport:
             regions=regions,
             worst_regions=worst_regions,
             finite_volume=finite_volume(quality),
+            dimension=mesh.dimension or 3,
         )
 
 

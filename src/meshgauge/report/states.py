@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from ..io import Limits, pieces, read
 from ..quality.measure import measure
@@ -24,8 +25,8 @@ class StateJob:
         As for `FileReport.of`, J_ENS first.
     purpose, keep_bricks
         As for `meshgauge.measure`.
-    file_format, wedge_order, displacement, limits
-        As for `meshgauge.read`.
+    file_format, wedge_order, displacement, dimension, limits
+        As for `meshgauge.read` and `meshgauge.measure`.
     most
         Cells beyond which a step is read in slices, where it can be.
     memory
@@ -41,6 +42,7 @@ class StateJob:
     file_format: str | None
     wedge_order: str
     displacement: str | None
+    dimension: Literal[2, 3] | None
     limits: Limits
     most: int
     memory: int | None
@@ -48,7 +50,7 @@ class StateJob:
     def __call__(self, path: str, step: StepOf) -> FileReport:
         """The report on a step, which is to be called ``path``."""
         listed = None
-        if self.displacement is None:
+        if self.displacement is None and self.dimension != 2:
             listed = pieces(step.file, file_format=self.file_format, step=step.number)
         if listed is not None and listed.n_cells > self.most:
             report = report_on(
@@ -73,7 +75,13 @@ class StateJob:
             displacement=self.displacement,
             limits=self.limits,
         )
-        quality = measure(mesh, metrics=self.metrics, threads=1, purpose=self.purpose, keep_bricks=self.keep_bricks)
+        quality = measure(
+            mesh.as_measured(self.dimension),
+            metrics=self.metrics,
+            threads=1,
+            purpose=self.purpose,
+            keep_bricks=self.keep_bricks,
+        )
         report = FileReport.of(
             quality,
             path=path,

@@ -37,7 +37,8 @@ def verdict(summary: Summary) -> Verdict:
     if looked_at == 0:
         if missing:
             return Verdict("nothing", f"nothing measured: {unknown}")
-        return Verdict("nothing", "nothing measured: the mesh has no solid cells")
+        asked = any(tally.by_status[Status.NOT_SURFACE] for tally in summary.tallies.values())
+        return Verdict("nothing", f"nothing measured: the mesh has no {'surface' if asked else 'solid'} cells")
     ending = f"; {unknown}" if missing else ""
     counts = every.statuses
     concave = counts.get("concave", 0)

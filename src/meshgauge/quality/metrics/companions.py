@@ -99,7 +99,7 @@ def shape(cells: Cells) -> Values:
 
 
 def _mean_ratios_in_plane(x: Values, cells: Cells) -> Values:
-    r"""``(n_cells, n_corners)`` of surface cells: sign(det M) 2 \|det M\| / \|M\|², M = D W⁻¹ in the plane of the edges.
+    r"""``(n_cells, n_corners)`` of surface cells: sign(det M) 2 \|det M\| / \|M\|², M = D W⁻¹ in their plane.
 
     det D is the product of their lengths and J_S, whose sign is exact.
     """
