@@ -19,6 +19,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 
 EXEMPT = {
     "cells.py": "the table",
+    "surface_cells.py": "the table, as a mesh of surfaces sees it",
     "io/formats": "their tables say what a format's own words and numbers stand for",
     "io/plumbing/meshio.py": "a table of meshio's words; pixels and voxels, which it has in another order",
     "io/plumbing/face_based.py": "a table of surface cells by their number of points",
@@ -29,7 +30,7 @@ EXEMPT = {
 }
 """Where names may stand, and why."""
 
-COMPARING = ("cells.py", "io/formats", "io/plumbing/meshio.py")
+COMPARING = ("cells.py", "surface_cells.py", "io/formats", "io/plumbing/meshio.py")
 """Where a type may be compared with: what the table is made of, and what reads words of others."""
 
 WORDS = {"empty", "line"}

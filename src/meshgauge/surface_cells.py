@@ -177,11 +177,11 @@ SURFACE_NAMES = (*SURFACE_SHAPES, POLYGON.name)
 ALL_SHAPES = (*SHAPES, *SURFACE_NAMES)
 """Names of the shapes that are measured, but for polyhedra, which have none."""
 
-_MEASURED_AS = {
-    vtk_id: POLYGON.name if row.vtk_id == POLYGON.vtk_id else row.shape.name
+_MEASURED_AS = {POLYGON.vtk_id: POLYGON.name} | {
+    vtk_id: row.shape.name
     for rows in (CELL_TYPES, SURFACE_TYPES)
     for vtk_id, row in rows.items()
-    if row.shape is not None or row.vtk_id == POLYGON.vtk_id
+    if row.shape is not None
 }
 
 

@@ -53,7 +53,8 @@ def test_exit_codes(capsys: Captured) -> None:
     assert main(["check", good, "--warn", "jens > 0.9"]) == 0
     assert main(["check", good, bad]) == 1
     assert main(["check", bad, "missing.msh"]) == 2
-    assert main(["check", surface]) == 2
+    assert main(["check", surface]) == 0
+    assert main(["check", surface, "--dimension", "3"]) == 2
     assert main(["check", good, "--fail", "jens > 0 in inlet"]) == 2
     capsys.readouterr()
     assert main(["check", good, "--fail", "no worse than none.json"]) == 2

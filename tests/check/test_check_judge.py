@@ -113,7 +113,7 @@ def test_a_region_whose_name_looks_like_a_pattern() -> None:
 
 
 def test_a_mesh_without_solid_cells_is_not_checked() -> None:
-    found = check(measured("triangle"))
+    found = check(meshgauge.measure(measured("triangle").mesh, dimension=3))
     assert found.state is State.UNCHECKED
     assert not found.is_passed
 

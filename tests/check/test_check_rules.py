@@ -83,7 +83,7 @@ def test_what_is_in_a_rule() -> None:
         ("jens > 0 for cells 1.5", "1.5", "expected a number or a range"),
         ("jens > 0 for cells 1 for elements 2", "for", "there twice"),
         ("jens >= 1 for tetr", "tetr", "did you mean 'tetra'?"),
-        ("jens >= 1 for quad", "quad", "expected the name of a solid cell type"),
+        ("jens >= 1 for line", "line", "expected the name of a cell type"),
         ("jens >= 1 for tetra,", "", "expected the name of a cell type"),
         ("aspect_ratio_gamma <= 3 for wedge", "wedge", "it is for tetra"),
         ("nothing invald", "invald", "did you mean 'invalid'?"),
@@ -132,7 +132,7 @@ def test_every_metric_and_every_bad_status_can_be_asked_for() -> None:
     mesh = Mesh.from_arrays(np.zeros((1, 3)), [("vertex", np.zeros((len(codes), 1), int))])
     quality = replace(measure(mesh), status=codes)
     asked = np.logical_or.reduce([word.mask(quality) for word in WORDS.values()])
-    assert {STATUSES[status].name for status in codes[~asked].tolist()} == {"ok", "not_solid", "ghost"}
+    assert {STATUSES[status].name for status in codes[~asked].tolist()} == {"ok", "not_solid", "not_surface", "ghost"}
     for row in STATUSES.values():
         if row.name in WORDS and row.name != "degenerate":
             assert codes[WORDS[row.name].mask(quality)].tolist() == [row.status]

@@ -192,7 +192,7 @@ def test_regions_of_one_name_are_compared() -> None:
 
 
 def test_meshes_in_which_nothing_is_measured() -> None:
-    nothing = meshgauge.measure(Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("triangle", [(0, 1, 2)])]))
+    nothing = meshgauge.measure(Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("line", [(0, 1)])]))
     found = comparison({"a": nothing, "b": measured([1.0])})
     assert found.against[0].superiority == {}
     assert found.sides[0].tally("all") is None

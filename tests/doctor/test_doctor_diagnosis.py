@@ -228,7 +228,7 @@ def test_empty_and_surface_meshes() -> None:
     triangle = Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("triangle", [(0, 1, 2)])])
     found = diagnosis(triangle)
     assert found.findings == ()
-    assert found.n_parts == found.n_interior_faces == 0
+    assert (found.dimension, found.n_parts, found.n_interior_faces, found.n_boundary_faces) == (2, 1, 0, 3)
     assert names(Mesh.from_arrays([(0.0, 0.0, 0.0)], [])) == ["unused_points"]
 
 

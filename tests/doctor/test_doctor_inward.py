@@ -99,7 +99,7 @@ def test_what_is_no_closed_surface_is_not_judged() -> None:
 
 def test_a_mesh_of_surfaces_says_that_nothing_was_looked_at() -> None:
     plate = Mesh.from_arrays(CUBE, [("quad", [(0, 1, 2, 3), (1, 2, 6, 5)])])
-    found = diagnosis(plate)
+    found = diagnosis(plate.as_measured(3))
     assert found.skipped == ("The mesh has no solid cells: nothing was looked at but its points.",)
 
 

@@ -238,7 +238,7 @@ def test_what_is_left_does_not_speak_of_what_is_renumbered() -> None:
 
 
 def test_a_type_without_a_shape_has_no_reversal() -> None:
-    assert reversal(9, 4) is None
+    assert reversal(3, 2) is None
     assert reversal(42, 4) is None
     assert reversal(72, 18) is None
 

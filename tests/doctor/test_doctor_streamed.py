@@ -143,7 +143,7 @@ MESHES: dict[str, Callable[[], Mesh]] = {
     "hinges": lambda: hexahedra(np.vstack([POINTS, [[99, 99, 99]]]), CELLS[::7]),
     "hanging": refined,
     "surfaces": with_surfaces,
-    "no solids": lambda: Mesh.from_arrays(POINTS, {"quad": CELLS[:, :4]}),
+    "no solids": lambda: Mesh.from_arrays(POINTS, {"line": CELLS[:, :2]}),
     "collapsed": lambda: hexahedra(POINTS, collapsed(5, [3, 7], [2, 6])),
     "repeated": lambda: hexahedra(POINTS, collapsed(3, [1], [0])),
     "flat": lambda: hexahedra(POINTS * [1, 1, 0], CELLS),

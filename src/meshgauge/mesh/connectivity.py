@@ -47,6 +47,22 @@ def pick(mesh: Mesh, row: CellType, cells: CellIds, columns: tuple[int, ...]) ->
     return np.ascontiguousarray(ids, np.int64)
 
 
+def polygons(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """The cells of a mesh of surfaces by their corners, type by type: their ids, offsets ``(n + 1,)``, point ids."""
+    parts = [
+        (pick(mesh, row, some, row.corners), np.arange(mesh.n_cells)[some])
+        for row, _, some in mesh.groups()
+        if row is not None and row.shape is not None and row.dimension == 2
+    ]
+    none = np.empty(0, np.int64)
+    sizes = np.concatenate([none, *(np.full(len(own), nodes.shape[1]) for nodes, own in parts)])
+    return (
+        np.concatenate([none, *(own for _, own in parts)]),
+        np.concatenate([[0], np.cumsum(sizes)]),
+        np.concatenate([none, *(nodes.reshape(-1) for nodes, _ in parts)]),
+    )
+
+
 def _positions(mesh: Mesh, cells: CellIds, columns: tuple[int, ...]) -> NDArray[np.int64]:
     starts = np.asarray(mesh.offsets[:-1][cells], np.int64)
     return starts[:, None] + np.array(columns, np.int64)

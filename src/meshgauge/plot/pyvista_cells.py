@@ -44,7 +44,7 @@ class Solids:
 
 
 def drawable(quality: Quality, *, moved: bool = True) -> Solids:
-    """The solid cells with finite coordinates, those that VTK knows; where they are in the mesh if not ``moved``.
+    """The cells that count, with finite coordinates, those that VTK knows; where they are in the mesh if not ``moved``.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
     mesh = _straight(quality.mesh.replace(point_data={}, cell_data={}, field_data={}))
     cells = np.flatnonzero(is_solid(quality.status) & (quality.status != Status.NON_FINITE))
     if not len(cells):
-        raise MeshgaugeError("there is nothing to draw: no solid cell with finite coordinates")
+        raise MeshgaugeError("there is nothing to draw: no cell with finite coordinates that is measured")
     used = np.zeros(mesh.n_points, np.bool_)
     used[mesh.connectivity[np.repeat(np.isin(np.arange(mesh.n_cells), cells), np.diff(mesh.offsets))]] = True
     points = np.asarray(mesh.points[used], np.float64)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..cells import cell_type
 from ..errors import MeshgaugeError
 from ..look.colours import FAINT, INK, SOFT
+from ..mesh.high_order import row_of
 from ..mesh.polyhedra import Polyhedra
 from ..quality.measure import Quality
 from ..quality.worst import WorstCell
@@ -140,6 +140,8 @@ def _near(
     up = np.array([0.0, 0.0, 1.0]) if abs(along[2]) < 0.8 else np.array([0.0, 1.0, 0.0])
     right, above, _ = frame(along, up)
     eye = along + 0.45 * right + 0.35 * above
+    if mesh.dimension == 2:  # from above
+        eye, up = _normal(points, up), right
     is_node = np.zeros(mesh.n_points, np.bool_)
     is_node[nodes] = True
     entries = np.flatnonzero(is_node[mesh.connectivity])
@@ -164,6 +166,13 @@ def _near(
     axes.text(42 + 11 * len(value), 37 - CAPTION, node, color=SOFT, fontsize=10.5, **look)
 
 
+def _normal(points: Array, otherwise: Array) -> Array:
+    """The direction in which some points extend least, upwards; of points on a line any."""
+    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0))
+    normal = axes[2] if sizes[1] > 0.0 else otherwise
+    return np.asarray(normal if normal[2] >= 0.0 else -normal)
+
+
 def _cells(grid: Any, cells: ArrayLike) -> Any:
     """Some of the cells by their position in the file, ascending; those that are not drawn are left out."""
     drawn = np.asarray(grid.cell_data[CELL])
@@ -175,8 +184,8 @@ def _cells(grid: Any, cells: ArrayLike) -> Any:
 def _ends(quality: Quality, cell: WorstCell) -> Array:
     """The other ends of the edges at the worst corner, ``(n, 3)``; edges of curved cells are drawn straight."""
     mesh = quality.mesh
-    row = cell_type(int(mesh.types[cell.cell]))
-    if row.shape is not None:
+    row = row_of(mesh, cell.cell)
+    if row is not None and row.shape is not None:
         corner = row.corners.index(cell.node)
         ends = [a + b - corner for a, b in row.shape.edges if corner in (a, b)]
         ids = mesh.nodes(cell.cell)[[row.corners[end] for end in ends]].tolist()

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from ..cells import type_name
 from ..look.colours import cell_colours
 from ..mesh import Mesh
+from ..mesh.connectivity import polygons
 from ..mesh.regions import regions
 from ..mesh.topology import Topology, topology
 from ..quality.measure import Quality, measure
 from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
 from .filters import ViewError
 from .layers import layers
-from .surface import Surface, seen_faces, surface
+from .surface import Surface, drawn, seen_faces, surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class Frame:
         """The frame of the finite ones of some points. Raises `ViewError` if there are none."""
         finite = points[np.isfinite(points).all(axis=1)]
         if not len(finite):
-            raise ViewError("no solid cell has finite coordinates: there is nothing to show")
+            raise ViewError("no cell that is measured has finite coordinates: there is nothing to show")
         low, high = finite.min(axis=0).astype(np.float64), finite.max(axis=0).astype(np.float64)
         x, y, z = (float(v) for v in low / 2 + high / 2)
         half = high / 2 - low / 2
@@ -68,9 +69,10 @@ class Model:
         quality = what if isinstance(what, Quality) else measure(what)
         mesh = quality.mesh
         faces = topology(mesh)
-        of_solid = np.zeros(mesh.n_points, np.bool_)
-        of_solid[mesh.connectivity[np.repeat(np.diff(faces.starts) > 0, np.diff(mesh.offsets))]] = True
-        own = Frame.of(mesh.points[of_solid])
+        shown = is_solid(quality.status) if mesh.dimension == 2 else np.diff(faces.starts) > 0
+        of_shown = np.zeros(mesh.n_points, np.bool_)
+        of_shown[mesh.connectivity[np.repeat(shown, np.diff(mesh.offsets))]] = True
+        own = Frame.of(mesh.points[of_shown])
         return cls(name, quality, faces, frame or own)
 
     @property
@@ -79,7 +81,7 @@ class Model:
 
     @property
     def n_cells(self) -> int:
-        """Number of solid cells: those that can be shown."""
+        """Number of cells that count: those that can be shown."""
         return int(np.count_nonzero(self.is_solid))
 
     @property
@@ -126,7 +128,7 @@ class Model:
 
     @cached_property
     def layers(self) -> NDArray[np.int32]:
-        return layers(self.topology)
+        return self.is_solid.astype(np.int32) - 1 if self.mesh.dimension == 2 else layers(self.topology)
 
     @property
     def n_layers(self) -> int:
@@ -167,7 +169,10 @@ class Model:
         return {names[n]: int(counts[n]) for n in np.flatnonzero(counts)}
 
     def surface(self, shown: NDArray[np.bool_]) -> Surface:
-        """The faces that are seen of some cells."""
+        """The faces that are seen of some cells; surface cells themselves."""
+        if self.mesh.dimension == 2:
+            cells, offsets, points = polygons(self.mesh)
+            return drawn(Surface(points, offsets, points, cells).some(np.flatnonzero(shown[cells])), self.is_drawable)
         return surface(self.topology, seen_faces(self.topology, shown), self.is_drawable)
 
     @cached_property

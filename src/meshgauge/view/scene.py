@@ -267,7 +267,7 @@ class Scene:
 def _bodies(pane: _Pane) -> list[Any]:
     """Actors of the shown cells. Of many, the backs of the valid cells' faces are left out: half of the work."""
     faces, model = pane.surface, pane.model
-    if faces.n_faces <= SMOOTHED:
+    if faces.n_faces <= SMOOTHED or model.mesh.dimension == 2:  # a surface has both sides to be seen
         return [actors.cells(faces, pane.points, model)] if faces.n_faces else []
     outward = is_usable(model.quality.status[faces.cells], model.mesh.purpose)  # others may be turned inside out
     parts = [(faces.some(np.flatnonzero(outward)), True), (faces.some(np.flatnonzero(~outward)), False)]

@@ -93,7 +93,12 @@ def surface(topology: Topology, slots: Ids, usable: NDArray[np.bool_]) -> Surfac
         ``(n_points,)`` False for points that cannot be drawn (not finite): faces with one of them are left out.
     """
     offsets, points = polygons(topology, slots)
-    cells = topology.cells[slots].astype(np.int64)
+    return drawn(Surface(points, offsets, points, topology.cells[slots].astype(np.int64)), usable)
+
+
+def drawn(faces: Surface, usable: NDArray[np.bool_]) -> Surface:
+    """Polygons whose connectivity holds ids of the mesh's points, over those that they use; see `surface`."""
+    offsets, points, cells = faces.offsets, faces.connectivity, faces.cells
     if len(points) and not usable.all():
         good = np.minimum.reduceat(usable[points], offsets[:-1])
         kept = Surface(points, offsets, points, cells).some(np.flatnonzero(good))

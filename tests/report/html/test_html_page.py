@@ -242,7 +242,7 @@ def test_any_unit_of_length(scale: float) -> None:
 
 
 def test_a_mesh_without_solid_cells_has_no_picture() -> None:
-    mesh = meshgauge.Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("triangle", [(0, 1, 2)])])
+    mesh = meshgauge.Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("line", [(0, 1)])])
     text = html.page([html.section(meshgauge.measure(mesh))])
     assert "the mesh has no solid cells" in text
     assert "<canvas" not in text

@@ -14,6 +14,7 @@ from ...mesh import Mesh
 from ...mesh.interface import is_interface
 from ...mesh.polyhedra import ragged_positions
 from ...mesh.topology import BOUNDARY, ELSEWHERE, Topology, face_table, topology
+from ...surface_cells import IS_SURFACE
 from .. import surfaces
 from .faces import HalfFaces, Keys, Matched, Table
 from .source import Source
@@ -141,7 +142,7 @@ def keep(source: Source, seen: Seen, matched: Matched) -> Few:
     for first, first_point, mesh in source.cells():
         half, nodes = HalfFaces.of(mesh, first_point), _nodes(mesh) + first_point
         is_suspect, own = suspects.among(half.keys), is_interface(mesh)
-        wanted = is_first[first : first + mesh.n_cells] | surfaces.IS_SURFACE[mesh.types]
+        wanted = is_first[first : first + mesh.n_cells] | IS_SURFACE[mesh.types]
         wanted[half.cells[is_suspect]] = True
         if own is not None:
             wanted |= own

@@ -123,8 +123,8 @@ def _of_polygons(x: Values, row: CellType, up: int, out: Bounds) -> Bounds:
         edges = np.sqrt(((np.roll(unit, -1, axis=1) - unit) ** 2).sum(axis=2))
         least = (js * edges * np.roll(edges, 1, axis=1)).min(axis=1) / _shape(row).k
     is_known = ~np.isnan(js).any(axis=1)
-    is_positive = is_known & (js > 0.0).all(axis=1)
-    is_valid = is_positive.copy()
+    is_positive = np.asarray(is_known & (js > 0.0).all(axis=1))
+    is_valid: NDArray[np.bool_] = is_positive.copy()
     is_valid[is_positive] = turning_numbers(x[is_positive], row, up) == 1
     out.status[is_known] = np.where(is_valid, Validity.VALID, Validity.INVALID)[is_known]
     value = np.where(is_valid, np.maximum(least, np.finfo(float).tiny), np.minimum(np.nan_to_num(least), 0.0))
@@ -147,7 +147,8 @@ def turning_numbers(x: Values, row: CellType, up: int) -> NDArray[np.int64]:
         following = np.roll(edges, -1, axis=1)
         sine = (np.cross(edges, following) * normal[:, None]).sum(axis=2)
         angles = np.arctan2(sine, (edges * following).sum(axis=2))
-    return np.rint(np.nan_to_num(angles.sum(axis=1)) / (2.0 * np.pi)).astype(np.int64)
+    turns: NDArray[np.int64] = np.rint(np.nan_to_num(angles.sum(axis=1)) / (2.0 * np.pi)).astype(np.int64)
+    return turns
 
 
 def _prisms(points: Points, nodes: Nodes, row: CellType, up: int) -> Iterator[tuple[slice, tuple[Values, Nodes]]]:

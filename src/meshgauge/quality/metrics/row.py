@@ -86,7 +86,7 @@ class Metric:
     """``(n_cells,)`` values of all cells of a mesh, from their faces and neighbours, instead of `values`."""
     unit: str = "1"
     masked: tuple[str, ...] = ()  #: values of the source that are wrong and become NaN, a phrase each
-    per_shape: Mapping[str, Standard] = field(default_factory=lambda: MappingProxyType({}))
+    per_shape: Mapping[str, Standard] = field(default_factory=lambda: MappingProxyType({}), repr=False)
     in_slices: bool = True  #: False: `values` takes all cells of a type in one call, on the calling thread
 
     def __post_init__(self) -> None:

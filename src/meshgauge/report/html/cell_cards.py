@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import CELL_TYPES, type_name
+from ...cells import type_name
 from ...look.names import cell_entry
 from ...look.style import coordinates
+from ...mesh.high_order import row_of
 from ...mesh.labels import cell_label, point_label
 from ...quality.worst import spacing
 from ...status import STATUSES, Status
@@ -63,7 +64,7 @@ def cards(
 
 
 def neighbours(quality: Quality, cells: Ids, can_be_drawn: NDArray[np.bool_]) -> list[list[int]]:
-    """The cells that share a face with each of these: three corners or more."""
+    """The cells that share a face with each of these, three corners or more; of surface cells an edge."""
     mesh = quality.mesh
     if not len(cells):
         return []
@@ -73,15 +74,16 @@ def neighbours(quality: Quality, cells: Ids, can_be_drawn: NDArray[np.bool_]) ->
     at = np.flatnonzero(marked[mesh.connectivity])
     near = np.unique(np.searchsorted(mesh.offsets, at, side="right") - 1)
     corners = {cell: set(_corners(quality, cell)) for cell in near[can_be_drawn[near]].tolist()}
+    least = mesh.dimension or 3
     return [
-        [other for other, theirs in corners.items() if other != cell and len(theirs & mine) >= 3][:AROUND]
+        [other for other, theirs in corners.items() if other != cell and len(theirs & mine) >= least][:AROUND]
         for cell, mine in zip(cells.tolist(), own, strict=True)
     ]
 
 
 def _corners(quality: Quality, cell: int) -> list[int]:
-    row, nodes = CELL_TYPES[int(quality.mesh.types[cell])], quality.mesh.nodes(cell)
-    return [int(nodes[m]) for m in row.corners] if row.shape is not None else nodes.tolist()
+    row, nodes = row_of(quality.mesh, cell), quality.mesh.nodes(cell)
+    return [int(nodes[m]) for m in row.corners] if row is not None and row.shape is not None else nodes.tolist()
 
 
 def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
@@ -93,7 +95,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
     used = sorted({p for of_cell in faces.values() for face in of_cell for p in face} | set(nodes.points.tolist()))
     place = {p: n for n, p in enumerate(used)}
     own = [place[p] for p in nodes.points.tolist()]
-    row = CELL_TYPES[int(mesh.types[cell])]
+    row = row_of(mesh, cell)
     x, y, z = (float(v) for v in mesh.points[point])
     fitted = _fit(mesh.points[used], own)
     return Card(
@@ -101,7 +103,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
         type=type_name(int(mesh.types[cell])),
         quality=float(quality.values[cell]),
         status=STATUSES[Status(int(quality.status[cell]))].name,
-        node=row.corners[node] if row.shape is not None else node,
+        node=row.corners[node] if row is not None and row.shape is not None else node,
         node_quality=float(nodes.values[node]),
         point=point,
         coordinates=(x, y, z),

@@ -69,7 +69,7 @@ def geometry(
     if not n_drawn:
         return Geometry(None, "", [])
     frame = Frame.of(mesh.points, *(() if before is None else (before.mesh.points,)))
-    boundary = surface.boundary(topology(mesh))
+    boundary = surface.of_surfaces(mesh) if mesh.dimension == 2 else surface.boundary(topology(mesh))
     most, triangles = (WHOLE if n_drawn <= WHOLE else WORST), TRIANGLES
     while True:
         cells = cells_to_show(quality, can_be_drawn, most)
@@ -89,7 +89,7 @@ def geometry(
     whole, is_coarse = len(cells) == n_drawn, "surfaceCell" not in arrays
     reach = 1.0 if whole else reach
     model = {
-        "kinds": kinds(mesh.types[cells]),
+        "kinds": kinds(mesh.types[cells], mesh.dimension or 3),
         "layout": result.layout,
         "edges": summary.all.histogram(bins)[0].tolist(),
         "regions": list(names),
@@ -149,7 +149,7 @@ def _remarks(
         )
     missing = summary.all.n_cells - n_drawn
     if missing:
-        remarks.append(f"{style.plural(missing, 'solid cell')} cannot be drawn: no known faces, or no finite place.")
+        remarks.append(f"{style.plural(missing, 'cell')} cannot be drawn: no known faces, or no finite place.")
     return remarks
 
 

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import CELL_TYPES, POLYHEDRON
+from ...cells import POLYHEDRON, CellType
 from ...kernels import path
 from ...kernels.cells import aggregate, driver
 from ...mesh import Mesh, connectivity
+from ...mesh.high_order import row_of
 from ...mesh.labels import labels_of
 from ...mesh.polyhedra import ragged_positions
 from ...quality.summary.scale import HALF, Scale
 from ...status import Category, Purpose, category, is_usable
+from ...surface_cells import POLYGON, row_of_nodes, rows_of
 from .frame import Frame
 
 if TYPE_CHECKING:
@@ -50,10 +52,11 @@ class Nodes(NamedTuple):
 
 
 def drawable(quality: Quality) -> NDArray[np.bool_]:
-    """True for the solid cells that have faces to draw and no coordinate that is not finite."""
+    """True for the cells that are measured, have faces to draw and no coordinate that is not finite."""
     mesh = quality.mesh
-    known = np.array([row is not None and row.shape is not None for row in map(CELL_TYPES.get, range(256))])
-    mask: NDArray[np.bool_] = known[mesh.types]
+    mask = np.zeros(mesh.n_cells, np.bool_)
+    for row, _, cells in mesh.groups():
+        mask[cells] = row is not None and row.shape is not None
     if quality.polyhedra is not None:
         with_nodes = np.diff(quality.polyhedra.node_offsets) > 0
         mask[quality.polyhedra.cells[with_nodes]] = True
@@ -96,14 +99,14 @@ def nodes_of(quality: Quality, cells: Ids) -> Nodes:
             sizes[at] = own
             parts.append((at, poly.node_points[where], poly.node_jens[where]))
             continue
-        row = CELL_TYPES[vtk_id]
-        assert row.shape is not None
-        ids = connectivity.pick(mesh, row, cells[at], driver.columns(row))
-        scaled = np.empty((len(ids), row.shape.n_nodes))
-        driver.node_scaled_jacobian(mesh.points, ids, row, scaled, compiled=path.is_compiled(len(ids)))
-        corners = connectivity.pick(mesh, row, cells[at], row.corners)
-        sizes[at] = row.shape.n_nodes
-        parts.append((at, corners.reshape(-1), aggregate.jens(scaled, row.shape.k).reshape(-1)))
+        for row, of_row in _rows(mesh, vtk_id, cells, at):
+            assert row.shape is not None
+            ids = connectivity.pick(mesh, row, cells[of_row], driver.columns(row))
+            scaled, up = np.empty((len(ids), row.shape.n_nodes)), mesh.up or 0
+            driver.node_scaled_jacobian(mesh.points, ids, row, scaled, up, compiled=path.is_compiled(len(ids)))
+            corners = connectivity.pick(mesh, row, cells[of_row], row.corners)
+            sizes[of_row] = row.shape.n_nodes
+            parts.append((of_row, corners.reshape(-1), aggregate.jens(scaled, row.shape.k).reshape(-1)))
     starts = np.cumsum(sizes) - sizes
     points, values = np.empty(int(sizes.sum()), np.int64), np.empty(int(sizes.sum()))
     for at, of_part, values_of_part in parts:
@@ -112,11 +115,21 @@ def nodes_of(quality: Quality, cells: Ids) -> Nodes:
     return Nodes(sizes, points, values)
 
 
+def _rows(mesh: Mesh, vtk_id: int, cells: Ids, at: Ids) -> list[tuple[CellType, Ids]]:
+    """The rows of the cells of one type, each with the positions of its own."""
+    row = rows_of(mesh.dimension or 3)[vtk_id]
+    if row.shape is not None:
+        return [(row, at)]
+    sizes = np.diff(mesh.offsets)[cells[at]]
+    known = ((row_of_nodes(row, n), at[sizes == n]) for n in np.unique(sizes).tolist())
+    return [(own, of_row) for own, of_row in known if own is not None]
+
+
 def faces_of(quality: Quality, cell: int) -> list[list[int]]:
     """Point ids of each face of one cell."""
     mesh = quality.mesh
-    row = CELL_TYPES[int(mesh.types[cell])]
-    if row.shape is not None:
+    row = row_of(mesh, cell)
+    if row is not None and row.shape is not None:
         nodes = mesh.nodes(cell)
         return [[int(nodes[row.corners[m]]) for m in face] for face in row.shape.faces]
     poly = mesh.polyhedra
@@ -125,9 +138,10 @@ def faces_of(quality: Quality, cell: int) -> list[list[int]]:
     return [poly.face_points[poly.face_offsets[f] : poly.face_offsets[f + 1]].tolist() for f in ids]
 
 
-def kinds(types: NDArray[np.uint8]) -> list[dict[str, Any]]:
-    """The types among some cells: name, number of corners and faces; of polyhedra no faces, each has its own."""
-    rows = [CELL_TYPES[t] for t in np.unique(types).tolist()]
+def kinds(types: NDArray[np.uint8], dimension: int) -> list[dict[str, Any]]:
+    """The types among some cells: name, number of corners and faces; of polyhedra and polygons no faces, each has its
+    own."""
+    rows = [rows_of(dimension)[t] for t in np.unique(types).tolist()]
     return [
         {"type": row.name, "n": row.shape.n_nodes, "faces": [list(face) for face in row.shape.faces]}
         if row.shape is not None
@@ -178,7 +192,18 @@ def _numbers(mesh: Mesh, cells: Ids, points: Ids) -> dict[str, NDArray[np.float6
 
 
 def _own_faces(quality: Quality, cells: Ids, points: Ids) -> dict[str, NDArray[Any]]:
-    """For polyhedra: nodes and faces of each, nodes of each face, and the points of the faces."""
+    """For polyhedra and polygons: nodes and faces of each, nodes of each face, and the points of the faces."""
+    mesh = quality.mesh
+    polygons = cells[mesh.types[cells] == POLYGON.vtk_id]
+    if mesh.dimension == 2 and len(polygons):
+        n = np.diff(mesh.offsets)[polygons].astype(np.int64)
+        nodes = mesh.connectivity[ragged_positions(np.asarray(mesh.offsets, np.int64)[:-1][polygons], n)]
+        return {
+            "polyNodes": n.astype(np.uint16),
+            "polyFaces": np.ones(len(polygons), np.uint16),
+            "faceSize": n.astype(np.uint16),
+            "facePoint": np.searchsorted(points, nodes).astype(np.uint32),
+        }
     poly, own = quality.mesh.polyhedra, cells[quality.mesh.types[cells] == POLYHEDRON.vtk_id]
     if poly is None or not len(own):
         return {}

@@ -1,4 +1,4 @@
-"""The boundary of the solid cells, for the picture of the whole mesh."""
+"""The boundary of the solid cells, or the surface cells, for the picture of the whole mesh."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...mesh import Mesh, connectivity
 from ...mesh.polyhedra import ragged_positions
 from ...mesh.topology import BOUNDARY, Topology, face_table
 
@@ -54,10 +55,21 @@ def boundary(topology: Topology) -> Polygons:
     if mesh.polyhedra is not None and is_own.any():
         own = ~plain
         points[own] = mesh.polyhedra.face_points[starts[row[own]] + node[own]]
-    polygons = Polygons(offsets, points, cells)
-    finite = np.isfinite(mesh.points).all(axis=1)
-    whole = np.ones(len(slots), np.bool_)
-    whole[row[~finite[points]]] = False
+    return _finite(mesh, Polygons(offsets, points, cells))
+
+
+def of_surfaces(mesh: Mesh) -> Polygons:
+    """The surface cells themselves, by their corners."""
+    cells, offsets, points = connectivity.polygons(mesh)
+    return _finite(mesh, Polygons(offsets, points, cells))
+
+
+def _finite(mesh: Mesh, polygons: Polygons) -> Polygons:
+    """Those whose points are all finite."""
+    is_lost = ~np.isfinite(mesh.points).all(axis=1)
+    row = np.repeat(np.arange(len(polygons.cells)), np.diff(polygons.offsets))
+    whole = np.ones(len(polygons.cells), np.bool_)
+    whole[row[is_lost[polygons.points]]] = False
     return polygons if whole.all() else _select(polygons, np.flatnonzero(whole))
 
 
