@@ -155,7 +155,7 @@ class Mesh:
         Parameters
         ----------
         points
-            ``(n_points, 3)`` real, in any unit of length.
+            ``(n_points, 3)`` real, in any unit of length; of surface cells in a plane ``(n_points, 2)`` too.
         cells
             For each block a cell type (name, VTK id) and point ids ``(n, n_nodes)``, as a mapping or as pairs, which
             may name a type twice. Wedges must have the normal of (0, 1, 2) pointing to (3, 4, 5).
@@ -193,6 +193,9 @@ class Mesh:
             nodes.append(dense.ravel())
             blocks.append(CellBlock(row.name, start, start + n))
             start += n
+        in_plane = np.shape(points)[-1:] == (2,)
+        if in_plane and any(IS_SOLID[of_block].any() for of_block in types):
+            raise MeshError(f"points have shape {np.shape(points)}, expected (n_points, 3)")
         offsets = np.zeros(start + 1, np.int64)
         if sizes:
             np.cumsum(np.concatenate(sizes), out=offsets[1:])
@@ -204,6 +207,7 @@ class Mesh:
             blocks=tuple(blocks),
             point_data=_own_data(point_data or {}, "point_data", None, copy=True),
             cell_data=_own_data(cell_data or {}, "cell_data", None, copy=True),
+            up=1 if in_plane else None,
             copy=False,
         )
 
