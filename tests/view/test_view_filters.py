@@ -161,9 +161,9 @@ def test_a_mesh_of_any_size_fills_the_scene(scale: float) -> None:
 
 
 def test_nothing_to_show_is_an_error() -> None:
-    surface = meshgauge.Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("triangle", [(0, 1, 2)])])
+    surface = meshgauge.Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [("line", [(0, 1)])])
     with pytest.raises(ViewError, match="nothing to show"):
-        Model.of(surface, "surface")
+        Model.of(surface, "lines")
 
 
 def test_a_ray_hits_what_a_plain_loop_says_first() -> None:
