@@ -24,6 +24,10 @@ def regular(n: int) -> np.ndarray:
     return np.array([(cos(2 * pi * m / n), sin(2 * pi * m / n), 0.0) for m in range(n)])
 
 
+def moved(x: np.ndarray, along_x: float, along_z: float) -> np.ndarray:
+    return np.asarray(x + np.array([along_x, 0, along_z]))
+
+
 def turned(x: np.ndarray, seed: int = 0) -> np.ndarray:
     """The points turned about some axis, and moved."""
     q, r = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
@@ -81,7 +85,7 @@ def test_warping_costs_little() -> None:
 
 @law
 def test_clockwise_is_inverted_in_a_plane_and_not_in_space() -> None:
-    both = np.stack([regular(4), regular(4)[::-1] + [5, 0, 0], regular(4) + [9, 0, 0]])
+    both = np.stack([regular(4), moved(regular(4)[::-1], 5, 0), moved(regular(4), 9, 0)])
     np.testing.assert_allclose(jens(both), (1, -1, 1), atol=1e-14)
     np.testing.assert_allclose(jens(both + np.arange(12).reshape(3, 4, 1) * (0, 0, 1e-3)), 1, atol=1e-4)
     # Most of the area decides from which side a plane in space is seen; two coordinates are seen from above.
@@ -93,7 +97,7 @@ def test_a_mesh_says_from_which_side_it_is_seen() -> None:
     def mesh(points: np.ndarray) -> Mesh:
         return Mesh.from_arrays(points, {"triangle": [(0, 2, 1)]})
 
-    flat = regular(3) + [0, 0, 7]
+    flat = moved(regular(3), 0, 7)
     assert (mesh(flat).up, mesh(flat).dimension) == (-1, 2)
     assert "seen from -z" in mesh(flat).notes[0]
     assert mesh(flat[:, :2]).up == 1
