@@ -70,7 +70,9 @@ def test_shares_of_one_file(tmp_path: Path, parts: list[Path], capsys: Captured)
 @pytest.mark.parametrize("option", ["--csv", "--html", "-o"])
 def test_what_needs_the_mesh_is_refused(option: str, capsys: Captured) -> None:
     assert main(["merge", "a.mgp", option, "out"]) == 2
-    assert f"No such option: {option}" in capsys.readouterr().err
+    message = capsys.readouterr().err
+    assert "No such option" in message
+    assert option in message
 
 
 @pytest.mark.parametrize(

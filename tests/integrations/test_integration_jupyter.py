@@ -130,10 +130,8 @@ def test_the_program_of_the_notebook_runs(monkeypatch: pytest.MonkeyPatch) -> No
             exec(compile(ast.Module(lines, []), "notebook", "exec"), names)
             shown = eval(ast.unparse(last), names) if last is not None else None
             kept = "".join(text for out in cell["outputs"] for text in out.get("data", {}).get("text/html", ()))
-            if kept and shown is not None and hasattr(shown, "_repr_html_"):
-                assert Page(shown._repr_html_()).rows == Page(kept).rows, (
-                    "run the notebook again, and keep what it shows"
-                )
+            if kept and type(shown).__module__.startswith("meshgauge"):
+                assert Page(shown._repr_html_()).rows == Page(kept).rows, "run the notebook again and keep its outputs"
 
 
 def test_what_the_notebook_shows_is_kept_without_frames() -> None:
