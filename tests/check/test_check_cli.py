@@ -260,12 +260,14 @@ def test_the_hook_is_described() -> None:
 
 
 def test_the_gate_in_a_pipeline_of_a_repository(repository: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The steps of the page's workflow, as a runner would run them: passing, failing, passing again."""
+    """What the action of the page's workflow runs, as a runner would run it: passing, failing, passing again."""
     (workflow,) = [block for block in blocks("yaml") if "actions/checkout" in block]
-    (command,) = re.findall(r"- run: (meshgauge check.*)", workflow)
-
-    program, *words = shlex.split(command)
-    assert program == "meshgauge"
+    ((action, sarif),) = re.findall(r"- uses: OWNER/(\w+)@.*\n *with:\n *sarif: (\S+)", workflow)
+    assert action == "meshgauge"
+    script = (ROOT / "action.yml").read_text(encoding="utf-8")
+    assert 'arguments+=(--sarif "$SARIF")' in script
+    assert 'meshgauge check "${arguments[@]}"' in script
+    words = ["check", "--sarif", sarif, "--"]
     monkeypatch.setenv("GITHUB_ACTIONS", "true")
 
     def pipeline() -> subprocess.CompletedProcess[str]:
