@@ -177,3 +177,9 @@ def test_a_poor_cell_that_became_undecided_is_worse(tmp_path: Path) -> None:
     assert before.values[0] < 0.2
     now = replace(before, status=np.array([meshgauge.Status.UNDECIDED], np.uint8))
     assert changes(before, now, tmp_path) == [("all", "n_undecided"), ("tetra", "n_undecided")]
+
+
+def test_values_that_nothing_has_any_more_are_worse_though_as_many_cells_are_unmeasured(tmp_path: Path) -> None:
+    before, now = measured("good", "nan"), measured("nan")
+    assert [figures.summary().all.n_unmeasured for figures in (before, now)] == [1, 1]
+    assert ("all", "min") in changes(before, now, tmp_path)

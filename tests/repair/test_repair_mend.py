@@ -46,6 +46,19 @@ def test_one_point_gone_astray_is_all_that_moves(kind: str, n: int) -> None:
     assert np.array_equal(measure(result.mesh).status, result.after.status)
 
 
+def test_what_is_valid_is_not_untangled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither where rings have mended all, nor where nothing was inverted."""
+
+    def never(*_: object) -> None:
+        raise AssertionError("there is nothing to untangle")
+
+    monkeypatch.setattr(mend_phase, "_untangle", never)
+    monkeypatch.setattr("meshgauge.repair.whole.smooth", never)
+    assert n_unusable(mended(dented("hexahedron", 4)).after) == 0
+    valid = shaken("hexahedron", 3, 0.2)
+    assert meshgauge.improve(valid, everywhere=True).after.values.min() > measure(valid).values.min() > 0.0
+
+
 def test_a_point_of_even_cells_goes_back_to_its_place() -> None:
     mesh = dented("hexahedron", 9)
     result = mended(mesh)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,9 @@ from meshgauge import Mesh, MeshError, measure
 from meshgauge.mesh.topology import topology
 from meshgauge.repair import alternate
 from meshgauge.repair.faces import face_points
+from meshgauge.repair.phases.release import Springs
 from meshgauge.repair.report import Claim
+from meshgauge.repair.surface import CORNER, FACE
 from meshgauge.repair.volumes import volume_and_surface
 
 TOLERANCE = 0.02
@@ -188,6 +191,21 @@ def test_steps_after_it_that_break_a_promise_leave_what_the_boundary_gave(
     assert result.report.outcome == "improved"
     assert result.report.displacement.deviation > 0.0
     assert not (result.after.values <= 0.0).any()
+
+
+def test_springs_pull_to_the_surface_points_that_slide_and_others_to_where_they_were() -> None:
+    origin = np.array([[9.0, 9.0, 0.0], [0.0, 0.0, 2.0], [0.0, 0.0, 3.0]])
+    surface = SimpleNamespace(
+        kind=np.array([FACE, CORNER, FACE]),
+        item=np.array([4, 0, -1]),
+        projection=SimpleNamespace(nearest=lambda points, items: (points * (1.0, 1.0, 0.0), items)),
+    )
+    problem = SimpleNamespace(point_ids=np.arange(3), parts=())
+    springs = Springs(problem, surface, np.arange(3), np.ones(3), origin, origin, None)  # type: ignore[arg-type]
+    here = np.array([[0.3, 0.2, 0.5], [0.0, 0.0, 2.25], [0.0, 0.0, 3.0]])
+    assert springs.draw(here) == 0.5
+    springs.anchor(np.array([True, False, False]))
+    assert springs.draw(here) == pytest.approx(np.linalg.norm(here[0] - origin[0]))
 
 
 def test_cells_that_are_apart_are_mended_though_others_cannot_be(inverted: Mesh) -> None:

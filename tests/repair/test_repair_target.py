@@ -13,7 +13,10 @@ from repair_meshes import cells, shaken, slid
 from thinned import quick
 
 import meshgauge
-from meshgauge import Mesh, MeshError
+from meshgauge import Mesh, MeshError, measure
+from meshgauge.repair.constraints import constraints_of
+from meshgauge.repair.surface import surface_of
+from meshgauge.repair.target import target_surface
 
 
 def flat_on_top(n: int = 4) -> Mesh:
@@ -88,3 +91,14 @@ def test_the_command_reads_it_from_any_format(name: str, tmp_path: Path) -> None
     at = shaken("hexahedron", 4, 0.0).points
     top = (at[:, 2] == 4) & ((at[:, :2] > 0) & (at[:, :2] < 4)).all(axis=1) & (at[:, 0] != 2)
     np.testing.assert_allclose(meshgauge.read(tmp_path / "out.vtu").points[top, 2], 4.0, atol=1e-6)
+
+
+def test_faces_begin_their_search_at_the_item_nearest_to_their_middle() -> None:
+    mesh, n = shaken("hexahedron", 4, 0.0), 4
+    points = np.asarray(mesh.points)
+    own = surface_of(constraints_of(mesh, measure(mesh), None), points, 40.0)
+    surface = target_surface(own, givens(n)["polydata"], points)
+    middles = points[surface.faces.reshape(-1, 4)].mean(axis=1)
+    corners = surface.facets.points[surface.facets.items[surface.face_items]]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    assert ((low <= middles + 1e-6) & (middles <= high + 1e-6)).all()
