@@ -92,6 +92,15 @@ def test_the_points_of_a_time_are_patched_there(tmp_path: Path) -> None:
     assert {name for name in new if new[name] != old[name]} == {"0.5/polyMesh/points"}
 
 
+def test_all_times_are_copied_if_asked_for(tmp_path: Path) -> None:
+    root = case(tmp_path, "ascii")
+    (root / "postProcessing").mkdir()
+    done = command_line.run("improve", root, "-o", tmp_path / "better", "--target", "0.9", "--all-times")
+    assert done.returncode == 0, done.stderr
+    assert "postProcessing" in done.stderr
+    assert set(files(tmp_path / "better")) == set(files(root))
+
+
 def test_a_copy_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = case(tmp_path, "ascii")
     _, patch, moved = patched(root, tmp_path / "better")

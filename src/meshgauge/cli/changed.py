@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -58,6 +58,7 @@ class ChangedMesh:
         in_place: bool,
         undo: Path | None,
         convert: bool,
+        all_times: bool = False,
         changes: Changes | Literal["cells"] = "points",
     ) -> ChangedMesh:
         """Find out how a mesh is to be written, and whether it can be, before the work.
@@ -66,6 +67,8 @@ class ChangedMesh:
         ----------
         convert
             Write the mesh anew, whatever the format.
+        all_times
+            Copy a folder with the times that were not read.
         changes
             What does, as for `patch_of`; or the cells themselves, with which no file is patched.
 
@@ -78,6 +81,7 @@ class ChangedMesh:
         patch = None
         if not convert and changes != "cells":
             patch = batch.patch(before, target, changes)
+            patch = None if patch is None else replace(patch, all_times=all_times)
         if patch is None:
             same = None if convert else format_if_same(before, target, file_format=batch.reading.file_format)
             written_as = _for_writing(target, same)

@@ -25,6 +25,7 @@ def improve(
     as_json: options.Json = False,
     undo: options.Undo = None,
     convert: options.Convert = False,
+    all_times: options.AllTimes = False,
     quiet: options.Quiet = False,
     goal: Goal,
     constraints: ConstraintOptions,
@@ -74,6 +75,7 @@ def improve(
             in_place=in_place,
             undo=undo,
             convert=convert,
+            all_times=all_times,
             changes="cells" if goal.changes_cells else "points",
         )
         fixed, surface = constraints.on(before)

@@ -257,6 +257,10 @@ Convert = Annotated[
     bool,
     option("--convert", None, "Write the mesh anew, also where its file could be patched.", WRITING),
 ]
+AllTimes = Annotated[
+    bool,
+    option("--all-times", None, "Copy the other times of an OpenFOAM case too, as they are.", WRITING),
+]
 Html = Annotated[
     Path | None, option("--html", "FILE", "Write a page with pictures: one file that opens offline.", WRITING)
 ]

@@ -50,6 +50,8 @@ class Patch:
         As the mesh was read.
     nodes
         Of the cells of the mesh, if these are to be renumbered and points stay.
+    all_times
+        Whether a folder is copied with the times that were not read.
     """
 
     mesh: Mesh
@@ -59,6 +61,7 @@ class Patch:
     limits: Limits
     step: StepChoice = None
     nodes: tuple[Nodes, ...] | None = None
+    all_times: bool = False
 
     @property
     def is_fixed(self) -> NDArray[np.bool_]:
@@ -219,7 +222,8 @@ class Patch:
             return ()
         real = folder.resolve()
         used = {Path(path).relative_to(real).parts[0] for path in self.mesh.sources if Path(path).is_relative_to(real)}
-        return tuple(sorted(e.name for e in folder.iterdir() if is_stale(e.name) and e.name not in used))
+        names = sorted(entry.name for entry in folder.iterdir() if is_stale(entry.name) and entry.name not in used)
+        return tuple(name for name in names if not (self.all_times and name[:1].isdigit()))
 
     def _copy_folder(self, folder: Path, new: Path) -> None:
         left_out = self.left_out
