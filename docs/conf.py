@@ -28,8 +28,9 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx_design",
+    "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "site", "pictures"]
+exclude_patterns = ["_build", "site", "pictures", "generated/gallery/*.ipynb"]
 templates_path: list[str] = []
 nitpicky = False
 
@@ -42,6 +43,21 @@ autodoc_member_order = "bysource"
 numpydoc_show_class_members = True
 numpydoc_show_inherited_class_members = False
 numpydoc_class_members_toctree = False
+
+sphinx_gallery_conf: dict[str, Any] = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "generated/gallery",
+    "filename_pattern": "/",
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("generate.figures", "matplotlib"),
+    "default_thumb_file": str(HERE / "pictures" / "plot-histogram.png"),
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_signature": False,
+    "show_memory": False,
+    "min_reported_time": 1e9,
+    "write_computation_times": False,
+}
 
 html_theme = "pydata_sphinx_theme"
 html_title = "meshgauge"

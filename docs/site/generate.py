@@ -20,6 +20,7 @@ from meshgauge.look.bands import POOR
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
+REAL = ROOT / "examples" / "real"
 
 PAGES = {
     "measuring": ("Measuring", ("quality.arrays", "quality.measure", "quality.validity", "quality.worst")),
@@ -53,6 +54,7 @@ def write_all(folder: Path) -> None:
         text = text.replace("](docs/", "](../").replace("](CHANGELOG.md", "](changelog.md")
         put(folder / f"{name.lower()}.md", text)
     write_live(folder / "live" / "live")
+    write_real(folder)
 
 
 def put(path: Path, text: str) -> None:
@@ -68,6 +70,51 @@ def write_live(folder: Path) -> None:
 
     mesh = meshgauge.read(str(ROOT / "examples/meshes/bracket.vtu")).replace(path="bracket.vtu")
     put(folder / "bracket.html", html.page([html.section(meshgauge.measure(mesh))]))
+
+
+def write_real(folder: Path) -> None:
+    """A card for each mesh of ``examples/real``: cut open, with its verdict, its page and the command."""
+    from meshgauge import plot
+    from meshgauge.report import html
+    from meshgauge.report.verdict import verdict
+
+    table = (REAL / "README.md").read_text(encoding="utf-8")
+    cards = []
+    for name, cells, source, licence in re.findall(r"^\| `(.+?)` \| (.+?) \| (.+?) \| (.+?) \|$", table, re.MULTILINE):
+        mesh = meshgauge.read(str(REAL / name)).replace(path=f"examples/real/{name}")
+        quality = meshgauge.measure(mesh)
+        page = folder / "live" / "live" / f"{Path(name).stem}.html"
+        picture = folder / "real" / f"{Path(name).stem}.png"
+        put(page, html.page([html.section(quality)]))
+        if not picture.exists():
+            picture.parent.mkdir(parents=True, exist_ok=True)
+            plot.save(plot.cut(quality), picture)
+        words = verdict(quality.summary()).text
+        sentence = f"{words[0].upper()}{words[1:]}."
+        cards.append(
+            f":::{{grid-item-card}} {name}\n:img-top: real/{picture.name}\n\n{cells}. "
+            f"{sentence}\n\n```sh\nmeshgauge report examples/real/{name}\n```\n\n"
+            f'<a href="../live/{page.name}">Its page, live</a>\n\n{source}; {licence}\n:::\n'
+        )
+    head = "# Real meshes\n\nMeshes of other projects that anyone may pass on, each cut open at its worst cell.\n\n"
+    put(folder / "real.md", f"{head}::::{{grid}} 1 1 2 2\n:gutter: 3\n\n{chr(10).join(cards)}::::\n")
+
+
+def figures(_block: Any, variables: dict[str, Any], conf: dict[str, Any]) -> str:
+    """For sphinx-gallery: figures of `meshgauge.plot` that a block made, which stand in no list of pyplot."""
+    from matplotlib.figure import Figure
+    from sphinx_gallery.scrapers import figure_rst
+
+    globals_ = variables["example_globals"]
+    shown = globals_.setdefault("__shown__", [])
+    paths = []
+    for value in list(globals_.values()):
+        if isinstance(value, Figure) and getattr(value, "number", None) is None and value not in shown:
+            shown.append(value)
+            path = next(variables["image_path_iterator"])
+            value.savefig(path)
+            paths.append(path)
+    return str(figure_rst(paths, conf["src_dir"])) if paths else ""
 
 
 def write_api(folder: Path) -> None:
