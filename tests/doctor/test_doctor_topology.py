@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from meshgauge import Mesh
 from meshgauge.cells import BY_NAME, cell_type
 from meshgauge.kernels import path as kernels_path
+from meshgauge.kernels.topology import driver
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.mesh.topology import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME, topology
 
@@ -156,6 +157,17 @@ def test_the_kernel_and_numpy_agree_on_any_cells(cells: list[tuple[str, list[int
     assert one.mates.tolist() == other.mates.tolist()
     assert one.windings.tolist() == other.windings.tolist()
     assert one.n_multiple == other.n_multiple
+
+
+def test_each_half_of_the_hash_of_a_cell_tells_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On the compiled path; together they are equal by chance once in 2^62 pairs."""
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", -1)
+    nodes = np.argsort(np.random.default_rng(0).random((2000, 90)), axis=1)[:, :4]
+    types, offsets = np.full(len(nodes), 10, np.uint8), np.arange(0, nodes.size + 1, 4)
+    for order in (slice(None), [2, 0, 3, 1]):
+        _, _, hashes = driver.signatures(types, offsets, nodes[:, order].reshape(-1), np.ones(256, bool), 90)
+        for half in (hashes >> 31, hashes & 0x7FFFFFFF):
+            assert len(np.unique(half)) == len(np.unique(np.sort(nodes, axis=1), axis=0))
 
 
 @settings(max_examples=100, deadline=None)

@@ -121,6 +121,17 @@ def test_old_cells_are_the_cells_they_were_and_data_follow() -> None:
     assert set(result.mesh.point_data["kind"].tolist()) <= set(range(mesh.n_points))
 
 
+def test_the_first_cell_is_an_old_one_only_if_it_is_still_there() -> None:
+    mesh = delaunay()
+    cells = mesh.connectivity.reshape(-1, 4)
+    order = np.argsort(meshgauge.measure(mesh).values, kind="stable")  # the worst becomes cell 0, and goes
+    mesh = Mesh.from_arrays(mesh.points, {"tetra": cells[order]})
+    result = rejoin(mesh)
+    new = {frozenset(result.old_points[nodes].tolist()) for nodes in result.mesh.connectivity.reshape(-1, 4)}
+    assert frozenset(mesh.nodes(0).tolist()) not in new
+    assert 0 not in result.old_cells
+
+
 def test_linear_point_data_stay_linear_at_new_points() -> None:
     mesh = delaunay()
     fixed = np.arange(mesh.n_points)
