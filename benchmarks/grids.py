@@ -52,11 +52,29 @@ def pyramids(n: int) -> tuple[Points, Cells]:
     return np.vstack([points, points[cubes].mean(axis=1)]), cells
 
 
+def quads(n: int) -> tuple[Points, Cells]:
+    """n³ quadrilaterals of a wavy surface."""
+    k = int(np.ceil(n**1.5))
+    axis = np.arange(k + 1) / k
+    x, y = (side.reshape(-1) for side in np.meshgrid(axis, axis, indexing="ij"))
+    points = np.column_stack([x, y, 0.1 * np.sin(5 * x) * np.cos(4 * y)])
+    first = (np.arange(k)[:, None] * (k + 1) + np.arange(k)).reshape(-1)
+    return points, np.column_stack([first, first + k + 1, first + k + 2, first + 1])
+
+
+def triangles(n: int) -> tuple[Points, Cells]:
+    """2 n³ triangles of a wavy surface."""
+    points, squares = quads(n)
+    return points, _cut(squares, [(0, 1, 2), (0, 2, 3)])
+
+
 MAKE = {
     "tetra": (tetrahedra, 6),
     "hexahedron": (hexahedra, 1),
     "wedge": (wedges, 2),
     "pyramid": (pyramids, 6),
+    "triangle": (triangles, 2),
+    "quad": (quads, 1),
 }
 
 

@@ -89,7 +89,7 @@ def _section(text: Text, name: bytes, content: _Content) -> None:
     elif name == b"NODAL COORDINATES":
         rows = text.reals(content.n_points, 1 + content.dimension, "nodes")
         content.labels = rows[:, 0].astype(np.int64)
-        content.points = np.pad(rows[:, 1:], ((0, 0), (0, 3 - content.dimension)))
+        content.points = rows[:, 1:]  # of two coordinates the mesh is in a plane
     elif name == b"ELEMENTS/CELLS":
         _elements(text, content)
     elif name == b"ELEMENT GROUP":

@@ -23,7 +23,7 @@ T = TypeVar("T")
 _ALIGN = 64
 _POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points", "flipped", "labels")
 _OWN = ("points", "types", "offsets", "connectivity")
-_WORDS = ("purpose", "stored")
+_WORDS = ("purpose", "stored", "dimension", "up")
 _LISTS = ("notes", "sources", "counted")
 _DATA = ("point_data", "cell_data", "field_data")
 

@@ -141,7 +141,7 @@ def mesh(source: Any, path: Path | None = None, notes: Sequence[str] = (), *, co
     Without ``copy`` nobody else may hold its arrays.
     """
     points = np.asarray(source.points)
-    if points.ndim == 2 and points.shape[1] < 3:
+    if points.ndim == 2 and points.shape[1] < 2:  # of two coordinates the mesh is in a plane
         points = np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
     types, sizes, nodes, faces, blocks, kept, start = [], [], [], [], [], [], 0
     for block in source.cells:

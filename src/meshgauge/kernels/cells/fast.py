@@ -382,22 +382,24 @@ def quad(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: flo
             ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
             eg, eh = _edge(x0, x2), _edge(x1, x3)
             own = _cross(eg, eh)
-            size = _square(own)
-            inverse = 1.0 / sqrt(size) if up == 0.0 else 0.0
-            nx, ny, nz = own[0] * inverse, own[1] * inverse, own[2] * inverse + up
+            in_space = 1.0 if up == 0.0 else 0.0
+            nx, ny, nz = own[0] * in_space, own[1] * in_space, own[2] * in_space + up
+            size = nx * nx + ny * ny + nz * nz
             ca, cb, cc, cd = _cross(ed, ea), _cross(ea, eb), _cross(eb, ec), _cross(ec, ed)
             da, db = nx * ca[0] + ny * ca[1] + nz * ca[2], nx * cb[0] + ny * cb[1] + nz * cb[2]
             dc, dd = nx * cc[0] + ny * cc[1] + nz * cc[2], nx * cd[0] + ny * cd[1] + nz * cd[2]
             a, b, c, d = _square(ea), _square(eb), _square(ec), _square(ed)
             s0, s1 = _squares(da, d * a, db, a * b)
             s2, s3 = _squares(dc, b * c, dd, c * d)
+            inverse = 1.0 / size  # each is J_S², but for the length of the normal
+            s0, s1, s2, s3 = s0 * inverse, s1 * inverse, s2 * inverse, s3 * inverse
             small = min(min(s0, s1), min(s2, s3))
             nearest = max(max(_negative(s0), _negative(s1)), max(_negative(s2), _negative(s3)))
             flattest = min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3)))
             least = min(min(a, b), min(c, d))
             total = (a + b) + (c + d)  # NaN if any is: min may drop it
-            share = size / (_square(eg) * _square(eh)) if up == 0.0 else 1.0
-            is_certain = (flattest * share > FLAT) and (least > SMALL) and (total < LARGE)
+            span = _square(eg) * _square(eh) if up == 0.0 else 1.0
+            is_certain = (flattest * size > FLAT * span) and (least > SMALL) and (total < LARGE)
             q[p] = _worst_of_right_angles(small, nearest) if is_certain else np.nan
         left += _store(q, out, first, n)
     return left

@@ -90,7 +90,7 @@ def read(path: Path, *, is_binary: bool) -> Mesh:
             if points is not None:
                 raise ReadError(f"{path}: has two sections of vertices")
             table, point_refs = rows.values(dimension, True)
-            points = np.pad(table, ((0, 0), (0, 3 - dimension)))
+            points = table  # of two coordinates the mesh is in a plane
         elif rows.keyword in _BY_KEYWORD:
             section = _BY_KEYWORD[rows.keyword]
             tables.append((section, rows.values(section.kind.n_nodes, False)))

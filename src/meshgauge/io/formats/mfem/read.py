@@ -81,7 +81,7 @@ def read(path: Path) -> Mesh:
     sizes = np.concatenate([np.diff(c.offsets) for c in parts])
     is_boundary = np.repeat(np.arange(len(parts)), [len(c.types) for c in parts])
     return Mesh(
-        np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),
+        points if points.shape[1] == 2 else np.pad(points, ((0, 0), (0, 3 - points.shape[1]))),  # two: in a plane
         np.concatenate([c.types for c in parts]),
         np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         np.concatenate([c.connectivity for c in parts]),

@@ -144,7 +144,8 @@ def _mesh(zones: list[_Zone], path: Path) -> Mesh:
     data = {"su2:marker": np.repeat(np.array(markers, np.int32), sizes)}
     if len(zones) > 1:
         data["su2:zone"] = np.repeat(np.arange(1, len(zones) + 1, dtype=np.int32), [len(p.types) for p in parts])
-    return mesh.replace(blocks=tuple(blocks), cell_data=data)
+    in_plane = all(zone.dimension == 2 for zone in zones)
+    return mesh.replace(blocks=tuple(blocks), cell_data=data, up=1 if in_plane else mesh.up)
 
 
 def _check_ids(part: Part, zone: _Zone, path: Path) -> None:
