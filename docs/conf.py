@@ -70,6 +70,7 @@ html_show_sourcelink = False
 html_theme_options: dict[str, Any] = {
     "logo": {"text": "meshgauge"},
     "navbar_align": "left",
+    "header_links_before_dropdown": 7,
     "navbar_end": ["theme-switcher"],
     "secondary_sidebar_items": ["page-toc"],
     "show_prev_next": True,
