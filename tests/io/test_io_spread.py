@@ -11,7 +11,9 @@ import meshgauge
 from meshgauge import io
 from meshgauge.cli.inputs import expand
 from meshgauge.cli.main import main
-from meshgauge.errors import ReadError
+from meshgauge.errors import ReadError, WriteError
+from meshgauge.files import undo
+from meshgauge.io.patching import patch_of
 
 h5py = pytest.importorskip("h5py")
 
@@ -100,3 +102,57 @@ def test_all_pieces_given_are_one_mesh(tmp_path: Path, capsys: pytest.CaptureFix
     for file in spread(tmp_path):
         file.write_text("no mesh\n")
     assert expand(names) == names
+
+
+@pytest.mark.parametrize("folder", ["", "out"])
+def test_it_is_given_back_in_as_many_files(folder: str, tmp_path: Path) -> None:
+    """A node that several pieces have moves in each."""
+    files = spread(tmp_path)
+    had = [file.read_bytes() for file in files]
+    mesh = io.read(files[1])
+    (tmp_path / folder).mkdir(exist_ok=True)
+    target = tmp_path / folder / "y.e.3.1"
+    patch = patch_of(mesh, target)
+    assert patch is not None
+    assert not patch.is_fixed.any()
+    patch.write(mesh)
+    assert [target.with_name(f"y.e.3.{k}").read_bytes() for k in range(3)] == had
+    points = np.array(mesh.points)
+    at = mesh.point_data["label"].tolist().index(206)  # of the first two pieces
+    points[at] += 0.125
+    patch.write(mesh.replace(points=points), undo_file=tmp_path / "undo.npz")
+    np.testing.assert_array_equal(io.read(target).points, points)
+    new = [target.with_name(f"y.e.3.{k}").read_bytes() for k in range(3)]
+    assert [a != b for a, b in zip(had, new, strict=True)] == [True, True, False]
+    assert [file.read_bytes() for file in files] == had
+    undo.bring_back(tmp_path / "undo.npz", target, target)
+    assert [target.with_name(f"y.e.3.{k}").read_bytes() for k in range(3)] == had
+
+
+def test_it_is_given_back_in_place(tmp_path: Path) -> None:
+    files = spread(tmp_path)
+    mesh = io.read(files[0])
+    patch = patch_of(mesh, files[0])
+    assert patch is not None
+    points = np.array(mesh.points)
+    points[mesh.point_data["label"].tolist().index(213)] += 0.125  # of all but the first cube of the first piece
+    patch.write(mesh.replace(points=points), overwrite=True)
+    np.testing.assert_array_equal(io.read(files[2]).points, points)
+
+
+def test_a_name_of_one_file_is_refused(tmp_path: Path) -> None:
+    mesh = io.read(spread(tmp_path)[0])
+    patch = patch_of(mesh, tmp_path / "y.e")
+    assert patch is not None
+    with pytest.raises(WriteError, match=r"needs a name for each: one that ends in \.3\.0"):
+        patch.write(mesh)
+
+
+def test_pieces_that_do_not_agree_hold_the_node(tmp_path: Path) -> None:
+    files = spread(tmp_path)
+    with h5py.File(files[1], "r+") as file:
+        file["coordx"][0] += 1e-9
+    mesh = io.read(files[0])
+    patch = patch_of(mesh, files[0])
+    assert patch is not None
+    assert mesh.point_data["label"][patch.is_fixed].tolist() == [205]

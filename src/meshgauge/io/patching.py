@@ -346,6 +346,15 @@ def _read(chosen: Format, path: Path, limits: Limits, step: StepChoice) -> Mesh:
 def _targets(chosen: Format, source: Path, target: Path, sources: tuple[str, ...]) -> dict[Path, Path]:
     """Where each file goes: what is included keeps its relative name in another folder."""
     own, folder = os.path.realpath(source), source.parent.resolve()
+    parts = _parts(chosen, own, sources)
+    if parts:
+        named = chosen.parts(target.absolute()) if chosen.parts is not None else ()
+        if len(named) != len(parts) or named.index(target.absolute()) != parts.index(Path(own)):
+            ending = ".".join(source.name.rsplit(".", 2)[1:])
+            raise WriteError(
+                f"{target}: a mesh that is spread over files needs a name for each: one that ends in .{ending}"
+            )
+        return {source if str(old) == own else old: new for old, new in zip(parts, named, strict=True)}
     pair = [path for path in sources if _is_companion(chosen, path, own)]
     targets = {source: target.with_suffix(source.suffix) if pair else target}
     for path in sources:
@@ -372,6 +381,12 @@ def _with_other_steps(chosen: Format, sources: tuple[str, ...]) -> tuple[str, ..
     return tuple(every)
 
 
+def _parts(chosen: Format, own: str, sources: tuple[str, ...]) -> list[Path]:
+    """The files of a mesh that is spread over several, if they were read."""
+    parts = chosen.parts(Path(own)) if chosen.parts is not None else ()
+    return list(parts) if len(parts) > 1 and {str(part) for part in parts} <= set(sources) else []
+
+
 def _is_companion(chosen: Format, path: str, own: str) -> bool:
     """Whether a file is one of a pair with the main one: of its name, with another extension, and not named in it."""
     return chosen.included is None and path != own and Path(path).with_suffix("") == Path(own).with_suffix("")
@@ -381,6 +396,7 @@ def _locked(chosen: Format, source: Path, target: Path, sources: tuple[str, ...]
     """Files that were read and must stay: outside of the folder, or beside a new file that must include them still."""
     own, folder = os.path.realpath(source), source.parent.resolve()
     others = {path for path in sources if path != own and not _is_companion(chosen, path, own)}
+    others -= {str(part) for part in _parts(chosen, own, sources)}
     is_beside = os.path.realpath(target.parent) == str(folder) and os.path.realpath(target) != own
     if is_beside and chosen.included is None:
         return others

@@ -293,4 +293,5 @@ EXODUS = Format(
     places=exodus_places.places,
     nodes=exodus_nodes.nodes,
     add=add,
+    parts=spread.pieces,
 )

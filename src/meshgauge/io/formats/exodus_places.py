@@ -15,15 +15,29 @@ from . import spread
 
 
 def places(path: Path) -> Places:
-    """Of a file alone.
+    """Of a file, or of all pieces of a mesh that is spread over files: a node of several stands in each.
 
     Raises
     ------
     ReadError
-        If the mesh is spread over several files.
+        If the nodes of pieces have no numbers.
     """
-    if len(spread.all_pieces(path)) > 1:
-        raise ReadError(f"{path}: a mesh that is spread over several files is not patched; join them first (epu)")
+    files = spread.all_pieces(path)
+    if len(files) < 2:
+        return _of_file(path)
+    numbers = []
+    for file in files:
+        with variables(file) as arrays:
+            if "node_num_map" not in arrays:
+                raise ReadError(
+                    f"{file}: the nodes have no numbers to join the pieces of the mesh by; it is not patched"
+                )
+            numbers.append(np.asarray(arrays["node_num_map"].values(), np.int64).ravel())
+    _, of_node = spread.joined(np.concatenate(numbers))
+    return Places.joined([_of_file(file) for file in files]).each_once(of_node)
+
+
+def _of_file(path: Path) -> Places:
     with variables(path) as arrays:
         is_one = "coord" in arrays
         own = [arrays["coord"]] if is_one else [arrays[k] for k in ("coordx", "coordy", "coordz") if k in arrays]

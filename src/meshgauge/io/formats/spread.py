@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import ReadError
 from ...mesh import Mesh
@@ -78,9 +79,7 @@ def join(path: Path, read: Callable[[Path], tuple[Mesh, bool]]) -> Mesh:
 def _join_points(mesh: Mesh, path: Path) -> Mesh:
     """The mesh with the points of one number joined, at the place of the first."""
     numbers = mesh.point_data[LABEL]
-    _, first, which = np.unique(numbers, return_index=True, return_inverse=True)
-    kept = np.sort(first)
-    new_id = np.searchsorted(kept, first)[which.reshape(-1)]
+    kept, new_id = joined(numbers)
     points = np.asarray(mesh.points)
     apart = np.abs(points - points[kept][new_id]).max(axis=1)
     wrong = np.flatnonzero(apart > _SAME * np.ptp(points, axis=0).max(initial=0.0))
@@ -93,3 +92,10 @@ def _join_points(mesh: Mesh, path: Path) -> Mesh:
         point_data={name: values[kept] for name, values in mesh.point_data.items()},
         counted=(),
     )
+
+
+def joined(numbers: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The first node of each number, in their order, and for each node which of these it is."""
+    _, first, which = np.unique(numbers, return_index=True, return_inverse=True)
+    kept = np.sort(first)
+    return kept, np.searchsorted(kept, first)[which.reshape(-1)]

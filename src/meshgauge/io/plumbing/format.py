@@ -119,6 +119,9 @@ class Format:
     is_stale
         Of a format whose files are a folder: which entries of it are of the mesh as it was, such as results, so that a
         copy with other coordinates goes without them.
+    parts
+        The files of a mesh that is spread over several, there or not, by the name of any of them; none if a name is
+        that of a whole one.
     by_content
         False if the bytes tell this format only together with its extension.
     is_several
@@ -145,6 +148,7 @@ class Format:
     add: Adder | None = None
     included: IncludedNames | None = None
     is_stale: Callable[[str], bool] | None = None
+    parts: Callable[[Path], tuple[Path, ...]] | None = None
     by_content: bool = True
     is_several: bool = False
     has_kinds: bool = False
