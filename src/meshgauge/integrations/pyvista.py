@@ -51,7 +51,7 @@ class Gauge:
     Parameters
     ----------
     dataset
-        Any `pyvista.DataSet` or `pyvista.MultiBlock`; solid cells are measured.
+        Any `pyvista.DataSet` or `pyvista.MultiBlock`; its solid cells are measured, or if there are none the surface cells.
     """
 
     def __init__(self, dataset: Any) -> None:
