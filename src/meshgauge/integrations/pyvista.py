@@ -51,7 +51,7 @@ class Gauge:
     Parameters
     ----------
     dataset
-        Any `pyvista.DataSet` or `pyvista.MultiBlock`; its solid cells are measured, or if there are none the surface cells.
+        Any `pyvista.DataSet` or `pyvista.MultiBlock`; its solid cells are measured, or the surface cells without any.
     """
 
     def __init__(self, dataset: Any) -> None:
