@@ -183,7 +183,7 @@ def test_it_is_that_of_the_whole(name: str, way: str, monkeypatch: pytest.Monkey
     if way == "with a filter that forgets nothing":  # all faces seem to have been met
         monkeypatch.setattr(faces, "filter_of", lambda n: np.full(16, 255, np.uint8))
         monkeypatch.setattr(doubles, "PER_POINT", 0.01)
-    made = diagnosis_of(InMemory(quality, 7 if way == "few cells at a time" else 61), marks_of(quality))
+    made = diagnosis_of(InMemory(quality, 17 if way == "few cells at a time" else 61), marks_of(quality))
     assert_same(made, expected)
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from polyhedral_meshes import CUBE, CUBE_FACES, measured
+from polyhedral_meshes import CUBE, CUBE_FACES, measured, polyhedra
 
-from meshgauge.quality.polyhedra import Fault
+from meshgauge.quality.polyhedra import Fault, measure_polyhedra
 from meshgauge.quality.reference import prism
 from meshgauge.status import Status
 
@@ -33,6 +33,16 @@ def test_an_l_is_star_shaped_and_a_u_is_not() -> None:
     quality = measured(points, prism(8).faces)
     assert not quality.is_star_shaped[0]
     assert quality.status[0] == (Status.CONCAVE if quality.is_star_shaped[0] else Status.INVERTED)
+
+
+def test_faces_are_plane_as_far_as_single_precision_tells() -> None:
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    cube = 100.0 + np.array(CUBE) @ turn
+    bent = np.array(CUBE) + np.eye(8, 3) * 0.01
+    for points, stored, is_plane in ((cube, "single", True), (cube, "double", False), (bent, "single", False)):
+        rounded = points.astype(np.float32).astype(np.float64)
+        quality = measure_polyhedra(rounded, polyhedra([CUBE_FACES]), slice(0, 1), stored=stored)
+        assert quality.has_plane_faces[0] == is_plane, stored
 
 
 @given(st.integers(0, 2**32 - 1))
