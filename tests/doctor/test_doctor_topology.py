@@ -159,6 +159,18 @@ def test_the_kernel_and_numpy_agree_on_any_cells(cells: list[tuple[str, list[int
     assert one.n_multiple == other.n_multiple
 
 
+@pytest.mark.parametrize("most", [-1, 9], ids=["compiled", "numpy"])
+@pytest.mark.parametrize("place", range(4))
+def test_cells_that_share_one_node_are_one_component(place: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", most)
+    one, other, apart = [0, 1, 2, 3], [4, 5, 6, 7], [8, 9, 10, 11]
+    other[place] = place
+    nodes, offsets = np.array([one, other, apart]).reshape(-1), np.arange(0, 13, 4)
+    component = driver.components_by_points(np.ones(3, bool), offsets, nodes, 12)
+    assert {int(component[node]) for node in {*one, *other}} == {0}
+    assert component[apart].tolist() == [8] * 4
+
+
 def test_each_half_of_the_hash_of_a_cell_tells_its_points(monkeypatch: pytest.MonkeyPatch) -> None:
     """On the compiled path; together they are equal by chance once in 2^62 pairs."""
     monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", -1)

@@ -204,3 +204,10 @@ def test_a_bit_that_differs_is_refused(what: str, solid: Mesh) -> None:
     wrong = mesh.replace(**{what: other})
     with pytest.raises(WriteError, match="read back as they were"):
         verify.check(mesh, wrong, is_exact=True)
+
+
+@pytest.mark.parametrize(("labels", "missing"), [([0, 1, 2], []), ([1, 2, 3], []), ([5, 6, 7], ["label"])])
+def test_labels_may_be_lost_only_if_they_count(labels: list[int], missing: list[str]) -> None:
+    bare = mesh_of("tetra", n=3)
+    labelled = bare.replace(cell_data={"label": np.array(labels)})
+    assert verify._missing(labelled, bare, is_exact=True) == missing
