@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,14 +12,19 @@ from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is
 from .polyhedral import is_warped
 from .remeasure import remeasured
 
-if TYPE_CHECKING:
-    from .sizes import SizeLimits
-
 ROUNDS = 40
 """How often points are put back before all are."""
 
 SAME = 1e-12
 """Differences of values below this are rounding."""
+
+
+class Limits(Protocol):
+    """What good cells must keep of their sizes."""
+
+    def passed(self, points: NDArray[np.float64], /) -> NDArray[np.bool_]:
+        """``(n_cells,)`` of the mesh: True where a size has changed by more than it may."""
+        ...
 
 
 def accept(
@@ -29,7 +34,7 @@ def accept(
     strict: bool,
     threads: int | None,
     back: Quality | None = None,
-    sizes: SizeLimits | None = None,
+    sizes: Limits | None = None,
 ) -> tuple[Quality, int]:
     """The quality of the mesh with new points, after putting back those that cost some cell what it may not lose.
 

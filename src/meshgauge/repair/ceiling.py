@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .problem import Points, Problem, gather
 
-FOUR = "all four points of a corner are fixed"
+FOUR = "all points of a corner are fixed"
 THREE = "three points of a corner are fixed, and the fourth has no better place"
 """Why a cell is limited. The second: with unit edges v and w fixed, |u · (v × w)| <= |v × w| wherever u points."""
 

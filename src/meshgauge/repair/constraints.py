@@ -154,7 +154,7 @@ def constraints_of(
         notes.append(f"{count} to surface, line or vertex cells and {'stays' if n_embedded == 1 else 'stay'}.")
     pinned |= embedded
 
-    together, n_together = _coincident(mesh, used)
+    together, n_together = coincident(mesh, used)
     if n_together:
         pinned |= together
         count = number_of(n_together, "point coincides", "points coincide")
@@ -167,7 +167,7 @@ def can_move(measured: PolyhedralQuality) -> NDArray[np.int64]:
     return measured.cells[~measured.has_hanging & ~np.isnan(measured.values)]
 
 
-def _coincident(mesh: Mesh, used: Mask) -> tuple[Mask, int]:
+def coincident(mesh: Mesh, used: Mask) -> tuple[Mask, int]:
     """Points that coincide with another and stay where they are, and how many they are beside the first of each.
 
     Two points of one cell that coincide are an edge of no length: they are to be parted, not held together.

@@ -26,6 +26,7 @@ from .ceiling import ceiling
 from .claims import Promise, within
 from .constraints import Constraints, Mask, constraints_of, fixed_mask
 from .descent import workers
+from .flat import improve_flat
 from .kept import unkept
 from .patch import RINGS, Patch, back_near, cells_around, patch_around, whole_patch
 from .polyhedral import corners as corners_of
@@ -250,6 +251,8 @@ def _improve(
     """`improve` a mesh of usual size."""
     start, threads = time.monotonic(), options.threads
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
+    if mesh.dimension == 2:
+        return Improvement(*improve_flat(before, held, options, progress, should_stop))
     if options.changes_cells:
 
         def move(mesh: Mesh, fixed: Mask, own: Options) -> Improvement:

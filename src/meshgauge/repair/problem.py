@@ -218,7 +218,7 @@ def problem(
         of_cell = polyhedral[0][cells[polyhedral[0]]]
         behind = numbers[of_cell]
         numbers += np.bincount(of_cell, minlength=mesh.n_cells)
-    order = _along_a_curve(mesh, np.flatnonzero(numbers))
+    order = along_a_curve(mesh, np.flatnonzero(numbers))
     starts = np.zeros(mesh.n_cells, np.int64)
     starts[order] = np.cumsum(numbers[order]) - numbers[order]
     n_corners = int(numbers.sum())
@@ -342,7 +342,7 @@ def _renumber(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
     return used, gather(local, corners)
 
 
-def _along_a_curve(mesh: Mesh, cells: Ids) -> Ids:
+def along_a_curve(mesh: Mesh, cells: Ids) -> Ids:
     """The cells along a Morton curve: neighbours in space are neighbours in memory.
 
     By their middles, so finely that the order, and with it every sum, is the same however cells and points are

@@ -175,6 +175,8 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
     for name, (was, now) in (("volume", report.volume), ("surface", report.surface)):
         if is_local and not moved.n_points:
             break
+        if not was and not now:
+            continue  # surface cells have no volume
         change = f"{100 * (now - was) / was:+.2g} %" if was and abs(now - was) > ROUNDING * abs(was) else "unchanged"
         lines.append(f"{name}{' near bad cells' if is_local else ''} {now:.6g} ({change})")
     if report.ceiling < 1.0:

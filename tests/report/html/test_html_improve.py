@@ -36,7 +36,7 @@ REPORT = {
     "history": HISTORY,
     "before": {"all": "not shown twice"},
     "displacement": {"max": 0.0012345, "cells": np.arange(100)},
-    "remaining": [{"cell": 390, "why": "all four points of a corner are fixed"}, {"cell": 7, "why": EVIL}],
+    "remaining": [{"cell": 390, "why": "all points of a corner are fixed"}, {"cell": 7, "why": EVIL}],
 }
 
 
@@ -70,7 +70,7 @@ def test_numbers_before_and_after_are_shown(text: str, states: tuple[meshgauge.Q
 
 def test_the_report_is_shown_whatever_it_holds(text: str) -> None:
     plain = unescape(text)
-    for part in ("all four points of a corner are fixed", "0.0012345", "… (100 in all)", "<dt>strict</dt><dd>no"):
+    for part in ("all points of a corner are fixed", "0.0012345", "… (100 in all)", "<dt>strict</dt><dd>no"):
         assert part in plain
     assert "not shown twice" not in plain
     assert '<p class="lead">Three cells were repaired.</p>' in plain

@@ -1,0 +1,362 @@
+"""Surface cells: their values from a list of corners, and moving points one at a time to where their cells are best.
+
+The ring of each cell at a point is gathered once a visit; a place is then tried by loops over short arrays.
+"""
+
+from __future__ import annotations
+
+from math import log, sqrt
+
+import numpy as np
+
+from ..arrays import BoolArray, Float64Array, Int32Array, Int64Array
+from ..jit import fused_inlined, fused_kernel
+
+FIRST_STEP, LEAST_STEP = 0.2, 1e-3
+"""Size of the first simplex, in shortest edges at the point; and the least, in natural steps."""
+
+STEPS, CLOSE = 30, 1e-5
+"""Steps of a simplex, and the difference between its corners that ends them."""
+
+PENALTY = 100.0
+"""Worth of a point for each share by which sizes pass their bounds."""
+
+BY_AREA = -1.0
+"""The sharpness for which a point is worth the least area of its corners, in squares of its natural step."""
+
+Star = tuple[Float64Array, Int64Array, Float64Array, Float64Array, Float64Array, Float64Array, Int64Array, Float64Array]
+"""Around a point. Of each corner its coordinates ``(n, 3)``, 1 where it is the point, and room for its value.
+Of each cell: k, its floor, the four bounds of its sizes ``(n, 4)``, where its corners begin, and the normal ``(n, 3)``
+that it may not turn away from."""
+
+
+@fused_inlined
+def _corner(
+    x: Float64Array, first: int, last: int, m: int, nx: float, ny: float, nz: float
+) -> tuple[float, float, float]:
+    """J_S and twice the area of corner ``m`` of a ring, along a unit normal; the square of the edge behind it."""
+    b, c = m + 1 if m + 1 < last else first, m - 1 if m > first else last - 1
+    u0, u1, u2 = x[b, 0] - x[m, 0], x[b, 1] - x[m, 1], x[b, 2] - x[m, 2]
+    v0, v1, v2 = x[c, 0] - x[m, 0], x[c, 1] - x[m, 1], x[c, 2] - x[m, 2]
+    det = nx * (u1 * v2 - u2 * v1) + ny * (u2 * v0 - u0 * v2) + nz * (u0 * v1 - u1 * v0)
+    u, v = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2
+    return (det / sqrt(u * v) if u > 0.0 and v > 0.0 else 0.0), det, u
+
+
+@fused_inlined
+def _normal(x: Float64Array, first: int, last: int) -> tuple[float, float, float]:
+    """Newell's, twice as long as the area."""
+    nx, ny, nz = 0.0, 0.0, 0.0
+    for m in range(first + 1, last - 1):
+        u0, u1, u2 = x[m, 0] - x[first, 0], x[m, 1] - x[first, 1], x[m, 2] - x[first, 2]
+        v0, v1, v2 = x[m + 1, 0] - x[first, 0], x[m + 1, 1] - x[first, 1], x[m + 1, 2] - x[first, 2]
+        nx += u1 * v2 - u2 * v1
+        ny += u2 * v0 - u0 * v2
+        nz += u0 * v1 - u1 * v0
+    return nx, ny, nz
+
+
+@fused_kernel
+def cell_quality(
+    points: Float64Array,
+    corners: Int32Array,
+    kinds: Int32Array,
+    constants: Float64Array,
+    cells: Int64Array,
+    up: float,
+    normals: Float64Array,
+    lowest: Float64Array,
+    folded: Float64Array,
+) -> None:
+    """Fill in the least J_S/k of each cell, and its J_ENS, see `kernels.repair.cells.cell_quality`.
+
+    ``up`` is 1 or -1 for cells in a plane that is seen from +z or -z; 0 for those in space, which are inverted, -1,
+    where they have turned away from their ``normals``, ``(n_cells, 3)``.
+    """
+    most = 3
+    for e in range(len(cells) - 1):
+        most = max(most, cells[e + 1] - cells[e])
+    x = np.empty((most, 3))
+    for e in range(len(cells) - 1):
+        n = cells[e + 1] - cells[e]
+        for m in range(n):
+            for d in range(3):
+                x[m, d] = points[corners[cells[e] + m, 0], d]
+        nx, ny, nz = 0.0, 0.0, up
+        if up == 0.0:
+            nx, ny, nz = _normal(x, 0, n)
+            size = sqrt(nx * nx + ny * ny + nz * nz)
+            if nx * normals[e, 0] + ny * normals[e, 1] + nz * normals[e, 2] <= 0.0:
+                lowest[e], folded[e] = (0.0, 0.0) if size == 0.0 else (-1.0, -1.0)
+                continue
+            nx, ny, nz = nx / size, ny / size, nz / size
+        k = constants[kinds[cells[e]]]
+        least, positive, negative, zero = 2.0, 1.0, -np.inf, False
+        for m in range(n):
+            js, _, _ = _corner(x, 0, n, m, nx, ny, nz)
+            least = min(least, js / k)
+            jens = js / k if abs(js) <= k else (1.0 + k - js if js > 0.0 else -(1.0 + k) - js)
+            if jens > 0.0:
+                positive = min(positive, jens)
+            elif jens < 0.0:
+                negative = max(negative, jens)
+            else:
+                zero = True
+        lowest[e] = least
+        folded[e] = negative if negative > -np.inf else (0.0 if zero else positive)
+
+
+@fused_inlined
+def _worth(
+    star: Star,
+    n_cells: int,
+    now: Float64Array,
+    axes: Float64Array,
+    a: float,
+    b: float,
+    up: float,
+    sharpness: float,
+    scale: float,
+    penalty: float,
+) -> float:
+    """What a point is worth at a place; -inf if a corner falls below its floor, or a cell turns away."""
+    x, own, values, ks, floors, bounds, begins, normals = star
+    n = begins[n_cells]
+    for m in range(n):
+        if own[m] == 1:
+            for d in range(3):
+                x[m, d] = now[d] + a * axes[0, d] + b * axes[1, d]
+    excess, total, least_area = 0.0, 0.0, np.inf
+    for e in range(n_cells):
+        first, last = begins[e], begins[e + 1]
+        nx, ny, nz = 0.0, 0.0, up
+        if up == 0.0:
+            nx, ny, nz = _normal(x, first, last)
+            size = sqrt(nx * nx + ny * ny + nz * nz)
+            if nx * normals[e, 0] + ny * normals[e, 1] + nz * normals[e, 2] <= 0.0:
+                return -np.inf
+            nx, ny, nz = nx / size, ny / size, nz / size
+        least, shortest, area = 1.0, np.inf, 0.0
+        for m in range(first, last):
+            js, det, square = _corner(x, first, last, m, nx, ny, nz)
+            value = js / ks[e] if js <= ks[e] else 1.0 + ks[e] - js
+            values[m] = value
+            least, shortest, least_area = min(least, value), min(shortest, square), min(least_area, det)
+        if not least >= floors[e]:
+            return -np.inf
+        total += least
+        if bounds[e, 3] >= 0.0:
+            if bounds[e, 1] < np.inf:
+                wx, wy, wz = _normal(x, first, last)
+                area = 0.5 * (wx * nx + wy * ny + wz * nz)
+                excess += max(bounds[e, 0] - area, area - bounds[e, 1], 0.0) / bounds[e, 1]
+            if bounds[e, 2] > 0.0:
+                shortest = sqrt(shortest)
+                excess += max(bounds[e, 2] - shortest, shortest - bounds[e, 3], 0.0) / bounds[e, 2]
+    if sharpness < 0.0:
+        worth = least_area / (scale * scale)
+    elif sharpness == 0.0:
+        worth = total
+    else:
+        least, total = np.inf, 0.0
+        for m in range(n):
+            least = min(least, values[m])
+        for m in range(n):
+            rate = max(1.0 - sharpness / 64.0 * (values[m] - least), 0.0)
+            rate *= rate
+            rate *= rate
+            rate *= rate
+            rate *= rate
+            rate *= rate
+            total += rate * rate
+        worth = least - log(total / n) / sharpness
+    return worth - penalty * excess if excess > 0.0 else worth
+
+
+@fused_kernel
+def ascend(
+    points: Float64Array,
+    shape: tuple[Int32Array, Int32Array, Float64Array, Int64Array],
+    around: tuple[Int64Array, Int64Array],
+    bounds: tuple[Int64Array, Float64Array],
+    floors: Float64Array,
+    free: Int64Array,
+    freedom: tuple[Float64Array, Float64Array],
+    up: float,
+    normals: Float64Array,
+    sharpness: float,
+    least_gain: float,
+    has_moved: BoolArray,
+) -> None:
+    """Move each free point once to where it is worth most: Nelder and Mead's simplex, from the best of some places.
+
+    These are where it is, the mean of its neighbours, and the fourth corners of the parallelograms of the quads at it.
+    A point that has moved is used at once, so the order counts.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)``, changed in place.
+    shape
+        ``corners``, ``kinds``, ``constants`` and ``cells``, as for `cell_quality`.
+    around
+        ``offsets, cells`` at each point.
+    bounds
+        For each cell its row or -1; for each row the least and largest area and shortest edge (infinite: no bound).
+    floors
+        ``(n_cells,)`` what no corner of a cell may fall to, as J_S/k, beyond k as J_ENS.
+    free
+        Points to move, in this order.
+    freedom
+        ``(n_points, 2, 3)`` the two directions in which each may move, the second 0 if there is one; and
+        ``(n_points,)`` the length of a natural step.
+    up, normals
+        As for `cell_quality`.
+    sharpness
+        Of the smooth minimum over the corners; 0: the sum over the cells is raised; `BY_AREA`: the least area is.
+    least_gain
+        A point moves only for more than that.
+    has_moved
+        ``(n_points,)`` is made True for points that moved.
+    """
+    corners, kinds, constants, cells = shape
+    axes_of, scale = freedom
+    most, most_cells = 1, 1
+    for p in free:
+        n = 0
+        for at in range(around[0][p], around[0][p + 1]):
+            n += cells[around[1][at] + 1] - cells[around[1][at]]
+        most, most_cells = max(most, n), max(most_cells, around[0][p + 1] - around[0][p])
+    star = (
+        np.empty((most, 3)),
+        np.empty(most, np.int64),
+        np.empty(most),
+        np.empty(most_cells),
+        np.empty(most_cells),
+        np.empty((most_cells, 4)),
+        np.empty(most_cells + 1, np.int64),
+        np.empty((most_cells, 3)),
+    )
+    x, own, _, ks, lows, limits, begins, away = star
+    now, place = np.empty(3), np.empty(3)
+    wa, wb, worth = np.empty(3), np.empty(3), np.empty(3)
+    for p in free:
+        axes = axes_of[p]
+        start = around[0][p]
+        n_cells = around[0][p + 1] - start
+        if n_cells == 0:
+            continue
+        n = 0
+        for d in range(3):
+            now[d] = points[p, d]
+        for e in range(n_cells):
+            cell = around[1][start + e]
+            begins[e], ks[e], lows[e] = n, constants[kinds[cells[cell]]], floors[cell]
+            row = bounds[0][cell]
+            for d in range(4):
+                limits[e, d] = bounds[1][row, d] if row >= 0 else -1.0
+            for d in range(3):
+                away[e, d] = normals[cell, d] if up == 0.0 else 0.0
+            for c in range(cells[cell], cells[cell + 1]):
+                q = corners[c, 0]
+                own[n] = 1 if q == p else 0
+                for d in range(3):
+                    x[n, d] = points[q, d]
+                n += 1
+        begins[n_cells] = n
+        shortest = np.inf
+        for e in range(n_cells):
+            for m in range(begins[e], begins[e + 1]):
+                if own[m] == 1:
+                    continue
+                for side in range(2):
+                    other = m + 1 if side == 0 else m - 1
+                    other = begins[e] if other == begins[e + 1] else (begins[e + 1] - 1 if other < begins[e] else other)
+                    if own[other] == 1:
+                        square = (x[m, 0] - now[0]) ** 2 + (x[m, 1] - now[1]) ** 2 + (x[m, 2] - now[2]) ** 2
+                        shortest = min(shortest, square)
+        step = max(FIRST_STEP * sqrt(shortest), LEAST_STEP * scale[p])
+        # Sizes that are within their bounds stay there; others are brought nearer to them before all else.
+        penalty = 0.0
+        free_worth = _worth(star, n_cells, now, axes, 0.0, 0.0, up, sharpness, scale[p], penalty)
+        begin = _worth(star, n_cells, now, axes, 0.0, 0.0, up, sharpness, scale[p], PENALTY)
+        penalty = PENALTY if begin < free_worth else np.inf
+        best, best_a, best_b = begin, 0.0, 0.0
+        # Places that its neighbours suggest: the mean of them, or of the fourth corners of parallelograms.
+        n_quads = 0
+        for e in range(n_cells):
+            n_quads += 1 if begins[e + 1] - begins[e] == 4 else 0
+        n_one = 0
+        for d in range(3):
+            place[d] = 0.0
+        for e in range(n_cells + 1):
+            if e < n_cells:
+                first, last = begins[e], begins[e + 1]
+                size = last - first
+                for m in range(first, last):
+                    if own[m] == 0:
+                        continue
+                    b, c = m + 1 if m + 1 < last else first, m - 1 if m > first else last - 1
+                    if n_quads == n_cells:
+                        o = first + (m - first + 2) % 4
+                        n_one += 1
+                        for d in range(3):
+                            place[d] += x[b, d] + x[c, d] - x[o, d]
+                    elif size > 0:
+                        n_one += 2
+                        for d in range(3):
+                            place[d] += x[b, d] + x[c, d]
+            elif n_one > 0:
+                a, b_way = 0.0, 0.0
+                for d in range(3):
+                    a += (place[d] / n_one - now[d]) * axes[0, d]
+                    b_way += (place[d] / n_one - now[d]) * axes[1, d]
+                value = _worth(star, n_cells, now, axes, a, b_way, up, sharpness, scale[p], penalty)
+                if value > best:
+                    best, best_a, best_b = value, a, b_way
+        wa[0], wb[0], worth[0] = best_a, best_b, best
+        wa[1], wb[1] = best_a + step, best_b
+        wa[2], wb[2] = best_a + (0.5 * step), best_b + step * 0.8660254037844386
+        for m in range(1, 3):
+            worth[m] = _worth(star, n_cells, now, axes, wa[m], wb[m], up, sharpness, scale[p], penalty)
+        for _ in range(STEPS):
+            high, low = 0, 0
+            for m in range(1, 3):
+                if worth[m] > worth[high]:
+                    high = m
+                if worth[m] <= worth[low]:
+                    low = m
+            if low == high:
+                break  # nowhere is it worth anything
+            middle = 3 - high - low
+            if worth[high] - worth[low] < CLOSE:
+                break
+            # The worst is reflected at the middle of the others; then one goes on, or comes back; else all shrink.
+            ca, cb = 0.5 * (wa[high] + wa[middle]), 0.5 * (wb[high] + wb[middle])
+            da, db = ca - wa[low], cb - wb[low]
+            share, kept, kept_worth = 1.0, 0.0, -np.inf
+            for t in range(2):
+                value = _worth(
+                    star, n_cells, now, axes, ca + share * da, cb + share * db, up, sharpness, scale[p], penalty
+                )
+                if t == 0 or value > kept_worth:
+                    kept, kept_worth = share, value
+                if t == 0:
+                    if worth[middle] < value <= worth[high]:
+                        break
+                    share = 2.0 if value > worth[high] else (0.5 if value > worth[low] else -0.5)
+            if kept_worth > worth[low]:
+                wa[low], wb[low], worth[low] = ca + kept * da, cb + kept * db, kept_worth
+                continue
+            for m in range(3):
+                if m != high:
+                    wa[m], wb[m] = 0.5 * (wa[m] + wa[high]), 0.5 * (wb[m] + wb[high])
+                    worth[m] = _worth(star, n_cells, now, axes, wa[m], wb[m], up, sharpness, scale[p], penalty)
+        high = 0
+        for m in range(1, 3):
+            if worth[m] > worth[high]:
+                high = m
+        if worth[high] > begin + least_gain:
+            has_moved[p] = True
+            for d in range(3):
+                points[p, d] = now[d] + wa[high] * axes[0, d] + wb[high] * axes[1, d]

@@ -1,0 +1,264 @@
+"""Repair of surface cells in a plane: what is promised, on few cells and many, on one thread and on two."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meshgauge
+from meshgauge import Mesh, MeshError
+from meshgauge.kernels import path
+from meshgauge.kernels.repair import surfaces as kernels
+from meshgauge.repair import flat_ascent
+from meshgauge.repair.flat_cells import part_of
+from meshgauge.status import is_invalid, is_usable
+
+Z = 0.1  # no number of few bits: what would be added to it and taken away again would show
+
+
+def plane(n: int, kind: str, noise: float, *, seed: int = 0, ends: float = 1.0) -> Mesh:
+    """A square of cells whose points inside are moved at random by a share of an edge."""
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0))
+    points = np.stack([x.ravel(), y.ravel(), np.full(x.size, Z)], axis=1)
+    inside = ((points[:, :2] > 0) & (points[:, :2] < n)).all(axis=1)
+    rng = np.random.default_rng(seed)
+    points[inside, :2] += rng.uniform(-noise, noise, (inside.sum(), 2))
+    at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([at[:-1, :-1], at[:-1, 1:], at[1:, 1:], at[1:, :-1]], axis=-1).reshape(-1, 4)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    half = len(quads) // 2
+    blocks = {
+        "quad": {"quad": quads},
+        "triangle": {"triangle": triangles},
+        "mixed": {"quad": quads[:half], "triangle": np.concatenate([quads[half:, :3], quads[half:, [0, 2, 3]]])},
+    }[kind]
+    return Mesh.from_arrays(points * ends, blocks)
+
+
+KINDS = ("quad", "triangle", "mixed")
+
+
+@pytest.mark.parametrize("everywhere", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_worst_rises_and_what_is_promised_holds(kind: str, everywhere: bool) -> None:
+    mesh = plane(14, kind, 0.48)
+    result = meshgauge.improve(mesh, everywhere=everywhere)
+    before, after = result.before, result.after
+    assert before.values.min() < 0.0
+    assert not is_invalid(after.status).any()
+    assert after.values.min() > (0.45 if everywhere else 0.199)
+    assert after.values.mean() > before.values.mean()
+    assert result.report.holds
+    assert result.report.outcome == "improved"
+    assert not (is_usable(before.status) & ~is_usable(after.status)).any()
+    old, new = mesh.points, result.mesh.points
+    assert old[:, 2].tobytes() == new[:, 2].tobytes()
+    on_edge = ((old[:, :2] == 0.0) | (old[:, :2] == 14.0)).any(axis=1)
+    assert old[on_edge].tobytes() == new[on_edge].tobytes()
+    assert np.array_equal(mesh.connectivity, result.mesh.connectivity)
+    assert result.undo() is mesh
+
+
+def test_only_what_is_near_bad_cells_moves() -> None:
+    mesh = plane(30, "quad", 0.0)
+    points = mesh.points.copy()
+    points[31 * 15 + 15, :2] += 1.2
+    mesh = mesh.replace(points=points)
+    result = meshgauge.improve(mesh)
+    moved = np.flatnonzero((result.mesh.points != points).any(axis=1))
+    assert 0 < len(moved) <= 25
+    assert (np.abs(points[moved, :2] - 15.0) <= 4.0).all()
+    assert result.after.values.min() >= 0.2
+
+
+def test_a_good_mesh_is_left_as_it_is() -> None:
+    mesh = plane(6, "quad", 0.0)
+    for everywhere in (False, True):
+        result = meshgauge.improve(mesh, everywhere=everywhere)
+        assert result.mesh is mesh
+        assert result.report.outcome == "unchanged"
+
+
+@pytest.mark.parametrize("n", [12, 150])
+def test_threads_and_paths_make_no_difference(n: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """150 x 150 cells are measured by kernels, 12 x 12 by NumPy."""
+    mesh = plane(n, "quad", 0.45)
+    one, two = (meshgauge.improve(mesh, threads=threads) for threads in (1, 2))
+    assert one.mesh.points.tobytes() == two.mesh.points.tobytes()
+    assert one.report.holds
+    if n == 12:
+        monkeypatch.setattr(path, "NUMPY_UP_TO", 0)
+        compiled = meshgauge.improve(mesh)
+        assert np.allclose(compiled.mesh.points, one.mesh.points, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_values_are_those_that_are_measured(kind: str, clockwise: bool) -> None:
+    mesh = plane(14, kind, 0.6)
+    if clockwise:
+        mesh = mesh.replace(points=mesh.points * [-1.0, 1.0, 1.0], up=None)
+        assert mesh.up == -1
+    quality = meshgauge.measure(mesh)
+    part = part_of(mesh, np.ones(mesh.n_cells, bool))
+    _, jens = part.qualities(np.array(mesh.points))
+    assert np.allclose(jens, quality.values[part.cell_ids], atol=1e-12)
+    assert meshgauge.improve(mesh).after.values.min() >= 0.199
+
+
+def test_strict_lets_no_cell_lose() -> None:
+    mesh = plane(14, "triangle", 0.48)
+    result = meshgauge.improve(mesh, strict=True)
+    assert (result.after.values >= result.before.values - 1e-12).all()
+    assert result.after.values.min() > result.before.values.min()
+    loose = meshgauge.improve(mesh)
+    assert (loose.after.values < loose.before.values - 1e-12).any()
+
+
+def test_fixed_points_regions_and_lines_stay() -> None:
+    mesh = plane(14, "quad", 0.4)
+    regions = np.repeat([1, 2], mesh.n_cells // 2)
+    lines = np.array([[15 * m + 3, 15 * (m + 1) + 3] for m in range(14)])
+    blocks = {"quad": mesh.connectivity.reshape(-1, 4), "line": lines}
+    data = {"material": np.concatenate([regions, np.zeros(len(lines), int)])}
+    mesh = Mesh.from_arrays(mesh.points, blocks, cell_data=data)
+    result = meshgauge.improve(mesh, everywhere=True, fixed=[15 * 5 + 5])
+    same = (result.mesh.points == mesh.points).all(axis=1)
+    assert same[15 * 5 + 5]
+    assert same[np.unique(lines)].all()
+    assert same[15 * 7 : 15 * 8].all()
+    assert not same[15 * 5 + 6]
+    assert set(result.report.region_volumes) == {"material 1", "material 2"}
+    for was, now in result.report.region_volumes.values():
+        assert now == pytest.approx(was, rel=1e-12)
+
+
+def test_layers_keep_their_heights() -> None:
+    """Cells as thin as those at a wall: what is beside a bad one stays within a tenth."""
+    mesh = plane(12, "quad", 0.0)
+    points = mesh.points.copy()
+    points[:, 1] *= 0.02
+    points[13 * 6 + 6, :2] += [0.95, 0.018]
+    mesh = mesh.replace(points=points)
+    for everywhere in (False, True):
+        result = meshgauge.improve(mesh, everywhere=everywhere)
+        good = result.before.values >= 0.9
+        corners = mesh.connectivity.reshape(-1, 4)[good]
+
+        def shortest(points: np.ndarray, corners: np.ndarray = corners) -> np.ndarray:
+            edges = np.roll(points[corners], -1, axis=1) - points[corners]
+            return np.asarray(np.linalg.norm(edges, axis=2).min(axis=1))
+
+        ratio = shortest(result.mesh.points) / shortest(points)
+        assert result.after.values.min() > max(result.before.values.min(), 0.2)
+        assert ratio.min() >= 0.9 - 1e-6
+        assert ratio.max() <= 1.1 + 1e-6
+
+
+def test_curved_cells_take_no_part_and_stay() -> None:
+    quads = plane(8, "quad", 0.4)
+    ids = quads.connectivity.reshape(-1, 4)
+    a, b = ids[20], np.roll(ids[20], -1)
+    points = np.concatenate([quads.points, 0.5 * (quads.points[a] + quads.points[b])])
+    curved = np.concatenate([a, np.arange(4) + quads.n_points])[None]
+    mesh = Mesh.from_arrays(points, {"quad": np.delete(ids, 20, axis=0), "quad8": curved})
+    result = meshgauge.improve(mesh, everywhere=True)
+    assert (result.mesh.points[curved[0]] == points[curved[0]]).all()
+    assert any("1 surface cell takes no part" in note for note in result.report.notes)
+    assert result.after.values[-1] == result.before.values[-1]
+
+
+@pytest.mark.parametrize("size", [1e-70, 1e70])
+def test_any_size_of_a_mesh(size: float) -> None:
+    result = meshgauge.improve(plane(10, "triangle", 0.48, ends=size))
+    assert result.after.values.min() >= 0.199
+    assert result.report.holds
+
+
+def test_time_and_stops() -> None:
+    mesh = plane(60, "triangle", 0.6)
+    stopped = meshgauge.improve(mesh, everywhere=True, should_stop=lambda: True)
+    assert stopped.report.stopped == "interrupted"
+    assert stopped.mesh is mesh
+    seen = []
+    result = meshgauge.improve(mesh, seconds=1e-3, progress=seen.append)
+    assert result.report.stopped == "time"
+    assert result.report.holds
+    assert next(one.phase for one in seen) == "start"
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"topology": True}, "--topology is for solid cells"),
+        ({"split_hopeless": True}, "--split-hopeless is for solid cells"),
+        ({"boundary": "slide"}, "--boundary slide is for solid cells"),
+    ],
+)
+def test_what_is_for_solids_is_refused(options: dict[str, object], text: str) -> None:
+    with pytest.raises(MeshError, match=text):
+        meshgauge.improve(plane(4, "quad", 0.3), **options)  # type: ignore[arg-type]
+
+
+def test_shells_and_finite_volumes_are_refused() -> None:
+    mesh = plane(4, "quad", 0.3)
+    with pytest.raises(MeshError, match="--for fv is for solid cells"):
+        meshgauge.improve(mesh.replace(purpose="fv"))
+    points = mesh.points.copy()
+    points[:, 2] = 0.1 * points[:, 0] ** 2
+    with pytest.raises(MeshError, match="surface cells in space are not improved"):
+        meshgauge.improve(mesh.replace(points=points, up=None))
+
+
+@pytest.mark.parametrize(
+    ("name", "breaks"),
+    [
+        ("fixed", lambda points: points.__setitem__((0, 0), points[0, 0] - 1e-3)),
+        ("plane", lambda points: points.__setitem__((40, 2), points[40, 2] + 1e-12)),
+    ],
+)
+def test_a_broken_promise_is_refused(name: str, breaks: object, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The mesh stays as it was, and the report says what would not have held."""
+    ascend = kernels.ascend
+
+    def broken(points: np.ndarray, *rest: object) -> None:
+        ascend(points, *rest)
+        breaks(points)  # type: ignore[operator]
+
+    monkeypatch.setattr(flat_ascent.kernels, "ascend", broken)
+    mesh = plane(8, "quad", 0.48)
+    result = meshgauge.improve(mesh, everywhere=True)
+    assert result.report.outcome == "refused", name
+    assert result.mesh is mesh
+
+
+def test_points_that_ruin_a_cell_are_put_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    ascend = kernels.ascend
+
+    def broken(points: np.ndarray, *rest: object) -> None:
+        ascend(points, *rest)
+        points[40, :2] += 5.0
+
+    monkeypatch.setattr(flat_ascent.kernels, "ascend", broken)
+    mesh = plane(8, "quad", 0.3)
+    result = meshgauge.improve(mesh, everywhere=True)
+    assert not (is_usable(result.before.status) & ~is_usable(result.after.status)).any()
+    assert result.after.values.min() >= result.before.values.min() - 1e-12
+    assert (result.mesh.points[40] == mesh.points[40]).all()
+
+
+def test_the_command_line_writes_what_is_promised(tmp_path: Path) -> None:
+    import meshio
+
+    mesh = plane(10, "triangle", 0.48)
+    source, target, page = (str(tmp_path / name) for name in ("part2d.su2", "better.su2", "page.html"))
+    cells = [("triangle", mesh.connectivity.reshape(-1, 3))]
+    meshio.Mesh(mesh.points[:, :2], cells).write(source, file_format="su2")
+    from meshgauge.cli.main import main
+
+    assert main(["improve", source, "-o", target, "--html", page, "-q"]) == 0
+    read = meshio.read(target)
+    assert meshgauge.measure(Mesh.from_arrays(read.points, {"triangle": read.cells[0].data})).values.min() >= 0.199
+    assert Path(page).stat().st_size > 1000
