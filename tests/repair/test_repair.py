@@ -12,7 +12,10 @@ from repair_meshes import cells, curved, on_boundary, shaken
 
 import meshgauge
 from meshgauge import Mesh, MeshError, Status
+from meshgauge.cells import SHAPES
+from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.repair.phases import untwist
+from meshgauge.repair.polyhedral import corners
 
 KINDS = ("tetra", "pyramid", "wedge", "hexahedron", "mixed")
 
@@ -252,8 +255,20 @@ def test_cells_that_are_not_finite_are_left_alone() -> None:
     assert all(claim.holds for claim in result.report.claims)
 
 
+@pytest.mark.parametrize(("shape", "n_flat"), [("tetra", 0), ("hexahedron", 6), ("penta_prism", 5 + 2 * 5)])
+def test_faces_of_four_points_are_flat_by_one_corner_larger_ones_by_all(shape: str, n_flat: int) -> None:
+    row = SHAPES[shape]
+    faces, sizes = np.concatenate([np.array(face) for face in row.faces]), [len(face) for face in row.faces]
+    poly = Polyhedra(np.array([0, len(sizes)]), np.arange(len(sizes)), np.cumsum([0, *sizes]), faces)
+    n = row.n_nodes
+    mesh = Mesh(np.array(row.points), np.full(1, 42, np.uint8), np.array([0, n]), np.arange(n), polyhedra=poly)
+    found = corners(meshgauge.measure(mesh))
+    assert (np.count_nonzero(found.constants == 0.0), np.count_nonzero(found.constants)) == (n_flat, n)
+    four = np.array(row.points)[found.points[found.constants == 0.0]]
+    assert np.linalg.det(four[:, 1:] - four[:, :1]) == pytest.approx(0.0, abs=1e-12)
+
+
 def test_polyhedra_keep_their_faces_flat() -> None:
-    from meshgauge.mesh.polyhedra import Polyhedra
     from meshgauge.repair.polyhedral import WARP, _warps
 
     mesh = shaken("hexahedron", 3, 0.08)
