@@ -287,9 +287,9 @@ def test_polyhedra_keep_their_faces_flat() -> None:
 
 
 def test_what_cannot_be_improved_is_an_error() -> None:
-    surface = Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], {"triangle": [(0, 1, 2)]})
+    lines = Mesh.from_arrays([(0, 0, 0), (1, 0, 0), (0, 1, 0)], {"line": [(0, 1)]})
     with pytest.raises(MeshError, match="no solid cell"):
-        meshgauge.improve(surface, everywhere=True)
+        meshgauge.improve(lines, everywhere=True)
     mesh = shaken("hexahedron", 2, 0.0)
     backwards = mesh.connectivity.reshape(-1, 8).copy()
     backwards[0] = backwards[0, [0, 3, 2, 1, 4, 7, 6, 5]]
