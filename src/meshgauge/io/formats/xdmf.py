@@ -11,10 +11,11 @@ from ...cells import BY_NAME, type_name
 from ...errors import ReadError, WriteError
 from ...mesh import Mesh
 from ...mesh.cast import frozen
-from ..plumbing import meshio, vtk, within, writing
+from ..plumbing import included, meshio, vtk, within, writing
 from ..plumbing.format import Format
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.steps import Step, number_steps
+from . import xdmf_places
 
 _ROOT = re.compile(rb"<Xdmf\b", re.IGNORECASE)
 
@@ -113,5 +114,5 @@ _TOGETHER = ("line", "triangle", "quad", "tetra", "pyramid", "wedge", "hexahedro
 
 XDMF = Format(
     "xdmf", "XDMF", (".xdmf", ".xmf", ".xdmf3"), sniff, write=write, has_both_wedge_orders=True,
-    foreign_steps=steps, foreign_step=read,
+    foreign_steps=steps, foreign_step=read, step_places=xdmf_places.places, included=included.xdmf,
 )  # fmt: skip

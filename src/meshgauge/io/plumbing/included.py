@@ -12,6 +12,7 @@ _LSDYNA = re.compile(rb"^\*INCLUDE[ \t]*\r?\n((?:(?!\*)[^\n]*(?:\n|\Z))+?)(?=\*|
 _LINE = re.compile(rb"^(?!\$)[ \t]*(\S[^\r\n]*?)[ \t]*\r?$", re.MULTILINE)
 
 _XML = re.compile(rb"\b(?:Source|file)\s*=\s*[\"']([^\"'<>]+)[\"']")
+_HEAVY = re.compile(rb">\s*([^<>:\s][^<>:\r\n]*?)(?=:/|\s*<)")
 _JSON = re.compile(rb'"name"\s*:\s*"([^"]+)"')
 
 Spans = list[tuple[int, int]]
@@ -43,3 +44,10 @@ def xml(data: bytes) -> Spans:
 def collection(data: bytes) -> Spans:
     """Files of the steps of a ParaView collection, and of what they name."""
     return [match.span(1) for match in _JSON.finditer(data)] if data.lstrip().startswith(b"{") else xml(data)
+
+
+def xdmf(data: bytes) -> Spans:
+    """Files of heavy data: texts of elements that are no numbers, up to the name of an array in them."""
+    if not data[:4096].lstrip().startswith(b"<"):
+        return []
+    return [match.span(1) for match in _HEAVY.finditer(data) if match[1][:1] not in b"0123456789+-."]
