@@ -48,9 +48,12 @@ def pick(mesh: Mesh, row: CellType, cells: CellIds, columns: tuple[int, ...]) ->
 
 
 def polygons(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """The cells of a mesh of surfaces by their corners, type by type: their ids, offsets ``(n + 1,)``, point ids."""
+    """The cells of a mesh of surfaces by their corners, type by type: their ids, offsets ``(n + 1,)``, point ids.
+
+    A cell with a re-entrant corner begins there, so that the triangles of a fan fill it.
+    """
     parts = [
-        (pick(mesh, row, some, row.corners), np.arange(mesh.n_cells)[some])
+        (_from_reentrant(mesh, pick(mesh, row, some, row.corners)), np.arange(mesh.n_cells)[some])
         for row, _, some in mesh.groups()
         if row is not None and row.shape is not None and row.dimension == 2
     ]
@@ -61,6 +64,16 @@ def polygons(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[
         np.concatenate([[0], np.cumsum(sizes)]),
         np.concatenate([none, *(nodes.reshape(-1) for nodes, _ in parts)]),
     )
+
+
+def _from_reentrant(mesh: Mesh, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    x = np.asarray(mesh.points[nodes], np.float64)
+    with np.errstate(all="ignore"):
+        following, before = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
+        normal = np.cross(x - x[:, :1], np.roll(x, -1, axis=1) - x[:, :1]).sum(axis=1)
+        turn = np.nan_to_num((np.cross(following, before) * normal[:, None]).sum(axis=2))
+    start = np.where(turn.min(axis=1, initial=0.0) < 0.0, turn.argmin(axis=1), 0)
+    return np.take_along_axis(nodes, (start[:, None] + np.arange(nodes.shape[1])) % nodes.shape[1], axis=1)
 
 
 def _positions(mesh: Mesh, cells: CellIds, columns: tuple[int, ...]) -> NDArray[np.int64]:

@@ -13,9 +13,11 @@ from ..errors import MeshgaugeError
 from ..io.plumbing.vtk import grid as vtk_grid
 from ..look.colours import FAINT, SKIN, cell_colours
 from ..mesh import Mesh, connectivity
+from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import Quality
 from ..quality.worst import WorstCell
 from ..status import Status, is_degenerate, is_invalid, is_measured, is_solid
+from ..surface_cells import POLYGON
 from .rendering import Canvas, Image, over
 
 Array = NDArray[np.float64]
@@ -54,6 +56,8 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
     import pyvista
 
     mesh = _straight(quality.mesh.replace(point_data={}, cell_data={}, field_data={}))
+    if mesh.dimension == 2:
+        mesh = _as_fans(mesh)
     cells = np.flatnonzero(is_solid(quality.status) & (quality.status != Status.NON_FINITE))
     if not len(cells):
         raise MeshgaugeError("there is nothing to draw: no cell with finite coordinates that is measured")
@@ -74,6 +78,20 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
     grid.cell_data["colour"] = (255 * rgb_of).round().astype(np.uint8)
     grid.cell_data[CELL] = cells
     return replace(made, grid=grid)
+
+
+def _as_fans(mesh: Mesh) -> Mesh:
+    """Surface cells by their corners, as polygons of which VTK makes fans of triangles; the others as they are."""
+    cells, offsets, points = connectivity.polygons(mesh)
+    types, sizes = np.array(mesh.types), np.diff(mesh.offsets)
+    types[cells], sizes[cells] = POLYGON.vtk_id, np.diff(offsets)
+    starts = np.concatenate([[0], np.cumsum(sizes)])
+    nodes = np.empty(int(starts[-1]), np.int64)
+    nodes[ragged_positions(starts[:-1][cells], np.diff(offsets))] = points
+    others = np.setdiff1d(np.arange(mesh.n_cells), cells)
+    into = ragged_positions(starts[:-1][others], sizes[others])
+    nodes[into] = mesh.connectivity[ragged_positions(np.asarray(mesh.offsets, np.int64)[:-1][others], sizes[others])]
+    return mesh.replace(types=types, offsets=starts, connectivity=nodes)
 
 
 def _straight(mesh: Mesh) -> Mesh:
