@@ -93,7 +93,7 @@ def test_quiet_is_one_line_a_file(good: Path, surface: Path, capsys: Captured) -
     assert main(["report", str(good), str(surface), "--quiet"]) == 0
     assert capsys.readouterr().out == (
         f"{good}: all 2 measured cells are valid; none is poor (< 0.2)\n"
-        f"{surface}: nothing measured: the mesh has no solid cells\n"
+        f"{surface}: the one cell is valid; none is poor (< 0.2)\n"
     )
 
 

@@ -82,8 +82,6 @@ class ChangedMesh:
         if not convert and changes != "cells":
             patch = batch.patch(before, target, changes)
             patch = None if patch is None else replace(patch, all_times=all_times)
-            if patch is not None and changes == "points" and before.up and patch.is_fixed.all():
-                patch = None  # points of two coordinates have no places
         if patch is None:
             same = None if convert else format_if_same(before, target, file_format=batch.reading.file_format)
             written_as = _for_writing(target, same)

@@ -89,6 +89,12 @@ def points(values: ArrayLike) -> NDArray[np.floating]:
     return read_only(np.ascontiguousarray(array, dtype=dtype))
 
 
+def in_plane(values: ArrayLike) -> bool:
+    """True for points that are given by two coordinates."""
+    array = plain(values, "points")
+    return array.ndim == 2 and array.shape[1] == 2
+
+
 def types(values: ArrayLike) -> NDArray[np.uint8]:
     """``(n_cells,)`` VTK ids of cell types as uint8."""
     array = require_unmasked(values, "types")

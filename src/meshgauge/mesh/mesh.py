@@ -133,7 +133,7 @@ class Mesh:
             if value not in get_args(known):
                 raise MeshError(f"{what} is {value!r}, expected one of {', '.join(get_args(known))}")
         cast.check_cells(self.types, self.offsets, self.connectivity, len(self.points))
-        self._decide_dimension(np.shape(given)[-1:] == (2,))
+        self._decide_dimension(cast.in_plane(given))
         if self.polyhedra is not None:
             put(self, "polyhedra", cast.own_polyhedra(self.polyhedra, copy=copy))
             cast.check_polyhedra(self.polyhedra, self.n_cells, len(self.points))
@@ -193,7 +193,7 @@ class Mesh:
             nodes.append(dense.ravel())
             blocks.append(CellBlock(row.name, start, start + n))
             start += n
-        in_plane = np.shape(points)[-1:] == (2,)
+        in_plane = cast.in_plane(points)
         if in_plane and any(IS_SOLID[of_block].any() for of_block in types):
             raise MeshError(f"points have shape {np.shape(points)}, expected (n_points, 3)")
         offsets = np.zeros(start + 1, np.int64)

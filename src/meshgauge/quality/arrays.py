@@ -197,7 +197,7 @@ def _check_cells(points: ArrayLike, nodes: ArrayLike, which: str | int | CellTyp
         raise MetricError(f"cells of type {row.name} are not measured: they have no known corners")
     x = cast.points(points)
     cast.check_ids(connectivity, len(x), row.name)
-    if np.shape(points)[-1:] == (2,) and row.dimension == 3:
+    if cast.in_plane(points) and row.dimension == 3:
         raise MeshError(f"points have shape {np.shape(points)}, expected (n_points, 3)")
     wanted = driver.columns(row)
     if wanted != tuple(range(connectivity.shape[1])):
@@ -206,7 +206,7 @@ def _check_cells(points: ArrayLike, nodes: ArrayLike, which: str | int | CellTyp
     if row.dimension == 3:
         return given
     parts = [partial(given.corners.__getitem__, slice(at, at + CHUNK)) for at in range(0, given.n_cells, CHUNK)]
-    up = 1 if np.shape(points)[-1:] == (2,) else plane.side(x, parts, given.n_cells)
+    up = 1 if cast.in_plane(points) else plane.side(x, parts, given.n_cells)
     return replace(given, up=up)
 
 

@@ -42,10 +42,10 @@ class StateJob:
     file_format: str | None
     wedge_order: str
     displacement: str | None
-    dimension: Literal[2, 3] | None
     limits: Limits
     most: int
     memory: int | None
+    dimension: Literal[2, 3] | None = None
 
     def __call__(self, path: str, step: StepOf) -> FileReport:
         """The report on a step, which is to be called ``path``."""

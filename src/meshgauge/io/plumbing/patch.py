@@ -31,7 +31,8 @@ class Places:
     pieces
         The files, and how numbers are held in each: a file may be named more than once.
     starts, ends
-        ``(n, 3)`` the bytes of each coordinate in its file, end excluded; -1 where it has no place.
+        ``(n, 3)`` the bytes of each coordinate in its file, end excluded; -1 where it has no place. The third column of
+        points in a plane is -1.
     piece
         ``(n,)`` which of the pieces each point is in.
     labels
@@ -46,11 +47,15 @@ class Places:
     piece: Ints
     labels: Ints | None = None
     copies: Places | None = None
+    width: int = 3  #: coordinates that the file gives for each point; of two the third is 0
 
     @classmethod
     def of(cls, path: Path, form: Form, starts: Ints, ends: Ints, labels: Ints | None = None) -> Places:
-        """All points in one file and one form."""
-        return cls(((path, form),), starts, ends, np.zeros(len(starts), np.int64), labels)
+        """All points in one file and one form; ``starts`` and ``ends`` ``(n, 3)``, or ``(n, 2)`` in a plane."""
+        width = starts.shape[1]
+        if width == 2:
+            starts, ends = (np.pad(one, ((0, 0), (0, 1)), constant_values=-1) for one in (starts, ends))
+        return cls(((path, form),), starts, ends, np.zeros(len(starts), np.int64), labels, width=width)
 
     @classmethod
     def joined(cls, parts: Sequence[Places]) -> Places:
@@ -64,12 +69,13 @@ class Places:
             np.concatenate([_NO_SPANS, *(part.ends for part in parts)]),
             np.concatenate([_NONE, *(part.piece + shift for part, shift in zip(parts, shifts, strict=True))]),
             np.concatenate([_NONE, *labels]) if len(labels) == len(parts) > 0 else None,
+            width=max((part.width for part in parts), default=3),
         )
 
     def rows(self, some: Ints) -> Places:
         """Some of the places."""
         labels = None if self.labels is None else self.labels[some]
-        return Places(self.pieces, self.starts[some], self.ends[some], self.piece[some], labels)
+        return Places(self.pieces, self.starts[some], self.ends[some], self.piece[some], labels, width=self.width)
 
     def labelled(self, labels: Ints) -> Places:
         """The same with numbers."""
@@ -108,8 +114,8 @@ class Places:
 
     @property
     def has_place(self) -> NDArray[np.bool_]:
-        """``(n,)`` True for points of which every coordinate has one."""
-        return np.asarray((self.starts >= 0).all(axis=1))
+        """``(n,)`` True for points of which every coordinate that the file gives has one."""
+        return np.asarray((self.starts[:, : self.width] >= 0).all(axis=1))
 
     def aligned(self, mesh: Mesh) -> Places:
         """The places of the points of a mesh that was read from the file, those only whose numbers are its coordinates.
@@ -157,13 +163,14 @@ class Places:
     def _values(self, ids: Ints) -> Reals:
         """``(n, 3)`` the numbers that stand in the files at the places of some points."""
         values = np.full((len(ids), 3), np.nan)
+        values[:, self.width :] = 0.0
         for path in self.files:
             data = contents(path)
             for number, (file, form) in enumerate(self.pieces):
                 own = np.flatnonzero(self.piece[ids] == number) if file == path else _NONE
                 if len(own):
-                    flat = form.values(data, self.starts[ids[own]].ravel(), self.ends[ids[own]].ravel())
-                    values[own] = flat.reshape(-1, 3)
+                    starts, ends = (spans[ids[own], : self.width].ravel() for spans in (self.starts, self.ends))
+                    values[own, : self.width] = form.values(data, starts, ends).reshape(-1, self.width)
         return values
 
     def rounded(self, ids: Ints, points: Reals) -> Reals:

@@ -28,8 +28,7 @@ def places(path: Path, *, is_binary: bool) -> Places:
             dimension = int(data[mark.end() : end])
         elif keyword in VERTICES:
             starts, ends = (one[1:].reshape(-1, dimension + 1)[:, :dimension] for one in words(data, mark.end(), end))
-            missing = np.full((len(starts), 3 - dimension), -1)
-            return Places.of(path, form, np.hstack([starts, missing]), np.hstack([ends, missing]))
+            return Places.of(path, form, starts, ends)
     raise ReadError(f"{path}: has no vertices")
 
 
@@ -40,7 +39,6 @@ def _binary(path: Path, data: bytes) -> Places:
             n = int(np.frombuffer(data, integer, 1, section.start)[0])
             width = section.dimension
             row = section.start + integer.itemsize + np.arange(n) * (width * real.itemsize + integer.itemsize)
-            starts = row[:, None] + real.itemsize * np.arange(3)
-            starts[:, width:] = -1
-            return Places.of(path, Raw(real), starts, np.where(starts < 0, -1, starts + real.itemsize))
+            starts = row[:, None] + real.itemsize * np.arange(width)
+            return Places.of(path, Raw(real), starts, starts + real.itemsize)
     raise ReadError(f"{path}: has no vertices")

@@ -38,7 +38,8 @@ def places(path: Path) -> Places:
         return Places.of(path, Text(), none, none)
     n = int(vertices[1])
     if nodes is None:
-        return Places.of(path, Text(), *columns(data, vertices.end(), after_lines(data, vertices.end(), n), 0, 3))
+        own = 2 if vertices[2] == b"2" else 3
+        return Places.of(path, Text(), *columns(data, vertices.end(), after_lines(data, vertices.end(), n), 0, own))
     space, width = space_of(nodes[1]), int(nodes[2])
     if space is None or space.order > _MOST:
         raise ReadError(f"{path}: elements above order {_MOST} are not patched: of these the corners alone are read")
@@ -46,7 +47,8 @@ def places(path: Path) -> Places:
     spans = words(data, nodes.end(), mark if mark >= 0 else len(data))
     shape = (-1, width) if nodes[3] == b"1" else (width, -1)
     tables = [one.reshape(shape) if nodes[3] == b"1" else one.reshape(shape).T for one in spans]
-    starts, ends = (np.pad(table, ((0, 0), (0, 3 - width)), constant_values=-1) for table in tables)
+    missing = 0 if width == 2 else 3 - width
+    starts, ends = (np.pad(table, ((0, 0), (0, missing)), constant_values=-1) for table in tables)
     whole = Places.of(path, Text(), starts, ends)
     if space.is_continuous:
         return whole.rows(np.arange(n)) if space.order == 1 else whole

@@ -10,6 +10,7 @@ from ...plumbing.patch import Places
 from ...plumbing.spans import after_lines, columns, in_place
 
 _POINTS = re.compile(rb"^[ \t]*NPOIN[ \t]*=[ \t]*(\d+)[^\n]*\n", re.MULTILINE | re.IGNORECASE)
+_DIMENSION = re.compile(rb"^[ \t]*NDIME[ \t]*=[ \t]*([23])", re.MULTILINE | re.IGNORECASE)
 _FORM = Text()
 
 
@@ -19,5 +20,7 @@ def places(path: Path) -> Places:
     parts = []
     for head in _POINTS.finditer(data):
         end = after_lines(data, head.end(), int(head[1]))
-        parts.append(Places.of(path, _FORM, *columns(data, head.end(), end, 0, 3)))
+        stated = _DIMENSION.findall(data, 0, head.start())
+        width = int(stated[-1]) if stated else 3
+        parts.append(Places.of(path, _FORM, *columns(data, head.end(), end, 0, width)))
     return Places.joined(parts)
