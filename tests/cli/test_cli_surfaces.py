@@ -55,6 +55,15 @@ def test_the_other_commands(plate: Path) -> None:
     np.testing.assert_array_equal(meshgauge.read(folder / "out.vtu").cell_data["jens"] < 0, [False, False, True])
 
 
+def test_finite_volumes_ask_for_solid_cells(plate: Path) -> None:
+    for command in ("report", "check", "improve"):
+        done = run(command, plate, "--for", "fv", *(["-o", plate.parent / "b.vtu"] if command == "improve" else []))
+        assert done.returncode == 2
+        assert len(done.stderr.splitlines()) == 1
+        assert "surface cells" in done.stderr
+    assert "not_surface" not in meshgauge.measure(meshgauge.read(plate), purpose="fv").report()
+
+
 def test_surface_cells_of_a_mesh_with_solids(tmp_path: Path) -> None:
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
     mesh = Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3)]), ("triangle", [(0, 2, 1)])])

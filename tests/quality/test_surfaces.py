@@ -179,6 +179,20 @@ def test_special_values() -> None:
     assert meshgauge.measure(twice).status.tolist() == [Status.REPEATED_POINTS]
 
 
+@law
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("axis", [0, 2])
+@pytest.mark.parametrize("name", ["triangle", "quad", "polygon", "triangle6"])
+def test_a_coordinate_that_is_not_finite_is_no_pass(name: str, axis: int, value: float) -> None:
+    x = in_space(TRIANGLE7[:6]) if name == "triangle6" else regular({"triangle": 3, "quad": 4}.get(name, 5))
+    good, lost = x.copy(), x.copy()
+    lost[1, axis] = value
+    mesh = Mesh.from_arrays(np.concatenate([good, lost]), {name: np.arange(2 * len(x)).reshape(2, -1)})
+    quality = meshgauge.measure(mesh)
+    assert quality.status.tolist() == [Status.OK, Status.NON_FINITE]
+    assert np.isnan(quality.values[1])
+
+
 def _mesh(x: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     points, ids = cells(x)
     return points, {NAMES.get(x.shape[1], "polygon"): ids}

@@ -161,7 +161,10 @@ class Batch:
                 limits=self._limits,
             )
             mesh = mesh if self.purpose is None else mesh.replace(purpose=self.purpose.value)
-            return mesh.as_measured(self._dimension)
+            mesh = mesh.as_measured(self._dimension)
+        if self.purpose == Purposes.fv and mesh.dimension == 2:
+            raise ReadError(f"{path}: --for fv asks for solid cells, and its surface cells are measured")
+        return mesh
 
     def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
         """What is measured on the mesh in a file. Raises `ReadError` and `MetricError`."""

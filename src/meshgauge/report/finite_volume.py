@@ -41,7 +41,8 @@ class FiniteVolumeMeasure:
 
 def finite_volume(quality: Quality, listed: int = LISTED) -> tuple[FiniteVolumeMeasure, ...]:
     """The measures of finite volumes that were measured on a mesh, with so many of the worst faces."""
-    return tuple(_measure(quality, name, limit, listed) for name, limit in LIMITS.items() if name in quality.metrics)
+    measured = {} if quality.faces is None else quality.metrics
+    return tuple(_measure(quality, name, limit, listed) for name, limit in LIMITS.items() if name in measured)
 
 
 def _measure(quality: Quality, name: str, limit: str, listed: int) -> FiniteVolumeMeasure:

@@ -84,7 +84,7 @@ def prisms(row: CellType, nodes: Values, up: int) -> Values:
     with np.errstate(all="ignore"):
         if up:
             nodes = nodes.copy()
-            nodes[:, :, 2] = 0.0
+            nodes[:, :, 2] *= 0.0  # NaN where it is not finite
             power = np.ldexp(1.0, np.frexp(np.where(np.isfinite(height), height, 1.0))[1] - 1)
             step = np.zeros((len(nodes), 3))
             step[:, 2] = up * np.where(height > 0.0, power, 0.0)

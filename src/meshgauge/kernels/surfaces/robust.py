@@ -41,10 +41,10 @@ def node_scaled_jacobian(points: Values, up: int) -> Values:
 
 
 def _chunk(points: Values, up: int) -> Values:
+    is_finite: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=2))
     if up:
         points = points.copy()
         points[:, :, 2] = 0.0
-    is_finite: NDArray[np.bool_] = np.asarray(np.isfinite(points).all(axis=2))
     if up:
         is_finite = is_finite & np.roll(is_finite, 1, axis=1) & np.roll(is_finite, -1, axis=1)
     else:
