@@ -167,8 +167,6 @@ def diagnosis(
     names = findings.NamesOf(mesh)
     n_of = np.bincount(mesh.types, minlength=256)
     conforms = not (matched.n_multiple or len(split) or len(hangs.points))
-    exact = int((mesh.points[doubles] == mesh.points[representative[doubles]]).all(axis=1).sum())
-    within = findings.within(points.PointScale.of(mesh.points, mesh.stored), tolerance, str(mesh.stored))
     made = [
         *findings.of_orientation(oriented),
         findings.misoriented_faces(names, inward(mesh)),
@@ -180,7 +178,7 @@ def diagnosis(
         findings.hanging_points(names, hangs),
         findings.hinges(_roots(matched), len(sizes)) if conforms and have_faces(n_of) else None,
         findings.parts(sizes),
-        findings.duplicate_points(names, doubles, exact, within),
+        _duplicate_points(names, doubles, representative, tolerance),
         findings.interfaces(names, np.flatnonzero(interface) if interface is not None else doubles[:0], len(by_design)),
         findings.unused_points(names, np.flatnonzero(~is_used)),
         *(_beside_solids(mesh) if has_others(n_of) else ()),
@@ -198,6 +196,15 @@ def diagnosis(
     )
 
 
+def _duplicate_points(
+    names: findings.NamesOf, doubles: NDArray[np.int64], representative: NDArray[np.signedinteger], tolerance: float
+) -> Finding | None:
+    mesh = names.mesh
+    exact = int((mesh.points[doubles] == mesh.points[representative[doubles]]).all(axis=1).sum())
+    within = findings.within(points.PointScale.of(mesh.points, mesh.stored), tolerance, str(mesh.stored))
+    return findings.duplicate_points(names, doubles, exact, within)
+
+
 def _of_surfaces(quality: Quality, tolerance: float, is_ghost: NDArray[np.bool_] | None) -> Diagnosis:
     """The diagnosis of a mesh whose surface cells are measured; ghosts are marked, and vertices in it."""
     mesh = quality.mesh
@@ -206,8 +213,6 @@ def _of_surfaces(quality: Quality, tolerance: float, is_ghost: NDArray[np.bool_]
     )
     representative = points.representatives(mesh.points, tolerance=tolerance, stored=mesh.stored)
     doubles = points.duplicates(representative, is_used if is_ghost is None else _points_in_use(mesh, ~is_ghost))
-    exact = int((mesh.points[doubles] == mesh.points[representative[doubles]]).all(axis=1).sum())
-    within = findings.within(points.PointScale.of(mesh.points, mesh.stored), tolerance, str(mesh.stored))
     names = findings.NamesOf(mesh)
     twice = cells.duplicates(mesh, hashes)
     edges = shells.edges_of(mesh, twice)
@@ -221,7 +226,7 @@ def _of_surfaces(quality: Quality, tolerance: float, is_ghost: NDArray[np.bool_]
         findings.edges_of_three(names, edges.multiple, mesh.up != 0),
         findings.points_on_edges(names, shells.hanging(mesh, edges)),
         findings.parts(sizes),
-        findings.duplicate_points(names, doubles, exact, within),
+        _duplicate_points(names, doubles, representative, tolerance),
         findings.unused_points(names, np.flatnonzero(~is_used)),
     ]
     return Diagnosis(

@@ -218,9 +218,7 @@ class Mesh:
         if self.up not in (None, -1, 0, 1):
             raise MeshError(f"up is {self.up!r}, expected -1, 0 or 1")
         if self.dimension is None:
-            present = np.flatnonzero(self._count_by_id())
-            is_flat = bool(IS_SURFACE[present].any()) and not bool(IS_SOLID_OR_UNKNOWN[present].any())
-            object.__setattr__(self, "dimension", 2 if is_flat else 3)
+            object.__setattr__(self, "dimension", self._dimension_of_cells())
         if has_two_coordinates and self.dimension == 3 and self.n_cells and IS_SOLID[self.types].any():
             raise MeshError(f"points have shape ({self.n_points}, 2), expected (n_points, 3)")
         if self.up is None:
@@ -229,6 +227,15 @@ class Mesh:
             up, note = (1, "") if has_two_coordinates else side(self) if self.dimension == 2 else (0, "")
             object.__setattr__(self, "up", up)
             object.__setattr__(self, "notes", (*self.notes, note) if note else self.notes)
+
+    def _dimension_of_cells(self) -> Literal[2, 3]:
+        has_surface = False
+        for start in range(0, self.n_cells, cast.CHUNK):  # the first solid cell is enough
+            types = self.types[start : start + cast.CHUNK]
+            if IS_SOLID_OR_UNKNOWN[types].any():
+                return 3
+            has_surface |= bool(IS_SURFACE[types].any())
+        return 2 if has_surface else 3
 
     @property
     def n_points(self) -> int:

@@ -11,19 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME, CellType, Shape
+from ...cells import BY_NAME, CellType
 from .. import path
 from ..surfaces import driver as surfaces
 from . import aggregate, flat, robust
+from .arguments import coordinates, shape_of, uses_all_nodes
+from .arguments import flat as as_flat
 
 Values = NDArray[np.float64]
 Points = NDArray[np.floating]
 Cells = NDArray[np.int64]
-
-
-def uses_all_nodes(row: CellType) -> bool:
-    """True for a curved cell whose corners are measured with the true tangents of its edges."""
-    return row.is_curved and row.order > 0
 
 
 def certified_as(row: CellType) -> CellType | None:
@@ -31,7 +28,7 @@ def certified_as(row: CellType) -> CellType | None:
 
     A linear solid is taken as that of its shape: a voxel as a hexahedron; a surface cell as the prism on it.
     """
-    shape = _shape(row)
+    shape = shape_of(row)
     of = row if row.is_curved or shape.dimension == 2 else BY_NAME[shape.name]
     return of if of.order else None
 
@@ -51,7 +48,7 @@ def prepare(row: CellType, points: Points, n_cells: int, *, with_nodes: bool = F
     none = np.empty((0, len(columns(row))), np.int64)
     cell_jens(points, none, row, np.empty(0), compiled=True)
     if with_nodes:
-        node_scaled_jacobian(points, none, row, np.empty((0, _shape(row).n_nodes)), compiled=True)
+        node_scaled_jacobian(points, none, row, np.empty((0, shape_of(row).n_nodes)), compiled=True)
 
 
 def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, up: int = 0, *, compiled: bool) -> None:
@@ -72,7 +69,7 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
     compiled
         Take the kernels, see `kernels.path`.
     """
-    shape = _shape(row)
+    shape = shape_of(row)
     if shape.dimension == 2:
         surfaces.cell_jens(points, connectivity, row, out, up, compiled=compiled)
         return
@@ -81,9 +78,9 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
         values = np.empty((len(connectivity), shape.n_nodes))
         node_scaled_jacobian(points, connectivity, row, values, compiled=compiled)
         out[:] = aggregate.fold(aggregate.jens(values, shape.k))
-    elif fast(_flat(points), _flat(connectivity), out, shape.k):
+    elif fast(as_flat(points), as_flat(connectivity), out, shape.k):
         left = np.flatnonzero(np.isnan(out))
-        values = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
+        values = robust.node_scaled_jacobian(coordinates(points, connectivity[left]), shape)
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
 
 
@@ -91,7 +88,7 @@ def node_scaled_jacobian(
     points: Points, connectivity: Cells, row: CellType, out: Values, up: int = 0, *, compiled: bool
 ) -> None:
     """J_S of each corner of each cell; parameters as `cell_jens`, ``out`` is ``(n_cells, n_corners)``, C-contiguous."""
-    shape = _shape(row)
+    shape = shape_of(row)
     if shape.dimension == 2:
         surfaces.node_scaled_jacobian(points, connectivity, row, out, up, compiled=compiled)
         return
@@ -101,15 +98,15 @@ def node_scaled_jacobian(
         out[:] = corner_tangents_js(row.kind, points, connectivity)
         return
     if not compiled:
-        out[:] = robust.node_scaled_jacobian(_coordinates(points, connectivity), shape)
+        out[:] = robust.node_scaled_jacobian(coordinates(points, connectivity), shape)
         return
     from . import nodes
 
     triples = np.array(shape.triples, np.int64)
-    nodes.scaled_jacobian(_flat(points), _flat(connectivity), triples, shape.n_nodes, out.reshape(-1))
+    nodes.scaled_jacobian(as_flat(points), as_flat(connectivity), triples, shape.n_nodes, out.reshape(-1))
     left = np.flatnonzero(np.isnan(out).any(axis=1))
     if len(left):
-        out[left] = robust.node_scaled_jacobian(_coordinates(points, connectivity[left]), shape)
+        out[left] = robust.node_scaled_jacobian(coordinates(points, connectivity[left]), shape)
 
 
 def corner_signs(points: Points, connectivity: Cells, row: CellType, up: int = 0, *, single: bool) -> NDArray[np.int8]:
@@ -127,14 +124,14 @@ def corner_signs(points: Points, connectivity: Cells, row: CellType, up: int = 0
     NDArray[np.int8]
         ``(n_cells, n_triples)``.
     """
-    if _shape(row).dimension == 2:
+    if shape_of(row).dimension == 2:
         return surfaces.corner_signs(points, connectivity, row, up, single=single)
     if uses_all_nodes(row):
         from ..certificate.corners import corner_signs
 
-        return corner_signs(row.kind, _coordinates(points, connectivity), single=single)
-    triples = np.array(_shape(row).triples)
-    corners = _coordinates(points, connectivity[:, triples]).reshape(-1, 4, 3)
+        return corner_signs(row.kind, coordinates(points, connectivity), single=single)
+    triples = np.array(shape_of(row).triples)
+    corners = coordinates(points, connectivity[:, triples]).reshape(-1, 4, 3)
     return flat.of_corners(corners, single=single).reshape(len(connectivity), len(triples))
 
 
@@ -143,19 +140,3 @@ def _fast(name: str) -> Any:
     from . import fast as cells
 
     return cells.BY_SHAPE.get(name)
-
-
-def _shape(row: CellType) -> Shape:
-    assert row.shape is not None
-    return row.shape
-
-
-def _flat(array: NDArray[Any]) -> NDArray[Any]:
-    """The array in one dimension, read-only: one that may be written to is another type, to be compiled for anew."""
-    flat = array.reshape(-1)
-    flat.flags.writeable = False
-    return flat
-
-
-def _coordinates(points: Points, connectivity: Cells) -> Values:
-    return np.asarray(points[connectivity], np.float64)

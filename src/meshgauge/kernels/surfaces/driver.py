@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import CellType, Shape
+from ...cells import CellType
 from ..cells import aggregate, flat
+from ..cells.arguments import coordinates, shape_of, uses_all_nodes
+from ..cells.arguments import flat as as_flat
 from ..certificate.bounds import Bounds, Validity
 from . import robust
 from .normals import lengths, normals, prisms
@@ -25,43 +27,38 @@ CHUNK = 1 << 13
 """Cells whose prisms are made together."""
 
 
-def is_straight(row: CellType) -> bool:
-    """Whether corners are measured along straight edges: linear cells, and curved ones of unknown order."""
-    return not (row.is_curved and row.order > 0)
-
-
 def cell_jens(points: Points, nodes: Nodes, row: CellType, out: Values, up: int, *, compiled: bool) -> None:
     """J_ENS of each cell; see `kernels.cells.driver.cell_jens`."""
-    shape = _shape(row)
-    fast = _fast(shape.name) if compiled and is_straight(row) else None
+    shape = shape_of(row)
+    fast = _fast(shape.name) if compiled and not uses_all_nodes(row) else None
     if fast is None:
         values = np.empty((len(nodes), shape.n_nodes))
         node_scaled_jacobian(points, nodes, row, values, up, compiled=compiled)
         out[:] = aggregate.fold(aggregate.jens(values, shape.k))
-    elif fast(_flat(points), _flat(nodes), out, shape.k, float(up)):
+    elif fast(as_flat(points), as_flat(nodes), out, shape.k, float(up)):
         left = np.flatnonzero(np.isnan(out))
-        values = robust.node_scaled_jacobian(_coordinates(points, nodes[left]), up)
+        values = robust.node_scaled_jacobian(coordinates(points, nodes[left]), up)
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
 
 
 def node_scaled_jacobian(points: Points, nodes: Nodes, row: CellType, out: Values, up: int, *, compiled: bool) -> None:
     """J_S of each corner of each cell, ``out`` is ``(n_cells, n_corners)``."""
-    n = _shape(row).n_nodes
-    if not is_straight(row):
+    n = shape_of(row).n_nodes
+    if uses_all_nodes(row):
         from ..certificate.corners import corner_tangents_js
 
         for part, some in _prisms(points, nodes, row, up):
             out[part] = corner_tangents_js(row.kind, *some)[:, :n]
         return
     if not compiled:
-        out[:] = robust.node_scaled_jacobian(_coordinates(points, nodes), up)
+        out[:] = robust.node_scaled_jacobian(coordinates(points, nodes), up)
         return
     from . import corners
 
-    corners.scaled_jacobian(_flat(points), _flat(nodes), n, float(up), out.reshape(-1))
+    corners.scaled_jacobian(as_flat(points), as_flat(nodes), n, float(up), out.reshape(-1))
     left = np.flatnonzero(np.isnan(out).any(axis=1))
     if len(left):
-        out[left] = robust.node_scaled_jacobian(_coordinates(points, nodes[left]), up)
+        out[left] = robust.node_scaled_jacobian(coordinates(points, nodes[left]), up)
 
 
 def corner_signs(points: Points, nodes: Nodes, row: CellType, up: int, *, single: bool) -> NDArray[np.int8]:
@@ -69,8 +66,8 @@ def corner_signs(points: Points, nodes: Nodes, row: CellType, up: int, *, single
 
     Seen along the cell's normal, as it is stored: how far that is off is not asked.
     """
-    x, n = _coordinates(points, nodes), _shape(row).n_nodes
-    if not is_straight(row):
+    x, n = coordinates(points, nodes), shape_of(row).n_nodes
+    if uses_all_nodes(row):
         from ..certificate.corners import corner_signs
 
         return corner_signs(row.kind, prisms(row, x, up), single=single)[:, :n]
@@ -95,7 +92,7 @@ def corner_signs(points: Points, nodes: Nodes, row: CellType, up: int, *, single
 def validity(points: Points, nodes: Nodes, row: CellType, up: int) -> NDArray[np.uint8]:
     """`Validity` of cells that are positive at every corner."""
     if row.order == 0:
-        is_convex = turning_numbers(_coordinates(points, nodes), row, up) == 1
+        is_convex = turning_numbers(coordinates(points, nodes), row, up) == 1
         return np.where(is_convex, Validity.VALID, Validity.INVALID).astype(np.uint8)
     return bounds(points, nodes, row, up).status
 
@@ -110,7 +107,7 @@ def bounds(points: Points, nodes: Nodes, row: CellType, up: int) -> Bounds:
     status = np.full(len(nodes), Validity.UNDEFINED, np.uint8)
     lower, upper = np.full(len(nodes), np.nan), np.full(len(nodes), np.nan)
     if row.order == 0:
-        return _of_polygons(_coordinates(points, nodes), row, up, Bounds(status, lower, upper))
+        return _of_polygons(coordinates(points, nodes), row, up, Bounds(status, lower, upper))
     for part, some in _prisms(points, nodes, row, up):
         status[part], lower[part], upper[part] = of_solids(row.kind, *some)
     return Bounds(status, lower, upper)
@@ -121,7 +118,7 @@ def _of_polygons(x: Values, row: CellType, up: int, out: Bounds) -> Bounds:
     with np.errstate(all="ignore"):
         unit = x / lengths(row, x)[:, None, None]
         edges = np.sqrt(((np.roll(unit, -1, axis=1) - unit) ** 2).sum(axis=2))
-        least = (js * edges * np.roll(edges, 1, axis=1)).min(axis=1) / _shape(row).k
+        least = (js * edges * np.roll(edges, 1, axis=1)).min(axis=1) / shape_of(row).k
     is_known = ~np.isnan(js).any(axis=1)
     is_positive = np.asarray(is_known & (js > 0.0).all(axis=1))
     is_valid: NDArray[np.bool_] = is_positive.copy()
@@ -155,7 +152,7 @@ def _prisms(points: Points, nodes: Nodes, row: CellType, up: int) -> Iterator[tu
     """For some cells after others which they are, and the points and nodes of the prisms that stand on them."""
     for start in range(0, len(nodes), CHUNK) if len(nodes) else (0,):
         part = slice(start, start + CHUNK)
-        x = prisms(row, _coordinates(points, nodes[part]), up)
+        x = prisms(row, coordinates(points, nodes[part]), up)
         yield part, (np.ascontiguousarray(x.reshape(-1, 3)), np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2]))
 
 
@@ -164,18 +161,3 @@ def _fast(name: str) -> Any:
     from ..cells import fast
 
     return fast.SURFACES.get(name)
-
-
-def _shape(row: CellType) -> Shape:
-    assert row.shape is not None
-    return row.shape
-
-
-def _flat(array: NDArray[Any]) -> NDArray[Any]:
-    flat_array = array.reshape(-1)
-    flat_array.flags.writeable = False
-    return flat_array
-
-
-def _coordinates(points: Points, nodes: Nodes) -> Values:
-    return np.asarray(points[nodes], np.float64)
