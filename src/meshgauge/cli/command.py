@@ -18,20 +18,44 @@ class _Command(TyperCommand):
     """A subcommand, the help of which says nothing of types where there is nothing to say."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        return [_without_type(one) for one in super().get_params(ctx)]
+        return [_taken_as_given(_without_type(one)) for one in super().get_params(ctx)]
 
 
 class Commands(TyperGroup):
     """All of them, likewise."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        return [_without_type(one) for one in super().get_params(ctx)]
+        return [_taken_as_given(_without_type(one)) for one in super().get_params(ctx)]
 
 
 def _without_type(parameter: Any) -> Any:
     """A flag, or an argument, whose name says what it is: Typer would print ``<bool>`` and ``<list[str]>``."""
     if getattr(parameter, "is_flag", False) or parameter.param_type_name == "argument":
         parameter.display_type_rich = _nothing
+    return parameter
+
+
+def _taken_as_given(parameter: Any) -> Any:
+    """An option that is not given, a default and text are what they are: Typer would load Pydantic to find that out.
+
+    Which takes longer than to read and to measure a small mesh. Older versions do without Pydantic; they have no such
+    descriptor of a type.
+    """
+    annotation = getattr(getattr(parameter, "type_descriptor", None), "annotation", None)
+    if annotation is None or "process_value" in vars(parameter):
+        return parameter
+    convert, is_list = parameter.process_value, parameter.multiple or parameter.nargs == -1
+
+    def process_value(ctx: Any, value: Any) -> Any:
+        if value is None and not parameter.required:
+            value = () if is_list else None
+        elif annotation == list[str] and value and all(type(one) is str for one in value):
+            value = list(value)
+        elif type(value) is not annotation:
+            return convert(ctx, value)
+        return value if parameter.callback is None else parameter.callback(ctx, parameter, value)
+
+    parameter.process_value = process_value
     return parameter
 
 

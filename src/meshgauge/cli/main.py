@@ -5,7 +5,10 @@ from __future__ import annotations
 import errno
 import os
 import sys
-from typing import Annotated
+from collections.abc import Iterable
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,50 +16,64 @@ from ..errors import MeshgaugeError
 from ..files import resources, sources
 from ..files.standard import unwritten
 from . import command, interrupts, streams, terminal
-from .check import check
-from .compare import compare
-from .doctor import doctor
-from .explain import explain
-from .formats import formats
-from .improve import improve
-from .merge import merge
-from .metrics import metrics
-from .orient import orient
-from .paraview import paraview_plugin
-from .plot import plot
-from .report import report
 from .terminal import COULD_NOT, DONE, TRACEBACK
-from .undo import undo
-from .view import view
 
-app = typer.Typer(
-    name="meshgauge",
-    help="Measure every cell of a 3D mesh, of every type, with one number.",
-    epilog="Start with: [bold]meshgauge report MESH[/bold]",
-    invoke_without_command=True,
-    cls=command.Commands,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="rich",
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
 _COMMANDS = (
-    report,
-    merge,
-    check,
-    compare,
-    doctor,
-    improve,
-    orient,
-    undo,
-    plot,
-    paraview_plugin,
-    view,
-    metrics,
-    formats,
-    explain,
+    "report",
+    "merge",
+    "check",
+    "compare",
+    "doctor",
+    "improve",
+    "orient",
+    "undo",
+    "plot",
+    "paraview-plugin",
+    "view",
+    "metrics",
+    "formats",
+    "explain",
 )
-for function in _COMMANDS:
-    command.add(app, function)
+"""The subcommands in the order of the help, each a function in the file of its name."""
+
+
+def _program(names: Iterable[str]) -> typer.Typer:
+    """The program with some of its subcommands."""
+    made = typer.Typer(
+        name="meshgauge",
+        help="Measure every cell of a 3D mesh, of every type, with one number.",
+        epilog="Start with: [bold]meshgauge report MESH[/bold]",
+        invoke_without_command=True,
+        cls=command.Commands,
+        pretty_exceptions_enable=False,
+        rich_markup_mode="rich",
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    for name in (one.replace("-", "_") for one in names):
+        command.add(made, getattr(import_module(f".{name}", __package__), name))
+    made.callback()(_root)
+    return made
+
+
+@cache
+def _whole() -> typer.Typer:
+    return _program(_COMMANDS)
+
+
+def _asked(arguments: list[str]) -> typer.Typer:
+    """The program, or what is named first of it: to look at all options takes as long as to read a small mesh."""
+    return _program(arguments[:1]) if arguments and arguments[0] in _COMMANDS else _whole()
+
+
+if TYPE_CHECKING:
+    app: typer.Typer
+    """The program with all of its subcommands."""
+else:
+
+    def __getattr__(name: str) -> Any:
+        if name == "app":
+            return _whole()
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def _version(asked: bool) -> None:
@@ -67,7 +84,6 @@ def _version(asked: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _root(
     context: typer.Context,
     version: Annotated[
@@ -91,7 +107,8 @@ def _code(arguments: list[str] | None) -> int:
     try:
         resources.require(32 << 20, "the program", address_space=192 << 20)
         with sources.guard():
-            code = app(args=arguments, prog_name="meshgauge", standalone_mode=False)
+            asked = _asked(sys.argv[1:] if arguments is None else arguments)
+            code = asked(args=arguments, prog_name="meshgauge", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         return interrupts.code()
     except SystemExit:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -17,38 +17,7 @@ from ..errors import MeshgaugeError, ReadError, WriteError
 from ..files import sources
 from ..look.names import meant_or_known
 from ..mesh import Mesh
-from .formats import elmer, femap, frontistr
-from .formats.abaqus.format import ABAQUS
-from .formats.ansys.read import ANSYS
-from .formats.cgns.read import CGNS
-from .formats.collection import PVD, SERIES
-from .formats.ensight import ENSIGHT
-from .formats.exodus import EXODUS
-from .formats.fluent.read import FLUENT
-from .formats.gambit import GAMBIT
-from .formats.gmsh.format import GMSH
-from .formats.hedra import HEDRA
-from .formats.lsdyna.read import LSDYNA
-from .formats.mdpa import MDPA
-from .formats.med.read import MED
-from .formats.medit.format import MEDIT
-from .formats.mfem.read import MFEM
-from .formats.nastran.read import NASTRAN
-from .formats.openfoam.format import OPENFOAM
-from .formats.openfoam.read import inside as inside_case
-from .formats.others import OTHERS
-from .formats.ovm.read import OVM
-from .formats.plot3d import PLOT3D
-from .formats.plusplus import PLUSPLUS
-from .formats.su2.read import SU2
-from .formats.tecplot_binary import TECPLOT_BINARY
-from .formats.tetgen import RF, TETGEN
-from .formats.ugrid import UGRID
-from .formats.unv import UNV
-from .formats.vtk.hdf import VTKHDF
-from .formats.vtk.legacy import VTK_LEGACY
-from .formats.vtk.xml import VTK_XML, VTU
-from .formats.xdmf import XDMF
+from .formats import table
 from .plumbing import budget, files, isolate
 from .plumbing.format import HEAD, Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
@@ -57,47 +26,20 @@ from .plumbing.patch_nodes import Nodes
 from .plumbing.pieces import Pieces, ReadWhole, check_alike
 from .plumbing.steps import Step, StepChoice, note, position
 
-ALL: tuple[Format, ...] = (
-    PVD,  # before VTK's others, whose mark it has
-    VTU,
-    VTK_XML,
-    VTK_LEGACY,
-    VTKHDF,
-    GMSH,
-    MEDIT,
-    MED,
-    MFEM,
-    NASTRAN,
-    EXODUS,
-    CGNS,
-    SU2,
-    ABAQUS,
-    ANSYS,
-    RF,
-    TETGEN,
-    UNV,
-    UGRID,
-    FLUENT,
-    OPENFOAM,
-    HEDRA,
-    OVM,
-    ENSIGHT,
-    SERIES,
-    XDMF,
-    GAMBIT,
-    MDPA,
-    *OTHERS,
-    LSDYNA,
-    TECPLOT_BINARY,
-    elmer.ELMER,
-    PLOT3D,
-    femap.FEMAP,
-    frontistr.FRONTISTR,
-    *PLUSPLUS,
-)
+if TYPE_CHECKING:
+    ALL: tuple[Format, ...]
+    """Every format, in the order in which they are asked whether a file is theirs."""
+    FORMATS: dict[str, Format]
+    """Every format, by name."""
+else:
 
-FORMATS: dict[str, Format] = {f.name: f for f in ALL}
-"""Every format, by name."""
+    def __getattr__(name: str) -> Any:
+        """What needs every format loaded, once somebody asks for it."""
+        if name == "ALL":
+            return table.every()
+        if name == "FORMATS":
+            return table.by_name()
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def format_named(name: str) -> Format:
@@ -108,18 +50,19 @@ def format_named(name: str) -> Format:
     ReadError
         If there is none; the message lists the names.
     """
-    if name not in FORMATS:
-        raise ReadError(f"no format {name!r}{meant_or_known(name, FORMATS, _LISTED)}")
-    return FORMATS[name]
+    known = table.by_name()
+    if name not in known:
+        raise ReadError(f"no format {name!r}{meant_or_known(name, known, _LISTED)}")
+    return known[name]
 
 
 def detect(path: Path, head: bytes) -> Format:
     """The format of a file by its extension and its first bytes."""
     extension = path.suffix.lower()
-    here = [f for f in ALL if extension in f.extensions]
+    here = table.of_extension(extension)
     if not head and extension != ".foam":  # that file only marks its folder
         raise ReadError(f"{path}: is empty (0 bytes)")
-    if chosen := _sniffed((*here, *(f for f in ALL if f.by_content)), head, path):
+    if chosen := _sniffed(here, head, path) or _sniffed((f for f in table.every() if f.by_content), head, path):
         return chosen
     if here:
         expected = " or ".join(f"{f.title}: {f.name}" for f in here)
@@ -147,7 +90,8 @@ _MOST_NEAR, _NEAR = 3, 0.6
 
 def _nearest(extension: str) -> str:
     """The formats whose extensions are most like one."""
-    known = {e: [f.name for f in ALL if f.is_readable and e in f.extensions] for f in ALL for e in f.extensions}
+    formats = table.every()
+    known = {e: [f.name for f in formats if f.is_readable and e in f.extensions] for f in formats for e in f.extensions}
     near = difflib.get_close_matches(extension, [e for e in known if known[e]], _MOST_NEAR, _NEAR)
     return "; nearest are " + ", ".join(f"{e} ({' or '.join(known[e])})" for e in near) if near else ""
 
@@ -334,7 +278,7 @@ def steps_of_folder(folder: Path, name: str | None) -> tuple[Step, ...]:
 
 def case_of(folder: Path, name: str | None) -> tuple[Format, Path]:
     """The format of a folder, and the path in it by which it is read."""
-    for chosen, inside in ((OPENFOAM, inside_case), (elmer.ELMER, elmer.inside)):
+    for chosen, inside in _cases():
         if name in (None, chosen.name) and (path := inside(folder)) is not None:
             return chosen, path
     raise ReadError(
@@ -345,7 +289,16 @@ def case_of(folder: Path, name: str | None) -> tuple[Format, Path]:
 
 def is_case(folder: Path) -> bool:
     """Whether a folder is a mesh by itself."""
-    return any(inside(folder) is not None for inside in (inside_case, elmer.inside))
+    return any(inside(folder) is not None for _, inside in _cases())
+
+
+def _cases() -> tuple[tuple[Format, Callable[[Path], Path | None]], ...]:
+    """The formats that are folders, each with what finds the path in one by which it is read."""
+    from .formats import elmer
+    from .formats.openfoam.format import OPENFOAM
+    from .formats.openfoam.read import inside
+
+    return (OPENFOAM, inside), (elmer.ELMER, elmer.inside)
 
 
 def meshes_in(folder: Path) -> list[Path]:
@@ -374,7 +327,7 @@ def _is_mesh(path: Path) -> bool:
         return False
     if not head:
         return False
-    row = _sniffed((f for f in ALL if f.is_readable and extension in f.extensions), head, path)
+    row = _sniffed((f for f in table.of_extension(extension) if f.is_readable), head, path)
     if row is None or not row.is_several:
         return row is not None
     earlier = row.extensions[: row.extensions.index(extension)]
@@ -407,7 +360,7 @@ def _call_reader(chosen: Format, path: Path, reader: Callable[[Path], T] | None)
 
 def for_writing(path: Path, name: str | None) -> Format:
     """The format to write: by its name, else by the extension of the file."""
-    writable = [f for f in ALL if f.write is not None]
+    writable = [f for f in table.every() if f.write is not None]
     if name is not None:
         matches = [f for f in writable if f.name == name]
         what = f"format {name!r}"
