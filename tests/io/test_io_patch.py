@@ -15,7 +15,7 @@ import h5py
 import meshio
 import numpy as np
 import pytest
-from patch_files import PATCHED, WORD, bricks
+from patch_files import CUBE, PATCHED, WORD, bricks
 
 import meshgauge
 from meshgauge import Mesh, ReadError, WriteError
@@ -426,3 +426,61 @@ def test_nodes_that_the_file_leaves_out_hold_those_of_their_cells(tmp_path: Path
     lines = [*grids, "GRID,6,,2.,2.,2.", "CTETRA,1,1,1,2,3,4,5", "CTETRA,2,1,2,3,4,6"]
     (tmp_path / "a.bdf").write_text("\n".join(["BEGIN BULK", *lines, "ENDDATA", ""]))
     assert sorted(set(fixed_labels(tmp_path / "a.bdf"))) == [-1, 1, 2, 3, 4, 5]
+
+
+NARROW = "GRID          14        1000000.     .25    -.5            246        $ within"
+"""The point in the middle, on a face of the boundary: with 8 columns it can only go to another."""
+
+
+def far_away(path: Path, narrow: str, far: float = 1e6) -> Path:
+    """Eight bricks a million from the origin, in wide fields but for the point in the middle."""
+    ticks = (far, far + 0.5, far + 1.0), (0.0, 0.5, 1.0), (-1.0, -0.5, 0.0)
+    points = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1).reshape(-1, 3).tolist()
+    lines = [f"GRID*,{n},,{x},{y}\n*,{z}" for n, (x, y, z) in enumerate(points, 1)]
+    lines[13] = narrow
+    ids = np.arange(27).reshape(3, 3, 3) + 1
+    corners = [ids[i : 2 + i, j : 2 + j, k : 2 + k].ravel() for i, j, k in CUBE]
+    for n, cell in enumerate(np.stack(corners, axis=1).tolist(), 1):
+        lines.append(f"CHEXA,{n},1,{','.join(map(str, cell[:6]))}\n,{cell[6]},{cell[7]}")
+    path.write_bytes("\r\n".join("\n".join(lines).split("\n")).encode())
+    return path
+
+
+@pytest.mark.parametrize("narrow", [NARROW, "GRID,14,,1000000.,.25,-.5,,246"])
+def test_a_grid_gets_wide_fields_where_rounding_would_break_a_promise(narrow: str, tmp_path: Path) -> None:
+    path, better = far_away(tmp_path / "a.bdf", narrow), tmp_path / "better.bdf"
+    done = command_line.run("improve", path, "-o", better, "--everywhere", "--json", "--undo", tmp_path / "undo.npz")
+    assert done.returncode == 0, done.stderr
+    report = json.loads(done.stdout)
+    assert any("1 point gets a wider field in the file" in note for note in report["notes"])
+    assert np.nanmin(meshgauge.measure(meshgauge.read(path)).values) <= 0
+    assert np.nanmin(meshgauge.measure(meshgauge.read(better)).values) == report["after"]["all"]["min"] > 0.99
+    old, new = (one.read_bytes().decode().split("\r\n") for one in (path, better))
+    at = old.index(narrow)
+    assert [*new[:at], narrow, *new[at + 2 :]] == old
+    first, second = new[at], new[at + 1]
+    if "," in narrow:
+        words = [*first.split(","), *second.split(",")]
+        assert [words[n] for n in (0, 1, 2, 5, 6, 7, 8)] == ["GRID*", "14", "", "*", "-.5", "", "246"]
+    else:
+        assert len(first) == 72
+        words = [first[:8].strip(), *(first[n : n + 16].strip() for n in range(8, 72, 16))]
+        assert words[:3] == ["GRID*", "14", ""]
+        assert second == "*".ljust(8) + f"{'-.5':>16}{'':16}{'246':>16} $ within"
+    np.testing.assert_allclose([float(x) for x in words[3:5]], [1_000_000.5, 0.5], atol=1e-6)
+    assert all(len(x) <= 16 for x in words)
+    assert undo.bring_back(tmp_path / "undo.npz", better, better)
+    assert better.read_bytes() == path.read_bytes()
+
+
+FITS = "GRID          14         100000.     .25    -.5            246        $ within"
+
+
+@pytest.mark.parametrize(("narrow", "far"), [(FITS, 1e5), (f"{NARROW}\r\n+", 1e6)])
+def test_a_grid_keeps_its_fields_where_they_do_or_the_card_goes_on(narrow: str, far: float, tmp_path: Path) -> None:
+    path, better = far_away(tmp_path / "a.bdf", narrow, far), tmp_path / "better.bdf"
+    done = command_line.run("improve", path, "-o", better, "--everywhere", "--json")
+    assert done.returncode == (0 if narrow == FITS else 1), done.stderr
+    old, new = (one.read_bytes().splitlines() for one in (path, better))
+    assert sum(a != b for a, b in zip(old, new, strict=True)) == (narrow == FITS)
+    assert not any("wider" in note for note in json.loads(done.stdout)["notes"])

@@ -95,7 +95,7 @@ def improve(
                 should_stop=stop,
                 threads=threads,
                 keep_bricks=keep_bricks,
-                rounding=None if changed.patch is None else changed.patch.rounded,
+                rounding=None if changed.patch is None else changed.patch.roundings,
             )
         is_refused = result.report.outcome == "refused"
         if not is_refused:

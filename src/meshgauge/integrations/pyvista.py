@@ -21,7 +21,7 @@ from ..quality.measure import JENS, Quality, measure
 
 if TYPE_CHECKING:
     from ..repair import Progress, RepairReport
-    from ..repair.whole import Rounding
+    from ..repair.rounding import Rounding
 
 
 @dataclass(frozen=True, repr=False)
@@ -158,7 +158,7 @@ class Gauge:
         should_stop: Callable[[], bool] | None = None,
         threads: int | None = None,
         keep_bricks: bool = False,
-        rounding: Rounding | None = None,
+        rounding: Rounding | Sequence[Rounding] | None = None,
     ) -> Improved:
         """A copy of the data set with its points moved so that its quality is better, and the report on that.
 

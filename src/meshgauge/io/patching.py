@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal, TypeVar
 
@@ -71,6 +72,12 @@ class Patch:
     def rounded(self, ids: Ints, points: Reals) -> Reals:
         """``(n, 3)`` coordinates of some points as the file will hold them."""
         return self.places.rounded(ids, points)
+
+    @property
+    def roundings(self) -> tuple[Callable[[Ints, Reals], Reals], ...]:
+        """`rounded`, and where fields can be made wider (Nastran's GRID becomes GRID*) the same in these."""
+        wider = (partial(self.places.rounded, widens=True),) if self.places.can_widen else ()
+        return (self.rounded, *wider)
 
     def write(self, mesh: Mesh, *, overwrite: bool = False, undo_file: Path | None = None) -> None:
         """Copy the files with the points of another mesh in their places.

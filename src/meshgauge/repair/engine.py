@@ -34,13 +34,14 @@ from .problem import Ids, Points, problem
 from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
 from .report import RepairReport
+from .rounding import Rounding
 from .run import Progress
 from .scale import power_of, rescaled, restored, scaled
 from .sizes import size_change as change_of_sizes
 from .sizes import size_limits
 from .target import scaled_surface
 from .volumes import volume_and_surface
-from .whole import MUCH, Options, Outcome, Rounding, repair
+from .whole import MUCH, Options, Outcome, repair
 
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
@@ -119,7 +120,7 @@ def improve(
     should_stop: Callable[[], bool] | None = None,
     threads: int | None = None,
     keep_bricks: bool = False,
-    rounding: Rounding | None = None,
+    rounding: Rounding | Sequence[Rounding] | None = None,
 ) -> Improvement:
     """Move the points of a mesh so that no cell is inverted, the worst is as good as it can be, and the mean is high.
 
@@ -184,7 +185,8 @@ def improve(
         Take cells with repeated nodes as they are, see `meshgauge.measure`: they are degenerate, and stay so.
     rounding
         Makes of ids of points and their new coordinates ``(n, 3)`` those that a file will hold, such as
-        `meshgauge.io.patching.Patch.rounded`: what is accepted and checked is what they give.
+        `meshgauge.io.patching.Patch.rounded`: what is accepted and checked is what they give. Of several, such as
+        `meshgauge.io.patching.Patch.roundings`, the next is for points for which a cell would pay with the one before.
 
     Returns
     -------
@@ -215,13 +217,13 @@ def improve(
         objective=objective,
         split_hopeless=split_hopeless,
         keep=(keep,) if isinstance(keep, str) else tuple(keep),
-        rounding=rounding,
+        rounding=() if rounding is None else (rounding,) if callable(rounding) else tuple(rounding),
     )
     _check(options, floor)
     held = fixed_mask(fixed, mesh.n_points)
     power = power_of(mesh)
-    if power and rounding is not None:
-        options = replace(options, rounding=_in_another_unit(rounding, power))
+    if power:
+        options = replace(options, rounding=tuple(_in_another_unit(one, power) for one in options.rounding))
     if power and surface is not None:
         options = replace(options, surface=scaled_surface(surface, power))
     with numpy_up_to(FEW):
@@ -437,7 +439,7 @@ def _check(options: Options, floor: float | None) -> None:
         raise MeshError(f"objective is {options.objective!r}, expected one of {', '.join(OBJECTIVES)}")
     if options.surface is not None and not options.slides:
         raise MeshError("a surface to slide on needs boundary='slide' (--boundary slide)")
-    if options.changes_cells and options.rounding is not None:
+    if options.changes_cells and options.rounding:
         raise MeshError("a rounding does not go with other cells: it is that of the places of points in a file")
     if options.tolerance is None:
         return

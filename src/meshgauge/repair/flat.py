@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +20,9 @@ from .flat_ascent import Ascent
 from .flat_cells import Part, part_of
 from .flat_held import Held, held_of
 from .flat_report import points_of, region_areas, report_of
+from .problem import Ids, Points
 from .report import Claim, RepairReport
+from .rounding import Rounding, accept_rounded
 from .run import Progress
 from .whole import Options
 
@@ -52,13 +55,23 @@ def improve_flat(
     elif bad.any():
         ascent.near_bad(points)
     notes, broken = [*held.notes], list[str]()
-    if options.rounding is not None and (moved := np.flatnonzero((points != given).any(axis=1))).size:
-        points[moved] = options.rounding(moved, points[moved])
-        points[:, 2] = np.where(points[:, 2] == given[:, 2], given[:, 2], points[:, 2])
-    after, n_back = accept(before, points, strict=options.strict, threads=options.threads, sizes=ascent.sizes)
-    if n_back:
-        notes.append(f"{number_of(n_back, 'point was', 'points were')} put back: a cell would have paid.")
-    if not is_better(after, before, None if options.everywhere else options.target):
+    target = None if options.everywhere else options.target
+    if options.rounding:
+        after, of_rounding = accept_rounded(
+            before,
+            points,
+            [partial(_in_plane, one) for one in options.rounding],
+            lambda after: is_better(after, before, target),
+            strict=options.strict,
+            threads=options.threads,
+            sizes=ascent.sizes,
+        )
+        notes += of_rounding
+    else:
+        after, n_back = accept(before, points, strict=options.strict, threads=options.threads, sizes=ascent.sizes)
+        if n_back:
+            notes.append(f"{number_of(n_back, 'point was', 'points were')} put back: a cell would have paid.")
+    if not is_better(after, before, target):
         after = before
     claims = _claims(before, after, held, part, options)
     if not all(one.holds for one in claims):
@@ -74,6 +87,13 @@ def improve_flat(
     source = before.source
     moved_mesh = after.mesh if source is mesh or after is before else source.replace(points=after.mesh.points)
     return (source if after is before else moved_mesh), before, after, report
+
+
+def _in_plane(rounding: Rounding, ids: Ids, points: Points) -> Points:
+    """Rounded, but where they were in z."""
+    rounded = rounding(ids, points)
+    rounded[:, 2] = points[:, 2]
+    return rounded
 
 
 def _check(mesh: Mesh, options: Options) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,10 +17,10 @@ from .components import components
 from .constraints import Mask, shared_with_pieces
 from .faces import mask_of
 from .kept import kept_regions
-from .problem import Ids
+from .problem import Ids, Points
 from .remeasure import LARGE, cells_at, merged, nodes_of, remeasured
 from .report import Claim
-from .whole import Rounding
+from .rounding import Rounding
 
 CHUNK = 1 << 20
 """Cells that are summarised at a time."""
@@ -73,12 +74,10 @@ class Patch:
         """``(n_points,)`` of the mesh for the points of the patch."""
         return values if self.points is None else values[self.points]
 
-    def rounding(self, whole: Rounding | None) -> Rounding | None:
-        """That of the mesh for ids of points of the patch."""
+    def rounding(self, whole: tuple[Rounding, ...]) -> tuple[Rounding, ...]:
+        """Those of the mesh for ids of points of the patch."""
         points = self.points
-        if whole is None or points is None:
-            return whole
-        return lambda ids, coordinates: whole(points[ids], coordinates)
+        return whole if points is None else tuple(partial(_of_part, one, points) for one in whole)
 
     def cell(self, cell: int) -> int:
         """The cell of the mesh that one of the patch is."""
@@ -137,6 +136,10 @@ class Patch:
         return (
             Claim("elsewhere", holds, f"all {n:,} points away from bad cells are where they were, to the last bit"),
         )
+
+
+def _of_part(rounding: Rounding, points: Ids, ids: Ids, coordinates: Points) -> Points:
+    return rounding(points[ids], coordinates)
 
 
 def whole_patch(quality: Quality, keep: Sequence[str] = ()) -> Patch:

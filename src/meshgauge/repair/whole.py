@@ -27,7 +27,8 @@ from .phases.untangle import smooth, untangle
 from .phases.untwist import untwist
 from .phases.worst import raise_worst
 from .polyhedral import corners
-from .problem import Ids, Points, problem
+from .problem import Points, problem
+from .rounding import Rounding, accept_rounded
 from .run import Progress, Run, begin_run
 from .sizes import SizeLimits, size_limits
 
@@ -39,10 +40,6 @@ SLIDING_RINGS = 4
 
 MUCH = 0.2
 """Share of the cells from which on, if they are bad, there is no mending them one by one."""
-
-
-Rounding = Callable[[Ids, Points], Points]
-"""From ids of points and ``(n, 3)`` coordinates of theirs: those coordinates as a file will hold them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +61,7 @@ class Options:
     objective: str
     split_hopeless: bool = False
     keep: tuple[str, ...] = ()
-    rounding: Rounding | None = None
+    rounding: tuple[Rounding, ...] = ()
 
     @property
     def slides(self) -> bool:
@@ -186,7 +183,7 @@ def repair(
             near = _near_bad(outcome, constraints, options)
             promise = replace(promise, constraints=near, held=constraints.pinned)
         _slide(outcome, promise, options)
-    if options.rounding is not None:
+    if options.rounding:
         held = constraints if options.tolerance is None else replace(constraints, sizes=None)
         _round(outcome, Promise(before, held, options.slides, options.surface is not None, options.strict), options)
     if outcome.quality is before and not outcome.broken:
@@ -198,23 +195,23 @@ def repair(
 
 def _round(outcome: Outcome, promise: Promise, options: Options) -> None:
     """Let the points that moved stand as the file will hold them; what that costs a cell is put back where it was."""
-    before, reached = promise.before, outcome.quality
-    old, points = (np.asarray(one.mesh.points, np.float64) for one in (before, reached))
+    before, target = promise.before, None if options.everywhere else options.target
+    old, points = (np.asarray(one.mesh.points, np.float64) for one in (before, outcome.quality))
     moved = np.flatnonzero((old != points).any(axis=1))
-    rounded = points.copy()
-    assert options.rounding is not None
-    rounded[moved] = options.rounding(moved, points[moved])
-    if np.array_equal(rounded, points, equal_nan=True):
+    if np.array_equal(options.rounding[0](moved, points[moved]), points[moved], equal_nan=True):
         return
-    after, n_back = accept(
-        before, rounded, strict=promise.strict, threads=options.threads, sizes=promise.constraints.sizes
+    after, notes = accept_rounded(
+        before,
+        points,
+        options.rounding,
+        lambda after: is_better(after, before, target) and not promise.broken(after),
+        strict=promise.strict,
+        threads=options.threads,
+        sizes=promise.constraints.sizes,
     )
     outcome.quality = before
-    if is_better(after, before, None if options.everywhere else options.target) and outcome.take(after, promise):
-        outcome.notes.append("Coordinates are rounded to the digits that the file holds.")
-        if n_back:
-            was = number_of(n_back, "point was", "points were")
-            outcome.notes.append(f"{was} put back, since rounded to the digits of the file a cell would have paid.")
+    if is_better(after, before, target) and outcome.take(after, promise):
+        outcome.notes += ["Coordinates are rounded to the digits that the file holds.", *notes]
 
 
 def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> Constraints:

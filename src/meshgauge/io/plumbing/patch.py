@@ -19,7 +19,7 @@ from ...mesh.labels import labels_of
 from .numerals import Form, Ints, Raw, Reals, Writing
 
 GZIP = b"\x1f\x8b"
-_NONE, _NO_SPANS = np.empty(0, np.int64), np.empty((0, 3), np.int64)
+_NONE, _NO_LINES, _NO_SPANS = np.empty(0, np.int64), np.empty((0, 2), np.int64), np.empty((0, 3), np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +47,7 @@ class Places:
     piece: Ints
     labels: Ints | None = None
     copies: Places | None = None
+    lines: Ints | None = None  #: ``(n, 2)`` the bytes of lines that can be given wider fields; -1 for others
     width: int = 3  #: coordinates that the file gives for each point; of two the third is 0
 
     @classmethod
@@ -69,13 +70,15 @@ class Places:
             np.concatenate([_NO_SPANS, *(part.ends for part in parts)]),
             np.concatenate([_NONE, *(part.piece + shift for part, shift in zip(parts, shifts, strict=True))]),
             np.concatenate([_NONE, *labels]) if len(labels) == len(parts) > 0 else None,
+            lines=np.concatenate([_NO_LINES, *(part._lines for part in parts)]),
             width=max((part.width for part in parts), default=3),
         )
 
     def rows(self, some: Ints) -> Places:
         """Some of the places."""
         labels = None if self.labels is None else self.labels[some]
-        return Places(self.pieces, self.starts[some], self.ends[some], self.piece[some], labels, width=self.width)
+        own = self.starts[some], self.ends[some], self.piece[some]
+        return Places(self.pieces, *own, labels, lines=self._lines[some], width=self.width)
 
     def labelled(self, labels: Ints) -> Places:
         """The same with numbers."""
@@ -136,10 +139,11 @@ class Places:
                 is_one = (counts == 1)[np.searchsorted(one, numbers)]
                 rows = np.where((known[at] == numbers) & is_one, len(self.labels) - 1 - last[at], -1)
         starts, ends = np.full((n, 3), -1, np.int64), np.full((n, 3), -1, np.int64)
-        piece = np.zeros(n, np.int64)
+        piece, lines = np.zeros(n, np.int64), np.full((n, 2), -1, np.int64)
         given = np.flatnonzero(rows >= 0)
         starts[given], ends[given], piece[given] = (all_[rows[given]] for all_ in (self.starts, self.ends, self.piece))
-        places = replace(self, starts=starts, ends=ends, piece=piece, labels=None)
+        lines[given] = self._lines[rows[given]]
+        places = replace(self, starts=starts, ends=ends, piece=piece, labels=None, lines=lines)
         ids = np.flatnonzero(places.has_place)
         points = np.asarray(mesh.points)
         here = places._values(ids).astype(points.dtype)
@@ -173,11 +177,25 @@ class Places:
                     values[own, : self.width] = form.values(data, starts, ends).reshape(-1, self.width)
         return values
 
-    def rounded(self, ids: Ints, points: Reals) -> Reals:
-        """``(n, 3)`` coordinates of some points as the file will hold them."""
+    @property
+    def _lines(self) -> Ints:
+        return np.full((len(self.starts), 2), -1, np.int64) if self.lines is None else self.lines
+
+    @property
+    def can_widen(self) -> bool:
+        """True if the fields of some points can be given more digits."""
+        return bool((self._lines >= 0).any())
+
+    def rounded(self, ids: Ints, points: Reals, *, widens: bool = False) -> Reals:
+        """``(n, 3)`` coordinates of some points as the file will hold them; ``widens``: in wider fields."""
         result = np.array(points, np.float64)
         for number, (_, form) in enumerate(self.pieces):
             own = np.flatnonzero(self.piece[ids] == number)
+            if widens and isinstance(form, Widening):
+                can = self._lines[ids[own], 0] >= 0
+                wide = own[can]
+                result[wide] = form.wide.rounded(result[wide].ravel()).reshape(-1, 3)
+                own = own[~can]
             result[own] = form.rounded(result[own].ravel()).reshape(-1, 3)
         return result
 
@@ -192,13 +210,12 @@ class Places:
         points = every.labels
         is_here = np.isin(every.piece, [number for number, (file, _) in enumerate(every.pieces) if is_same(file, path)])
         is_moved = is_here[:, None] & (before.view(np.int64) != after.view(np.int64))[points]
+        spans, texts = every._widened(data, is_moved, after[points])
         starts, ends, new = every.starts[is_moved], every.ends[is_moved], after[points][is_moved]
         piece = np.broadcast_to(every.piece[:, None], is_moved.shape)[is_moved]
         order = np.argsort(starts, kind="stable")
         starts, ends, new, piece = starts[order], ends[order], new[order], piece[order]
         puts: list[tuple[Putting, Ints, Reals]] = []
-        spans: list[tuple[int, int]] = []
-        texts: list[bytes] = []
         for number in np.unique(piece).tolist():
             form, rows = every.pieces[number][1], np.flatnonzero(piece == number)
             if isinstance(form, Putting):
@@ -217,6 +234,23 @@ class Places:
             spans += zip(begins.tolist(), stops.tolist(), strict=True)
         return Edit(Hunks.replacing(_NONE, _NONE, []), [], puts).also(spans, texts)
 
+    def _widened(
+        self, data: bytes, is_moved: NDArray[np.bool_], after: Reals
+    ) -> tuple[list[tuple[int, int]], list[bytes]]:
+        """Lines, and what they become, of points whose fields are too narrow; these are taken out of ``is_moved``."""
+        spans, texts = [], []
+        for number, (_, form) in enumerate(self.pieces):
+            if not isinstance(form, Widening):
+                continue
+            rows = np.flatnonzero((self.piece == number) & (self._lines[:, 0] >= 0) & is_moved.any(axis=1))
+            narrow = form.rounded(after[rows].ravel()).reshape(-1, 3)
+            for row in rows[((narrow != after[rows]) & is_moved[rows]).any(axis=1)].tolist():
+                start, end = self._lines[row].tolist()
+                spans.append((start, end))
+                texts.append(form.widened(data[start:end], after[row], is_moved[row]))
+                is_moved[row] = False
+        return spans, texts
+
 
 @runtime_checkable
 class Putting(Form, Protocol):
@@ -224,6 +258,20 @@ class Putting(Form, Protocol):
 
     def put(self, path: Path, starts: Ints, values: Reals) -> None:
         """Change the numbers at some places."""
+        ...
+
+
+@runtime_checkable
+class Widening(Form, Protocol):
+    """A form in fields that can be made wider, with the line that they stand in."""
+
+    @property
+    def wide(self) -> Form:
+        """The form in such fields."""
+        ...
+
+    def widened(self, line: bytes, point: Reals, changes: NDArray[np.bool_]) -> bytes:
+        """The line with wider fields, in which some coordinates are others."""
         ...
 
 

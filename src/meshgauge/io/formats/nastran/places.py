@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...plumbing.numerals import Form, Text
+from ...plumbing.numerals import Form, Reals, Text
 from ...plumbing.patch import Places
 from .cards import Card, cards
 
@@ -15,6 +17,42 @@ _SMALL, _LARGE = 8, 16
 _NO_SPAN = (-1, -1)
 
 Span = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Narrow(Text):
+    """Fields of a GRID card of 8 columns, or between commas, which becomes a GRID* card where they do not do."""
+
+    @property
+    def wide(self) -> Text:
+        return Text(most=_LARGE, exponent="")
+
+    def widened(self, line: bytes, point: Reals, changes: NDArray[np.bool_]) -> bytes:
+        """The line as two; the characters of what does not change stay, and so does a comment."""
+        text, mark, comment = line.partition(b"$")
+        end = line[len(line.rstrip(b"\r\n")) :]
+        is_free = b"," in text
+        fields = _split(text)
+        for axis in np.flatnonzero(changes).tolist():
+            fields[2 + axis] = next(self.wide.written(point[axis : axis + 1], [b""]))
+        first, second = fields[:4], fields[4:]
+        if is_free:
+            lines = [b",".join([b"GRID*", *first]), b",".join([b"*", *second])]
+        else:
+            lines = [b"GRID*".ljust(_SMALL) + b"".join(one.rjust(_LARGE) for one in first)]
+            lines.append(b"*".ljust(_SMALL) + b"".join(one.rjust(_LARGE) for one in second))
+        rest = (b" " + mark + comment.rstrip(b"\r\n")) if mark else b""
+        return lines[0] + (b"\r\n" if end == b"\r\n" else b"\n") + lines[1] + rest + end
+
+
+def _split(text: bytes) -> list[bytes]:
+    """The fields behind the name, without blanks at the end; at least the three coordinates."""
+    text = text.rstrip()
+    if b"," in text:
+        fields = [word.strip() for word in text.split(b",")[1:]]
+    else:
+        fields = [text[at : at + _SMALL].strip() for at in range(_SMALL, len(text), _SMALL)]
+    return fields + [b""] * (5 - len(fields))
 
 
 def places(path: Path) -> Places:
@@ -38,10 +76,11 @@ def _of_file(path: Path, grids: list[Card]) -> Places:
     lines = path.read_bytes().splitlines(keepends=True)
     begins = np.cumsum([0, *map(len, lines)]).tolist()
     forms: dict[Form, int] = {}
-    spans, kinds = [], []
+    spans, kinds, whole = [], [], []
     for card in grids:
         form, own = _fields(lines, begins, card.line - 1)
         spans.append(own)
+        whole.append(_line(lines, begins, card.line - 1))
         kinds.append(forms.setdefault(form, len(forms)))
     table = np.array(spans, np.int64).reshape(-1, 3, 2)
     return Places(
@@ -50,7 +89,18 @@ def _of_file(path: Path, grids: list[Card]) -> Places:
         table[:, :, 1],
         np.array(kinds, np.int64),
         np.array([card.integer(0) for card in grids], np.int64),
+        lines=np.array(whole, np.int64).reshape(-1, 2),
     )
+
+
+def _line(lines: list[bytes], begins: list[int], at: int) -> Span:
+    """The line of a GRID card in narrow fields that stands in it as a whole, its end included."""
+    text = lines[at].partition(b"$")[0]
+    following = lines[after][:_SMALL].strip() if (after := _next(lines, at)) < len(lines) else b"ENDDATA"
+    goes_on = not following or following[:1] in b"+*,"
+    if b"*" in text[:_SMALL].partition(b",")[0] or b"\t" in text or goes_on or len(_split(text)) > 8:
+        return _NO_SPAN
+    return begins[at], begins[at] + len(lines[at])
 
 
 def _fields(lines: list[bytes], begins: list[int], at: int) -> tuple[Form, list[Span]]:
@@ -63,7 +113,8 @@ def _fields(lines: list[bytes], begins: list[int], at: int) -> tuple[Form, list[
     own = [_field(lines, begins, at, 2 + k, width) for k in range(2 if is_large else 3)]
     if is_large:
         own.append(_field(lines, begins, _next(lines, at), 0, width))
-    return Text(most=width, is_field=True, exponent=""), own
+    form = Text if is_large else _Narrow
+    return form(most=width, is_field=True, exponent=""), own
 
 
 def _field(lines: list[bytes], begins: list[int], at: int, place: int, width: int) -> Span:
@@ -88,7 +139,8 @@ def _free(lines: list[bytes], begins: list[int], at: int, width: int) -> tuple[F
         own += _words(lines[following], begins[following])[1:2]
     own = [*own, *[_NO_SPAN] * 3][:3]
     longest = max(end - start for start, end in own)
-    return Text(most=max(width, longest), exponent=""), own
+    form = Text if width == _LARGE else _Narrow
+    return form(most=max(width, longest), exponent=""), own
 
 
 def _words(line: bytes, begin: int) -> list[Span]:
