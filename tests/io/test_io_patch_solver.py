@@ -12,6 +12,7 @@ import pytest
 from patch_files import CUBE
 
 import meshgauge
+from meshgauge.io.patching import patch_of
 from meshgauge.status import is_invalid
 
 pytestmark = pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
@@ -73,6 +74,33 @@ def test_a_poor_mesh_gives_the_same_result_as_a_good_one(tmp_path: Path) -> None
     print(f"tip: straight {reference:.6e}, distorted {before:.6e}, repaired {after:.6e}")
     assert abs(after - reference) < abs(before - reference)
     assert abs(after / reference - 1) < TIP
+
+
+def test_pressure_stays_on_its_faces_when_elements_are_renumbered(tmp_path: Path) -> None:
+    """Pressure from above on eight elements, of which some are numbered in reverse, and named by other faces then."""
+    deck = beam(tmp_path / "deck.inp", 0.0)
+    above = [n for n in range(1, 129) if n % 4 == 0 and n > 64]  # upper elements of the half that is away from the root
+    loads = f"*ELSET, ELSET=ABOVE\n{','.join(map(str, above[:8]))}\n*DLOAD\nABOVE, P2, 5.\n{above[9]}, P2, 3.\n"
+    deck.write_text(deck.read_text().replace("*CLOAD", f"{loads}*CLOAD"))
+    text, right = analysed(deck)
+    assert "job finished" in text.lower()
+    mesh = meshgauge.read(deck)
+    connectivity = np.array(mesh.connectivity)
+    for element in (3, above[2], above[5], above[9]):
+        nodes = connectivity[8 * (element - 1) : 8 * element]
+        nodes[:] = nodes[[4, 5, 6, 7, 0, 1, 2, 3]]
+    patch = patch_of(mesh, tmp_path / "reversed.inp", changes="order")
+    assert patch is not None
+    patch.write(mesh.replace(connectivity=connectivity))
+    assert f"{above[2]}, P1, 5.\n" in patch.target.read_text()
+    text, none = analysed(patch.target)
+    assert "nonpositive jacobian" in text.lower()
+    assert not len(none)
+    done = command_line.run("orient", patch.target, "-o", tmp_path / "better.inp")
+    assert done.returncode == 0, done.stderr
+    text, table = analysed(tmp_path / "better.inp")
+    print(f"tip: {right[:, 2].mean():.6e}, renumbered {table[:, 2].mean():.6e}")
+    np.testing.assert_allclose(table, right, rtol=1e-5)
 
 
 def test_a_deck_that_cannot_be_analysed_can_be_once_it_is_repaired(tmp_path: Path) -> None:

@@ -88,6 +88,12 @@ class ChangedMesh:
             if same is not None and not (same.is_exact and written_as is same):
                 why = "is not patched" if changes == "points" else "is not patched where cells change"
                 how = "anew" if written_as is same else f"as {written_as.title}"
+                if in_place and written_as is not same:
+                    raise WriteError(
+                        f"{target}: {same.title} {why} and cannot be written, and {written_as.title} has the same "
+                        "extension: nothing is replaced; give -o OUT: a conversion, without what the file holds beside "
+                        "the mesh, or --convert"
+                    )
                 note = f"{same.title} {why}: the mesh is written {how}, without what the file holds beside it"
                 terminal.warn("note", f"{target}: {note}")
             if undo is not None and source.is_dir():

@@ -24,6 +24,7 @@ from .plumbing.format import Format, IncludedNames
 from .plumbing.isolate import Limits
 from .plumbing.numerals import Ints, Reals
 from .plumbing.patch import Edit, Places, is_same
+from .plumbing.patch_faces import Faces
 from .plumbing.patch_nodes import Nodes, edit_nodes
 from .plumbing.steps import StepChoice
 from .reading import format_of
@@ -61,7 +62,7 @@ class Patch:
     places: Places
     limits: Limits
     step: StepChoice = None
-    nodes: tuple[Nodes, ...] | None = None
+    nodes: tuple[Nodes | Faces, ...] | None = None
     all_times: bool = False
 
     @property
@@ -286,7 +287,7 @@ def patch_of(
     Raises
     ------
     ReadError
-        If the places cannot be told, or the file names faces of cells that would be others; the message says why.
+        If the places cannot be told; the message says why.
     """
     chosen = format_if_same(mesh, target, file_format=file_format)
     if chosen is None or not chosen.is_patched:

@@ -22,6 +22,7 @@ from .plumbing import budget, files, isolate
 from .plumbing.format import HEAD, Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
 from .plumbing.patch import Places
+from .plumbing.patch_faces import Faces
 from .plumbing.patch_nodes import Nodes
 from .plumbing.pieces import Pieces, ReadWhole, check_alike
 from .plumbing.steps import Step, StepChoice, note, position
@@ -156,7 +157,7 @@ def places(chosen: Format, path: Path, limits: isolate.Limits | None = None, cho
     return given
 
 
-def nodes(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Nodes, ...]:
+def nodes(chosen: Format, path: Path, limits: isolate.Limits | None = None) -> tuple[Nodes | Faces, ...]:
     """Where the file holds the nodes of cells. Raises `ReadError`."""
     with budget.of(path, *(limits or isolate.Limits()).given):
         return _call_reader(chosen, path, chosen.nodes) or ()

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...mesh import Mesh
 from .added import Adder
 from .patch import Places
+from .patch_faces import Faces
 from .patch_nodes import Nodes
 from .pieces import Pieces
 from .steps import Step
@@ -52,8 +53,8 @@ PieceLister = Callable[[Path, int], Pieces | None]
 StepPlacesFinder = Callable[[Path, int], Places]
 """The same of one time step, by its index from 0."""
 
-NodesFinder = Callable[[Path], tuple[Nodes, ...]]
-"""Scans a file again for where it holds the nodes of cells; raises if it names faces of cells by local numbers."""
+NodesFinder = Callable[[Path], tuple[Nodes | Faces, ...]]
+"""Scans a file again for where it holds the nodes of cells, and what names faces of them by local numbers."""
 
 IncludedNames = Callable[[bytes], list[tuple[int, int]]]
 """Where the bytes of a file name others that it includes: first byte of each name, and that behind its last."""

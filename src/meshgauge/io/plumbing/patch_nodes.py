@@ -8,12 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ...cells import CELL_TYPES
 from ...errors import WriteError
 from ...files.undo import Hunks
 from ...mesh import Mesh
 from ...mesh.labels import labels_of
 from .numerals import Ints
 from .patch import Edit, contents, is_same
+from .patch_faces import Faces, Hunk, Renumbered
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,40 +44,51 @@ class Nodes:
     first: int | None = None
 
 
-def edit_nodes(path: Path, pieces: Sequence[Nodes], before: Mesh, after: Mesh) -> Edit:
-    """What changes in one of the files if nodes of cells change places.
+def edit_nodes(path: Path, found: Sequence[Nodes | Faces], before: Mesh, after: Mesh) -> Edit:
+    """What changes in one of the files if nodes of cells change places, and faces their numbers with them.
 
     Raises
     ------
     WriteError
-        If a cell that changes does not stand in the file with its nodes, or has a node twice.
+        If a cell that changes does not stand in its file with its nodes, or has a node twice; or if a file names
+        something of it that cannot be given another name.
     """
+    pieces = [one for one in found if isinstance(one, Nodes)]
     sizes = np.diff(before.offsets)
     is_other = np.repeat(np.arange(before.n_cells), sizes)[before.connectivity != after.connectivity]
     changed = np.unique(is_other)
-    rows = _rows(pieces, before, changed)
-    data = contents(path)
-    found: list[tuple[int, int, bytes]] = []
-    for cell, (piece, row) in zip(changed.tolist(), rows, strict=True):
-        own = pieces[piece]
-        if not is_same(own.path, path):
-            continue
+    rows, keys = _rows(pieces, before, changed)
+    data = {one: contents(one) for one in dict.fromkeys(piece.path for piece in pieces)}
+    renumbered: dict[int, Renumbered] = {}
+    hunks: list[Hunk] = []
+    for cell, key, (piece, row) in zip(changed.tolist(), keys, rows, strict=True):
+        own, name = pieces[piece], _name(before, cell)
+        text = data[own.path]
         old, new = (_numbers(mesh, cell, own) for mesh in (before, after))
         spans = list(zip(own.starts[row].tolist(), own.ends[row].tolist(), strict=True))
-        there = [_number(data[a:b], own.kind) for a, b in spans]
+        there = [_number(text[a:b], own.kind) for a, b in spans]
         if sorted(there) != sorted(old) or len(set(old)) < len(old):
-            raise WriteError(f"{path}: {_name(before, cell)} does not stand in the file with its nodes, each once")
+            raise WriteError(f"{own.path}: {name} does not stand in the file with its nodes, each once")
         becomes = dict(zip(old, new, strict=True))
-        found += [(a, b, _text(becomes[n], data[a:b], own.kind)) for (a, b), n in zip(spans, there, strict=True)
-                  if becomes[n] != n]  # fmt: skip
-    found.sort()
-    starts, ends = (np.array([one[k] for one in found], np.int64) for k in (0, 1))
-    texts = [text for *_, text in found]
+        renumbered[key] = Renumbered(name, _shape(before, cell), there, [becomes[n] for n in there])
+        if is_same(own.path, path):
+            hunks += [(a, b, _text(becomes[n], text[a:b], own.kind)) for (a, b), n in zip(spans, there, strict=True)
+                      if becomes[n] != n]  # fmt: skip
+    for faces in found:
+        if isinstance(faces, Faces):
+            own_hunks = faces.edited(renumbered)
+            hunks += own_hunks if is_same(faces.path, path) else ()
+    hunks.sort()
+    starts, ends = (np.array([one[k] for one in hunks], np.int64) for k in (0, 1))
+    texts = [one for *_, one in hunks]
     return Edit(Hunks.replacing(starts, ends, list(map(len, texts))), texts, [])
 
 
-def _rows(pieces: Sequence[Nodes], mesh: Mesh, cells: Ints) -> list[tuple[int, int]]:
-    """The piece and the row of each of some cells. Raises `WriteError` if one has none, or several."""
+def _rows(pieces: Sequence[Nodes], mesh: Mesh, cells: Ints) -> tuple[list[tuple[int, int]], list[int]]:
+    """The piece and the row of each of some cells, and its number or its place in the file.
+
+    Raises `WriteError` if one has none, or several.
+    """
     at: dict[int, tuple[int, int] | None] = {}
     in_order, number = 0, labels_of(mesh, "cell")
     has_labels = number is not None and all(piece.labels is not None for piece in pieces)
@@ -91,7 +104,7 @@ def _rows(pieces: Sequence[Nodes], mesh: Mesh, cells: Ints) -> list[tuple[int, i
         if place is None:
             raise WriteError(f"{mesh.path}: {_name(mesh, cell)} has no place of its own in the file")
         rows.append(place)
-    return rows
+    return rows, wanted
 
 
 def _numbers(mesh: Mesh, cell: int, piece: Nodes) -> list[int]:
@@ -112,8 +125,15 @@ def _text(number: int, old: bytes, kind: str) -> bytes:
     return text.ljust(len(old)) if old[-1:].isspace() else text.rjust(len(old))
 
 
+def _shape(mesh: Mesh, cell: int) -> str:
+    """The name of the shape of a cell, "" if it has none."""
+    shape = CELL_TYPES[int(mesh.types[cell])].shape if int(mesh.types[cell]) in CELL_TYPES else None
+    return "" if shape is None else shape.name
+
+
 def _name(mesh: Mesh, cell: int) -> str:
-    from ...look.names import cell_entry
+    from ...look.names import cell_name
     from ...mesh.labels import cell_label
 
-    return f"cell {cell_entry(cell, cell_label(mesh, cell))}"
+    label = cell_label(mesh, cell)
+    return cell_name(cell, label)

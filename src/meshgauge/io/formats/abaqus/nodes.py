@@ -6,39 +6,25 @@ from pathlib import Path
 
 import numpy as np
 
+from ...plumbing.patch_faces import Faces
 from ...plumbing.patch_nodes import Nodes
 from ...plumbing.spans import words
+from .faces import faces
 from .keywords import Keyword, keywords
+from .read import model_of
 from .types import element_type
 
-_BY_FACE = (
-    *("DLOAD", "DSLOAD", "FILM", "SFILM", "RADIATE", "SRADIATE", "DFLUX", "DSFLUX", "CONTACT PAIR", "TIE", "SURFACE"),
-    *("FLUID CAVITY", "DFLOW", "DECHARGE", "IMPEDANCE", "SIMPEDANCE"),
-)
-"""Keywords whose lines may name a face of an element by its local number, or a surface that does."""
 
-
-def nodes(path: Path) -> tuple[Nodes, ...]:
-    """Of the elements of each keyword, with their numbers.
-
-    Raises
-    ------
-    ReadError
-        If the deck names faces of elements by their local numbers, which would be other faces then.
-    """
+def nodes(path: Path) -> tuple[Nodes | Faces, ...]:
+    """Of the elements of each keyword, with their numbers; and what names faces of elements by their local numbers."""
     given = keywords(path)
-    for keyword in given:
-        if keyword.name in _BY_FACE and keyword.option("TYPE", "ELEMENT").upper() == "ELEMENT":
-            raise keyword.fail(
-                f"*{keyword.name} may name faces of elements by their local numbers, which are others once a cell is "
-                "renumbered; --convert writes a new deck, without steps and loads"
-            )
-    pieces: list[Nodes] = []
+    model = model_of(given)
+    pieces: list[Nodes | Faces] = []
     for keyword in given:
         made = element_type(keyword.option("TYPE"), has_fluid_surfaces=False) if keyword.name == "ELEMENT" else None
         if made is not None and made.kind is not None:
             pieces += _elements(keyword, made.kind.n_nodes)
-    return tuple(pieces)
+    return (*pieces, *faces(given, [model.outside, *model.parts.values(), *(one.own for one in model.instances)]))
 
 
 def _elements(keyword: Keyword, n: int) -> list[Nodes]:

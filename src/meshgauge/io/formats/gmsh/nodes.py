@@ -8,14 +8,15 @@ import numpy as np
 
 from ....errors import ReadError
 from ...plumbing.numerals import Ints
+from ...plumbing.patch_faces import Faces
 from ...plumbing.patch_nodes import Nodes
 from ...plumbing.spans import words
 from .cursor import Cursor, kind_of
 from .read import take_format
 
 
-def nodes(path: Path) -> tuple[Nodes, ...]:
-    """Of runs of elements of one type, with their tags.
+def nodes(path: Path) -> tuple[Nodes | Faces, ...]:
+    """Of runs of elements of one type, with their tags; `$ElementNodeData` stands in the order of the nodes.
 
     Raises
     ------
@@ -37,15 +38,17 @@ def nodes(path: Path) -> tuple[Nodes, ...]:
     raise cursor.fail("it has no elements")
 
 
-def _elements(cursor: Cursor) -> tuple[Nodes, ...]:
+def _elements(cursor: Cursor) -> tuple[Nodes | Faces, ...]:
     start = cursor.at
     values = cursor.text("Elements").astype(np.int64)
     first, last = words(cursor.data, start, cursor.at)
     runs = _runs_4(cursor, values) if cursor.version.startswith("4") else _runs_2(cursor, values)
-    pieces = []
+    pieces: list[Nodes | Faces] = []
     for tags, at, n in runs:
         own = at[:, None] + np.arange(n)
         pieces.append(Nodes(cursor.path, first[own], last[own], labels=values[tags]))
+        if b"$ElementNodeData" in cursor.data:
+            pieces.append(Faces(cursor.path, "$ElementNodeData", values[tags]))
     return tuple(pieces)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from ....mesh import Mesh
 from ...plumbing.format import Format
 from ...plumbing.patch import Places
+from ...plumbing.patch_faces import Faces
 from ...plumbing.patch_nodes import Nodes
 from . import read as medit_read
 from .nodes import nodes
@@ -43,7 +44,7 @@ def _places(path: Path) -> Places:
     return places(path, is_binary=_is_binary(_head(path)))
 
 
-def _nodes(path: Path) -> tuple[Nodes, ...]:
+def _nodes(path: Path) -> tuple[Nodes | Faces, ...]:
     return nodes(path, is_binary=_is_binary(_head(path)))
 
 
