@@ -146,13 +146,30 @@ def _categories(purpose: Purpose) -> Codes:
     return table
 
 
+WORST_FIRST = (
+    Category.INVALID,
+    Category.DEGENERATE,
+    Category.UNDECIDED,
+    Category.VALID,
+    Category.UNMEASURED,
+    Category.APART,
+)
+"""The order of every list and histogram: by what a cell counts as, and by its value among those that count alike."""
+
 _CATEGORY = {purpose: _categories(purpose) for purpose in PURPOSES}
+_RANK = np.array([WORST_FIRST.index(one) for one in Category], np.uint8)
 _MEASURED = np.array([code in STATUSES and STATUSES[Status(code)].is_measured for code in range(256)])
 
 
 def category(status: Codes, purpose: Purpose = "fem") -> Codes:
     """The `Category` of each status code, uint8 of the same shape: what the cell counts as in a mesh for a purpose."""
     return _CATEGORY[purpose][status]
+
+
+def rank(status: Codes, purpose: Purpose = "fem") -> Codes:
+    """The place in `WORST_FIRST` of what each cell counts as, uint8 of the same shape: 0 invalid, 1 degenerate,
+    2 undecided, 3 valid, 4 without a value, 5 in no total. Status goes before value: order by this, then by value."""
+    return _RANK[category(status, purpose)]
 
 
 def is_invalid(status: Codes, purpose: Purpose = "fem") -> Mask:

@@ -104,7 +104,13 @@ def test_numbers_are_those_of_the_summary(mixed: FileReport) -> None:
     assert (every["n_cells"], every["n_measured"]) == (8, 7)
     assert [every[f"n_{what}"] for what in ("invalid", "degenerate", "undecided", "poor", "good")] == [1, 1, 1, 1, 3]
     assert every["min"] == -0.25
-    assert every["histogram"] == {"edges": [-1.0, -0.5, 0.0, 0.5, 1.0], "counts": [0, 1, 2, 4]}
+    assert every["histogram"] == {
+        "edges": [-1.0, -0.5, 0.0, 0.5, 1.0],
+        "counts": [0, 1, 2, 4],
+        "invalid": [0, 1, 0, 0],
+        "degenerate": [0, 0, 1, 0],
+        "undecided": [0, 0, 0, 1],
+    }
     assert file["not_measured"] == {"quad": {"not_solid": 2}, "tetra": {"non_finite": 1}}
     assert file["corners_only"] == {"lagrange_pyramid": 1}
     assert file["other_metrics"][0]["all"]["max"] is None  # infinite

@@ -22,6 +22,7 @@ from meshgauge.errors import MeshError, MeshgaugeError, MetricError, OptionError
 from meshgauge.kernels import path as kernels_path
 from meshgauge.report import FileReport
 from meshgauge.report.json import report_dict
+from meshgauge.report.partial_report import VERSION
 from meshgauge.slices import read as slices_read
 
 METRICS = ("scaled_jacobian", "edge_ratio")
@@ -324,7 +325,7 @@ def test_a_strangers_file_is_refused(tmp_path: Path, change: str, pair: list[Par
     data = json.loads(path.read_text().split("\n")[1])
     CHANGES[change](data)
     body = json.dumps(data)
-    path.write_text(f"meshgauge-partial 1 {hashlib.sha256(body.encode()).hexdigest()}\n{body}\n")
+    path.write_text(f"meshgauge-partial {VERSION} {hashlib.sha256(body.encode()).hexdigest()}\n{body}\n")
     with pytest.raises(ReadError, match=r"a\.mgp: is damaged: "):
         PartialReport.load(path)
 

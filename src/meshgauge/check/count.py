@@ -17,8 +17,8 @@ from ..mesh.labels import cell_label, labels_of, point_label
 from ..mesh.regions import regions
 from ..quality.measure import Quality
 from ..quality.metrics import HOLDS, metric
-from ..quality.worst import spacing
-from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
+from ..quality.worst import lowest, spacing
+from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid, rank
 from ..surface_cells import shape_name
 from .outcome import FailingCell
 from .rules import Nothing, NoWorse, Numbers, Rule, Scope, Threshold
@@ -27,8 +27,9 @@ JENS = "jens"
 
 Mask = NDArray[np.bool_]
 
-Ranked = tuple[tuple[float, FailingCell], ...]
-"""Cells with the number by which they are listed, the least first; equal ones in file order."""
+Ranked = tuple[tuple[tuple[int, float], FailingCell], ...]
+"""Cells with that by which they are listed, the least first; equal ones in file order: -1 without a value, else the
+rank of what the cell counts as, then its value."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Count:
         )
 
 
-def ranked(cells: Iterable[tuple[float, FailingCell]], listed: int) -> Ranked:
+def ranked(cells: Iterable[tuple[tuple[int, float], FailingCell]], listed: int) -> Ranked:
     """The first of some cells."""
     return tuple(sorted(cells, key=lambda one: (one[0], one[1].cell))[:listed])
 
@@ -210,16 +211,17 @@ class Counting:
         return defined[self.quality.mesh.types]
 
     def worst_of(self, failing: NDArray[np.int64], name: str, *, upwards: bool = True) -> Ranked:
-        """The first cells to look at: without a value, then by value, equal ones in file order."""
+        """The first cells to look at: without a value, then by status, then by value, equal ones in file order."""
         values = self.quality.values_of(name)[failing]
-        order = np.where(np.isnan(values), -np.inf, values if upwards else -values)
-        if len(order) > self.listed > 0:
-            # Those that can be among the first, equal ones included: a full sort of millions is not needed.
-            limit = np.partition(order, self.listed - 1)[self.listed - 1]
-            near = np.flatnonzero(order <= limit)
-            failing, order = failing[near], order[near]
-        first = np.argsort(order, kind="stable")[: self.listed]
-        return tuple((float(order[at]), self._failing_cell(int(failing[at]), name)) for at in first)
+        order = np.where(np.isnan(values), 0.0, values if upwards else -values)
+        ranks = rank(self.quality.status[failing], self.quality.mesh.purpose).astype(np.int64)
+        ranks[np.isnan(values)] = -1
+        found: list[tuple[tuple[int, float], FailingCell]] = []
+        for one in np.unique(ranks).tolist():
+            alike = np.flatnonzero(ranks == one)
+            first = alike[lowest(order[alike], self.listed - len(found))]
+            found += [((one, float(order[at])), self._failing_cell(int(failing[at]), name)) for at in first.tolist()]
+        return tuple(found)
 
     def _failing_cell(self, cell: int, name: str) -> FailingCell:
         quality, mesh, place = self.quality, self.quality.mesh, self.place

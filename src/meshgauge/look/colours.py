@@ -130,6 +130,15 @@ def cell_colours(
     return mixed
 
 
+STATUS = {"invalid": INVALID, "degenerate": DEGENERATE, "undecided": UNKNOWN}
+"""Of the parts of a bar that are no valid cells, whatever their value, worst first."""
+
+
+def bar_fill(values: NDArray[np.float64]) -> list[str]:
+    """What fills the part of a bar that is valid cells of these values of J_ENS, as CSS writes it."""
+    return css_of((255 * colours(values, is_signed=False)).round().astype(np.uint8))
+
+
 def as_bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
     """`colours` of J_ENS as bytes, ``(n, 3)``."""
     return (255 * colours(np.asarray(values, np.float64))).round().astype(np.uint8)

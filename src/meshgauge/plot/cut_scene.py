@@ -13,7 +13,7 @@ from ..quality.measure import Quality
 from ..quality.summary import Tally
 from . import callouts, chart_style
 from .distributions import counts_in, edges_of
-from .pyvista_cells import CELL, bad, corners, drawable, shell, surface, worst_drawable
+from .pyvista_cells import CELL, bad, corners, drawable, shell, surface
 from .rendering import Canvas, over
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def cut(
     skin = surface(grid)
     centres = np.asarray(grid.cell_centers().points, np.float64)
     is_bad = bad(quality)[np.asarray(grid.cell_data[CELL])]
-    worst = worst_drawable(quality, max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
+    worst = quality.worst(max(min(int(np.count_nonzero(is_bad)), RINGED), 1))
     rings = solids.place([cell.coordinates for cell in worst])
     towards, depth = _plane(corners(skin), rings[0] if worst else None, centres, normal, at)
     # Centres in the plane, but for rounding, belong to what is shown.

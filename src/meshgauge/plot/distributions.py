@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..errors import MeshgaugeError
 from ..quality.measure import JENS, Quality
 from ..quality.summary import Summary, Tally
+from ..quality.summary.unlike import NOT_VALID
 
 Values = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -79,6 +80,19 @@ def counts_in(tally: Tally, edges: Values) -> Counts:
     starts = tally.scale.edges(fine)
     at = np.clip(np.searchsorted(edges, starts, side="right") - 1, 0, len(edges) - 2)
     return np.bincount(at, weights=tally.counts[fine], minlength=len(edges) - 1).astype(np.int64)
+
+
+def by_status(tally: Tally, edges: Values) -> dict[str, Counts]:
+    """`counts_in` by what the cells count as: ``invalid``, ``degenerate`` and ``undecided``, whatever their value, and
+    ``valid``. What has no fine bin of its own goes where most of its fine bin does."""
+    left = counts_in(tally, edges)
+    parts: dict[str, Counts] = {}
+    for one, unlike in zip(NOT_VALID, tally.unlike, strict=True):
+        lower = np.clip(tally.scale.edges(unlike.bins), edges[0], edges[-1])
+        at = np.clip(np.searchsorted(edges, lower, side="right") - 1, 0, len(edges) - 2)
+        here = np.minimum(np.bincount(at, unlike.counts, len(edges) - 1).astype(np.int64), left)
+        parts[one.name.lower()], left = here, left - here
+    return {**parts, "valid": left}
 
 
 def steps_of(tally: Tally) -> tuple[Values, Counts]:

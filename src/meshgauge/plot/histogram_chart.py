@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import DEGENERATE, FAINT, INK, WORDS, colours
+from ..look.colours import FAINT, INK, STATUS, WORDS, colours
 from ..look.style import plural
 from ..quality.measure import JENS
 from ..quality.summary import Scale, Tally
 from . import chart_style
-from .distributions import Counts, Drawable, Series, Values, counts_in, edges_of, series
+from .distributions import Counts, Drawable, Series, Values, by_status, counts_in, edges_of, series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,26 +78,28 @@ def _one(mesh: Series, edges: Values, log: bool) -> Figure:
 
 
 def colours_on(values: Values, scale: Scale) -> NDArray[np.float64]:
-    """`colours` of a metric's values by the range and direction of its scale."""
+    """`colours` of valid cells of a metric's values, by the range and direction of its scale."""
     lower_is_better = scale.better == "lower"
-    return colours(values, scale.acceptable, is_signed=scale.is_signed, lower_is_better=lower_is_better)
+    return colours(values, scale.acceptable, is_signed=False, lower_is_better=lower_is_better)
 
 
 def bars(axes: Axes, tally: Tally, edges: Values, counts: Counts, log: bool = False) -> None:
-    """Bars in the colours of their values."""
+    """Bars in the colours of what their cells count as, worst at the foot; of valid ones in those of their values."""
     top = int(counts.max())
     heights = np.where(counts > 0, np.maximum(counts, 0 if log else LEAST * top), 0)
     middles = (edges[1:] + edges[:-1]) / 2
     width = np.diff(edges)
-    axes.bar(
-        middles, heights, width=0.88 * width, color=colours_on(middles, tally.scale), edgecolor=INK, linewidth=0.35
-    )
-    if tally.n_degenerate and tally.scale.flat == 0.0:
-        # Flat cells are no better than inverted ones, though their bin begins what is poor.
-        at = int(np.searchsorted(edges, 0.0, side="right")) - 1
-        look: dict[str, Any] = {"color": DEGENERATE, "edgecolor": INK, "linewidth": 0.35}
-        n = min(tally.n_degenerate, int(counts[at]))
-        axes.bar(middles[at], max(n, LEAST * top) if n else 0, width=0.88 * width[at], **look)
+    look: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.35}
+    axes.bar(middles, heights, width=0.88 * width, color=colours_on(middles, tally.scale), **look)
+    parts, below, layers = by_status(tally, edges), np.zeros(len(counts), np.int64), []
+    for name, colour in STATUS.items():
+        below = below + parts[name]
+        # At the foot of its bar; those that there are have a line of it at least.
+        least = np.minimum(np.maximum(below, 0 if log else LEAST * top), heights)
+        layers.append((np.where(parts[name] > 0, least, 0), colour))
+    for tall, colour in layers[::-1]:
+        shown = tall > 0
+        axes.bar(middles[shown], tall[shown], width=0.88 * width[shown], color=colour, **look)
     if log:
         axes.set_yscale("log")
         axes.set_ylim(0.7, top * 1.5)

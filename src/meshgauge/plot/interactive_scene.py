@@ -9,7 +9,7 @@ import numpy as np
 from ..look.colours import FAINT, INK, SKIN
 from ..quality.measure import Quality
 from . import callouts
-from .pyvista_cells import CELL, drawable, edges, surface, worst_drawable
+from .pyvista_cells import CELL, drawable, edges, surface
 from .rendering import check_drawing
 
 
@@ -48,7 +48,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
     sharp = edges(skin)
     if sharp.n_cells:
         made.add_mesh(sharp, color=FAINT, pickable=False)
-    cells = worst_drawable(quality, n)
+    cells = quality.worst(n)
     if cells:
         drawn = np.isin(np.asarray(grid.cell_data[CELL]), [cell.cell for cell in cells])
         made.add_mesh(

@@ -15,7 +15,6 @@ from ..look.colours import FAINT, SKIN, cell_colours
 from ..mesh import Mesh, connectivity
 from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import Quality
-from ..quality.worst import WorstCell
 from ..status import Status, is_degenerate, is_invalid, is_measured, is_solid
 from ..surface_cells import POLYGON
 from .rendering import Canvas, Image, over
@@ -114,20 +113,6 @@ def bad(quality: Quality) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for measured cells that are invalid or degenerate: those to point out."""
     status = quality.status
     return (is_invalid(status, quality.mesh.purpose) | is_degenerate(status)) & is_measured(status)
-
-
-def worst_drawable(quality: Quality, n: int) -> list[WorstCell]:
-    """The n cells to point out: those that are invalid or degenerate, the lowest first, then the lowest of the others.
-
-    A cell that is inverted inside, between good corners, can have a higher J_ENS than valid ones.
-    """
-    first = np.flatnonzero(bad(quality))
-    first = first[np.argsort(quality.values[first], kind="stable")][:n]
-    cells = [quality.worst_node(int(cell)) for cell in first]
-    if len(cells) < n:
-        known = set(first.tolist())
-        cells += [cell for cell in quality.worst(n) if cell.cell not in known][: n - len(cells)]
-    return cells
 
 
 def surface(grid: Any) -> Any:

@@ -14,7 +14,7 @@ from ..mesh.polyhedra import Polyhedra
 from ..quality.measure import Quality
 from ..quality.worst import WorstCell
 from . import callouts, chart_style
-from .pyvista_cells import CELL, Solids, corners, drawable, shell, surface, worst_drawable
+from .pyvista_cells import CELL, Solids, corners, drawable, shell, surface
 from .rendering import Canvas, frame, over
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
     """
     if not 1 <= n <= MOST:
         raise MeshgaugeError(f"{n} worst cells are asked for, expected 1 to {MOST}")
-    return _scene(quality, worst_drawable(quality, n), title)
+    return _scene(quality, quality.worst(n), title)
 
 
 def one_cell(quality: Quality, position: int, *, title: str = "") -> Figure:

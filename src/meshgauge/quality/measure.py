@@ -39,7 +39,7 @@ from .neighbours import with_neighbours
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
 from .validity import Certificate, certify
-from .worst import StatusCells, WorstCell, lowest, spacing, worst_at_points
+from .worst import StatusCells, WorstCell, spacing, worst_at_points, worst_first
 
 Values = NDArray[np.float64]
 
@@ -234,9 +234,10 @@ class Quality:
         return find("report.methods", "page_in_cell")(self, worst=worst, height=height)
 
     def worst(self, n: int = 10) -> list[WorstCell]:
-        """The n cells of lowest J_ENS, lowest first, equal ones in file order; cells without a value are not among
-        them."""
-        return [self.worst_node(int(cell)) for cell in lowest(self.values, n)]
+        """The n worst cells: invalid ones first, then degenerate, then undecided ones, whatever their value; lowest
+        J_ENS first among those that count alike, equal ones in file order. Cells without a value are not among them."""
+        cells = worst_first(self.values, self.status, n, self.mesh.purpose)
+        return [self.worst_node(int(cell)) for cell in cells]
 
     def worst_frame(self, n: int = 10) -> Any:
         """`worst` as a pandas DataFrame: cell, type, quality, status, node, node_quality, point, cell_label,

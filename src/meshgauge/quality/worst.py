@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..look.records import brief
 from ..mesh import Mesh, connectivity
 from ..mesh.cast import frozen
+from ..status import Purpose, Status, rank
 from .flat import Flatness
 
 Values = NDArray[np.float64]
@@ -48,6 +49,11 @@ class StatusCells:
     __repr__ = brief
 
 
+def order_of(cell: WorstCell, purpose: Purpose) -> tuple[int, float, int]:
+    """By what some of the worst cells are sorted when lists are merged: as `worst_first` has them."""
+    return int(rank(np.array(Status[cell.status.upper()], np.uint8), purpose)), cell.quality, cell.cell
+
+
 def spacing(points: NDArray[np.floating]) -> float:
     """The least distance of two of some points ``(n, 3)`` that are apart; 0 if none are, or nothing is finite."""
     x = np.asarray(points, np.float64)
@@ -69,13 +75,30 @@ def worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) ->
     return frozen(worst)
 
 
-def lowest(values: Values, n: int) -> NDArray[np.int64]:
-    """Positions of the n lowest values, lowest first, equal ones in order; never a NaN."""
+def worst_first(values: Values, status: NDArray[np.uint8], n: int, purpose: Purpose = "fem") -> NDArray[np.int64]:
+    """Positions of the n worst cells: by status first (`meshgauge.status.rank`), by value among those that count
+    alike, equal ones in order; never one without a value."""
+    present = np.flatnonzero(np.bincount(status, minlength=256)).astype(np.uint8)
+    ranks = np.unique(rank(present, purpose)).tolist()
+    if len(ranks) == 1:
+        return lowest(values, n)
+    kept = np.empty(0, np.int64)
+    for one in ranks:
+        if len(kept) < n:
+            kept = np.concatenate([kept, lowest(values, n - len(kept), rank(status, purpose) == one)])
+    return kept
+
+
+def lowest(values: Values, n: int, among: NDArray[np.bool_] | None = None) -> NDArray[np.int64]:
+    """Positions of the n lowest values, lowest first, equal ones in order, of some of them; never a NaN."""
     kept = np.empty(0, np.int64)
     limit = np.inf
     for start in range(0, len(values) if n > 0 else 0, connectivity.CHUNK):
         part = values[start : start + connectivity.CHUNK]
-        lower = np.flatnonzero(part <= limit if len(kept) < n else part < limit) + start
+        is_lower = part <= limit if len(kept) < n else part < limit
+        if among is not None:
+            is_lower &= among[start : start + connectivity.CHUNK]
+        lower = np.flatnonzero(is_lower) + start
         if len(lower) == 0:
             continue
         if len(lower) > 4 * n:  # a sort of all would take ten times as long

@@ -8,6 +8,8 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import ReadError
 from ..files.output import replacing
 from ..files.plain_records import NotPlain, plain, record
@@ -15,11 +17,12 @@ from ..look.records import brief
 from ..quality.measure import JENS
 from ..quality.summary import EXACT, Summary
 from ..quality.summary.scale import HALF
+from ..quality.summary.unlike import NOT_VALID, Unlike
 from ..slices import Partial
 from ..slices.facts import Labels
 from ..status import STATUSES, Status
 
-FORMAT, VERSION = "meshgauge-partial", 1
+FORMAT, VERSION = "meshgauge-partial", 2
 LARGEST = 1 << 31
 """Bytes of a file beyond which it holds no partial report."""
 
@@ -118,6 +121,19 @@ def _checksum(text: str) -> str:
     return hashlib.sha256(text.encode("ascii")).hexdigest()
 
 
+def _are_right(unlike: tuple[Unlike, ...], n_measured: int) -> bool:
+    """Whether counts of the values of cells that are not valid can be those of a tally."""
+    bins = np.concatenate([np.empty(0, np.int64), *(one.bins for one in unlike)])
+    counts = [one.counts for one in unlike]
+    return (
+        len(unlike) == len(NOT_VALID)
+        and all(len(one.bins) == len(one.counts) and bool((np.diff(one.bins) > 0).all()) for one in unlike)
+        and bool(((bins >= 0) & (bins < 2 * HALF)).all())
+        and all(bool((n > 0).all()) for n in counts)
+        and sum(int(n.sum()) for n in counts) <= n_measured
+    )
+
+
 def _check(made: PartialReport) -> None:
     """Raise `NotPlain` if numbers do not belong together, so that none is looked up where there is nothing."""
     result = made.result
@@ -137,6 +153,7 @@ def _check(made: PartialReport) -> None:
         and all((one.values is None) != (one.counts is None) for one in tallies)
         and all(one.values is None or len(one.values) == one.n_measured <= EXACT for one in tallies)
         and all(one.counts is None or len(one.counts) == 2 * HALF for one in tallies)
+        and all(_are_right(tally.unlike, tally.n_measured) for tally in tallies)
     )
     if not right:
         raise NotPlain("its numbers do not belong together")

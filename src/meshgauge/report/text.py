@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.box import Box
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.measure import Measurement
@@ -176,44 +177,47 @@ def _table(rows: dict[str, Tally], title: str, columns: list[Column]) -> Table:
 
 def spark(tally: Tally, ascii_only: bool, width: int = SPARK_WIDTH) -> Text:
     """A histogram over -1 to 1 in one row of characters, in the colours of the bands, closed at both ends."""
-    edges, counts = tally.histogram(width)
+    edges, parts = tally.histogram_by_status(width)
+    counts = np.sum(list(parts.values()), axis=0)
     text = Text("|" if ascii_only else "▕", "dim", no_wrap=True)
-    for character, edge in zip(style.spark(counts.tolist(), ascii_only=ascii_only), edges, strict=False):
-        text.append(character, band_of(edge).style + " not dim")
+    for at, character in enumerate(style.spark(counts.tolist(), ascii_only=ascii_only)):
+        most = max(parts, key=lambda name, at=at: int(parts[name][at]))  # type: ignore[misc]
+        own = band_of(float(edges[at])).style if most == "valid" else style.STYLES[most]
+        text.append(character, own + " not dim not bold")
     return text.append("|" if ascii_only else "▏")
 
 
 def bars(report: FileReport, bins: int, options: ConsoleOptions) -> Iterator[RenderableType]:
-    """The histogram of all cells, a bar a bin, from the lowest bin that holds a cell; below it which of them are not
-    what their value says."""
+    """The histogram of all cells, a bar a bin, from the lowest bin that holds a cell: in each first those that are not
+    valid, whatever their value, and below it which they are."""
     tally = report.summary.all
-    edges, counts = tally.histogram(bins)
+    edges, parts = tally.histogram_by_status(bins)
+    counts = np.sum(list(parts.values()), axis=0)
     first = int(np.flatnonzero(counts)[0])
     digits = max(len(f"{e:.4f}".rstrip("0").split(".")[1]) for e in edges.tolist())
     digits = max(digits, 1)
     top = int(counts.max())
+    names = _bin_names(edges, parts, first)
     label, number = 2 * digits + 8, max(len(style.number(top)), 5)
-    width = min(max(options.max_width - label - number - 22, 10), BAR_WIDTH)
+    room = options.max_width - label - number - 14 - max(name.cell_len for name in names)
+    width = min(max(room, 10), BAR_WIDTH)
     dash = "..." if options.ascii_only else "…"
     yield _title(f"quality of all cells (J_ENS: 1 is ideal, below {POOR_TEXT} poor, below 0 inverted)")
     table = Table.grid(padding=(0, 1))
     for justify in ("right", "center", "right", "left", "right", "right", "left"):
         table.add_column(justify=justify, no_wrap=True)
-    named = ""
-    for at in range(first, bins):
+    for at, name in zip(range(first, bins), names, strict=True):
         low, high, n = float(edges[at]), float(edges[at + 1]), int(counts[at])
-        band = band_of(low)
-        bar = style.bar(n, top, width, ascii_only=options.ascii_only)
+        shares = {what: int(of_what[at]) for what, of_what in parts.items()}
         table.add_row(
             Text(f"{low:.{digits}f}", "dim"),
             Text(dash, "dim"),
             Text(f"{high:.{digits}f}", "dim"),
-            Text(bar.ljust(width), band.style),
+            _stacked(shares, top, width, band_of(low).style, ascii_only=options.ascii_only),
             style.number(n),
             Text(style.percent(n, tally.n_measured) if n else "", "dim"),
-            Text(band.name if band.name != named else "", band.style),
+            name,
         )
-        named = band.name
     yield Padding(table, (0, 0, 0, 1), expand=False)
     for finding in report.findings:
         if finding.status in UNLIKE_THEIR_VALUE:
@@ -223,6 +227,35 @@ def bars(report: FileReport, bins: int, options: ConsoleOptions) -> Iterator[Ren
                 f" {count} {verb} among these: {UNLIKE_THEIR_VALUE[finding.status]}", STATUS_STYLES[finding.status]
             )
     yield Text()
+
+
+def _stacked(shares: dict[str, int], top: int, width: int, of_valid: str, *, ascii_only: bool) -> Text:
+    """A bar, in the colours of what its cells count as, worst first; those that there are have a character at least."""
+    n = sum(shares.values())
+    whole = style.bar(n, top, width, ascii_only=ascii_only)
+    text = Text(whole.ljust(width), of_valid)
+    start = 0
+    for name, some in shares.items():
+        if name != "valid" and some:
+            end = min(max(round(len(whole) * some / n), 1) + start, len(whole))
+            text.stylize(style.STYLES[name], start, end)
+            start = end
+    return text
+
+
+def _bin_names(edges: NDArray[np.float64], parts: dict[str, NDArray[np.int64]], first: int) -> list[Text]:
+    """What the cells of each bin are: the band where one begins, and what their value does not say."""
+    names, named = [], ""
+    for at in range(first, len(edges) - 1):
+        band = band_of(float(edges[at]))
+        shown = []
+        if band.name != named and (band.start < 0 or parts["valid"][at] or not any(n[at] for n in parts.values())):
+            shown, named = [Text(band.name, band.style)], band.name
+        for name, of_name in parts.items():
+            if name != "valid" and of_name[at] and not (name == "invalid" and band.start < 0):
+                shown.append(Text(f"{style.number(int(of_name[at]))} {name}", style.STYLES[name]))
+        names.append(Text(", ").join(shown))
+    return names
 
 
 def findings(report: FileReport) -> Iterator[RenderableType]:

@@ -15,7 +15,7 @@ from ..errors import MeshgaugeError
 from ..look.records import brief
 from ..quality.findings import merge_findings
 from ..quality.summary import Summary
-from ..quality.worst import StatusCells, WorstCell
+from ..quality.worst import StatusCells, WorstCell, order_of
 
 Span = tuple[int, int]
 """Cells ``start <= cell < stop`` of the whole."""
@@ -46,7 +46,7 @@ class Partial:
     summaries
         By metric.
     worst
-        The lowest J_ENS, lowest first, equal ones in file order, at most ``n_worst``, with the region of each.
+        At most ``n_worst``, as `quality.worst.worst_first` has them, with the region of each.
     n_worst, n_findings
         How many cells are kept.
     findings
@@ -85,7 +85,8 @@ class Partial:
         """
         if (self.n_worst, self.n_findings, *self.summaries) != (other.n_worst, other.n_findings, *other.summaries):
             raise MeshgaugeError("partial results of different questions do not merge")
-        worst = sorted((*self.worst, *other.worst), key=lambda one: (one[0].quality, one[0].cell))
+        purpose = next(iter(self.summaries.values())).purpose
+        worst = sorted((*self.worst, *other.worst), key=lambda one: order_of(one[0], purpose))
         regions = dict(self.regions)
         for region, summary in other.regions.items():
             regions[region] = regions[region].merge(summary) if region in regions else summary

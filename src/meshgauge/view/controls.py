@@ -7,13 +7,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..look.colours import css, css_of
+from ..look.colours import STATUS, bar_fill, css, css_of
 from ..look.names import cell_entry, cell_name, point_entry
+from ..look.style import plural
 from .camera import Camera, Vector
 from .card import Card, coordinates, number
 from .filters import AXES, Filters, Plane, others
-from .histogram import EDGES, bars, histogram
+from .histogram import EDGES, LEAST, bars, by_status
 from .link import View
 from .model import Model
 
@@ -94,21 +96,38 @@ def filters(values: Mapping[str, Any], choices: Choices, *, sight: Vector) -> Fi
 
 def bins(models: Sequence[Model], view: View) -> list[dict[str, Any]]:
     """The bars of the histogram: of each bin its edges, colour, and for each mesh a height and how many cells."""
-    counts = [histogram(model.values[others(model, view.filters)]) for model in models]
+    parts = [by_status(model, others(model, view.filters)) for model in models]
+    counts = [np.asarray(sum(of_model.values())) for of_model in parts]
     heights = [bars(n) for n in counts]
-    fill = css((EDGES[:-1] + EDGES[1:]) / 2)
+    fill = bar_fill((EDGES[:-1] + EDGES[1:]) / 2)
     return [
         {
             "low": float(EDGES[i]),
             "high": float(EDGES[i + 1]),
             "colour": fill[i],
+            "layers": _layers(parts[0], i, heights[0][i]),
             "heights": [h[i] for h in heights],
             "text": f"{number(EDGES[i])} to {number(EDGES[i + 1])}: "
-            + ", ".join(f"{int(n[i]):,}" for n in counts)
-            + " cells",
+            + ", ".join(_counted(of_model, i) for of_model in parts),
         }
         for i in range(len(fill))
     ]
+
+
+def _layers(parts: Mapping[str, NDArray[np.int64]], at: int, height: float) -> list[dict[str, Any]]:
+    """What lies over a bar, from its foot up: cells that are not valid, the highest first."""
+    n, below, made = int(sum(of_name[at] for of_name in parts.values())), 0, []
+    for name, fill in STATUS.items():
+        below += int(parts[name][at])
+        if parts[name][at]:
+            made.append({"height": max(height * below / n, min(height, LEAST)), "colour": fill})
+    return made[::-1]
+
+
+def _counted(parts: Mapping[str, NDArray[np.int64]], at: int) -> str:
+    """``28 cells, 1 invalid``."""
+    names = [f"{int(parts[name][at]):,} {name}" for name in STATUS if parts[name][at]]
+    return ", ".join([plural(int(sum(of_name[at] for of_name in parts.values())), "cell"), *names])
 
 
 def worst(model: Model, n: int) -> list[dict[str, Any]]:

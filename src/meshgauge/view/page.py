@@ -69,6 +69,11 @@ BARS = """
   <rect v-for="(bin, i) in bins" :key="i" :x="10 * i + 0.8" width="8.4" :y="99 - 96 * bin.heights[0]"
     :height="96 * bin.heights[0]" :fill="bin.colour" stroke="currentColor" stroke-opacity="0.55" stroke-width="0.5"
     :opacity="bin.low >= quality[0] - 1e-9 && bin.high <= quality[1] + 1e-9 ? 1 : 0.25" />
+  <template v-for="(bin, i) in bins" :key="i + 200">
+    <rect v-for="(layer, j) in bin.layers" :key="j" :x="10 * i + 0.8" width="8.4" :y="99 - 96 * layer.height"
+      :height="96 * layer.height" :fill="layer.colour" :data-layer="i"
+      :opacity="bin.low >= quality[0] - 1e-9 && bin.high <= quality[1] + 1e-9 ? 1 : 0.25" />
+  </template>
   {line}
   <rect v-for="(bin, i) in bins" :key="i + 100" :x="10 * i" y="0" width="10" height="100" class="hit" :data-bin="i"
     @pointerdown="window.mgBin = i, quality = [bin.low, bin.high]"

@@ -10,6 +10,7 @@ from ..metrics import Metric
 from .exact import exact_sum
 from .scale import HALF, Counts, Scale, Values
 from .tally import EXACT, Tally
+from .unlike import NONE, NOT_VALID, Unlike
 
 BLOCK = 1 << 15
 """Values worked on at a time, so that temporaries stay in the cache; exact sums rely on it being at most 2**16."""
@@ -55,6 +56,7 @@ class _Builder:
         self.n_infinite = [0, 0]
         self.kept: list[Values] = []
         self.counts: Counts | None = None
+        self.unlike = NONE
 
     def add(self, values: Values, status: NDArray[np.uint8]) -> None:
         """Count at most `BLOCK` cells: by status first, and only those that are valid by value."""
@@ -78,7 +80,14 @@ class _Builder:
         if all_ok:
             self._add_valid(values, low, high)
         else:
-            self._add_valid(values[category(status, self.purpose) == Category.VALID], low, high)
+            categories = category(status, self.purpose)
+            self._add_valid(values[categories == Category.VALID], low, high)
+            self.unlike = tuple(
+                known.merge(Unlike.of(self.scale.bins(values[categories == one])))
+                if (categories == one).any()
+                else known
+                for known, one in zip(self.unlike, NOT_VALID, strict=True)
+            )
 
     def _add_valid(self, values: Values, low: float, high: float) -> None:
         """Count valid cells, whose values are within these bounds, as poor or good."""
@@ -131,4 +140,5 @@ class _Builder:
             (self.n_infinite[0], self.n_infinite[1]),
             values,
             self.counts,
+            self.unlike,
         )

@@ -13,6 +13,7 @@ from ...errors import OptionError
 from ...status import STATUSES, Category, Purpose, Status, category
 from .exact import BIAS
 from .scale import HALF, Counts, Scale, Values
+from .unlike import NONE, NOT_VALID, Unlike
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 """The quantiles that are reported."""
@@ -54,6 +55,8 @@ class Tally:
     values, counts
         The values in ascending order while there are at most `EXACT`, else None; the number of values in each fine bin
         beyond, else None.
+    unlike
+        For each of `NOT_VALID` the fine bins of its values: an inverted inside of a cell may have any.
     """
 
     scale: Scale
@@ -69,6 +72,7 @@ class Tally:
     n_infinite: tuple[int, int]
     values: Values | None
     counts: Counts | None
+    unlike: tuple[Unlike, ...] = NONE
 
     @classmethod
     def empty(cls, scale: Scale, purpose: Purpose = "fem") -> Tally:
@@ -178,6 +182,18 @@ class Tally:
         counts[0] += fine[: edges[0]].sum()
         return self.scale.edges(edges), counts
 
+    def histogram_by_status(self, bins: int = BINS) -> tuple[Values, dict[str, Counts]]:
+        """The edges of `histogram`, and the number of values in each bin by what the cells count as: ``invalid``,
+        ``degenerate`` and ``undecided``, whatever their value, and ``valid``. Together they are those of `histogram`.
+        """
+        edges, valid = self.histogram(bins)
+        at = self.scale.display(bins)
+        parts = {}
+        for one, unlike in zip(NOT_VALID, self.unlike, strict=True):
+            place = np.clip(np.searchsorted(at, unlike.bins, side="right") - 1, 0, bins - 1)
+            parts[one.name.lower()] = np.bincount(place, unlike.counts, bins).astype(np.int64)
+        return edges, {**parts, "valid": valid - sum(parts.values())}
+
     def merge(self, other: Tally) -> Tally:
         """The tally of the cells of both. Associative and commutative, to the last bit.
 
@@ -207,6 +223,7 @@ class Tally:
             (self.n_infinite[0] + other.n_infinite[0], self.n_infinite[1] + other.n_infinite[1]),
             values,
             counts,
+            tuple(a.merge(b) for a, b in zip(self.unlike, other.unlike, strict=True)),
         )
 
     def __add__(self, other: Tally) -> Tally:
@@ -216,6 +233,7 @@ class Tally:
     def to_dict(self, bins: int = BINS) -> dict[str, Any]:
         """As plain numbers, lists and dicts, ready for JSON except that undefined numbers are NaN."""
         edges, counts = self.histogram(bins)
+        _, by_status = self.histogram_by_status(bins)
         return {
             "n_cells": self.n_cells,
             "n_measured": self.n_measured,
@@ -230,7 +248,11 @@ class Tally:
             "mean": self.mean,
             "quantiles": {f"{q:g}": value for q, value in self.quantiles().items()},
             "quantile_resolution": self.quantile_resolution,
-            "histogram": {"edges": edges.tolist(), "counts": counts.tolist()},
+            "histogram": {
+                "edges": edges.tolist(),
+                "counts": counts.tolist(),
+                **{name: n.tolist() for name, n in by_status.items() if name != "valid"},
+            },
             "status": self.statuses,
         }
 

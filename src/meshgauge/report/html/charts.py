@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from ...look.bands import POOR
-from ...look.colours import colour
+from ...look.colours import STATUS, bar_fill
 from ...quality.summary import Summary, Tally
 
 WIDTH, HEIGHT = 960.0, 190.0
@@ -17,6 +19,16 @@ LEAST = 3.0
 
 ROOM = 40.0
 """Width from which a bar has its number above it."""
+
+
+class Layer(NamedTuple):
+    """A part of a bar that stands at its foot; the later over the earlier."""
+
+    name: str
+    n: int
+    height: float
+    height_log: float
+    fill: str
 
 
 class Bar(NamedTuple):
@@ -30,8 +42,8 @@ class Bar(NamedTuple):
     width: float
     height: float
     height_log: float
-    fill: str
-    is_invalid: bool
+    fill: str  #: of valid cells
+    layers: list[Layer]  #: over it, from the foot of the bar up: cells that are not valid, whatever their value
     is_last: bool  #: closed at its upper end
 
 
@@ -73,7 +85,9 @@ def lowest(summary: Summary, bins: int) -> float:
 
 
 def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> Histogram:
-    edges, counts = tally.histogram(bins)
+    edges, parts = tally.histogram_by_status(bins)
+    counts = np.sum(list(parts.values()), axis=0)
+    fills = bar_fill((edges[:-1] + edges[1:]) / 2)
     top = int(counts.max())
 
     def at(value: float) -> float:
@@ -98,8 +112,8 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
                 width=round(width - gap, 2),
                 height=round(linear, 2),
                 height_log=round(logarithmic, 2),
-                fill=colour((low + high) / 2),
-                is_invalid=high <= 0,
+                fill=fills[n],
+                layers=layers({name: int(of_name[n]) for name, of_name in parts.items()}, linear, logarithmic),
                 is_last=n == bins - 1,
             )
         )
@@ -113,6 +127,25 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
     return Histogram(key, label, tally.n_measured, bars, round(at(0.0), 2), round(at(POOR), 2), ticks, has_numbers)
 
 
+def layers(parts: dict[str, int], height: float, height_log: float) -> list[Layer]:
+    """What lies over a bar of so many cells by status: the highest first, each as high as it and all that are worse."""
+    n, below, made = sum(parts.values()), 0, []
+    for name, fill in STATUS.items():
+        below += parts[name]
+        if parts[name]:
+            share = below / n
+            made.append(
+                Layer(
+                    name,
+                    parts[name],
+                    round(max(height * share, min(LEAST, height)), 2),
+                    round(max(height_log * share, min(LEAST, height_log)), 2),
+                    "url(#stripes)" if name == "invalid" else fill,
+                )
+            )
+    return made[::-1]
+
+
 class Spark(NamedTuple):
     """A bar of a small histogram over -1 to 1, 100 units wide and 20 high."""
 
@@ -124,15 +157,17 @@ class Spark(NamedTuple):
 
 def spark(tally: Tally, bins: int = 20) -> list[Spark]:
     """The small histogram of a row of a table."""
-    edges, counts = tally.histogram(bins)
+    edges, parts = tally.histogram_by_status(bins)
+    counts = np.sum(list(parts.values()), axis=0)
+    fills = bar_fill((edges[:-1] + edges[1:]) / 2)
     top = max(int(counts.max()), 1)
-    return [
-        Spark(
-            round(50 * (float(edges[n]) + 1), 2),
-            round(50 * float(edges[n + 1] - edges[n]) - 0.6, 2),
-            round(max(20 * count / top, 1.5), 2),
-            colour(float(edges[n] + edges[n + 1]) / 2),
-        )
-        for n, count in enumerate(counts.tolist())
-        if count
-    ]
+    made = []
+    for n, count in enumerate(counts.tolist()):
+        if not count:
+            continue
+        place = round(50 * (float(edges[n]) + 1), 2), round(50 * float(edges[n + 1] - edges[n]) - 0.6, 2)
+        height = max(20 * count / top, 1.5)
+        made.append(Spark(*place, round(height, 2), fills[n]))
+        own = layers({name: int(of_name[n]) for name, of_name in parts.items()}, height, height)
+        made += [Spark(*place, min(layer.height, round(height, 2)), STATUS[layer.name]) for layer in own]
+    return made

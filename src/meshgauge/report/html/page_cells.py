@@ -15,7 +15,7 @@ from ...mesh.high_order import row_of
 from ...mesh.labels import labels_of
 from ...mesh.polyhedra import ragged_positions
 from ...quality.summary.scale import HALF, Scale
-from ...status import Category, Purpose, category, is_usable
+from ...status import WORST_FIRST, Category, Purpose, category, rank
 from ...surface_cells import POLYGON, row_of_nodes, rows_of
 from .frame import Frame
 
@@ -68,13 +68,13 @@ def drawable(quality: Quality) -> NDArray[np.bool_]:
 
 
 def cells_to_show(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) -> Ids:
-    """At most so many cells that can be drawn, ascending: those that are not usable first, then by quality."""
+    """At most so many cells that can be drawn, ascending: the worst, by status first, by quality among those alike."""
     cells = np.flatnonzero(can_be_drawn)
     if len(cells) <= most:
         return cells
     values = np.nan_to_num(quality.values[cells], nan=-2.0)
-    rank = np.where(is_usable(quality.status[cells], quality.mesh.purpose), values, values - 10.0)
-    return np.sort(cells[np.argpartition(rank, most)[:most]])
+    ranks = rank(quality.status[cells], quality.mesh.purpose).astype(np.float64) - WORST_FIRST.index(Category.VALID)
+    return np.sort(cells[np.argpartition(values + 10.0 * np.minimum(ranks, 0.0), most)[:most]])
 
 
 def drawing_code(status: int, purpose: Purpose) -> int:

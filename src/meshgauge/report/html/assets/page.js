@@ -44,13 +44,15 @@
     }
     box.querySelector("[data-log]").addEventListener("change", (event) => {
       for (const bar of box.querySelectorAll(".bar")) {
-        const fill = bar.querySelector(".fill");
-        const height = Number(event.target.checked ? fill.dataset.log : fill.dataset.linear);
-        const base = Number(fill.getAttribute("y")) + Number(fill.getAttribute("height"));
-        fill.setAttribute("y", base - height);
-        fill.setAttribute("height", height);
         const text = bar.querySelector(".n");
-        if (text) text.setAttribute("y", base - height - 5);
+        const [whole, ...layers] = bar.querySelectorAll(".fill");
+        const base = Number(whole.getAttribute("y")) + Number(whole.getAttribute("height"));
+        for (const fill of [whole, ...layers]) {
+          const height = Number(event.target.checked ? fill.dataset.log : fill.dataset.linear);
+          fill.setAttribute("y", base - height);
+          fill.setAttribute("height", height);
+          if (text && fill === whole) text.setAttribute("y", base - height - 5);
+        }
       }
     });
     for (const figure of figures) {
