@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor
 
 from ..errors import MeshgaugeError, OptionError
 
@@ -39,6 +38,9 @@ def executor(text: str | None) -> Iterator[tuple[Executor | None, int]]:
     if text is None:
         yield None, 1
     elif "://" not in text:
+        from concurrent.futures import ProcessPoolExecutor  # which takes as long to load as reading a small mesh
+        from multiprocessing import get_context
+
         # Not forked: threads of Numba and HDF5 do not survive that.
         with ProcessPoolExecutor(int(text), mp_context=get_context("spawn")) as pool:
             yield pool, int(text)
