@@ -14,8 +14,12 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE / "site"))
 
 import generate  # noqa: E402  stands beside, in docs/site
+import pyvista  # noqa: E402
 
 import meshgauge  # noqa: E402
+
+pyvista.OFF_SCREEN = True
+pyvista.BUILDING_GALLERY = True  # plotters stay for the scraper
 
 project = "meshgauge"
 author = "The meshgauge authors"
@@ -49,7 +53,7 @@ sphinx_gallery_conf: dict[str, Any] = {
     "gallery_dirs": "generated/gallery",
     "filename_pattern": "/",
     "within_subsection_order": "FileNameSortKey",
-    "image_scrapers": ("generate.figures", "matplotlib"),
+    "image_scrapers": ("generate.figures", "pyvista", "matplotlib"),
     "default_thumb_file": str(HERE / "pictures" / "plot-histogram.png"),
     "abort_on_example_error": True,
     "download_all_examples": False,
