@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import Any
 
 import numpy as np
@@ -59,18 +58,13 @@ def plain(values: ArrayLike, what: str) -> NDArray[Any]:
         array = np.asarray(values)
     except (ValueError, TypeError) as error:
         raise MeshError(f"{what} do not make an array: {_sentence(error)}") from None
-    if not _is_masked(values):
+    if not np.ma.is_masked(values):
         return array
     if array.dtype.kind not in "fiub":
         raise MeshError(f"{what} (of type {array.dtype}) have masked values, which only numbers may have")
     numbers = array.astype(array.dtype if array.dtype.kind == "f" else np.float64)
     numbers[np.ma.getmaskarray(values)] = np.nan  # type: ignore[arg-type]  # it is a masked array
     return numbers
-
-
-def _is_masked(values: ArrayLike) -> bool:
-    """True if any value is masked. Where nobody has loaded masked arrays, which takes a while, there are none."""
-    return "numpy.ma" in sys.modules and bool(np.ma.is_masked(values))
 
 
 def _sentence(error: Exception) -> str:
@@ -227,7 +221,7 @@ def check_polyhedra(poly: Polyhedra, n_cells: int, n_points: int) -> None:
 
 def require_unmasked(values: ArrayLike, what: str) -> NDArray[Any]:
     """An array of ids, of which none is masked."""
-    if _is_masked(values) and isinstance(values, np.ma.MaskedArray):
+    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         at = tuple(int(axis[0]) for axis in np.nonzero(np.ma.getmaskarray(values)))
         raise MeshError(f"{what}: the id at {at if len(at) > 1 else at[0]} is masked")
     return plain(values, what)
