@@ -4,11 +4,20 @@
     python benchmarks/mutants.py                       200 mutants of all folders, drawn with a fixed seed
     python benchmarks/mutants.py --n 30 check quality  30 of these folders only
     python benchmarks/mutants.py --seed 7 --jobs 2 --out survivors.tsv
+    python benchmarks/mutants.py --contexts FOLDER     a mutant meets the tests that run its line, not a whole folder
+    python benchmarks/mutants.py --contexts FOLDER --only 17,120    numbers 17 and 120 of that draw again
 
 Cosmic Ray makes the mutants. Each is written into a copy of the checkout and meets the tests of its folder until one
 fails, first the files that name what was changed; a mutant that hangs is caught. Compiled kernels are cached by file,
-so the caches of the mutated file and of all that import it are dropped. A survivor is a line that no test holds: write
-the test, or show that the change is none.
+so the caches of the mutated file and of all that import it are set aside. A survivor is a line that no test holds:
+write the test, or show that the change is none.
+
+With ``--contexts`` the tests of all folders run once with coverage.py, which notes the test that runs each line; the
+folder keeps that, the copy and what was compiled in it for the next call (empty it when code or tests have changed). A
+mutant then meets at most 60 tests that take a minute together, from whatever folder: those that ran its statement, the
+ones that ran the fewest lines first; for a kernel and for a constant of a module, those that ran a statement that uses
+it; if that makes few, also those that ran any line of its file and of the files that import it. What is printed names
+the test that caught it. Such a run takes seconds a mutant, a minute where much is compiled.
 """
 
 from __future__ import annotations
@@ -19,10 +28,12 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
@@ -30,8 +41,9 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+from mutant_tests import PACKAGE, Contexts, imported, sources
+
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGE = Path("src/meshgauge")
 
 TESTS = {
     "quality": ("tests/quality", "tests/test_python_api.py", "tests/test_status.py"),
@@ -68,7 +80,9 @@ OPERATORS = (
 )  # fmt: skip
 
 
-SURVIVED, CAUGHT, HUNG = "SURVIVED", "caught", "hung"
+SURVIVED, CAUGHT, HUNG, BROKEN = "SURVIVED", "caught", "hung", "BROKEN"
+
+_PYTEST = (sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider")
 
 
 @dataclass(frozen=True)
@@ -84,45 +98,79 @@ class Mutant:
     code: str  #: of the whole file
 
 
+@dataclass(frozen=True)
+class Fate:
+    """What became of a mutant."""
+
+    state: str
+    by: str  #: the test that caught it, or how many let it through
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("folders", nargs="*", default=[], help=f"of {', '.join(TESTS)}; all unless given")
     parser.add_argument("--n", type=int, default=200, help="how many mutants")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=1, help="mutants at a time")
-    parser.add_argument("--seconds", type=float, default=900, help="a mutant that takes longer hangs, and is caught")
+    parser.add_argument("--seconds", type=int, default=900, help="a mutant that computes longer hangs, and is caught")
+    parser.add_argument("--contexts", type=Path, metavar="FOLDER", help="choose tests by the lines that they run")
+    parser.add_argument("--only", help="run these of the mutants drawn: numbers with commas between")
     parser.add_argument("--out", type=Path, help="write the survivors here, a line each")
     args = parser.parse_args()
     folders = {name: tests for name, tests in TESTS.items() if not args.folders or name.startswith(tuple(args.folders))}
-    mutants = draw(folders, args.n, args.seed)
-    copies: SimpleQueue[Path] = SimpleQueue()
-    survivors, n_hung, start = [], 0, time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="mutants-") as scratch:
-        for n in range(args.jobs):
-            copies.put(_copy(Path(scratch) / str(n)))
-
-        def work(mutant: Mutant) -> tuple[Mutant, str]:
-            copy = copies.get()
-            try:
-                return mutant, fate(mutant, copy, args.seconds)
-            finally:
-                copies.put(copy)
-
-        with ThreadPoolExecutor(args.jobs) as pool:
-            for n, (mutant, state) in enumerate(pool.map(work, mutants), 1):
-                if state == SURVIVED:
-                    survivors.append(mutant)
-                n_hung += state == HUNG
-                where = f"{mutant.file}:{mutant.line}"
-                print(f"{n:4d}/{len(mutants)}  {state:8s}  {where:45s} {mutant.before} -> {mutant.after}", flush=True)
+    mutants = dict(enumerate(draw(folders, args.n, args.seed), 1))
+    if args.only:
+        mutants = {n: mutants[n] for n in map(int, args.only.split(","))}
+    start = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="mutants-") as temporary:
+        fates = {}
+        for n, fate in _fates(mutants, (args.contexts or Path(temporary)).resolve(), args):
+            fates[n], mutant = fate, mutants[n]
+            where = f"{mutant.file}:{mutant.line}"
+            print(
+                f"{n:4d}/{args.n}  {fate.state:8s}  {where:45s} {mutant.before} -> {mutant.after}  [{fate.by}]",
+                flush=True,
+            )
+    survivors = [mutants[n] for n, fate in fates.items() if fate.state == SURVIVED]
+    n_hung = sum(fate.state == HUNG for fate in fates.values())
     share = len(survivors) / max(len(mutants), 1)
     print(f"{len(survivors)} of {len(mutants)} survived: {share:.1%}, in {time.monotonic() - start:.0f} s")
     if n_hung:
-        print(f"{n_hung} took longer than {args.seconds:.0f} s, counted as caught: on a busy machine try them again")
+        print(f"{n_hung} took longer than {args.seconds} s, counted as caught: try them again with more")
     if args.out is not None:
         lines = (f"{m.file}:{m.line}\t{m.operator}\t{m.before}\t{m.after}" for m in survivors)
         args.out.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return 0
+
+
+def _fates(mutants: dict[int, Mutant], scratch: Path, args: argparse.Namespace) -> Iterator[tuple[int, Fate]]:
+    """What becomes of each mutant, in their order."""
+    copies: SimpleQueue[Path] = SimpleQueue()
+    for n in range(args.jobs):
+        copies.put(_copy(scratch / f"copy{n}"))
+    contexts = _contexts(scratch) if args.contexts else None
+
+    def work(mutant: Mutant) -> Fate:
+        copy = copies.get()
+        try:
+            tests = contexts.tests(PACKAGE / mutant.file, mutant.line) if contexts else ()
+            return fate_of(mutant, copy, list(tests) or test_files(copy, mutant), args.seconds)
+        finally:
+            copies.put(copy)
+
+    with ThreadPoolExecutor(args.jobs) as pool:
+        yield from zip(mutants, pool.map(work, mutants.values()), strict=True)
+
+
+def _contexts(scratch: Path) -> Contexts:
+    """Which test ran which line in the first copy, found out unless it is known."""
+    copy, data, times = scratch / "copy0", scratch / "coverage", scratch / "times.xml"
+    if not (data.exists() and times.exists()):
+        measured = ["--cov=meshgauge", "--cov=tests", "--cov-context=test", "--cov-report="]
+        tests = sorted({tests for of_folder in TESTS.values() for tests in of_folder})
+        command = [*_PYTEST, "-n", "auto", f"--junitxml={times}", *measured, *tests]
+        subprocess.run(command, cwd=copy, env={**_environment(copy), "COVERAGE_FILE": str(data)}, check=False)
+    return Contexts(data, times, copy)
 
 
 def draw(folders: dict[str, tuple[str, ...]], n: int, seed: int) -> list[Mutant]:
@@ -201,17 +249,25 @@ def _lines_that_act(code: str) -> set[int]:
     return lines
 
 
-def fate(mutant: Mutant, copy: Path, seconds: float) -> str:
-    """Whether the tests of its folder pass with the error in, fail, or are not done in time."""
-    path = copy / PACKAGE / mutant.file
-    original = path.read_text(encoding="utf-8")
+def fate_of(mutant: Mutant, copy: Path, tests: list[str], seconds: int) -> Fate:
+    """Whether tests pass with the error in, fail, or are not done in time."""
+    path, original = copy / PACKAGE / mutant.file, ROOT / PACKAGE / mutant.file
+    compiled = [cached for cached in (copy / "numba").rglob("*.nb?") if _is_stale(cached, copy, mutant.file)]
+    aside = [cached.rename(cached.with_name(f"{cached.name}.aside")) for cached in compiled]
     path.write_text(mutant.code, encoding="utf-8")
-    _drop_caches(copy, mutant.file)
     try:
-        return _run(copy, test_files(copy, mutant), seconds)
+        fate = _run(copy, tests, seconds)
     finally:
-        path.write_text(original, encoding="utf-8")
-        _drop_caches(copy, mutant.file)
+        shutil.copy2(original, path)  # with its time, by which Numba knows it
+        for cached in (copy / "numba").rglob("*.nb?"):
+            if _is_stale(cached, copy, mutant.file):
+                cached.unlink()
+        for cached in aside:
+            cached.rename(cached.with_suffix(""))
+    if fate.state == CAUGHT and _run(copy, [fate.by] if "::" in fate.by else tests, seconds).state != SURVIVED:
+        left = [test for test in tests if test != fate.by]  # it fails without the error as well
+        return fate_of(mutant, copy, left, seconds) if len(left) < len(tests) else Fate(BROKEN, fate.by)
+    return fate
 
 
 def test_files(copy: Path, mutant: Mutant) -> list[str]:
@@ -220,8 +276,8 @@ def test_files(copy: Path, mutant: Mutant) -> list[str]:
     files = dict.fromkeys(
         path for folder in folders for path in (sorted(folder.rglob("test_*.py")) if folder.is_dir() else [folder])
     )
-    package, own = copy / PACKAGE, {mutant.file.stem}
-    above = {path.stem for path in package.rglob("*.py") if mutant.file in _imported(package, path)} - {"__init__"}
+    file, own = PACKAGE / mutant.file, {mutant.file.stem}
+    above = {path.stem for path in sources(copy) if file in imported(copy, path)} - {"__init__"}
 
     def fit(path: Path) -> tuple[int, int, int]:
         words = set(re.split(r"[_.]", path.stem))
@@ -231,18 +287,27 @@ def test_files(copy: Path, mutant: Mutant) -> list[str]:
     return [str(path.relative_to(copy)) for path in sorted(files, key=fit, reverse=True)]
 
 
-def _run(copy: Path, tests: list[str], seconds: float) -> str:
-    environment = {**os.environ, "PYTHONPATH": str(copy / "src"), "NUMBA_CACHE_DIR": str(copy / "numba")}
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
+def _run(copy: Path, tests: list[str], seconds: int) -> Fate:
+    """Run tests until one fails; seconds of the processor, as other work may slow the clock tenfold."""
+    command = ["sh", "-c", f'ulimit -S -t {seconds}; exec "$@"', "sh", *_PYTEST, "-x", *tests]
     try:
-        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=seconds)
+        done = subprocess.run(
+            command, cwd=copy, env=_environment(copy), capture_output=True, text=True, timeout=10 * seconds
+        )
     except subprocess.TimeoutExpired:
-        return HUNG
-    return SURVIVED if done.returncode == 0 else CAUGHT
+        return Fate(HUNG, "waits")
+    if done.returncode in (0, -signal.SIGXCPU):
+        return Fate(HUNG if done.returncode else SURVIVED, f"{len(tests)} tests or files of them")
+    failed = re.search(r"^(?:FAILED|ERROR) (.*?)(?: - .*)?$", done.stdout, re.MULTILINE)
+    return Fate(CAUGHT, failed[1] if failed else f"pytest ends with {done.returncode}")
+
+
+def _environment(copy: Path) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(copy / "src"), "NUMBA_CACHE_DIR": str(copy / "numba")}
 
 
 def _copy(folder: Path) -> Path:
-    """A copy of what is under version control."""
+    """A copy of what is under version control, with the times of the files."""
     names = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True).stdout.decode()
     for name in filter(None, names.split("\0")):
         if (ROOT / name).is_file():
@@ -251,35 +316,18 @@ def _copy(folder: Path) -> Path:
     return folder
 
 
-def _drop_caches(copy: Path, file: Path) -> None:
-    """Remove what Numba compiled of a file and of all that import it, directly or not."""
-    stale = {path.stem for path in _importers(copy / PACKAGE, file)}
-    for cached in (copy / "numba").rglob("*.nb?"):
-        if cached.name.split(".")[0] in stale:
-            cached.unlink(missing_ok=True)
+def _is_stale(cached: Path, copy: Path, file: Path) -> bool:
+    """Whether Numba compiled it of a file or of one that imports it, directly or not."""
+    return cached.name.split(".")[0] in _stems_of_importers(copy, PACKAGE / file)
 
 
-def _importers(package: Path, file: Path) -> set[Path]:
-    imports = {path.relative_to(package): _imported(package, path) for path in package.rglob("*.py")}
+@cache
+def _stems_of_importers(copy: Path, file: Path) -> set[str]:
     found, new = {file}, {file}
     while new:
-        new = {path for path, names in imports.items() if names & new} - found
+        new = {path for path in sources(copy) if imported(copy, path) & new} - found
         found |= new
-    return found
-
-
-def _imported(package: Path, path: Path) -> set[Path]:
-    """Files of the package that a file may import."""
-    folder = path.relative_to(package).parent
-    files: set[Path] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.level:
-            base = folder
-            for _ in range(node.level - 1):
-                base = base.parent
-            base = base.joinpath(*(node.module or "").split("."))
-            files |= {base.parent / f"{base.name}.py", *(base / f"{alias.name}.py" for alias in node.names)}
-    return files
+    return {path.stem for path in found}
 
 
 if __name__ == "__main__":
