@@ -16,6 +16,7 @@ from meshgauge import Mesh
 from meshgauge.compare import Comparison, comparison, correspond, pair_cells, superiority
 from meshgauge.compare.scores import scores
 from meshgauge.errors import MeshgaugeError
+from meshgauge.quality.summary import KeyFigures, ranking, rankings
 from meshgauge.status import Status
 
 SAMPLE = st.lists(st.integers(-3, 3), min_size=1, max_size=12).map(lambda xs: np.sort(np.array(xs, float)))
@@ -213,3 +214,17 @@ def test_a_comparison_is_plain_data() -> None:
     assert plain["meshes"][1]["all"]["n_poor"] == 2
     assert plain["against"][0]["paired"]["losses"][0]["cell"] == 0
     assert plain["criteria"]["all"]["min"]["best"] == [0]
+
+
+@pytest.mark.parametrize(("key", "resolution", "margin"), [("min", 0.25, 1.0), ("quantile_0.01", 1.0, 2.0)])
+def test_what_differs_by_the_margin_is_as_good(
+    key: str, resolution: float, margin: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last bits, and of quantiles their resolution."""
+    monkeypatch.setattr(ranking, "ROUNDING", 1.0)
+
+    def mesh(value: float) -> KeyFigures:
+        return KeyFigures(1, 1, 0, 0, 0, 1, 0, value, value, value, value, resolution)
+
+    (ranked,) = rankings([mesh(4.0), mesh(4.0 - margin), mesh(3.9 - margin)], [key])
+    assert ranked.best == [0, 1]

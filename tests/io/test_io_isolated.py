@@ -123,6 +123,8 @@ def test_everything_is_handed_over(tmp_path: Path, loaded: Mesh, polyhedral: Mes
         assert_same_cells(mesh, back)
         assert_same_data(mesh, back)
         assert (back.blocks, back.notes, back.path) == (mesh.blocks, mesh.notes, "name")
+        data = (*back.cell_data.values(), *back.point_data.values())
+        assert all(array.flags.aligned for array in (back.points, back.offsets, back.connectivity, *data))
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff" * 8, b"{}" + (2).to_bytes(8, "little")])

@@ -15,6 +15,7 @@ import meshgauge
 from meshgauge import io
 from meshgauge.errors import ReadError, WriteError
 from meshgauge.io import Step
+from meshgauge.io.plumbing.merge import join_pieces
 from meshgauge.mesh import Mesh
 
 pytestmark = pytest.mark.usefixtures("readers_here")
@@ -283,6 +284,14 @@ def test_a_file_of_several_steps_is_not_written_over(tmp_path: Path, make: Calla
 def test_steps_that_vtk_wrote_so_that_nobody_can_read_them_are_refused(tmp_path: Path, mode: str) -> None:
     with pytest.raises(ReadError, match="holds 3 time steps inline"):
         io.read(vtu(tmp_path, mode))
+
+
+@pytest.mark.parametrize(("n", "more"), [(3, ""), (5, " and 2 more")])
+def test_of_parts_without_some_data_three_are_named(n: int, more: str) -> None:
+    mesh = mesh_of("tetra")
+    parts = [mesh.replace(cell_data={"m": np.array([1, 2])}), *[mesh] * n]
+    whole = join_pieces(parts, ["a", *(f"b{k}" for k in range(n))], path=Path("all"), names_blocks=False)
+    assert whole.notes == (f"The cell data 'm' are missing in b0, b1, b2{more}.",)
 
 
 def test_parts_of_a_step_are_one_mesh(tmp_path: Path) -> None:

@@ -272,3 +272,17 @@ def test_no_room_for_points_or_cells_is_no_error() -> None:
     reconnection.raise_least(tight, tetrahedra.scratch(), order, 1.0, 1e-3, done)
     assert done[4] == 0
     assert tight.counts[N_CELLS] <= m + 1
+
+
+def test_smoothing_moves_each_point_that_may_and_tells_what_it_gains() -> None:
+    mesh = delaunay(3)
+    from meshgauge.repair import reconnection as driver
+
+    state = driver._state(mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), 0)
+    n, before = mesh.n_cells, state.quality[: mesh.n_cells].sum()
+    gained = reconnection.smooth(state, np.arange(mesh.n_points), 0.2)
+    assert gained == pytest.approx(state.quality[:n].sum() - before)
+    has_moved = (state.points[: mesh.n_points] != mesh.points).any(axis=1)
+    may_move = state.marks[: mesh.n_points] & FIXED == 0
+    assert 0.8 * may_move.sum() < has_moved.sum() <= may_move.sum()
+    assert not has_moved[~may_move].any()

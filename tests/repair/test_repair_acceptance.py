@@ -14,9 +14,10 @@ import meshgauge
 from meshgauge import Quality, Status, measure
 from meshgauge.repair.acceptance import is_better, n_unusable
 from meshgauge.repair.report import losses
-from meshgauge.repair.text import verdict_line
+from meshgauge.repair.text import ROUNDING, cost, verdict_line
 
 BEFORE = measure(shaken("hexahedron", 2, 0.0))
+REPORT = meshgauge.improve(shaken("hexahedron", 2, 0.2), everywhere=True).report
 
 
 def of(values: list[float], n_inverted: int = 0) -> Quality:
@@ -74,8 +75,26 @@ def test_cells_that_lost_are_the_ones_named() -> None:
     ("outcome", "n_below", "mark"), [("improved", 0, "✓"), ("improved", 3, "!"), ("refused", 0, "✗")]
 )
 def test_the_mark_of_the_verdict(outcome: str, n_below: int, mark: str) -> None:
-    report = meshgauge.improve(shaken("hexahedron", 2, 0.2), everywhere=True).report
-    assert report.after.all.n_invalid == 0
+    assert REPORT.after.all.n_invalid == 0
     out = io.StringIO()
-    Console(file=out, width=200).print(verdict_line(dataclasses.replace(report, outcome=outcome, n_below=n_below)))
+    Console(file=out, width=200).print(verdict_line(dataclasses.replace(REPORT, outcome=outcome, n_below=n_below)))
     assert out.getvalue().split()[0] == mark
+
+
+@pytest.mark.parametrize(
+    ("volume", "surface", "lines"),
+    [
+        ((2.0, 2.0), (8.0, 8.0), ["volume 2 (unchanged)", "surface 8 (unchanged)"]),
+        ((2.0, 2.1), (8.0, 7.2), ["volume 2.1 (+5 %)", "surface 7.2 (-10 %)"]),
+        ((1e9, 1e9 + 1e9 * ROUNDING), (8.0, 8.0), ["volume 1e+09 (unchanged)", "surface 8 (unchanged)"]),
+        ((0.0, 0.0), (8.0, 4.0), ["surface 4 (-50 %)"]),  # surface cells have no volume
+    ],
+)
+def test_what_became_of_volume_and_surface(
+    volume: tuple[float, float], surface: tuple[float, float], lines: list[str]
+) -> None:
+    report = dataclasses.replace(REPORT, volume=volume, surface=surface)
+    out = io.StringIO()
+    Console(file=out, width=200).print(*cost(report), sep="\n")
+    text = [line.strip(" -") for line in out.getvalue().splitlines()]
+    assert [line for line in text if line.startswith(("volume", "surface"))] == lines

@@ -13,7 +13,7 @@ import meshgauge
 from meshgauge import Mesh, Quality, Status, measure
 from meshgauge.repair import constraints
 from meshgauge.repair.acceptance import accept
-from meshgauge.repair.claims import Promise
+from meshgauge.repair.claims import Promise, within
 from meshgauge.repair.constraints import Constraints, constraints_of
 from meshgauge.repair.phases import slide
 from meshgauge.repair.problem import problem
@@ -316,6 +316,13 @@ def test_nodes_between_corners_belong_to_the_boundary() -> None:
     at = ((mesh.points == 0.0) | (mesh.points == 3.0)).any(axis=1)
     n = int(at.sum())
     assert f"the {n:,} points that must stay" in result.report.claims[0].text
+
+
+@pytest.mark.parametrize(("deviation", "holds"), [(0.0, True), (0.5, True), (0.51, False), (np.nan, False)])
+def test_a_tolerance_may_be_used_up(deviation: float, holds: bool) -> None:
+    (claim,) = within(deviation, 0.25, 2.0)
+    assert claim.holds == holds
+    assert within(deviation, None, 2.0) == ()
 
 
 def test_what_gets_worse_is_in_the_verdict() -> None:

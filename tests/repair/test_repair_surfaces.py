@@ -11,8 +11,9 @@ import meshgauge
 from meshgauge import Mesh, MeshError
 from meshgauge.kernels import path
 from meshgauge.kernels.repair import surfaces as kernels
-from meshgauge.repair import flat_ascent
-from meshgauge.repair.flat_cells import part_of
+from meshgauge.repair import flat, flat_ascent
+from meshgauge.repair.flat_cells import Part, part_of
+from meshgauge.repair.flat_held import Held
 from meshgauge.status import is_invalid, is_usable
 
 Z = 0.1  # no number of few bits: what would be added to it and taken away again would show
@@ -232,6 +233,19 @@ def test_a_broken_promise_is_refused(name: str, breaks: object, monkeypatch: pyt
     result = meshgauge.improve(mesh, everywhere=True)
     assert result.report.outcome == "refused", name
     assert result.mesh is mesh
+
+
+def test_a_region_whose_area_changes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = plane(8, "quad", 0.48)
+    areas = flat.region_areas
+
+    def grown(held: Held, part: Part, points: np.ndarray) -> np.ndarray:
+        return np.asarray(areas(held, part, points) + (0.1 if (points != mesh.points).any() else 0.0))
+
+    monkeypatch.setattr(flat, "region_areas", grown)
+    result = meshgauge.improve(mesh, everywhere=True)
+    assert result.report.outcome == "refused"
+    assert any("the area of each region is unchanged" in note for note in result.report.notes)
 
 
 def test_points_that_ruin_a_cell_are_put_back(monkeypatch: pytest.MonkeyPatch) -> None:

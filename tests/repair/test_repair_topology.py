@@ -250,6 +250,36 @@ def test_data_of_a_point_outside_of_all_old_cells_are_a_mean() -> None:
     np.testing.assert_allclose(both.mesh.point_data["level"], 5.0)
 
 
+APEX, FOOT = [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]
+BASE = [[1.0, 0.0, 0.0], [-0.5, 0.8, 0.0], [-0.5, -0.8, 0.0]]
+
+
+def test_data_of_a_new_point_are_those_of_the_cell_in_which_it_is() -> None:
+    """Though it is nearer to the middle of the other one, at one node of which it would have a share below 0."""
+    mesh = Mesh.from_arrays(
+        np.array([APEX, *BASE, FOOT]),
+        {"tetra": [[1, 2, 3, 0], [3, 2, 1, 4]]},
+        point_data={"level": np.array([0.0, 0, 0, 0, 10])},
+    )
+    points = np.vstack([mesh.points, [0.0, 0.0, -0.1]])
+    cells = np.array([[1, 2, 3, 0], [1, 3, 2, 5], [3, 2, 1, 4]])
+    both = rejoined(mesh, Rejoined(np.ones(2, bool), cells, np.array([0, -3, 1]), points), {})
+    assert both.mesh.point_data["level"].tolist() == pytest.approx([0, 0, 0, 0, 10, 1])
+
+
+def test_data_of_a_new_point_come_from_beside_the_first_point_too() -> None:
+    """It has no other old point beside it, and the cells there are not the last ones."""
+    mesh = Mesh.from_arrays(
+        np.array([APEX, *BASE, *(np.array([APEX, *BASE]) + 9.0)]),
+        {"tetra": [[1, 2, 3, 0], [5, 6, 7, 4]]},
+        point_data={"level": np.array([1.0] * 4 + [2.0] * 4)},
+    )
+    points = np.vstack([mesh.points, 0.5 * np.array([APEX]) + 0.4 * np.array(BASE)])
+    cells = np.array([[8, 9, 10, 0], [1, 2, 3, 0], [5, 6, 7, 4]])
+    both = rejoined(mesh, Rejoined(np.ones(2, bool), cells, np.array([-2, 0, 1]), points), {})
+    assert both.mesh.point_data["level"].tolist() == pytest.approx([1.0] * 4 + [2.0] * 4 + [1.0] * 3)
+
+
 def test_the_page_compares_what_both_have() -> None:
     mesh = delaunay()
     result = meshgauge.improve(mesh, everywhere=True, topology=True)
