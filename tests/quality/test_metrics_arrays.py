@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from metric_cells import N, array_pairs, cell_values, one_by_one, pairs, public_values, random_cells
 
-from meshgauge.cells import SHAPES, Shape
+import meshgauge
+from meshgauge.cells import BY_NAME, SHAPES, Shape
 from meshgauge.mesh import CellIds, connectivity
 from meshgauge.quality.metrics import METRICS, Metric, tetra
 
@@ -61,3 +62,25 @@ def test_more_cells_than_a_slice_holds() -> None:
     np.testing.assert_array_equal(one, two)
     np.testing.assert_array_equal(one.reshape(-1, N), np.broadcast_to(one[:N], (len(many) // N, N)))
     np.testing.assert_allclose(one[:N], cell_values(METRICS["jens"], "tetra", x), rtol=1e-9, atol=1e-14)
+
+
+@pytest.mark.parametrize("dtype", [np.int64, np.int32])
+@pytest.mark.parametrize("name", [*SHAPES, "voxel", "triangle", "tetra10"])
+def test_an_id_that_is_no_points_is_named(name: str, dtype: type) -> None:
+    """Also by kernels that find it themselves, wherever it stands in their blocks."""
+    n = BY_NAME[name].n_nodes or 0
+    points = np.random.default_rng(0).random((n, 3))
+    cells = np.tile(np.arange(n, dtype=dtype), (130, 1))
+    for at, wrong in (
+        (0, n),
+        (70 * n + n // 2, -1),
+        (129 * n + n - 1, n),
+        (64 * n, np.iinfo(dtype).max),
+        (5, -(2**31)),
+    ):
+        ids = cells.copy()
+        ids.flat[at] = wrong
+        with pytest.raises(
+            meshgauge.MeshError, match=rf"^{name}: point id {wrong} at position {at} is outside 0..{n - 1}$"
+        ):
+            meshgauge.jens(points, ids, name)

@@ -72,10 +72,17 @@ def jens(
     >>> meshgauge.jens(cube, [range(8)], "hexahedron")
     array([1.])
     """
-    given = _check_cells(points, cells, cell_type)
     if nodes:
+        given = _check_cells(points, cells, cell_type)
         return _in_own_order(_in_slices(Cells.node_jens, given, (given.shape.n_nodes,), threads), given)
-    return _in_slices(Cells.jens, given, (), threads)
+    given = _check_cells(points, cells, cell_type, kernels_check_ids=True)
+    out = np.empty(given.n_cells)
+    try:
+        _run(lambda here: given.part(here).jens(out[here]), given.n_cells, threads)
+    except IndexError:
+        _check_cells(points, cells, cell_type)  # names the id
+        raise
+    return out
 
 
 def scaled_jacobian(
@@ -183,7 +190,10 @@ def scaled_aspect_ratio_gamma(points: ArrayLike, cells: ArrayLike) -> Values:
     return METRICS["scaled_aspect_ratio_gamma"].of_cells(_check_cells(points, cells, TETRA.name))
 
 
-def _check_cells(points: ArrayLike, nodes: ArrayLike, which: str | int | CellType) -> Cells:
+def _check_cells(
+    points: ArrayLike, nodes: ArrayLike, which: str | int | CellType, *, kernels_check_ids: bool = False
+) -> Cells:
+    """What is given, checked; but for the ids where kernels are to be taken that do so and raise `IndexError`."""
     try:
         row = cell_type(which)
     except KeyError as error:
@@ -196,13 +206,15 @@ def _check_cells(points: ArrayLike, nodes: ArrayLike, which: str | int | CellTyp
     if row.shape is None:
         raise MetricError(f"cells of type {row.name} are not measured: they have no known corners")
     x = cast.points(points)
-    cast.check_ids(connectivity, len(x), row.name)
+    compiled, wanted = path.is_compiled(len(connectivity)), driver.columns(row)
+    is_whole = wanted == tuple(range(connectivity.shape[1]))
+    if not (kernels_check_ids and is_whole and driver.checks_ids(row, compiled=compiled)):
+        cast.check_ids(connectivity, len(x), row.name)
     if cast.in_plane(points) and row.dimension == 3:
         raise MeshError(f"points have shape {np.shape(points)}, expected (n_points, 3)")
-    wanted = driver.columns(row)
-    if wanted != tuple(range(connectivity.shape[1])):
+    if not is_whole:
         connectivity = connectivity[:, list(wanted)]
-    given = Cells(row, x, np.ascontiguousarray(connectivity, np.int64), path.is_compiled(len(connectivity)))
+    given = Cells(row, x, np.ascontiguousarray(connectivity, np.int64), compiled)
     if row.dimension == 3:
         return given
     parts = [partial(given.corners.__getitem__, slice(at, at + CHUNK)) for at in range(0, given.n_cells, CHUNK)]
@@ -220,11 +232,16 @@ def _in_slices(
     function: Callable[[Cells], Values], cells: Cells, shape: tuple[int, ...], threads: int | None
 ) -> Values:
     """The function's values, computed on threads, ``(n_cells, *shape)``."""
-    function(cells.part(slice(0, 1)))  # what it compiles, it compiles here
     out = np.empty((cells.n_cells, *shape))
 
     def work(here: slice) -> None:
         out[here] = function(cells.part(here))
 
-    run(work, [slice(start, start + CHUNK) for start in range(0, cells.n_cells, CHUNK)], threads)
+    _run(work, cells.n_cells, threads)
     return out
+
+
+def _run(work: Callable[[slice], object], n_cells: int, threads: int | None) -> None:
+    """Call the function with some cells after the other, on threads."""
+    work(slice(0, min(1, n_cells)))  # what it compiles, it compiles here
+    run(work, [slice(start, start + CHUNK) for start in range(0, n_cells, CHUNK)], threads)

@@ -59,7 +59,7 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
     points
         ``(n_points, 3)`` float32 or float64, C-contiguous.
     connectivity
-        ``(n_cells, n)`` int64, C-contiguous, ids in range: the nodes that `columns` names.
+        ``(n_cells, n)`` int64, C-contiguous: the nodes that `columns` names, ids of points.
     row
         Type of the cells.
     out
@@ -68,6 +68,11 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
         Of surface cells, see `kernels.surfaces.driver`.
     compiled
         Take the kernels, see `kernels.path`.
+
+    Raises
+    ------
+    IndexError
+        If an id is not that of a point, where `checks_ids`; elsewhere they must be.
     """
     shape = shape_of(row)
     if shape.dimension == 2:
@@ -78,10 +83,20 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
         values = np.empty((len(connectivity), shape.n_nodes))
         node_scaled_jacobian(points, connectivity, row, values, compiled=compiled)
         out[:] = aggregate.fold(aggregate.jens(values, shape.k))
-    elif fast(as_flat(points), as_flat(connectivity), out, shape.k):
+        return
+    n_left = fast(as_flat(points), as_flat(connectivity), out, shape.k)
+    if n_left < 0:
+        raise IndexError("an id is not that of a point")
+    if n_left:
         left = np.flatnonzero(np.isnan(out))
         values = robust.node_scaled_jacobian(coordinates(points, connectivity[left]), shape)
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
+
+
+def checks_ids(row: CellType, *, compiled: bool) -> bool:
+    """True if `cell_jens` finds ids that are not those of points by itself."""
+    shape = shape_of(row)
+    return compiled and shape.dimension == 3 and not uses_all_nodes(row) and _fast(shape.name) is not None
 
 
 def node_scaled_jacobian(

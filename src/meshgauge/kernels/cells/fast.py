@@ -3,7 +3,8 @@
 Each kernel takes flat arrays, ``points`` (3 per point, float32 or float64), ``connectivity`` (int64, ``n_nodes`` per
 cell) and ``out`` (float64, one per cell), and writes E_q, or NaN for a cell that it leaves open: a coordinate that
 is not finite, an edge shorter than 1e-23 or longer than 1e23, or a corner so flat that its sign is not certain. It
-returns how many; the caller resolves those with `robust`.
+returns how many; the caller resolves those with `robust`. The kernels of solids return -1 at an id that is not that of
+a point, having read nothing there: a check of its own takes another pass over memory, which is half of their time.
 
 Why the sign is certain otherwise: the determinant D of the rounded differences has the exact sign if |D| exceeds
 (7 + 56u)u·P with u = 2^-53 and P the permanent of absolute values (Shewchuk 1997, orient3d), and P is at most
@@ -35,6 +36,16 @@ Y, Z, NODE = U(BLOCK), U(2 * BLOCK), U(3 * BLOCK)
 FLAT = 1.6e-29  # (4e-15)²: below this squared J_S a sign is not certain
 SMALL, LARGE = 1e-46, 1e46  # of a squared edge: within, no product of six has lost bits
 AHEAD = 128  # cells asked for ahead in the connectivity; half of it in the output
+
+
+@fused_inlined
+def _are_points(points: Any, connectivity: Any, n_nodes: Any, first: Any, n: Any) -> Any:
+    """True if each id of cells first..first + n - 1 is that of a point."""
+    last, signs = np.int64(len(points) // 3 - 1), np.int64(0)
+    for i in range(first * n_nodes, (first + n) * n_nodes):
+        p = connectivity[U(i)]
+        signs |= p | (last - p)
+    return signs >= 0
 
 
 @fused_inlined
@@ -122,6 +133,8 @@ def tetra(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: fl
     x, q = np.zeros(4 * 3 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
+        if not _are_points(points, connectivity, 4, first, n):
+            return -1
         _gather(points, connectivity, out, 4, first, n, x)
         for lane in range(BLOCK):
             p = U(lane)
@@ -189,6 +202,8 @@ def pyramid(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: 
     x, q = np.zeros(5 * 3 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
+        if not _are_points(points, connectivity, 5, first, n):
+            return -1
         _gather(points, connectivity, out, 5, first, n, x)
         for lane in range(BLOCK):
             p = U(lane)
@@ -243,6 +258,8 @@ def wedge(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: fl
     x, q = np.zeros(6 * 3 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
+        if not _are_points(points, connectivity, 6, first, n):
+            return -1
         _gather(points, connectivity, out, 6, first, n, x)
         for lane in range(BLOCK):
             p = U(lane)
@@ -294,6 +311,8 @@ def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, 
     x, q = np.zeros(8 * 3 * BLOCK), np.empty(BLOCK)
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
+        if not _are_points(points, connectivity, 8, first, n):
+            return -1
         _gather(points, connectivity, out, 8, first, n, x)
         for lane in range(BLOCK):
             p = U(lane)
