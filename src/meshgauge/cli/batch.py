@@ -189,7 +189,7 @@ class Batch:
         is_small = is_alone and _size(path) < LARGE and self.scheduler is None
         if self.reading.displacement is not None or is_small or self._dimension == 2:
             return None
-        listed = self._pieces(path)
+        listed = self.pieces(path)
         if listed is None or not (is_large(listed, memory) or self.scheduler is not None):
             return None
         from ..report.stream import job_of
@@ -290,7 +290,7 @@ class Batch:
             with measuring(pool, job, named) as states:
                 yield states.report
 
-    def _pieces(self, path: str) -> Pieces | None:
+    def pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""
         step = path.step if isinstance(path, State) else _choice(self.reading.step)
         try:

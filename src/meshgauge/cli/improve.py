@@ -32,6 +32,7 @@ def improve(
     purpose: options.Purpose = None,
     keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
+    memory: options.Memory = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
 ) -> int:
@@ -56,6 +57,7 @@ def improve(
         from ..repair.page import improve_page
         from .batch import Batch
         from .changed import ChangedMesh
+        from .large_repair import improve_large
         from .terminal import Output, emit
 
         batch = Batch(
@@ -64,9 +66,29 @@ def improve(
             purpose=purpose,
             threads=threads,
             keep_bricks=keep_bricks,
+            memory=memory,
             quiet=quiet,
         )
         batch.require_one_state(mesh)
+
+    def show(report: repair.RepairReport, n_bad: int, stop: live.Stop) -> int:
+        """Print what was reached; returns the exit code."""
+        is_refused = report.outcome == "refused"
+        if as_json:
+            emit(text.dumps(mesh, None if is_refused else str(written), report))
+        elif quiet:
+            emit(f"{mesh}: {report.verdict}")
+        else:
+            Output().show(text.ImproveText(mesh, report, output=None if is_refused else str(written)))
+        if stop.exit_code:
+            return stop.exit_code
+        return REFUSED if is_refused else STILL_INVALID if n_bad else batch.exit_code
+
+    if goal.is_local and constraints.is_empty and not (in_place or convert or undo is not None or html is not None):
+        done = improve_large(batch, mesh, written, goal)
+        if done is not None:
+            return show(done[0].report, done[0].n_unusable, done[1])
+    with live.early():
         before = batch.read(mesh)
         changed = ChangedMesh.of(
             batch,
@@ -97,20 +119,9 @@ def improve(
                 keep_bricks=keep_bricks,
                 rounding=None if changed.patch is None else changed.patch.roundings,
             )
-        is_refused = result.report.outcome == "refused"
-        if not is_refused:
+        if result.report.outcome != "refused":
             changed.write(result.mesh)
         if html is not None:
             with batch.progress(f"drawing {html}"):
                 write_text(html, improve_page(result.report, result.before, result.after))
-    if as_json:
-        emit(text.dumps(mesh, None if is_refused else str(written), result.report))
-    elif quiet:
-        emit(f"{mesh}: {result.report.verdict}")
-    else:
-        Output().show(text.ImproveText(mesh, result.report, output=None if is_refused else str(written)))
-    if stop.exit_code:
-        return stop.exit_code
-    if is_refused:
-        return REFUSED
-    return STILL_INVALID if n_unusable(result.after) else batch.exit_code
+    return show(result.report, n_unusable(result.after), stop)

@@ -324,9 +324,11 @@ def patch_of(
 
 def format_if_same(mesh: Mesh, target: str | os.PathLike[str], *, file_format: str | None = None) -> Format | None:
     """The format of the file of a mesh if an output has it too, by its extension; None if it is a conversion."""
-    if mesh.path is None:
-        return None
-    source, target = Path(mesh.path), Path(target)
+    return None if mesh.path is None else same_format(Path(mesh.path), Path(target), file_format=file_format)
+
+
+def same_format(source: Path, target: Path, *, file_format: str | None = None) -> Format | None:
+    """The format of a file if an output has it too, by its extension; None if it is a conversion."""
     if source.is_dir():
         is_file = target.suffix.lower() in {e for f in registry.ALL if f.write is not None for e in f.extensions}
         return registry.case_of(source, file_format)[0] if not is_file or target == source else None

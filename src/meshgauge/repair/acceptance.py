@@ -114,14 +114,21 @@ def is_better(after: Quality, before: Quality, target: float | None = None) -> b
 
 def is_below(quality: Quality, target: float) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for solid cells that are not usable, or below the target, unless that is 0."""
+    return bad_among(quality.values, quality.status, quality.mesh.purpose, target)
+
+
+def bad_among(
+    values: NDArray[np.float64], status: NDArray[np.uint8], purpose: Purpose, target: float
+) -> NDArray[np.bool_]:
+    """`is_below` of some cells."""
     if target > 0.0:
         with np.errstate(invalid="ignore"):
-            below = ~(quality.values >= target)  # so is one without a value
+            below = ~(values >= target)  # so is one without a value
     else:
-        below = np.zeros(quality.n_cells, bool)
-    odd, status = _odd(quality)
-    below[odd] |= ~is_usable(status, quality.mesh.purpose)
-    below[odd] &= is_solid(status)
+        below = np.zeros(len(values), bool)
+    odd = np.flatnonzero(status != Status.OK)
+    below[odd] |= ~is_usable(status[odd], purpose)
+    below[odd] &= is_solid(status[odd])
     return np.asarray(below)
 
 
@@ -139,8 +146,18 @@ def _odd(quality: Quality) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
 
 def status_counts(quality: Quality) -> dict[str, int]:
     """Number of solid cells by name of status."""
-    odd, status = _odd(quality)
-    counts = np.bincount(status, minlength=len(Status))
-    counts[Status.OK] = quality.n_cells - len(odd)
-    counts[~is_solid(np.arange(len(counts), dtype=np.uint8))] = 0
-    return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(counts) if n}
+    return counts_by_name(counts_of(quality.status))
+
+
+def counts_of(status: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """``(n_statuses,)`` cells of each status."""
+    odd = status[np.flatnonzero(status != Status.OK)]  # of a mask: ten times as fast as of numbers
+    counts: NDArray[np.int64] = np.bincount(odd, minlength=len(Status))
+    counts[Status.OK] = len(status) - len(odd)
+    return counts
+
+
+def counts_by_name(counts: NDArray[np.int64]) -> dict[str, int]:
+    """Of `counts_of` those of solid cells, but for zeros."""
+    solid = np.where(is_solid(np.arange(len(counts), dtype=np.uint8)), counts, 0)
+    return {STATUSES[Status(s)].name: int(n) for s, n in enumerate(solid) if n}

@@ -5,49 +5,38 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..doctor.diagnosis import LIMIT, diagnosis
 from ..doctor.points import extent
 from ..errors import MeshError
-from ..files import resources
 from ..kernels.path import NUMPY_UP_TO, numpy_up_to
 from ..look.bands import POOR
-from ..look.style import number_of
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
-from . import report as records
-from .acceptance import is_below, is_better, n_unusable, status_counts
+from .acceptance import is_below, status_counts
 from .alternate import Way, alternate
 from .ceiling import ceiling
-from .claims import Promise, within
-from .constraints import Constraints, Mask, constraints_of, fixed_mask
+from .constraints import Mask, constraints_of, fixed_mask
 from .descent import workers
 from .flat import improve_flat
-from .kept import unkept
-from .patch import RINGS, Patch, back_near, cells_around, patch_around, whole_patch
+from .near_bad import Attempt, Attempting, repair_near_bad
+from .patch import PatchOfMesh, WholeMesh, whole_patch
+from .patch_report import Known, patch_report
 from .polyhedral import corners as corners_of
 from .problem import Ids, Points, problem
-from .reasons import reasons, verdict
 from .reconnection import OBJECTIVES
 from .report import RepairReport
 from .rounding import Rounding
 from .run import Progress
 from .scale import power_of, rescaled, restored, scaled
-from .sizes import size_change as change_of_sizes
-from .sizes import size_limits
 from .target import scaled_surface
-from .volumes import volume_and_surface
-from .whole import MUCH, Options, Outcome, repair
+from .whole import Options, Outcome
 
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
-
-REVERSED = 0.5
-"""Share of the invalid cells from which on those numbered in reverse are believed: in a tangle a few look so."""
 
 FEW = 1000
 """Cells up to which they are measured by NumPy: loading the kernels for them would take longer."""
@@ -55,14 +44,8 @@ FEW = 1000
 FLOOR, SIZE_CHANGE = 0.9, 0.1
 """The share of the worst quality that raising the mean keeps, and by which sizes of good cells may change."""
 
-POINT_BYTES = 2100
-"""Of memory that a point with its cells takes while it is improved: measured on a million hexahedra."""
-
 WHOLE_UP_TO = 1 << 16
 """Cells up to which the bound on the worst cell is searched in all of them, not only near bad ones."""
-
-MANY = 1 << 16
-"""Points from which on it is asked before whether there is as much."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -219,7 +202,7 @@ def improve(
         keep=(keep,) if isinstance(keep, str) else tuple(keep),
         rounding=() if rounding is None else (rounding,) if callable(rounding) else tuple(rounding),
     )
-    _check(options, floor)
+    check_options(options, floor)
     held = fixed_mask(fixed, mesh.n_points)
     power = power_of(mesh)
     if power:
@@ -264,92 +247,16 @@ def _improve(
         return Improvement(*alternate(before, held, way))
     whole = whole_patch(before, options.keep)
     with workers(threads) as team:
-
-        def attempt(patch: Patch, reached: Quality, options: Options, *, is_brief: bool = False) -> _Attempt:
-            n_points = patch.quality.mesh.n_points
-            if n_points > MANY:
-                resources.require(POINT_BYTES * n_points, f"improving cells of {n_points:,} points")
-            faults = _diagnose(patch)
-            constraints = constraints_of(
-                patch.quality.mesh,
-                patch.quality,
-                patch.pinned | patch.of_points(held),
-                (patch.region_ids, patch.region_names),
-            )
-            constraints = replace(constraints, away=patch.pinned & ~patch.of_points(held))
-            own = replace(options, rounding=patch.rounding(options.rounding))
-            outcome = repair(
-                patch.quality,
-                constraints,
-                own,
-                team,
-                start,
-                progress,
-                should_stop,
-                reached=patch.part_of(reached, threads=threads),
-                is_brief=is_brief,
-            )
-            return _Attempt(patch, constraints, outcome, faults)
-
+        attempt = Attempting(held, team, start, progress, should_stop)
         if options.everywhere:
             best = attempt(whole, before, options)
         else:
-            best = _near_bad(attempt, whole, is_below(before, options.target), options)
-    most = _ceiling(best.patch, whole, held, best.outcome)
-    return _result(best.patch, best.outcome, best.constraints, options, best.faults, most)
+            bad = np.flatnonzero(is_below(before, options.target))
+            best = repair_near_bad(WholeMesh(whole, threads), attempt, bad, options)
+    return _result(best, whole, held, options)
 
 
-class _Attempt(NamedTuple):
-    """What a repair of a patch has reached."""
-
-    patch: Patch
-    constraints: Constraints
-    outcome: Outcome
-    faults: tuple[str, ...]
-
-
-def _near_bad(attempt: Callable[..., _Attempt], whole: Patch, bad: Mask, options: Options) -> _Attempt:
-    """Repair near bad cells: with their own points, and where that leaves some with more rings; at last, if the
-    boundary slides, with its points from there."""
-    before, threads, target = whole.whole, options.threads, options.target
-    if options.slides:
-        held = replace(options, boundary="fixed", surface=None, tolerance=None)
-        fixed = _near_bad(attempt, whole, bad, held)
-        if fixed.outcome.run.stopped:
-            return fixed
-        around = patch_around(whole, bad, is_whole=True, threads=threads, rings=RINGS[-1])
-        return attempt(around, fixed.patch.merge(fixed.outcome.quality, threads=threads), options)
-    # Most bad cells need their own points and those beside: a patch that is small costs little.
-    is_much = bool(np.count_nonzero(bad) > MUCH * before.n_cells)
-    first = RINGS[-1] if is_much else RINGS[0]
-    around = patch_around(whole, bad, is_whole=False, threads=threads, rings=first)
-    best = attempt(around, before, options, is_brief=first < RINGS[-1])
-
-    def better(best: _Attempt, reached: Quality, patch: Patch, begin: Quality) -> _Attempt:
-        """An attempt on a larger patch, unless what was reached is as good."""
-        again = attempt(patch, begin, options)
-        is_gain = is_better(again.outcome.quality, patch.part_of(reached, threads=threads), target)
-        return again if is_gain else best
-
-    if first == RINGS[-1] or best.outcome.run.stopped or not is_below(best.outcome.quality, target).any():
-        return best
-    # What is bad still is worth more rings, from where all near it was.
-    reached = best.patch.merge(best.outcome.quality, threads=threads)
-    _, near = cells_around(before.mesh, is_below(reached, target), RINGS[-1] + 1)
-    begin = back_near(before, reached, near, threads=threads)
-    around = patch_around(
-        whole, is_below(begin, target), is_whole=False, threads=threads, rings=RINGS[-1], beside=best.patch
-    )
-    best = better(best, reached, around, begin)
-    if best.outcome.run.stopped or not n_unusable(best.outcome.quality):
-        return best
-    # Where that leaves invalid cells, what was reached may stand in the way: from the mesh given.
-    reached = best.patch.merge(best.outcome.quality, threads=threads)
-    around = patch_around(whole, bad, is_whole=False, threads=threads, rings=RINGS[-1])
-    return better(best, reached, around, before)
-
-
-def _ceiling(patch: Patch, whole: Patch, held: Mask, outcome: Outcome) -> float:
+def _ceiling(patch: PatchOfMesh, whole: PatchOfMesh, held: Mask, outcome: Outcome) -> float:
     """The most that the worst cell could have with the points that must stay: of the whole mesh, unless it is large."""
     if patch.cells is None or whole.quality.n_cells > WHOLE_UP_TO:
         return outcome.limit.worst
@@ -363,56 +270,6 @@ def _ceiling(patch: Patch, whole: Patch, held: Mask, outcome: Outcome) -> float:
     return min(outcome.limit.worst, ceiling(part, points, constraints.fixed[part.point_ids]).worst)
 
 
-def _diagnose(patch: Patch) -> tuple[str, ...]:
-    """What is wrong with a mesh that has invalid cells beside their shapes: nothing that moving points can mend.
-
-    Raises `MeshError` if cells are numbered in reverse: moving points would invert them to suit their numbering.
-    """
-    before = patch.quality
-    if n_unusable(before) == 0:
-        return ()
-    result = diagnosis(before.mesh, before, limit=LIMIT)
-    n_reversed = len(result.orientation.reversed_cells) if result.orientation is not None else 0
-    if n_reversed > REVERSED * n_unusable(before):
-        raise MeshError(
-            f"{before.mesh.path or 'the mesh'}: {number_of(n_reversed, 'cell is', 'cells are')} numbered in reverse, "
-            "not inverted: moving points would ruin the mesh. Renumber first, with 'meshgauge orient' or "
-            "meshgauge.doctor.orient"
-        )
-    # Of a part of a mesh the numbers of cells and points are its own.
-    others = () if patch.cells is not None else result.findings
-    notes = [one.text for one in others if one.level == "defect" and one.name != "orientation"]
-    if n_reversed:
-        looks = number_of(n_reversed, "invalid cell looks", "invalid cells look")
-        notes.append(f"{looks} numbered in reverse: taken for inverted.")
-    return tuple(notes)
-
-
-def _of_unkept(patch: Patch) -> tuple[str, ...]:
-    """A note on cell data that may be regions, and are not kept."""
-    names = unkept(patch.quality.mesh, patch.region_ids)
-    if not names:
-        return ()
-    return (f"Faces between values of cell data {', '.join(map(repr, names))} are not kept (--keep NAME keeps them).",)
-
-
-def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]:
-    """What else could help."""
-    if options.everywhere:
-        return ()
-    if not is_below(before, options.target).any():
-        what = "invalid" if options.target == 0.0 else f"invalid or below {options.target:g}"
-        return (f"No cell is {what}: nothing is to be mended. To raise the worst and the mean of all: --everywhere.",)
-    if not is_below(after, options.target).any():
-        return ()
-    hints = ["moving all points (--everywhere)", f"sizes that may change by more than {100 * options.size_change:g} %"]
-    if not options.slides:
-        hints.append("a boundary whose points move on it (--boundary slide)")
-    elif options.tolerance is None:
-        hints.append("a boundary whose points may leave it by a little (--tolerance 0.01)")
-    return (f"More cells may be mended by {', '.join(hints[:-1])} or {hints[-1]}.",)
-
-
 def _in_another_unit(rounding: Rounding, power: int) -> Rounding:
     """The same for coordinates that are multiplied by 2 to a power."""
 
@@ -422,7 +279,8 @@ def _in_another_unit(rounding: Rounding, power: int) -> Rounding:
     return scaled_rounding
 
 
-def _check(options: Options, floor: float | None) -> None:
+def check_options(options: Options, floor: float | None) -> None:
+    """Raise `MeshError` if an option is out of its range; ``floor`` as the user gave it."""
     if options.boundary not in BOUNDARIES:
         raise MeshError(f"boundary is {options.boundary!r}, expected one of {', '.join(BOUNDARIES)}")
     if not 0.0 <= options.target < 1.0:
@@ -449,63 +307,18 @@ def _check(options: Options, floor: float | None) -> None:
         raise MeshError("points may leave their surface only where they slide: boundary='slide' (--boundary slide)")
 
 
-def _result(
-    patch: Patch,
-    outcome: Outcome,
-    constraints: Constraints,
-    options: Options,
-    faults: tuple[str, ...],
-    most: float,
-) -> Improvement:
-    """What was reached, with its report; ``most`` is what the worst cell could have with the points that must stay."""
-    near, near_after, run, limit = patch.quality, outcome.quality, outcome.run, outcome.limit
-    before, after = patch.whole, patch.merge(near_after, threads=options.threads)
-    old, new = near.mesh.points, near_after.mesh.points
-    promise = Promise(near, constraints, options.slides, options.surface is not None, options.strict)
-    n_worse, worse, largest, mean = records.losses(near, near_after)
-    why = reasons(near, near_after, constraints, run, limit, slides=options.slides, strict=options.strict)
-    summaries = patch.summaries(near_after, after, threads=options.threads)
-    outcome_and_text = verdict(
-        near, near_after, summaries, options.target, most, slides=options.slides, broken=outcome.broken
-    )  # fmt: skip
-    volume_before, surface_before = volume_and_surface(constraints.topology, old)
-    volume_after, surface_after = volume_and_surface(constraints.topology, new)
-    limits = outcome.sizes or size_limits(near, constraints.topology, run.whole, options.size_change)
-    report = RepairReport(
-        verdict=outcome_and_text[1],
-        outcome=outcome_and_text[0],
-        stopped=run.stopped,
-        before=summaries[0],
-        after=summaries[1],
-        status_before=status_counts(before),
-        status_after=status_counts(after),
-        claims=(
-            *promise.claims(near_after),
-            *patch.claims(after),
-            *within(outcome.deviation, options.tolerance, extent(old)[1]),
-        ),
-        ceiling=most,
-        n_below_before=int(np.count_nonzero(is_below(near, options.target))),
-        n_below=sum(why.counts.values()),
-        below=tuple(replace(one, cell=patch.cell(one.cell)) for one in why.cells),
-        reasons=why.counts,
-        n_worse=n_worse,
-        worse=tuple(replace(one, cell=patch.cell(one.cell)) for one in worse),
-        largest_loss=largest,
-        mean_loss=mean,
-        displacement=records.displacement(
-            old, new, constraints.boundary, outcome.deviation, extent(before.mesh.points)[1], before.mesh.n_points
-        ),
-        sizes=change_of_sizes(limits, old, new),
-        volume=(volume_before, volume_after),
-        surface=(surface_before, surface_after),
-        region_volumes=promise.named_volumes(near_after),
-        history=tuple(run.history),
-        seconds=time.monotonic() - run.start,
-        evaluations=run.evaluations,
-        notes=(*constraints.notes, *faults, *outcome.notes, *_of_unkept(patch), *_hints(near, near_after, options)),
-        options=options.to_dict(),
+def _result(best: Attempt[PatchOfMesh], whole: PatchOfMesh, held: Mask, options: Options) -> Improvement:
+    """What was reached, with its report."""
+    patch, reached, before = best.patch, best.outcome.quality, whole.quality
+    after = patch.merge(reached, threads=options.threads)
+    known = Known(
+        patch.summaries(reached, after, threads=options.threads),
+        (status_counts(before), status_counts(after)),
+        before.mesh.n_points,
+        extent(before.mesh.points)[1],
+        patch.claims(after),
     )
+    report = patch_report(best, known, options, _ceiling(patch, whole, held, best.outcome))
     given = before.source
     result = after.mesh if given is before.mesh else given.replace(points=after.mesh.points)
     return Improvement(result, before, after, report)

@@ -35,10 +35,8 @@ class Patch:
 
     Attributes
     ----------
-    whole
-        What was measured on the mesh given.
     quality
-        The same for the patch; that of the mesh itself if all cells are in it.
+        What was measured on the patch; on the mesh itself if all cells are in it.
     cells, points
         ``(n_cells,)`` and ``(n_points,)`` of the patch: which of the mesh they are; None if it is the mesh itself.
     pinned
@@ -47,7 +45,6 @@ class Patch:
         ``(n_cells,)`` the region of each cell as the mesh has it, and the names of all.
     """
 
-    whole: Quality
     quality: Quality
     cells: Ids | None
     points: Ids | None
@@ -61,14 +58,27 @@ class Patch:
         free = np.flatnonzero(~self.pinned)
         return free if self.points is None else self.points[free]
 
-    def part_of(self, quality: Quality, *, threads: int | None) -> Quality:
-        """What was measured of the patch, from what was of the mesh with its points elsewhere."""
-        if quality is self.whole:
-            return self.quality
-        if self.points is None:
-            return quality
-        points = np.asarray(quality.mesh.points, np.float64)[self.points]
+    def taking(self, other: Patch, reached: Quality, *, threads: int | None) -> Quality:
+        """What would be measured of this patch with its points where another has them by then."""
+        if other is self or reached is other.quality:
+            return reached if other is self else self.quality
+        mesh = self.quality.mesh
+        places = np.asarray(reached.mesh.points, np.float64)
+        if other.points is None:
+            points = places if self.points is None else places[self.points]
+        else:
+            points = np.array(mesh.points, np.float64)
+            here, there = self._places_of(other.points)
+            points[here] = places[there]
         return remeasured(self.quality, points, threads=threads)
+
+    def _places_of(self, points: Ids) -> tuple[Ids, Ids]:
+        """Of some points of the mesh, ascending, those that are in the patch: which of it, and which of them."""
+        if self.points is None:
+            return points, np.arange(len(points))
+        at = np.minimum(np.searchsorted(self.points, points), len(self.points) - 1)
+        known = np.flatnonzero(self.points[at] == points)
+        return at[known], known
 
     def of_points(self, values: Mask) -> Mask:
         """``(n_points,)`` of the mesh for the points of the patch."""
@@ -79,9 +89,20 @@ class Patch:
         points = self.points
         return whole if points is None else tuple(partial(_of_part, one, points) for one in whole)
 
+    def ids(self, chosen: Mask) -> Ids:
+        """The cells of the mesh that some of the patch are; ``chosen`` is ``(n_cells,)`` of the patch."""
+        return np.flatnonzero(chosen) if self.cells is None else self.cells[chosen]
+
     def cell(self, cell: int) -> int:
         """The cell of the mesh that one of the patch is."""
         return cell if self.cells is None else int(self.cells[cell])
+
+
+@dataclass(frozen=True, eq=False)
+class PatchOfMesh(Patch):
+    """A patch of a mesh that is there as a whole; ``whole`` is what was measured on the mesh given."""
+
+    whole: Quality
 
     def merge(self, quality: Quality, *, threads: int | None) -> Quality:
         """The quality of the mesh with the patch as it was measured after a repair."""
@@ -142,21 +163,21 @@ def _of_part(rounding: Rounding, points: Ids, ids: Ids, coordinates: Points) -> 
     return rounding(points[ids], coordinates)
 
 
-def whole_patch(quality: Quality, keep: Sequence[str] = ()) -> Patch:
+def whole_patch(quality: Quality, keep: Sequence[str] = ()) -> PatchOfMesh:
     """All of a mesh, no point pinned; ``keep`` as for `kept_regions`."""
     ids, names = kept_regions(quality.mesh, keep)
-    return Patch(quality, quality, None, None, np.zeros(quality.mesh.n_points, bool), ids, names)
+    return PatchOfMesh(quality, None, None, np.zeros(quality.mesh.n_points, bool), ids, names, quality)
 
 
 def patch_around(
-    whole: Patch,
+    whole: PatchOfMesh,
     bad: Mask,
     *,
     is_whole: bool,
     threads: int | None,
     rings: int = RINGS[-1],
     beside: Patch | None = None,
-) -> Patch:
+) -> PatchOfMesh:
     """The cells near some bad ones.
 
     Parameters
@@ -187,7 +208,7 @@ def patch_around(
     part, points = mesh[cells], np.flatnonzero(used)
     rows = [quality.rows[name] for name in quality.metrics]
     measured = measure(part, metrics=rows, threads=threads, keep_bricks=True)
-    return Patch(quality, measured, cells, points, ~touched[points], whole.region_ids[cells], whole.region_names)
+    return PatchOfMesh(measured, cells, points, ~touched[points], whole.region_ids[cells], whole.region_names, quality)
 
 
 def back_near(before: Quality, reached: Quality, near: Mask, *, threads: int | None) -> Quality:
@@ -222,3 +243,24 @@ def cells_around(mesh: Mesh, some: Mask, rings: int) -> tuple[Ids, Mask]:
         touched[nodes_of(mesh, cells)] = True
         cells = cells_at(mesh, touched)
     return cells, touched
+
+
+@dataclass(frozen=True, eq=False)
+class WholeMesh:
+    """A mesh of which patches are taken: a `near_bad.Source`."""
+
+    everything: PatchOfMesh
+    threads: int | None
+
+    @property
+    def n_cells(self) -> int:
+        return self.everything.quality.n_cells
+
+    def patch(self, bad: Ids, rings: int, *, is_whole: bool = False, beside: PatchOfMesh | None = None) -> PatchOfMesh:
+        """See `patch_around`; ``bad`` are ids of cells."""
+        mask = mask_of(self.n_cells, bad)
+        return patch_around(self.everything, mask, is_whole=is_whole, threads=self.threads, rings=rings, beside=beside)
+
+    def near(self, cells: Ids, rings: int) -> Mask:
+        """``(n_points,)`` those of some cells, and of so many rings around them but the outermost."""
+        return cells_around(self.everything.quality.mesh, mask_of(self.n_cells, cells), rings)[1]

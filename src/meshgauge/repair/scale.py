@@ -25,7 +25,11 @@ def power_of(mesh: Mesh) -> int:
 
     Energies hold lengths to the sixth power, which 1e-60 and 1e60 already take out of range.
     """
-    sample = np.asarray(mesh.points[:: max(mesh.n_points // SAMPLE, 1)], np.float64)
+    return power_of_sample(np.asarray(mesh.points[:: max(mesh.n_points // SAMPLE, 1)], np.float64))
+
+
+def power_of_sample(sample: Points) -> int:
+    """The same from evenly spaced points of a mesh."""
     with np.errstate(over="ignore", under="ignore"):
         exponent = int(np.frexp(size(np.ldexp(sample, -2)))[1]) + 2
     return 0 if abs(exponent) <= USUAL else -exponent

@@ -88,6 +88,11 @@ class Goal:
         """True if the result may have other cells."""
         return self.topology or self.split_hopeless
 
+    @property
+    def is_local(self) -> bool:
+        """True if only points inside, near bad cells, are to move."""
+        return not (self.everywhere or self.changes_cells or self.floor is not None or self.boundary != "fixed")
+
     def arguments(self) -> dict[str, Any]:
         """As keyword arguments of `meshgauge.improve`."""
         return asdict(self) | {"boundary": self.boundary.value, "objective": self.objective.value}
@@ -149,6 +154,12 @@ class ConstraintOptions:
             default="they stay on it",
         ),
     ] = None
+
+    @property
+    def is_empty(self) -> bool:
+        """True if nothing is asked for that the mesh does not say by itself."""
+        named = (self.fixed_points, self.fixed_region, self.fixed_box, self.fixed_ids, self.keep)
+        return not any(named) and self.surface is None and self.tolerance is None
 
     def on(self, mesh: Mesh) -> tuple[Mask | None, Any]:
         """The points of a mesh that must stay (None: nothing is asked for), and the surface to move on.

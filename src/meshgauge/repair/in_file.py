@@ -1,0 +1,180 @@
+"""Repair of a mesh in a file, never in memory as a whole: bad cells are found slice by slice, and patches are read."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..io.plumbing.pieces import Pieces, ReadWhole
+from ..kernels.path import numpy_up_to
+from ..quality.measure import Quality
+from ..report.stream import default_memory, job_of
+from ..slices import Ask, measure_pieces
+from ..slices import Progress as Measuring
+from ..status import Purpose
+from .acceptance import counts_by_name, counts_of, n_unusable
+from .descent import workers
+from .engine import FEW, FLOOR, check_options
+from .file_patches import FileMesh
+from .near_bad import Attempting, repair_near_bad
+from .patch_report import Known, patch_report
+from .problem import Ids, Points
+from .reconnection import OBJECTIVES
+from .report import Claim, RepairReport
+from .rounding import Rounding
+from .run import Progress
+from .whole import Options
+
+LEAST = 1 << 16
+"""Cells beyond which a mesh is repaired so: of smaller ones the report tells a bound on the worst of all cells."""
+
+MOST_POINTS = 1 << 30
+"""Bytes that points may take, unless the user says more: the patches need memory, too."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moved:
+    """What a repair of a file has come to.
+
+    Attributes
+    ----------
+    report
+        As for a mesh in memory.
+    points, coordinates
+        ``(n,)`` those that have moved, ascending, and ``(n, 3)`` where to.
+    n_unusable
+        Cells that are invalid or degenerate still.
+    """
+
+    report: RepairReport
+    points: Ids
+    coordinates: Points
+    n_unusable: int
+
+
+def measured_file(
+    listed: Pieces,
+    *,
+    target: float,
+    wedge_order: str = "auto",
+    purpose: Purpose | None = None,
+    keep_bricks: bool = False,
+    memory: int | None = None,
+    threads: int | None = None,
+    progress: Measuring | None = None,
+) -> FileMesh:
+    """A mesh in pieces, measured slice by slice: its bad cells are known then.
+
+    Parameters
+    ----------
+    listed
+        From `meshgauge.io.pieces`.
+    target
+        As for `improve`.
+    wedge_order, purpose, keep_bricks, memory, threads, progress
+        As for `report.stream.report_on`.
+
+    Raises
+    ------
+    ReadWhole
+        If it cannot be repaired in its file: the message says why.
+    ReadError
+        If the file is broken, or was changed while it was read.
+    """
+    if listed.n_cells <= LEAST:
+        raise ReadWhole("it is small")
+    ask = Ask(n_worst=0, n_findings=0, by_region=True, purpose=purpose, keep_bricks=keep_bricks, keeps_rows=True)
+    memory = min(default_memory(), MOST_POINTS) if memory is None else memory
+    source = FileMesh(job_of(listed, ask, memory=memory, wedge_order=wedge_order), target, threads)
+    measured = measure_pieces(source.job, threads=threads, on_rows=source.take, progress=progress)
+    source.finish(measured)
+    return source
+
+
+def improve_file(
+    source: FileMesh,
+    *,
+    size_change: float,
+    strict: bool = False,
+    seconds: float | None = None,
+    progress: Callable[[Progress], object] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> Moved:
+    """Mend what is bad in a mesh in a file: the same points, to the last bit, as `improve` moves in the whole mesh.
+
+    The boundary is fixed. A larger patch that there is no memory for is not tried.
+
+    Parameters
+    ----------
+    source
+        The mesh, as it was measured.
+    size_change, strict, seconds, progress, should_stop
+        As for `improve`.
+
+    Raises
+    ------
+    ReadWhole
+        If there is no memory for the cells near bad ones.
+    ReadError
+        If the file is broken, or was changed while it was read.
+    """
+    start, threads, listed = time.monotonic(), source.threads, source.job.pieces
+    options = Options(
+        boundary="fixed",
+        target=source.target,
+        floor=FLOOR,
+        strict=strict,
+        seconds=seconds,
+        surface=None,
+        feature_angle=40.0,
+        tolerance=None,
+        threads=threads,
+        everywhere=False,
+        size_change=size_change,
+        topology=False,
+        objective=OBJECTIVES[0],
+        rounding=_rounding(listed),
+    )
+    check_options(options, None)
+    with workers(threads) as team, numpy_up_to(FEW):
+        best = repair_near_bad(source, Attempting(None, team, start, progress, should_stop), source.bad, options)
+    patch, reached = best.patch, best.outcome.quality
+    after = source.summary_of_others(patch) + reached.summary(threads=threads)
+    counts = source.counts + counts_of(reached.status) - counts_of(patch.quality.status)
+    known = Known(
+        (source.summary, after),
+        (counts_by_name(source.counts), counts_by_name(counts)),
+        source.n_points,
+        source.diagonal,
+        _elsewhere(source.n_points, patch.quality),
+    )
+    with numpy_up_to(FEW):
+        report = patch_report(best, known, options, best.outcome.limit.worst)
+    listed.check_unchanged()
+    old, new = (np.asarray(one.mesh.points, np.float64) for one in (patch.quality, reached))
+    moved = np.flatnonzero((old.view(np.int64) != new.view(np.int64)).any(axis=1))
+    assert patch.points is not None  # those of a file are named
+    return Moved(report, patch.points[moved], new[moved], n_unusable(reached))
+
+
+def _rounding(listed: Pieces) -> tuple[Rounding, ...]:
+    """Coordinates as the file holds them; nothing where that is double precision."""
+    dtype = listed.pieces[0].points.dtype
+    return () if dtype == np.float64 else (partial(_as_stored, dtype),)
+
+
+def _as_stored(dtype: np.dtype[Any], ids: Ids, points: Points) -> Points:
+    return points.astype(dtype).astype(np.float64)
+
+
+def _elsewhere(n_points: int, patch: Quality) -> tuple[Claim, ...]:
+    """What is true of points that were never touched, and is checked on the file once it is written."""
+    n = n_points - patch.mesh.n_points
+    if not n:
+        return ()
+    return (Claim("elsewhere", True, f"all {n:,} points away from bad cells are where they were, to the last bit"),)

@@ -1,0 +1,127 @@
+"""The report of a repair, made of the patch that was repaired and of what is known of the whole mesh."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..doctor.points import extent
+from ..quality.measure import Quality
+from ..quality.summary import Summary
+from . import report as records
+from .acceptance import is_below
+from .claims import Promise, within
+from .kept import unkept
+from .near_bad import AnyPatch, Attempt
+from .patch import Patch
+from .reasons import reasons, verdict
+from .report import Claim, RepairReport
+from .sizes import size_change as change_of_sizes
+from .sizes import size_limits
+from .volumes import volume_and_surface
+from .whole import Options
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What the report says of the whole mesh.
+
+    Attributes
+    ----------
+    summaries, statuses
+        Before and after: of J_ENS, and cells by name of status.
+    n_points, diagonal
+        Of the mesh.
+    elsewhere
+        Claims on what is not in the patch.
+    """
+
+    summaries: tuple[Summary, Summary]
+    statuses: tuple[dict[str, int], dict[str, int]]
+    n_points: int
+    diagonal: float
+    elsewhere: tuple[Claim, ...]
+
+
+def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: float) -> RepairReport:
+    """The report; ``most`` is what the worst cell could have with the points that must stay."""
+    patch, outcome, constraints = best.patch, best.outcome, best.constraints
+    near, near_after, run, limit = patch.quality, outcome.quality, outcome.run, outcome.limit
+    old, new = near.mesh.points, near_after.mesh.points
+    promise = Promise(near, constraints, options.slides, options.surface is not None, options.strict)
+    n_worse, worse, largest, mean = records.losses(near, near_after)
+    why = reasons(near, near_after, constraints, run, limit, slides=options.slides, strict=options.strict)
+    outcome_in_a_word, text = verdict(
+        near, near_after, known.summaries, options.target, most, slides=options.slides, broken=outcome.broken
+    )
+    volume_before, surface_before = volume_and_surface(constraints.topology, old)
+    volume_after, surface_after = volume_and_surface(constraints.topology, new)
+    limits = outcome.sizes or size_limits(near, constraints.topology, run.whole, options.size_change)
+    return RepairReport(
+        verdict=text,
+        outcome=outcome_in_a_word,
+        stopped=run.stopped,
+        before=known.summaries[0],
+        after=known.summaries[1],
+        status_before=known.statuses[0],
+        status_after=known.statuses[1],
+        claims=(
+            *promise.claims(near_after),
+            *known.elsewhere,
+            *within(outcome.deviation, options.tolerance, extent(old)[1]),
+        ),
+        ceiling=most,
+        n_below_before=int(np.count_nonzero(is_below(near, options.target))),
+        n_below=sum(why.counts.values()),
+        below=tuple(replace(one, cell=patch.cell(one.cell)) for one in why.cells),
+        reasons=why.counts,
+        n_worse=n_worse,
+        worse=tuple(replace(one, cell=patch.cell(one.cell)) for one in worse),
+        largest_loss=largest,
+        mean_loss=mean,
+        displacement=records.displacement(
+            old, new, constraints.boundary, outcome.deviation, known.diagonal, known.n_points
+        ),
+        sizes=change_of_sizes(limits, old, new),
+        volume=(volume_before, volume_after),
+        surface=(surface_before, surface_after),
+        region_volumes=promise.named_volumes(near_after),
+        history=tuple(run.history),
+        seconds=time.monotonic() - run.start,
+        evaluations=run.evaluations,
+        notes=(
+            *constraints.notes,
+            *best.faults,
+            *outcome.notes,
+            *_of_unkept(patch),
+            *_hints(near, near_after, options),
+        ),
+        options=options.to_dict(),
+    )
+
+
+def _of_unkept(patch: Patch) -> tuple[str, ...]:
+    """A note on cell data that may be regions, and are not kept."""
+    names = unkept(patch.quality.mesh, patch.region_ids)
+    if not names:
+        return ()
+    return (f"Faces between values of cell data {', '.join(map(repr, names))} are not kept (--keep NAME keeps them).",)
+
+
+def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]:
+    """What else could help."""
+    if options.everywhere:
+        return ()
+    if not is_below(before, options.target).any():
+        what = "invalid" if options.target == 0.0 else f"invalid or below {options.target:g}"
+        return (f"No cell is {what}: nothing is to be mended. To raise the worst and the mean of all: --everywhere.",)
+    if not is_below(after, options.target).any():
+        return ()
+    hints = ["moving all points (--everywhere)", f"sizes that may change by more than {100 * options.size_change:g} %"]
+    if not options.slides:
+        hints.append("a boundary whose points move on it (--boundary slide)")
+    elif options.tolerance is None:
+        hints.append("a boundary whose points may leave it by a little (--tolerance 0.01)")
+    return (f"More cells may be mended by {', '.join(hints[:-1])} or {hints[-1]}.",)
