@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -16,6 +16,11 @@ Ints = NDArray[np.int64]
 _FORTRAN = re.compile(rb"([0-9.])([+-][0-9]+)$")
 _EXPONENT = re.compile(rb"[0-9.]([eEdD])")
 _MOST_DIGITS = 17
+_LONGEST = 20
+"""Characters of the longest text of a number from 0.1 on: a sign, 0, the point and 17 digits."""
+
+_AT_ONCE = 1 << 16
+"""Numbers that are read from their characters at a time."""
 
 
 class Form(Protocol):
@@ -34,8 +39,8 @@ class Form(Protocol):
 class Writing(Form, Protocol):
     """A form whose numbers are bytes in the places of others."""
 
-    def written(self, values: Reals, old: Iterable[bytes]) -> Iterator[bytes]:
-        """The bytes of each number, in the place of those that stood there."""
+    def written(self, values: Reals, old: Callable[[int], bytes]) -> list[bytes]:
+        """The bytes of each number, in the place of those that stood there, which ``old`` gives for a row."""
         ...
 
 
@@ -89,25 +94,53 @@ class Text:
     is_single: bool = False
 
     def values(self, data: bytes, starts: Ints, ends: Ints) -> Reals:
-        spans = zip(starts.tolist(), ends.tolist(), strict=True)
-        return np.array([self._value(data[start:end]) for start, end in spans], np.float64)
+        values = np.empty(len(starts))
+        characters = np.frombuffer(data, np.uint8)
+        for first in range(0, len(starts), _AT_ONCE):
+            some = slice(first, first + _AT_ONCE)
+            values[some] = self._values(data, characters, starts[some], ends[some])
+        return values
+
+    def _values(self, data: bytes, characters: NDArray[np.uint8], starts: Ints, ends: Ints) -> Reals:
+        width = int((ends - starts).max(initial=1))
+        at = starts[:, None] + np.arange(width)
+        words = np.where(at < ends[:, None], characters[np.minimum(at, len(characters) - 1)], 0).astype(np.uint8)
+        try:
+            return words.view(f"S{width}").ravel().astype(np.float64)
+        except ValueError:  # exponents of Fortran, fields without a number
+            spans = zip(starts.tolist(), ends.tolist(), strict=True)
+            return np.array([self._value(data[start:end]) for start, end in spans], np.float64)
 
     def rounded(self, values: Reals) -> Reals:
         if self.is_single:
             return values.astype(np.float32).astype(np.float64)
         if self.most is None:
             return values
-        return np.array([float(self._digits(value)[0]) for value in values.tolist()], np.float64)
+        result = values.copy()
+        others = np.flatnonzero(~self._is_plain(values))
+        result[others] = [float(self._digits(value)[0]) for value in values[others].tolist()]
+        return result
 
-    def written(self, values: Reals, old: Iterable[bytes]) -> Iterator[bytes]:
-        for value, before in zip(values.tolist(), old, strict=True):
-            had = _EXPONENT.search(before)
-            letter = had[1].decode() if had is not None and self.exponent else self.exponent
-            text = self._digits(value)[1].replace("e", letter).encode()
-            if not self.is_field:
-                yield text
-            else:
-                yield text.ljust(len(before)) if before[-1:].isspace() else text.rjust(len(before))
+    def written(self, values: Reals, old: Callable[[int], bytes]) -> list[bytes]:
+        texts: list[bytes] = "\n".join(map(repr, values.tolist())).encode().split(b"\n") if len(values) else []
+        for row in range(len(values)) if self.is_field else np.flatnonzero(~self._is_plain(values)).tolist():
+            texts[row] = self._written(float(values[row]), old(row))
+        return texts
+
+    def _is_plain(self, values: Reals) -> NDArray[np.bool_]:
+        """``(n,)`` True where Python's text of a number, which has no exponent, is the format's and fits into it."""
+        if self.decimals is not None or self.is_single or not self.exponent or (self.most or _LONGEST) < _LONGEST:
+            return np.zeros(len(values), bool)
+        sizes = np.abs(values)
+        return np.asarray((sizes >= 0.1) & (sizes < 1e15))
+
+    def _written(self, value: float, before: bytes) -> bytes:
+        had = _EXPONENT.search(before)
+        letter = had[1].decode() if had is not None and self.exponent else self.exponent
+        text = self._digits(value)[1].replace("e", letter).encode()
+        if not self.is_field:
+            return text
+        return text.ljust(len(before)) if before[-1:].isspace() else text.rjust(len(before))
 
     def _value(self, text: bytes) -> float:
         try:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import gzip
 import itertools
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
@@ -229,8 +230,7 @@ class Places:
                 begins, stops = begins[cuts[:-1]], stops[cuts[1:] - 1]
             else:
                 assert isinstance(form, Writing)  # it is one of the three
-                old = (data[a:b] for a, b in zip(begins.tolist(), stops.tolist(), strict=True))
-                texts += form.written(new[rows], old)
+                texts += form.written(new[rows], partial(_between, data, begins, stops))
             spans += zip(begins.tolist(), stops.tolist(), strict=True)
         return Edit(Hunks.replacing(_NONE, _NONE, []), [], puts).also(spans, texts)
 
@@ -322,6 +322,10 @@ class Edit:
             form.put(path, starts, values)
 
 
+def _between(data: bytes, starts: Ints, ends: Ints, row: int) -> bytes:
+    return data[int(starts[row]) : int(ends[row])]
+
+
 def is_same(a: Path, b: Path) -> bool:
     """Whether two paths lead to one file."""
     return a == b or os.path.realpath(a) == os.path.realpath(b)
@@ -344,10 +348,10 @@ def _at_middles(mesh: Mesh) -> Ints:
     return np.unique(mesh.connectivity[owner]).astype(np.int64)
 
 
-def _pieces(data: bytes, hunks: Hunks, texts: Sequence[bytes]) -> Iterator[bytes]:
-    at = 0
-    for (start, end), text in zip(hunks.old.tolist(), texts, strict=True):
-        yield data[at:start]
-        yield text
-        at = end
-    yield data[at:]
+def _pieces(data: bytes, hunks: Hunks, texts: Sequence[bytes]) -> list[bytes]:
+    """A file with other texts in the places of some of its pieces."""
+    starts, ends = [*hunks.old[:, 0].tolist(), len(data)], [0, *hunks.old[:, 1].tolist()]
+    pieces = [b""] * (2 * len(texts) + 1)
+    pieces[::2] = [data[a:b] for a, b in zip(ends, starts, strict=True)]
+    pieces[1::2] = texts
+    return pieces

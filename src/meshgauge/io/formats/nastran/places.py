@@ -34,7 +34,7 @@ class _Narrow(Text):
         is_free = b"," in text
         fields = _split(text)
         for axis in np.flatnonzero(changes).tolist():
-            fields[2 + axis] = next(self.wide.written(point[axis : axis + 1], [b""]))
+            fields[2 + axis] = self.wide.written(point[axis : axis + 1], lambda _: b"")[0]
         first, second = fields[:4], fields[4:]
         if is_free:
             lines = [b",".join([b"GRID*", *first]), b",".join([b"*", *second])]
