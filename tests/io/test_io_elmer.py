@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +15,8 @@ from meshgauge import io
 from meshgauge.cells import CELL_TYPES
 from meshgauge.cli.main import main
 from meshgauge.errors import ReadError
+from meshgauge.files import undo
+from meshgauge.io.patching import patch_of
 from meshgauge.mesh.regions import regions
 
 # Where the nodes of each type are: coordinates u, v, w in elements.def of Elmer's sources.
@@ -141,6 +144,37 @@ def test_parts_are_joined(tmp_path: Path) -> None:
         assert (meshgauge.measure(mesh).values[:2] == 1).all()
         assert mesh.field_data["elmer:body:names"].tolist() == ["all"]
         assert "All 2 parts" in mesh.notes[0]
+
+
+@pytest.mark.parametrize("given", ["m", "m/partitioning.2", "m/partitioning.2/part.1.header"])
+def test_parts_are_patched(given: str, tmp_path: Path) -> None:
+    """A node of several parts moves in each; what is not read of a folder goes along."""
+    folder = parts(tmp_path / "m")
+    for n in (1, 2):
+        (folder / "partitioning.2" / f"part.{n}.shared").write_text("5 2 1 2\n")
+    had = {one.relative_to(folder): one.read_bytes() for one in folder.rglob("*") if one.is_file()}
+    mesh = io.read(tmp_path / given)
+    (tmp_path / "out").mkdir()
+    patch = patch_of(mesh, tmp_path / "out" / Path(given).name)
+    assert patch is not None
+    assert not patch.is_fixed.any()
+    points = np.array(mesh.points)
+    points[[0, 4, 5, 11]] += 0.0625
+    into = tmp_path / "out2" / Path(given).name
+    into.parent.mkdir()
+    patch = dataclasses.replace(patch, target=into)
+    patch.write(mesh.replace(points=points), undo_file=tmp_path / "undo.npz")
+    assert np.array_equal(io.read(into).points, points)
+    root = into.parent if into.is_file() else into
+    new = {one.name: one.read_bytes() for one in root.rglob("*") if one.is_file()}
+    assert {path.name for path in had if path.parts[0] != "mesh.names" or given == "m"} == set(new)
+    changed = [path.name for path, data in had.items() if new.get(path.name, data) != data]
+    assert sorted(changed) == ["part.1.nodes", "part.2.nodes"]
+    for name in changed:
+        lines = [data.splitlines() for data in (had[Path("partitioning.2", name)], new[name])]
+        assert sum(a != b for a, b in zip(*lines, strict=True)) == 4
+    back = undo.restored(tmp_path / "undo.npz", into)
+    assert set(back.values()) >= {had[Path("partitioning.2", name)] for name in changed}
 
 
 def test_a_part_that_is_missing(tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ def read(path: Path) -> Mesh:
     ReadError
         If a file is missing, or does not hold what the header states.
     """
-    parts = [_part(stem) for stem in _stems(path)]
+    parts = [_part(stem) for stem in stems(path)]
     labels, points = _nodes(path, [nodes for nodes, _, _ in parts])
     bulk = _join([rows for _, rows, _ in parts])
     boundary = _join([rows for _, _, rows in parts])
@@ -138,7 +138,7 @@ def read(path: Path) -> Mesh:
     )
 
 
-def _stems(path: Path) -> list[Path]:
+def stems(path: Path) -> list[Path]:
     """What the files to read are called before their extension: of one mesh, or of all parts."""
     stem = path.with_suffix("")
     if _PART.fullmatch(stem.name) is None:
@@ -172,6 +172,8 @@ def _part(stem: Path) -> tuple[NDArray[np.float64], _Rows, _Rows]:
     nodes = text.reals(text.count("nodes", str(n_nodes).encode()), 5, "a number, a partition and 3 coordinates")
     _check_end(text, "nodes", n_nodes)
     bulk = _rows(_text(stem, ".elements"), n_bulk, 3)
+    if (shared := _with(stem, ".shared")).is_file():
+        sources.note(shared)  # numbers of nodes of several parts: of the mesh, though nothing is taken from it
     none = _Rows(np.empty((0, 3), np.int64), np.empty(0, np.int64))
     if not n_boundary and not _with(stem, ".boundary").is_file():
         return nodes, bulk, none

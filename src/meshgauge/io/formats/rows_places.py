@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import ReadError
 from ..plumbing.numerals import Text
 from ..plumbing.patch import Places
 from ..plumbing.spans import after_lines, columns, in_place
@@ -50,16 +49,17 @@ def hedra(path: Path) -> Places:
 
 
 def elmer(path: Path) -> Places:
-    """In the file of nodes: a number, a partition and the coordinates a line.
+    """In the file of nodes: number, partition and coordinates a line; a node of several parts stands in each."""
+    from .elmer import stems
 
-    Raises
-    ------
-    ReadError
-        If the mesh is in parts.
-    """
-    if re.fullmatch(r"part\.\d+", path.stem):
-        raise ReadError(f"{path}: Elmer's meshes in parts are not patched; join them first (ElmerGrid)")
-    file = path.with_suffix(".nodes")
+    parts = [_elmer_nodes(stem.with_name(f"{stem.name}.nodes")) for stem in stems(path)]
+    whole = Places.joined(parts)
+    if len(parts) == 1 or whole.labels is None:
+        return whole
+    return whole.each_once(np.unique(whole.labels, return_inverse=True)[1].reshape(-1).astype(np.int64))
+
+
+def _elmer_nodes(file: Path) -> Places:
     data = in_place(file.read_bytes())
     starts, ends = columns(data, 0, len(data), 0, 5)
     spans = zip(starts[:, 0].tolist(), ends[:, 0].tolist(), strict=True)
