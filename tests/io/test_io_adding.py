@@ -19,6 +19,7 @@ from test_io_patch import stored
 import meshgauge
 from meshgauge import Mesh, WriteError
 from meshgauge.io.adding import CannotAdd, add_data
+from meshgauge.io.formats.vtk import vtu_adding
 from meshgauge.io.plumbing.added import Added
 from meshgauge.io.registry import FORMATS
 
@@ -26,7 +27,6 @@ pytestmark = pytest.mark.usefixtures("readers_here")
 
 ADDED = [name for name, (kind, _, _) in PATCHED.items() if FORMATS[kind].add is not None]
 NAMES = pytest.mark.parametrize("name", ADDED)
-CONVERTED_AGAIN = ("vtu", "vtk")
 
 
 def arrays_of(mesh: Mesh) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -163,11 +163,13 @@ def test_a_second_time_the_first_arrays_are_replaced(name: str, tmp_path: Path) 
     cells, points = arrays_of(mesh)
     other = {**cells, "jens": -cells["jens"], "more": np.ones(mesh.n_cells)}
     again = target.with_stem("again")
-    if PATCHED[name][0] in CONVERTED_AGAIN:
-        with pytest.raises(CannotAdd, match="already"):
-            add_data(mesh, again, cells=other, points=points)
-        return
     assert add_data(mesh, again, cells=other, points=points)
+    if PATCHED[name][0] in ("vtu", "vtk"):  # and all else is where it was
+        del other["more"]
+        same = target.with_stem("same")
+        assert add_data(mesh, same, cells=cells, points=points)
+        assert same.read_bytes() == target.read_bytes()
+        other["more"] = np.ones(mesh.n_cells)
     back = meshgauge.read(again)
     for key, values in other.items():
         np.testing.assert_array_equal(back.cell_data[key], values)
@@ -297,17 +299,55 @@ def test_several_blocks_and_times_of_exodus(kind: str, tmp_path: Path) -> None:
         assert file["elem_var_tab"][...].tolist() == [[1, 1, 1], [0, 1, 1]]
 
 
-def test_time_steps_of_a_vtu_are_converted_with_a_note(tmp_path: Path) -> None:
-    path = PATCHED["vtkhdf"][1](tmp_path)
+@pytest.mark.parametrize("moves", [False, True])
+def test_time_steps_of_a_vtkhdf(moves: bool, tmp_path: Path) -> None:
+    """One mesh at all times gets the arrays at each; one that moves is written anew, with a note."""
+    path, target = PATCHED["vtkhdf"][1](tmp_path), tmp_path / "b.vtkhdf"
     with h5py.File(path, "r+") as file:
-        steps = file["VTKHDF"].create_group("Steps")
-        steps.attrs["NSteps"] = 1
-        steps["Values"] = np.array([0.5])
-    done = command_line.run("report", path, "-o", tmp_path / "b.vtkhdf", "--quiet")
-    assert done.returncode == 0
-    assert "nothing is added to a file that holds time steps" in done.stderr
-    assert "the mesh is written anew" in done.stderr
-    assert "jens" in meshgauge.read(tmp_path / "b.vtkhdf").cell_data
+        root = file["VTKHDF"]
+        n = len(root["Points"])
+        steps = root.create_group("Steps")
+        steps.attrs["NSteps"] = 2
+        steps["Values"] = np.array([0.5, 1.5])
+        for name in ("PartOffsets", "CellOffsets", "ConnectivityIdOffsets"):
+            steps[name] = np.zeros(2, np.int64)
+        steps["NumberOfParts"] = np.ones(2, np.int64)
+        steps["PointOffsets"] = np.array([0, n if moves else 0])
+        both = np.concatenate([root["Points"][...]] * (1 + moves))
+        del root["Points"], root["PointData"]
+        root.create_group("PointData")
+        root["Points"] = both
+    done = command_line.run("report", path, "-o", target, "--quiet", "--step", "last")
+    assert done.returncode == 0, done.stderr
+    assert ("time steps of which each has points or cells of its own" in done.stderr) == moves
+    assert ("the mesh is written anew" in done.stderr) == moves
+    for step in ("first", "last") if not moves else ("last",):
+        mesh = meshgauge.read(target, step=step)
+        np.testing.assert_array_equal(mesh.cell_data["jens"], meshgauge.measure(mesh).values)
+
+
+def test_time_steps_of_a_vtu(tmp_path: Path) -> None:
+    """Its own arrays are of each time; those added are of all."""
+    path = PATCHED["vtu appended"][1](tmp_path)
+    text = path.read_bytes().replace(b"<UnstructuredGrid>", b'<UnstructuredGrid TimeValues="0.5 1.5">')
+    at = text.index(b"<DataArray", text.index(b"<CellData"))
+    end = text.index(b">", at) + 1
+    tag = text[at:end]
+    assert tag.endswith(b"/>")
+    both = b"\n".join(tag.replace(b"<DataArray", b'<DataArray TimeStep="%d"' % step) for step in (0, 1))
+    path.write_bytes(text[:at] + both + text[end:])
+    done = command_line.run("report", path, "-o", tmp_path / "b.vtu", "--quiet", "--step", "last")
+    assert done.returncode == 0, done.stderr
+    assert "anew" not in done.stderr
+    assert tag.replace(b"<DataArray", b'<DataArray TimeStep="1"') in (tmp_path / "b.vtu").read_bytes()
+    for step in ("first", "last"):
+        mesh = meshgauge.read(tmp_path / "b.vtu", step=step)
+        np.testing.assert_array_equal(mesh.cell_data["jens"], meshgauge.measure(mesh).values)
+    path.write_bytes(text.replace(b'Name="Points"', b'Name="Points" TimeStep="0"'))
+    mesh = meshgauge.read(tmp_path / "b.vtu", step="last")
+    new = Added(*arrays_of(mesh), mesh)
+    with pytest.raises(CannotAdd, match="points or cells of its own"):
+        vtu_adding.add(path, tmp_path / "c.vtu", new)
 
 
 def test_a_spread_exodus_mesh_is_refused_by_name(tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,13 +44,6 @@ class Added:
     def points_as_reals(self) -> dict[str, NDArray[np.float64]]:
         """The same of points."""
         return {name: np.asarray(values, np.float64) for name, values in self.points.items()}
-
-    def require_new(self, what: str, names: Any) -> None:
-        """Raise `CannotAdd` if the file has arrays of these names already."""
-        ours = self.cells if what == "cell" else self.points
-        taken = sorted(set(ours) & set(names))
-        if taken:
-            raise CannotAdd(f"has {what} data {', '.join(map(repr, taken))} already")
 
 
 Adder = Callable[[Path, Path, Added], NDArray[np.bool_] | None]

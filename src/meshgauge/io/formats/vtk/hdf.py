@@ -7,7 +7,7 @@ beside: external links and virtual data sets are followed to files of the folder
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -374,13 +374,16 @@ def add(old: Path, new: Path, added: Added) -> None:
     import h5py
 
     with _open(old, held=False) as root:
-        if "Steps" in root:
-            raise CannotAdd("holds time steps, of which each would need the arrays")
         kind = _kind(root)
         if kind != "UnstructuredGrid" and not (
             kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root))
         ):
             raise CannotAdd("holds other grids than unstructured ones")
+        groups = [root] if kind == "UnstructuredGrid" else [group for _, group in _grids(root)]
+        n_held = [sum(int(group[size][...].sum()) for group in groups) for size in _SIZES[:2]]
+        moves = any(len(set(_step_table(group, _n_steps(group)))) > 1 for group in groups)
+        if moves or n_held != [added.mesh.n_points, added.mesh.n_cells]:
+            raise CannotAdd("holds time steps of which each has points or cells of its own")
     shutil.copyfile(old, new)
     with h5py.File(new, "r+") as file:
         root = file["VTKHDF"]
@@ -394,7 +397,22 @@ def add(old: Path, new: Path, added: Added) -> None:
                     if key in held:
                         del held[key]
                     held.create_dataset(key, data=values[at : at + n])
+                if "Steps" in group:
+                    _at_all_steps(group, f"{name}Offsets", arrays)
                 at += n
+
+
+def _n_steps(group: Any) -> int:
+    return int(group["Steps"].attrs.get("NSteps", len(group["Steps"].get("Values", ())))) if "Steps" in group else 0
+
+
+def _at_all_steps(group: Any, name: str, arrays: Iterable[str]) -> None:
+    """Let each time step have the same rows of arrays: those from the first on."""
+    offsets, n = group["Steps"].require_group(name), _n_steps(group)
+    for key in arrays:
+        if key in offsets:
+            del offsets[key]
+        offsets.create_dataset(key, data=np.zeros(n, np.int64))
 
 
 _ROWS = 1 << 16

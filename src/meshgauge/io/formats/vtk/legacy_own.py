@@ -7,6 +7,7 @@ fit, is left to VTK, which also says what is wrong.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
@@ -48,6 +49,9 @@ class _Source:
         self.data, self.at, self.is_binary = data, at, is_binary
         self.line = at  #: where the line of the last words begins
         self.sections: dict[bytes, int] = {}  #: those of data, and where the line of each begins
+        self.section = b""  #: the one of what is read
+        self.arrays: dict[tuple[bytes, str], tuple[bytes, int, int]] = {}
+        """By section and name the keyword of an array, where its line begins, and where its numbers end."""
 
     def words(self) -> list[bytes]:
         """Those of the next line that is not blank; none at the end."""
@@ -104,19 +108,27 @@ def read(path: Path) -> Mesh | None:
 
 
 def add(old: Path, new: Path, added: Added) -> None:
-    """A field of the arrays behind those of each section, which is made at the end if it is not there."""
+    """A field of the arrays behind those of each section, which is made at the end if it is not there.
+
+    Numbers of the same name are replaced where they stand.
+    """
     mesh, source = _read(old)
     if mesh is None or source is None:
         raise CannotAdd("is no unstructured grid of cells without faces")
     data, at, pieces = source.data, 0, []
-    added.require_new("point", mesh.point_data)
-    added.require_new("cell", mesh.cell_data)
     order = sorted(_SECTIONS, key=lambda keyword: source.sections.get(keyword, len(data)))
     starts = [source.sections[keyword] for keyword in order if keyword in source.sections]
     for number, keyword in enumerate(order):
         arrays = added.points if keyword == b"POINT_DATA" else added.cells
         n = added.mesh.n_points if keyword == b"POINT_DATA" else added.mesh.n_cells
         end = starts[number + 1] if number + 1 < len(starts) else len(data)
+        for name, (start, stop, text) in _replaced(source, keyword, arrays).items():
+            pieces += [data[at:start], text]
+            arrays, at = {key: one for key, one in arrays.items() if key != name}, stop
+        if not arrays:
+            pieces.append(data[at:end])
+            at = end
+            continue
         heading = b"" if keyword in source.sections else b"%b %d\n" % (keyword, n)
         field = b"FIELD FieldData %d\n" % len(arrays)
         body = b"".join(_of_field(name, values, is_binary=source.is_binary) for name, values in arrays.items())
@@ -124,6 +136,24 @@ def add(old: Path, new: Path, added: Added) -> None:
         pieces += [data[at:end], b"" if data[at:end].endswith(b"\n\n") else b"\n", heading, field, body]
         at = end
     new.write_bytes(b"".join(pieces))
+
+
+def _replaced(source: _Source, section: bytes, arrays: Mapping[str, NDArray[Any]]) -> dict[str, tuple[int, int, bytes]]:
+    """Of the arrays that a section has already: where each begins and ends, and what is to stand there, in order."""
+    held = {}
+    for name, values in arrays.items():
+        if (section, name) not in source.arrays:
+            continue
+        keyword, start, stop = source.arrays[section, name]
+        text = _of_field(name, values, is_binary=source.is_binary)
+        if keyword == b"SCALARS":
+            head, _, body = text.partition(b"\n")
+            word, *_, kind = head.split(b" ")
+            text = b"SCALARS %b %b 1\nLOOKUP_TABLE default\n%b" % (word, kind, body)
+        elif keyword != b"FIELD":
+            raise CannotAdd(f"has {name!r} as {keyword.decode()} already")
+        held[name] = start, stop, text[:-1] if source.is_binary else text
+    return dict(sorted(held.items(), key=lambda one: one[1]))
 
 
 _SECTIONS = (b"CELL_DATA", b"POINT_DATA")
@@ -174,7 +204,7 @@ def _mesh(source: _Source, version: tuple[int, int], path: Path) -> Mesh:
                 raise _Unknown
             types = sizes.astype(np.uint8)
         elif keyword in (b"POINT_DATA", b"CELL_DATA"):
-            source.sections[keyword] = source.line
+            source.sections[keyword], source.section = source.line, keyword
             target, rows = data[keyword], int(words[1])
             if rows != (len(points) if keyword == b"POINT_DATA" else len(types)):
                 raise _Unknown
@@ -233,11 +263,14 @@ def _attribute(source: _Source, words: list[bytes], target: dict[str, NDArray[An
     if keyword == b"FIELD":
         for _ in range(int(words[2])):
             name, columns, n, kind = source.words()
+            line = source.line
             values = source.array(int(columns) * int(n), kind)
             _put(target, name, values, int(columns), rows if rows >= 0 else int(n))
+            source.arrays[source.section, _name(name)] = b"FIELD", line, source.at
         return
     if rows < 0:
         raise _Unknown
+    line = source.line
     if keyword == b"SCALARS":
         width = int(words[3]) if len(words) > 3 else 1
         if source.words()[0].upper() != b"LOOKUP_TABLE":
@@ -247,12 +280,17 @@ def _attribute(source: _Source, words: list[bytes], target: dict[str, NDArray[An
     else:
         raise _Unknown
     _put(target, words[1], source.array(rows * width, words[2]), width, rows)
+    source.arrays[source.section, _name(words[1])] = keyword, line, source.at
     if keyword == b"GLOBAL_IDS":
         target.update(with_labels(target, unquote(words[1].decode("utf-8", "replace"))))
 
 
+def _name(word: bytes) -> str:
+    return unquote(word.decode("utf-8", "replace"))
+
+
 def _put(target: dict[str, NDArray[Any]], name: bytes, values: NDArray[Any], width: int, rows: int) -> None:
-    key = unquote(name.decode("utf-8", "replace"))
+    key = _name(name)
     if key in target or width < 1 or len(values) != rows * width:
         raise _Unknown
     target[key] = values.reshape(rows, width) if width > 1 else values

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import html
+import re
 from pathlib import Path
 
 import numpy as np
 
 from ...plumbing.added import Added, Array, CannotAdd
 from .vtu_layout import NOT_WHOLE, Layout, Piece
+from .vtu_layout import Array as LayoutArray
 from .vtu_raw import DTYPES
 
 _NAMES = {kind: name for name, kind in DTYPES.items()}
 
 
 def add(old: Path, new: Path, added: Added) -> None:
-    """Put the arrays of each piece behind those that it has; what is appended of them stands behind all else."""
+    """Put the arrays of each piece behind those that it has; what is appended of them stands behind all else.
+
+    One of the same name is taken out. Its appended bytes are written over if the new ones are as many; else they stay.
+    """
     data = old.read_bytes()
     try:
         layout = Layout(data)
@@ -24,8 +29,8 @@ def add(old: Path, new: Path, added: Added) -> None:
         )
     except NOT_WHOLE as error:
         raise CannotAdd("is not as VTK writes such files") from error
-    if layout.has_steps:
-        raise CannotAdd("holds time steps, of which each would need the arrays")
+    if layout.moves:
+        raise CannotAdd("holds time steps of which each has points or cells of its own")
     if (sum(n_points), sum(n_cells)) != (added.mesh.n_points, added.mesh.n_cells):
         raise CannotAdd("is not as VTK writes such files")
     end = data.rfind(b"</AppendedData>") if layout.appended >= 0 else -1
@@ -35,15 +40,21 @@ def add(old: Path, new: Path, added: Added) -> None:
     for kind, arrays, counts in (("PointData", added.points, n_points), ("CellData", added.cells, n_cells)):
         at = 0
         for piece, n in zip(layout.pieces, counts, strict=True):
-            added.require_new(kind[:-4].lower(), piece.groups[kind].names if kind in piece.groups else ())
             elements = []
+            old_arrays = piece.groups[kind].arrays if kind in piece.groups else []
             for name, values in arrays.items():
                 content = np.asarray(values[at : at + n]).astype(f"{layout.order}{values.dtype.str[1:]}").tobytes()
                 encoded = layout.encoded(content, is_text=is_text)
+                held = [(one, stop) for one, stop in old_arrays if one.attributes.get("Name") == name]
+                if (extent := _same_extent(layout, held, values, encoded)) is not None:
+                    puts.append((*extent, encoded))
+                    continue
+                puts += [(_line_start(data, one.tag), stop, b"") for one, stop in held]
                 place = end - layout.appended + sum(map(len, blobs)) if end >= 0 else -1
                 elements.append(_element(name, values, encoded, place))
                 blobs += [encoded] if end >= 0 else []
-            puts.append(_put(layout, piece, kind, b"".join(elements)))
+            if elements:
+                puts.append(_put(layout, piece, kind, b"".join(elements)))
             at += n
     if end >= 0:
         puts.append((end, end, b"".join(blobs)))
@@ -53,6 +64,33 @@ def add(old: Path, new: Path, added: Added) -> None:
         pieces += [data[at:start], text]
         at = stop
     new.write_bytes(b"".join([*pieces, data[at:]]))
+
+
+def _same_extent(
+    layout: Layout, held: list[tuple[LayoutArray, int]], values: Array, encoded: bytes
+) -> tuple[int, int] | None:
+    """Where the appended bytes of an array stand that are to be written over; None if these are not as many."""
+    if len(held) != 1 or not held[0][0].is_appended:
+        return None
+    array = held[0][0]
+    is_alike = array.attributes.get("type") == _NAMES[values.dtype.str[1:]] and array.width == 1
+    try:
+        extent = layout.extent(array) if is_alike and "TimeStep" not in array.attributes else (0, -1)
+    except NOT_WHOLE:
+        return None
+    is_shared = _offsets(layout).count(int(array.attributes["offset"])) > 1
+    return extent if extent[1] - extent[0] == len(encoded) and not is_shared else None
+
+
+def _offsets(layout: Layout) -> list[int]:
+    """Those of all arrays that are appended."""
+    return [int(offset) for offset in re.findall(rb"\boffset\s*=\s*[\"'](\d+)[\"']", layout.data[: layout.appended])]
+
+
+def _line_start(data: bytes, tag: int) -> int:
+    """Where the line of an element begins, if there are blanks only in front of it."""
+    line = data.rfind(b"\n", 0, tag) + 1
+    return tag if data[line:tag].strip() else max(line - 1, 0)
 
 
 def _element(name: str, values: Array, encoded: bytes, offset: int) -> bytes:

@@ -32,6 +32,7 @@ class Array:
     begin: int
     end: int
     n: int
+    width: int = 3
 
     @property
     def is_appended(self) -> bool:
@@ -40,16 +41,19 @@ class Array:
     @property
     def n_bytes(self) -> int:
         """Of its numbers as they are in memory."""
-        return 3 * self.n * np.dtype(DTYPES[self.attributes["type"]]).itemsize
+        return self.width * self.n * np.dtype(DTYPES[self.attributes["type"]]).itemsize
 
 
 @dataclass(slots=True)
 class Group:
-    """PointData or CellData of a piece: its tag, where its content ends, and the names of its arrays."""
+    """PointData or CellData of a piece: its tag, where its content ends, and its arrays (of several steps, one by one).
+
+    With each stands the byte behind its element.
+    """
 
     tag: int
     end: int = -1
-    names: list[str] = field(default_factory=list)
+    arrays: list[tuple[Array, int]] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -83,7 +87,7 @@ class Layout:
         self.data = data
         self.points: list[Array] = []
         self.pieces: list[Piece] = []
-        self.has_steps = False
+        self.moves = False  #: points or cells are others at each time step
         self.appended = -1
         self.encoding = ""
         self._open: list[tuple[str, dict[str, str], int]] = []
@@ -114,7 +118,8 @@ class Layout:
             self.pieces.append(Piece(attributes, at))
         if name in ("PointData", "CellData") and self.pieces:
             self.pieces[-1].groups.setdefault(name, Group(at))
-        self.has_steps |= "TimeStep" in attributes
+        parent = self._open[-1][0] if self._open else ""
+        self.moves |= "TimeStep" in attributes and parent in ("Points", "Cells")
         self._open.append((name, attributes, at))
 
     def _end(self, name: str) -> None:
@@ -124,7 +129,11 @@ class Layout:
         if group is not None and group.tag == tag:
             group.end = self._parser.CurrentByteIndex
         if parent in ("PointData", "CellData") and self.pieces:
-            self.pieces[-1].groups[parent].names.append(attributes.get("Name", ""))
+            begin, stop = self.data.index(b">", tag) + 1, self._parser.CurrentByteIndex
+            last = stop if stop > tag else tag  # an element without an end tag ends with its only one
+            n = int(self.pieces[-1].attributes[f"NumberOf{parent[:-4]}s"])
+            array = Array(attributes, tag, begin, max(stop, begin), n, int(attributes.get("NumberOfComponents", 1)))
+            self.pieces[-1].groups[parent].arrays.append((array, self.data.index(b">", last) + 1))
         if name != "DataArray" or parent != "Points":
             return
         piece = self._open[-2][1]
@@ -157,6 +166,17 @@ class Layout:
         from vtkmodules import vtkIOCore
 
         return getattr(vtkIOCore, self.compressor)()
+
+    def extent(self, array: Array) -> tuple[int, int]:
+        """The bytes of an array that is appended. Raises one of `NOT_WHOLE` if these do not hold what it should."""
+        start = self.at(array)
+        if not self.is_plain(array):
+            made = self.unpacked(array)
+            return made.start, made.stop
+        size = self.header.itemsize
+        if int(np.frombuffer(self.data[start : start + size], self.header)[0]) != array.n_bytes:
+            raise ValueError
+        return start, start + size + array.n_bytes
 
     def unpacked(self, array: Array) -> Unpacked:
         """The bytes of an array."""
