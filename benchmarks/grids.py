@@ -11,15 +11,15 @@ Points = NDArray[np.float64]
 Cells = NDArray[np.int64]
 
 NOISE = 0.2
-"""Points move by up to a tenth of the cube's edge along each axis."""
+"""Unless another is asked for, points move by up to a tenth of the cube's edge along each axis."""
 
 
-def hexahedra(n: int) -> tuple[Points, Cells]:
+def hexahedra(n: int, noise: float = NOISE) -> tuple[Points, Cells]:
     """n³ hexahedra."""
     rng = np.random.default_rng(0)
     axes = np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij")
     points = np.stack(axes, -1).reshape(-1, 3)
-    points += NOISE * (rng.random(points.shape) - 0.5)
+    points += noise * (rng.random(points.shape) - 0.5)
     i = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
     bottom = [i[:-1, :-1, :-1], i[1:, :-1, :-1], i[1:, 1:, :-1], i[:-1, 1:, :-1]]
     top = [i[:-1, :-1, 1:], i[1:, :-1, 1:], i[1:, 1:, 1:], i[:-1, 1:, 1:]]
@@ -30,22 +30,22 @@ def _cut(cubes: Cells, pieces: list[tuple[int, ...]]) -> Cells:
     return np.ascontiguousarray(np.stack([cubes[:, p] for p in pieces], 1).reshape(-1, len(pieces[0])))
 
 
-def tetrahedra(n: int) -> tuple[Points, Cells]:
+def tetrahedra(n: int, noise: float = NOISE) -> tuple[Points, Cells]:
     """6 n³ tetrahedra around the diagonals of the cubes."""
-    points, cubes = hexahedra(n)
+    points, cubes = hexahedra(n, noise)
     around = (1, 2, 3, 7, 4, 5, 1)
     return points, _cut(cubes, [(0, a, b, 6) for a, b in pairwise(around)])
 
 
-def wedges(n: int) -> tuple[Points, Cells]:
+def wedges(n: int, noise: float = NOISE) -> tuple[Points, Cells]:
     """2 n³ wedges."""
-    points, cubes = hexahedra(n)
+    points, cubes = hexahedra(n, noise)
     return points, _cut(cubes, [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)])
 
 
-def pyramids(n: int) -> tuple[Points, Cells]:
+def pyramids(n: int, noise: float = NOISE) -> tuple[Points, Cells]:
     """6 n³ pyramids around the centres of the cubes."""
-    points, cubes = hexahedra(n)
+    points, cubes = hexahedra(n, noise)
     centres = len(points) + np.arange(len(cubes))
     faces = [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)]
     cells = _cut(np.column_stack([cubes, centres]), [(*face, 8) for face in faces])

@@ -54,7 +54,7 @@ def test_the_worst_cells_have_a_say() -> None:
     steady, mostly = measured([0.4] * 10), measured([0.8] * 9 + [-1.0])
     text, but = said(steady, mostly)
     assert "b.vtu is better than a random cell of a.vtu in 90 %" in text
-    assert but == "But a.vtu is better in invalid cells, min and 1 %, and the worst cells decide for most solvers."
+    assert but == "But a.vtu is better in invalid cells, min and 1 %: its worst cells are the better ones."
     alike, one_bad = mixed(4, 0.05, 0), mixed(4, 0.05, 0)
     points = one_bad.mesh.points.copy()
     points[0] += 0.3

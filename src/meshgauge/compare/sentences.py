@@ -75,9 +75,7 @@ def of_the_worst(comparison: Comparison, one: Against) -> str:
     loser = 0 if draws.probability > 0.5 else one.position
     if not better[loser]:
         return ""
-    return (
-        f"But {called[loser]} is better in {enumeration(better[loser])}, and the worst cells decide for most solvers."
-    )
+    return f"But {called[loser]} is better in {enumeration(better[loser])}: its worst cells are the better ones."
 
 
 def _better_worst(comparison: Comparison, one: Against) -> dict[int, list[str]]:

@@ -159,8 +159,8 @@ ROWS = (
         values=jens_mean,
         polyhedra=jens_mean_of_polyhedra,
         title="mean of the corners' J_ENS",
-        text="Mean of the J_ENS of the cell's corners; of all measures tried it ranks cells most as a solver's losses "
-        "do. It may be positive although a corner is inverted.",
+        text="Mean of the J_ENS of the cell's corners; in the project's study it ranks cells best by what they cost a "
+        "solver. It may be positive although a corner is inverted.",
         range=(-1.0, 1.0),
         acceptable=(POOR, 1.0),
         ideal=1.0,
