@@ -131,7 +131,7 @@ def test_every_metric_and_every_bad_status_can_be_asked_for() -> None:
     codes = np.array(sorted(STATUSES), np.uint8)
     mesh = Mesh.from_arrays(np.zeros((1, 3)), [("vertex", np.zeros((len(codes), 1), int))])
     quality = replace(measure(mesh), status=codes)
-    asked = np.logical_or.reduce([word.mask(quality) for word in WORDS.values()])
+    asked = np.logical_or.reduce([word.mask(quality) for name, word in WORDS.items() if name != "poor"])
     assert {STATUSES[status].name for status in codes[~asked].tolist()} == {"ok", "not_solid", "not_surface", "ghost"}
     for row in STATUSES.values():
         if row.name in WORDS and row.name != "degenerate":

@@ -81,7 +81,7 @@ def test_text_fits_its_width(width: int, encoding: str, tmp_path: Path) -> None:
     for word in (
         "hexahedron",
         "degenerate",
-        "below 0.2",
+        "not good",
         "2.vtu against 0.vtu",
         "largest losses",
         "How often, not how",

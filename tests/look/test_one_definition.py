@@ -93,7 +93,7 @@ for arguments in json.loads(sys.argv[2]):
 OUTPUTS = {
     "report GOOD --no-diagnosis": ("poor (< 0.35)", "below 0.35 poor"),
     "report --help": ("below 0.35 poor",),
-    "compare MESH GOOD": ("below 0.35",),
+    "compare MESH GOOD": ("not good",),
     "check MESH": ("jens >= 0.35 @ 1%",),
     "check --help": ("below 0.35",),
     "metrics jens": ("acceptable 0.35 to 1",),

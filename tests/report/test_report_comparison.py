@@ -13,7 +13,7 @@ def test_one_is_better_in_some_the_other_in_the_rest() -> None:
     a = report_of("a.vtu", tetra=[0.1, 0.9, 0.9, 0.9])
     b = report_of("b.vtu", tetra=[0.3, 0.4, 0.4, 0.4])
     assert sentence([a, b]) == (
-        "b.vtu is better in min (0.300 against 0.100), 1 % (0.303 against 0.124) and share of cells below 0.2 "
+        "b.vtu is better in min (0.300 against 0.100), 1 % (0.303 against 0.124) and share of cells not good "
         "(0 % against 25 %); a.vtu is better in mean (0.700 against 0.375)."
     )
 
@@ -21,7 +21,7 @@ def test_one_is_better_in_some_the_other_in_the_rest() -> None:
 def test_equal_meshes_are_equal() -> None:
     a, b = (report_of(name, tetra=[0.5]) for name in ("a.vtu", "b.vtu"))
     assert sentence([a, b]) == (
-        "both are equal in min (0.500), 1 % (0.500), mean (0.500) and share of cells below 0.2 (0 %)."
+        "both are equal in min (0.500), 1 % (0.500), mean (0.500) and share of cells not good (0 %)."
     )
 
 

@@ -6,12 +6,13 @@ import json
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any
 
 from ..errors import BaselineError
 from ..files import output, sources
+from ..look.bands import PoorBelow
 from ..look.records import brief
 from ..quality.summary import CRITERIA, ROUNDING, Criterion, KeyFigures, Summary
 from ..report import FileReport
@@ -35,6 +36,7 @@ class Baseline:
 
     path: str
     meshes: Mapping[str, FiguresByType]
+    poor_below: Mapping[str, PoorBelow] = field(default_factory=dict)  #: by path, where it is stored
 
     __repr__ = brief
 
@@ -62,14 +64,19 @@ class Baseline:
             )
         try:
             meshes = {str(file["path"]): _figures(file) for file in document["files"]}
+            limits = {str(file["path"]): PoorBelow.of(file.get("poor_below")) for file in document["files"]}
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             raise BaselineError(f"{path}: is damaged: {type(error).__name__} {error}") from error
         if not meshes:
             raise BaselineError(f"{path}: holds no mesh")
-        return cls(str(path), meshes)
+        return cls(str(path), meshes, limits)
 
     def of(self, mesh: str) -> FiguresByType:
-        """What it holds of a mesh: under the same path, or the only one of the same file name, or the only one.
+        """What it holds of a mesh, see `path_of`. Raises `BaselineError` if none is meant."""
+        return self.meshes[self.path_of(mesh)]
+
+    def path_of(self, mesh: str) -> str:
+        """Which mesh is meant: that of the same path, or the only one of the same file name, or the only one.
 
         Raises
         ------
@@ -77,10 +84,10 @@ class Baseline:
             If none is meant.
         """
         if len(self.meshes) == 1:
-            return next(iter(self.meshes.values()))
-        same = [s for path, s in self.meshes.items() if os.path.normpath(path) == os.path.normpath(mesh)]
+            return next(iter(self.meshes))
+        same = [path for path in self.meshes if os.path.normpath(path) == os.path.normpath(mesh)]
         if not same:
-            same = [s for path, s in self.meshes.items() if PurePath(path).name == PurePath(mesh).name]
+            same = [path for path in self.meshes if PurePath(path).name == PurePath(mesh).name]
         if len(same) != 1:
             held = ", ".join(list(self.meshes)[:5]) + (", ..." if len(self.meshes) > 5 else "")
             raise BaselineError(f"{self.path}: has no {mesh}, but {held}; renew it with --write-baseline")
@@ -92,25 +99,30 @@ def write(path: Path, reports: Sequence[FileReport]) -> None:
     output.write_text(path, dumps(reports) + "\n")
 
 
-def worse(before: FiguresByType, summary: Summary, margin: float = 0.0) -> list[Change]:
+def worse(
+    before: FiguresByType, summary: Summary, margin: float = 0.0, poor_below: PoorBelow | None = None
+) -> list[Change]:
     """What is worse in a summary of J_ENS than it was, over all cells and for each type that was there.
 
     Numbers of invalid, degenerate, undecided and unmeasured cells may not grow; the share of cells that are poor or
     worse, the least value, the 1 % quantile and the mean may be worse by the margin. Below 0 less is not worse, because
     J_ENS rises again as a cell turns further: a least value or quantile that was negative and still is counts as no
-    worse.
+    worse. Where other limits said what is poor (``poor_below``; None: the same), shares of poor cells are not compared.
     """
+    keys = [key for key in KEYS if key != "share_not_good" or poor_below in (None, summary.poor_below)]
     now = {"all": KeyFigures.of(summary.all), **{name: KeyFigures.of(tally) for name, tally in summary.types.items()}}
     return [
         change
         for cells, standing in now.items()
         if cells in before
-        for change in _changes(cells, before[cells], standing, margin)
+        for change in _changes(cells, before[cells], standing, margin, keys)
     ]
 
 
-def _changes(cells: str, before: KeyFigures, now: KeyFigures, margin: float) -> Iterator[Change]:
-    for row in (CRITERIA[key] for key in KEYS):
+def _changes(
+    cells: str, before: KeyFigures, now: KeyFigures, margin: float, keys: Sequence[str] = KEYS
+) -> Iterator[Change]:
+    for row in (CRITERIA[key] for key in keys):
         old, new = row.value(before), row.value(now)
         if math.isnan(old) or (math.isnan(new) and row.kind != "count" and now.n_unmeasured > before.n_unmeasured):
             continue  # nothing to compare with, or counted as unmeasured already

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..cells import BY_NAME
 from ..errors import BaselineError
-from ..look.bands import POOR_TEXT
+from ..look.bands import POOR_TEXT, USUAL, PoorBelow
 from ..mesh.labels import has_labels
 from ..quality.measure import Quality
 from ..quality.metrics import LIMITS
@@ -30,17 +30,21 @@ WARN = (f"jens >= {POOR_TEXT} @ 1%",)
 """The rules where none are given; `FAIL_FV` for finite volumes only: their formats say where each face points, and
 checkMesh holds these limits."""
 
+WARN_OWN = ("nothing poor @ 1%",)
+"""The same where limits of one's own say what is poor."""
+
 LISTED = 5
 """Cells that a broken rule names."""
 
 _NOT = {">=": "below", ">": "not above", "<=": "above", "<": "not below"}
 
 
-def default_rules(purpose: Purpose = "fem") -> tuple[Rule, ...]:
+def default_rules(purpose: Purpose = "fem", poor_below: PoorBelow = USUAL) -> tuple[Rule, ...]:
     """The rules where none are given: every cell valid and measured; a warning if more than 1 % are poor. For finite
     volumes also: every face points out of its cell, and the limits of checkMesh."""
+    warn = WARN if poor_below == USUAL else WARN_OWN
     fail = FAIL if purpose == "fem" else FAIL + FAIL_FV
-    return (*(rule_of(text) for text in fail), *(rule_of(text, level=Level.WARN) for text in WARN))
+    return (*(rule_of(text) for text in fail), *(rule_of(text, level=Level.WARN) for text in warn))
 
 
 def metrics_of(rules: Iterable[Rule]) -> tuple[str, ...]:
@@ -88,7 +92,7 @@ def check(
     cells.
     """
     if rules is None:
-        rules = default_rules(quality.mesh.purpose)
+        rules = default_rules(quality.mesh.purpose, quality.poor_below)
         quality = with_face_metrics(quality, metrics_of(rules))
     chosen = as_rules(rules)
     name = path if path is not None else (quality.mesh.path or "mesh")
@@ -164,20 +168,27 @@ class Judge:
         try:
             if rule.path not in self.baselines:
                 self.baselines[rule.path] = Baseline.from_file(rule.path)
-            before = self.baselines[rule.path].of(self.name)
+            stored = self.baselines[rule.path]
+            before, limits = stored.of(self.name), stored.poor_below.get(stored.path_of(self.name))
         except BaselineError as error:
             return Outcome(rule, State.UNCHECKED, str(error))
         summary = self.summary()
-        changes = worse(before, summary, rule.margin)
-        n_cells = summary.all.n_cells
+        changes = worse(before, summary, rule.margin, limits)
+        n_cells, other = summary.all.n_cells, ""
+        keys: tuple[str, ...] = KEYS
+        if limits not in (None, summary.poor_below):
+            keys = tuple(key for key in KEYS if key != "share_not_good")
+            other = f"; poor ends at {limits.text} there and at {summary.poor_below.text} here: shares are not compared"
         if not changes:
-            return Outcome(rule, State.PASS, f"no worse in {', '.join(CRITERIA[key].label for key in KEYS)}", n_cells)
+            labels = ", ".join(CRITERIA[key].label for key in keys)
+            return Outcome(rule, State.PASS, f"no worse in {labels}{other}", n_cells)
         types = {change.cells for change in changes} - {"all"}
         first = [change for change in changes if change.cells == changes[0].cells]
         others = list(dict.fromkeys(change.cells for change in changes[len(first) :]))
         text = f"worse: {'; '.join(change.text for change in first)}"
         if others:
             text += f"; and some of {', '.join(others)}"
+        text += other
         return Outcome(
             rule,
             broken(rule.level),

@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import MeshgaugeError
+from ..errors import MeshgaugeError, OptionError
 from ..files import output, sources
+from ..look.bands import USUAL, PoorBelow
 from ..look.names import meant_or_known
+from ..quality.poor import checked
 
 OWN, PROJECT = "meshgauge.toml", "pyproject.toml"
 KEYS = ("meshes", "fail", "warn")
@@ -34,6 +36,7 @@ class CheckSettings:
     meshes: tuple[str, ...] = ()
     fail: tuple[str, ...] = ()
     warn: tuple[str, ...] = ()
+    poor_below: PoorBelow = USUAL  #: of every command that measures
 
 
 def nearest(start: Path) -> Path | None:
@@ -93,15 +96,30 @@ def load(path: Path) -> CheckSettings:
     if table is None:
         raise SettingsError(f"{path}: has no [tool.meshgauge]")
     prefix = "tool.meshgauge." if path.name == PROJECT else ""
-    _check_keys(path, prefix, table, ("check",))
-    check = table.get("check", {})
-    if not isinstance(check, dict):
-        raise SettingsError(f"{path}: {prefix}check is {check!r}, expected a table")
+    _check_keys(path, prefix, table, ("check", "quality"))
+    check, own = table.get("check", {}), table.get("quality", {})
+    for name, value in (("check", check), ("quality", own)):
+        if not isinstance(value, dict):
+            raise SettingsError(f"{path}: {prefix}{name} is {value!r}, expected a table")
     _check_keys(path, f"{prefix}check.", check, KEYS)
     for key, value in check.items():
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
             raise SettingsError(f"{path}: {prefix}check.{key} is {value!r}, expected a list of strings")
-    return CheckSettings(path, **{key: tuple(value) for key, value in check.items()})
+    lists = {key: tuple(value) for key, value in check.items()}
+    return CheckSettings(path, **lists, poor_below=_poor_below(path, prefix, own))
+
+
+def _poor_below(path: Path, prefix: str, own: dict[str, Any]) -> PoorBelow:
+    """``quality.poor``: a number, or numbers by shape of cell."""
+    _check_keys(path, f"{prefix}quality.", own, ("poor",))
+    given = own.get("poor", USUAL.all)
+    numbers = list(given.values()) if isinstance(given, dict) else [given]
+    if not all(type(number) in (int, float) for number in numbers):
+        raise SettingsError(f"{path}: {prefix}quality.poor is {given!r}, expected a number, or numbers by type of cell")
+    try:
+        return checked(given)
+    except OptionError as error:
+        raise SettingsError(f"{path}: {prefix}quality.poor: {error}") from error
 
 
 def _table(path: Path) -> dict[str, Any] | None:
@@ -147,6 +165,11 @@ warn = [
 # Further rules:
 #   "no worse than base.json within 0.01"   `meshgauge check MESH --write-baseline base.json` stores the report
 #   "jens >= 0.3 for tetra in inlet"        cells of some types, in some regions
+
+# [quality]
+# Below which valid cells are poor, in reports and pictures, and what improve aims at; also by shape, as
+# {{ tetra = 0.25, all = 0.3 }}.
+# poor = 0.2
 """
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ..errors import MeshgaugeError, RuleError
+from ..look.bands import USUAL, PoorBelow
 from .baseline import Baseline
 from .grammar import rule
 from .rules import Level, NoWorse, Rule
@@ -41,6 +42,12 @@ def settings_of(config: Path | None) -> CheckSettings | None:
     """
     path = config if config is not None else nearest(Path.cwd())
     return load(path) if path is not None else None
+
+
+def poor_below() -> PoorBelow:
+    """Below which cells are poor, as the settings nearest to the working folder say. Raises `SettingsError`."""
+    settings = settings_of(None)
+    return USUAL if settings is None else settings.poor_below
 
 
 def meshes_of(settings: CheckSettings | None) -> list[str]:

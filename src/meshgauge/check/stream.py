@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look.bands import USUAL, PoorBelow
 from ..mesh.labels import LABEL
 from ..quality.measure import Quality
 from ..report.stream import notes_of
@@ -59,15 +60,22 @@ class RuleCounter:
         return Counts(tuple(counting.count(rule) for rule in self.rules), counting.n_solid, self.listed)
 
 
-def question(rules: Iterable[Rule | str] | None, *, listed: int, purpose: Purpose | None = None) -> Ask:
+def question(
+    rules: Iterable[Rule | str] | None,
+    *,
+    listed: int,
+    purpose: Purpose | None = None,
+    poor_below: PoorBelow = USUAL,
+) -> Ask:
     """What is asked of every slice."""
-    chosen = tuple(as_rules(default_rules(purpose or "fem") if rules is None else rules))
+    chosen = tuple(as_rules(default_rules(purpose or "fem", poor_below) if rules is None else rules))
     beside = next((rule for rule in chosen if isinstance(rule, Nothing) and rule.word.name in BESIDE), None)
     return Ask(
         metrics_of(chosen),
         n_worst=0,
         n_findings=0,
         purpose=purpose,
+        poor_below=poor_below,
         counter=RuleCounter(chosen, listed),
         whole="" if beside is None else f"'{beside}' depends on the cells beside",
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..report.bad_cells import is_bad
 from ..status import STATUSES, Category, Mask, Status, is_degenerate, is_invalid, is_undecided, is_unmeasured
 
 if TYPE_CHECKING:
@@ -29,6 +30,10 @@ def _invalid(quality: Quality) -> Mask:
 
 def _inside(quality: Quality) -> Mask:
     return np.equal(quality.status, Status.INVERTED_INSIDE) | is_undecided(quality.status)
+
+
+def _poor(quality: Quality) -> Mask:
+    return is_bad(quality)
 
 
 def _degenerate(quality: Quality) -> Mask:
@@ -71,6 +76,7 @@ WORDS: dict[str, Word] = {
         ),
         _word("invalid inside", _inside, "good at every corner, but not proved to be valid inside"),
         _word("degenerate", _degenerate, "flat at a corner, or with a point twice"),
+        _word("poor", _poor, "not valid, or of less J_ENS than quality.poor of the settings", "poor or worse"),
         _word("unmeasured", _unmeasured, "a solid cell without a value"),
         _word("misoriented", _misoriented, "with a face that points inward, or numbered in reverse"),
         _word("hanging", _hanging, "with an edge or face in which a point of finer cells hangs", "at a hanging point"),

@@ -19,6 +19,7 @@ from ..io.adding import add_data
 from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice
+from ..look.bands import PoorBelow
 from ..mesh import Mesh
 from . import inputs, scheduler, slices, terminal
 from .options import Purposes, Reading, WedgeOrders
@@ -86,17 +87,28 @@ class Batch:
     keep_bricks: bool = False  #: measure cells with repeated nodes as they are
     scheduler: str | None = None  #: where slices are measured, see `cli.scheduler`; None: threads
     memory: str | None = None  #: that the points of a large mesh may take, as text; None: a quarter of what is free
+    poor_below: PoorBelow | None = None  #: below which cells are poor; None: as the nearest settings say
     quiet: bool = False  #: no progress
     on_failure: Callable[[FailedFile], object] | None = None  #: is called for each file that fails, beside the message
     failures: list[FailedFile] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         scheduler.check(self.scheduler)  # a wrong one is refused, also where no mesh is large
+        if self.poor_below is None:
+            from ..check.sources import poor_below
+
+            self.poor_below = poor_below()  # so are settings that cannot be understood
 
     @property
     def exit_code(self) -> int:
         """2 if some file failed, else 0."""
         return COULD_NOT if self.failures else DONE
+
+    @property
+    def poor(self) -> PoorBelow:
+        """Below which cells are poor."""
+        assert self.poor_below is not None  # since it was made
+        return self.poor_below
 
     @property
     def allowed_memory(self) -> int | None:
@@ -175,7 +187,9 @@ class Batch:
                 loading.join()
             from ..quality.measure import measure
 
-            return measure(mesh, metrics=metrics, threads=self.threads, keep_bricks=self.keep_bricks)
+            return measure(
+                mesh, metrics=metrics, threads=self.threads, keep_bricks=self.keep_bricks, poor_below=self.poor
+            )
 
     def in_slices(
         self, path: str, ask: Ask, on_rows: Callable[[int, CellRows], object] | None = None
@@ -197,7 +211,12 @@ class Batch:
         from ..slices.job import forget_points
         from ..slices.plan import times_points_are_read
 
-        ask = replace(ask, purpose=None if self.purpose is None else self.purpose.value, keep_bricks=self.keep_bricks)
+        ask = replace(
+            ask,
+            purpose=None if self.purpose is None else self.purpose.value,
+            keep_bricks=self.keep_bricks,
+            poor_below=self.poor,
+        )
         try:
             with self.progress(f"looking through {path}"):
                 job = job_of(listed, ask, memory=memory, wedge_order=self.wedge_order.value)
@@ -245,6 +264,7 @@ class Batch:
                 by_region=contents.by is not None,
                 purpose=None if self.purpose is None else self.purpose.value,
                 keep_bricks=self.keep_bricks,
+                poor_below=self.poor_below,
                 memory=None if memory is None else memory // n_processes,
                 threads=self.threads,
                 executor=pool,
@@ -282,6 +302,7 @@ class Batch:
                 wedge_order=self.wedge_order.value,
                 displacement=self.reading.displacement,
                 dimension=self._dimension,
+                poor_below=self.poor,
                 limits=self._limits,
                 most=DIAGNOSED,
                 memory=None if memory is None else memory // n_processes,

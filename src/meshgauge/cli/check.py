@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..look import style
+from ..look.bands import USUAL
 from . import inputs, options, terminal
 from .groups.check import PipelineOptions, RuleOptions
 
@@ -79,6 +80,7 @@ def check(
         keep_bricks=keep_bricks,
         memory=memory,
         scheduler=scheduler,
+        poor_below=USUAL if settings is None else settings.poor_below,
         quiet=quiet,
     )
     paths = [inputs.Joined.of(paths)] if as_one else paths
@@ -86,7 +88,12 @@ def check(
     if baseline is not None:
         return _write_baseline(batch, paths, metrics_of(rules or ()), baseline)
 
-    ask = question(rules, listed=worst, purpose=None if purpose is None else purpose.value)
+    ask = question(
+        rules,
+        listed=worst,
+        purpose=None if purpose is None else purpose.value,
+        poor_below=batch.poor,
+    )
 
     def examine(path: str) -> Check:
         done = batch.in_slices(path, ask)

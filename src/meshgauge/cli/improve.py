@@ -107,7 +107,7 @@ def improve(
         with live.ProgressLine(shown=not quiet) as progress:
             result = repair.improve(
                 before,
-                **goal.arguments(),
+                **goal.arguments(batch.poor),
                 fixed=fixed,
                 keep=constraints.keep or (),
                 surface=surface,

@@ -37,7 +37,7 @@ def improve_large(batch: Batch, path: str, target: Path, goal: Goal) -> tuple[Mo
             with slices.progress(path, shown=not batch.quiet) as measuring:
                 source = measured_file(
                     listed,
-                    target=goal.target,
+                    target=goal.aim(batch.poor),
                     wedge_order=batch.wedge_order.value,
                     purpose=None if batch.purpose is None else batch.purpose.value,
                     keep_bricks=batch.keep_bricks,

@@ -13,7 +13,6 @@ from rich.text import Text
 
 from ..errors import FailedFile
 from ..look import style
-from ..look.bands import POOR_TEXT
 from ..look.names import cell_entry, point_entry
 from ..quality.summary import CRITERIA, Tally
 from ..report.text import fits, new_table, quality_text, spark
@@ -29,7 +28,7 @@ HEADS = {
     "n_measured": "measured",
     "n_invalid": "invalid",
     "n_degenerate": "degenerate",
-    "share_not_good": f"below {POOR_TEXT}",
+    "share_not_good": "not good",
     "min": "min",
     "quantile_0.01": "1 %",
     "quantile_0.5": "median",

@@ -108,6 +108,16 @@ def colours(
     return mixed
 
 
+def shade(values: NDArray[np.float64], limit: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values of J_ENS on the scale of the colours, on which poor ends at `look.bands.POOR`, where a limit of one's own
+    ends it elsewhere."""
+    ends = np.asarray(limit, np.float64)
+    with np.errstate(invalid="ignore"):
+        below = np.where(values < 0, values, values * (POOR_BELOW / ends))
+        above = 1.0 - (1.0 - values) * ((1.0 - POOR_BELOW) / (1.0 - ends))
+        return np.where(ends == POOR_BELOW, values, np.where(values < ends, below, above))
+
+
 def cell_colours(
     values: NDArray[np.float64], is_invalid: NDArray[np.bool_], is_degenerate: NDArray[np.bool_]
 ) -> NDArray[np.float64]:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.bands import POOR
+from ..look.bands import USUAL, PoorBelow
 from ..look.colours import INK, WORDS
+from ..quality.poor import limit_of
 from ..quality.worst import WorstCell
 from .chart_style import number
 
@@ -57,14 +58,16 @@ def caption(cell: WorstCell) -> tuple[str, str, str]:
     return f"{cell.type} {name}", number(cell.quality), where
 
 
-def colour_of(cell: WorstCell) -> str:
+def colour_of(cell: WorstCell, poor_below: PoorBelow = USUAL) -> str:
     """Of the text of a value."""
     if cell.status != "ok":
         return WORDS["invalid"]
-    return WORDS["poor"] if cell.quality < POOR else WORDS["good"]
+    return WORDS["poor"] if cell.quality < limit_of(poor_below, cell.type) else WORDS["good"]
 
 
-def labels(axes: Axes, cells: list[WorstCell], at: Array, x: float, height: float) -> None:
+def labels(
+    axes: Axes, cells: list[WorstCell], at: Array, x: float, height: float, poor_below: PoorBelow = USUAL
+) -> None:
     """A column of labels at ``x``, each with a line to its ring, in the order of the rings: no lines cross."""
     step = 62.0
     order = np.argsort(at[:, 1], kind="stable")
@@ -76,7 +79,7 @@ def labels(axes: Axes, cells: list[WorstCell], at: Array, x: float, height: floa
         ring(axes, at[n])
         look: dict[str, Any] = {"ha": "right", "fontsize": 12.5, "clip_on": False}
         axes.text(x, y - 3, f"{what}  ", va="bottom", color=INK, **look)
-        axes.text(x, y + 3, f"{value}, {where}  ", va="top", color=colour_of(cell), **look)
+        axes.text(x, y + 3, f"{value}, {where}  ", va="top", color=colour_of(cell, poor_below), **look)
 
 
 def apart(at: Array, distance: float) -> Array:

@@ -98,7 +98,7 @@ def cut(
     for place in rings[NAMED:]:
         callouts.ring(axes, place, 5)
     if worst:
-        callouts.labels(axes, worst[:NAMED], rings[:NAMED], LABELS_TO, HEIGHT)
+        callouts.labels(axes, worst[:NAMED], rings[:NAMED], LABELS_TO, HEIGHT, quality.poor_below)
     summary = quality.summary()
     below = chart_style.sentence(summary)
     if hidden:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..cells import BY_NAME, CELL_TYPES
 from ..errors import MeshgaugeError
 from ..io.plumbing.vtk import grid as vtk_grid
-from ..look.colours import FAINT, SKIN, cell_colours
+from ..look.colours import FAINT, SKIN, cell_colours, shade
 from ..mesh import Mesh, connectivity
 from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import Quality
@@ -73,7 +73,8 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
         grid = grid.extract_cells(cells)
         grid.clear_data()
     status = quality.status[cells]
-    rgb_of = cell_colours(quality.values[cells], is_invalid(status, mesh.purpose), is_degenerate(status))
+    values = shade(quality.values[cells], quality.poor_limits(cells))
+    rgb_of = cell_colours(values, is_invalid(status, mesh.purpose), is_degenerate(status))
     grid.cell_data["colour"] = (255 * rgb_of).round().astype(np.uint8)
     grid.cell_data[CELL] = cells
     return replace(made, grid=grid)

@@ -162,7 +162,8 @@ def _near(
     callouts.badge(axes, np.array([20.0, 26.0 - CAPTION]), str(number))
     look: dict[str, Any] = {"va": "center", "clip_on": False}
     axes.text(42, 15 - CAPTION, f"{what}", color=INK, fontsize=11.5, **look)
-    axes.text(42, 37 - CAPTION, f"{value}", color=callouts.colour_of(cell), fontsize=11.5, weight="bold", **look)
+    colour = callouts.colour_of(cell, quality.poor_below)
+    axes.text(42, 37 - CAPTION, f"{value}", color=colour, fontsize=11.5, weight="bold", **look)
     axes.text(42 + 11 * len(value), 37 - CAPTION, node, color=SOFT, fontsize=10.5, **look)
 
 

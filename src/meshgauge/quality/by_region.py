@@ -26,6 +26,8 @@ def by_region(quality: Quality) -> tuple[NDArray[np.int64], tuple[tuple[str, Sum
     for n, name in enumerate(names):
         cells = order[bounds[n] : bounds[n + 1]]
         cells = cells if interface is None else cells[~interface[cells]]
-        summary = summarise(quality.values[cells], quality.status[cells], types[cells], JENS, purpose=purpose)
+        summary = summarise(
+            quality.values[cells], quality.status[cells], types[cells], quality.rows[JENS], purpose=purpose
+        )
         by_name.append((name, summary))
     return ids, tuple(by_name)

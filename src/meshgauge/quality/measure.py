@@ -18,7 +18,7 @@ from ..errors import MetricError, OptionError
 from ..kernels.cells import aggregate, driver
 from ..kernels.threads import thread_count
 from ..look import notebook, style
-from ..look.bands import POOR
+from ..look.bands import PoorBelow
 from ..look.names import cell_entry, point_entry
 from ..mesh import Mesh, connectivity
 from ..mesh.beyond import beyond
@@ -28,13 +28,13 @@ from ..mesh.high_order import row_of
 from ..mesh.interface import is_interface
 from ..mesh.labels import cell_label, point_label
 from ..status import STATUSES, Purpose, Status, is_unmeasured
-from . import evaluate
+from . import evaluate, poor
 from .collapsed import with_collapsed
 from .concave import mark_concave
 from .faces import FaceQuality
 from .findings import status_cells
 from .frame import frame
-from .metrics import METRICS, Metric, PolyhedralCells, metric_rows
+from .metrics import METRICS, Metric, PolyhedralCells
 from .neighbours import with_neighbours
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
@@ -88,6 +88,15 @@ class Quality:
     def source(self) -> Mesh:
         """The mesh that was given, as it is written: `mesh` itself unless cells of it are collapsed."""
         return self.mesh if self.collapsed_from is None else self.collapsed_from
+
+    @property
+    def poor_below(self) -> PoorBelow:
+        """Below which J_ENS cells are poor."""
+        return poor.limits_of_row(self.rows[JENS])
+
+    def poor_limits(self, cells: NDArray[np.integer] | slice = slice(None)) -> Values:
+        """Below which J_ENS each of some cells is poor, ``(n,)``."""
+        return poor.limits_of_cells(self.mesh.types[cells], self.poor_below)
 
     @cached_property
     def certificate(self) -> Certificate:
@@ -328,7 +337,8 @@ class Quality:
         rows: list[list[notebook.Cell]] = []
         for cell in self.worst(5):
             value = notebook.quality(cell.quality)
-            bad = notebook.INVALID if cell.status != "ok" else notebook.POOR if cell.quality < POOR else ""
+            of_valid = notebook.POOR if cell.quality < poor.limit_of(self.poor_below, cell.type) else ""
+            bad = notebook.INVALID if cell.status != "ok" else of_valid
             place = style.coordinates(cell.coordinates, cell.spacing)
             names = (cell_entry(cell.cell, cell.cell_label), point_entry(cell.point, cell.point_label))
             rows.append([names[0], cell.type, (value, bad), str(cell.node), names[1], *place])
@@ -344,6 +354,7 @@ def measure(
     purpose: Purpose | None = None,
     dimension: Literal[2, 3] | None = None,
     keep_bricks: bool = False,
+    poor_below: float | Mapping[str, float] | PoorBelow | None = None,
 ) -> Quality:
     """Measure every cell of a mesh.
 
@@ -362,6 +373,8 @@ def measure(
         3 to measure the solid cells, 2 the surface cells. None: ``mesh.dimension``, 3 where there are solid cells.
     keep_bricks
         Measure cells with repeated nodes as they are, not as the tetra, pyramid or wedge that they stand for.
+    poor_below
+        Valid cells of less J_ENS are poor: a number, or numbers by shape (``{"tetra": 0.25, "all": 0.3}``). None: 0.2.
 
     Returns
     -------
@@ -375,7 +388,7 @@ def measure(
     MeshError
         If there is no such purpose or dimension.
     OptionError
-        If there is less than one thread.
+        If there is less than one thread, or no such limit or shape.
 
     Notes
     -----
@@ -386,7 +399,7 @@ def measure(
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
     mesh = mesh.as_measured(dimension)
-    rows = {JENS: METRICS[JENS], **metric_rows(metrics)}
+    rows = poor.rows_of(metrics, poor.checked(poor_below))
     return with_neighbours(measure_part(mesh, rows, threads=threads, keep_bricks=keep_bricks), threads)
 
 

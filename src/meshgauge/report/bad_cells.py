@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files import output
-from ..look.bands import POOR
 from ..mesh.labels import labels_of
 from ..quality.measure import Quality
 from ..status import Category, category, is_solid
@@ -28,7 +27,8 @@ def is_bad(quality: Quality) -> NDArray[np.bool_]:
     below poor."""
     status = quality.status
     with np.errstate(invalid="ignore"):
-        is_good = np.equal(category(status, quality.mesh.purpose), Category.VALID) & (quality.values >= POOR)
+        is_good = quality.values >= quality.poor_limits()
+    is_good &= np.equal(category(status, quality.mesh.purpose), Category.VALID)
     return np.asarray(is_solid(status) & ~is_good)
 
 

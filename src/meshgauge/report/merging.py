@@ -114,6 +114,7 @@ def _check_alike(given: Sequence[PartialReport]) -> None:
             "other metrics": tuple(result.summaries),
             "another purpose (--for)": one.summary.purpose,
             "another number of worst cells (--worst)": result.n_worst,
+            "other limits of what is poor": one.summary.poor_below,
             "other options (--by)": one.by_region,
             "other options (--keep-bricks)": one.keep_bricks,
             "parts of another number": one.part and one.part[1],

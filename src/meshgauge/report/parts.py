@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from typing import Any
 from uuid import uuid4
@@ -18,11 +18,12 @@ from ..io.plumbing.pieces import ReadWhole, stamp
 from ..io.plumbing.steps import StepChoice
 from ..io.plumbing.wedge_order import Decision, count, outcome
 from ..kernels.threads import thread_count
+from ..look.bands import PoorBelow
 from ..mesh import Mesh
 from ..mesh.labels import cell_label, has_labels, point_label
 from ..mesh.regions import partition
 from ..quality.measure import JENS, measure_part
-from ..quality.metrics import METRICS, metric_rows
+from ..quality.poor import checked, rows_of
 from ..slices import Ask, Facts, Job, Partial, Progress, measure_pieces
 from ..slices.job import partial_of, unknown
 from ..slices.labels import labelled, labelled_by_file
@@ -47,6 +48,7 @@ def partial(
     by_region: bool = False,
     purpose: Purpose | None = None,
     keep_bricks: bool = False,
+    poor_below: float | Mapping[str, float] | PoorBelow | None = None,
     memory: int | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
@@ -66,7 +68,7 @@ def partial(
         of their files, or as they are given to `merge`.
     share
         ``(k, n)``: of a file measure only the k-th of n shares of its cells, from 1 on.
-    metrics, worst, by_region, purpose, keep_bricks
+    metrics, worst, by_region, purpose, keep_bricks, poor_below
         As for `stream`; the same for all parts.
     memory, threads, executor, progress
         As for `stream`; for files that can be read in slices.
@@ -100,7 +102,9 @@ def partial(
         raise OptionError(f"share is {share[0]} of {share[1]}, expected 1 to {share[1]}")
     thread_count(threads)
     names = tuple(dict.fromkeys((JENS, *metrics)))
-    ask = Ask(names, worst, by_region=by_region, purpose=purpose, keep_bricks=keep_bricks)
+    ask = Ask(
+        names, worst, by_region=by_region, purpose=purpose, keep_bricks=keep_bricks, poor_below=checked(poor_below)
+    )
     try:
         check_metrics(names)
         if not isinstance(mesh, str | os.PathLike):
@@ -150,7 +154,7 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
     )
     quality = measure_part(
         mesh,
-        {JENS: METRICS[JENS], **metric_rows(ask.metrics)},
+        rows_of(ask.metrics, ask.poor_below),
         threads=threads,
         keep_bricks=ask.keep_bricks,
         count_of=facts.count_of,

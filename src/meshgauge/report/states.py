@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from ..io import Limits, pieces, read
+from ..look.bands import USUAL, PoorBelow
 from ..quality.measure import measure
 from ..status import Purpose
 from .record import FileReport, StepOf
@@ -23,7 +24,7 @@ class StateJob:
     ----------
     metrics, worst, by_region, with_diagnosis
         As for `FileReport.of`, J_ENS first.
-    purpose, keep_bricks
+    purpose, keep_bricks, poor_below
         As for `meshgauge.measure`.
     file_format, wedge_order, displacement, dimension, limits
         As for `meshgauge.read` and `meshgauge.measure`.
@@ -46,6 +47,7 @@ class StateJob:
     most: int
     memory: int | None
     dimension: Literal[2, 3] | None = None
+    poor_below: PoorBelow = USUAL
 
     def __call__(self, path: str, step: StepOf) -> FileReport:
         """The report on a step, which is to be called ``path``."""
@@ -62,6 +64,7 @@ class StateJob:
                 with_diagnosis=self.with_diagnosis,
                 purpose=self.purpose,
                 keep_bricks=self.keep_bricks,
+                poor_below=self.poor_below,
                 wedge_order=self.wedge_order,
                 memory=self.memory,
                 threads=1,
@@ -81,6 +84,7 @@ class StateJob:
             threads=1,
             purpose=self.purpose,
             keep_bricks=self.keep_bricks,
+            poor_below=self.poor_below,
         )
         report = FileReport.of(
             quality,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -15,9 +15,11 @@ from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..io.plumbing.steps import StepChoice
 from ..io.reading import StrPath
 from ..kernels.threads import thread_count
+from ..look.bands import USUAL, PoorBelow
 from ..mesh.collapsed import note_on
 from ..quality.measure import measure
 from ..quality.metrics import metric_rows
+from ..quality.poor import checked
 from ..quality.summary import Summary, summarise_nothing
 from ..slices import Ask, Facts, Job, Partial, Progress, facts_of, measure_pieces
 from ..slices.job import keep_points, share
@@ -85,6 +87,7 @@ def report_on(
     with_diagnosis: bool = False,
     purpose: Purpose | None = None,
     keep_bricks: bool = False,
+    poor_below: PoorBelow = USUAL,
     wedge_order: str = "auto",
     memory: int | None = None,
     threads: int | None = None,
@@ -105,7 +108,7 @@ def report_on(
         Names of what is measured, ``"jens"`` first.
     worst, by_region, with_diagnosis
         As for `FileReport.of`. A diagnosis that the memory does not allow says that it was left out.
-    purpose, keep_bricks, threads
+    purpose, keep_bricks, poor_below, threads
         As for `meshgauge.measure`.
     wedge_order
         As for `meshgauge.read`.
@@ -129,6 +132,7 @@ def report_on(
         by_region=by_region,
         purpose=purpose,
         keep_bricks=keep_bricks,
+        poor_below=poor_below,
         keeps_rows=on_rows is not None,
         counter=MarkCounter() if with_diagnosis else None,
     )
@@ -184,6 +188,7 @@ def stream(
     with_diagnosis: bool = False,
     purpose: Purpose | None = None,
     keep_bricks: bool = False,
+    poor_below: float | Mapping[str, float] | PoorBelow | None = None,
     memory: int | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
@@ -205,7 +210,7 @@ def stream(
         How many of the worst cells to list; summarise each region as well.
     with_diagnosis
         Look for what is wrong beside the shapes of cells, where the memory allows it.
-    purpose, keep_bricks, threads
+    purpose, keep_bricks, poor_below, threads
         As for `measure`.
     memory
         Bytes that the points may take, in each process; None: a quarter of what is free.
@@ -234,6 +239,7 @@ def stream(
     if worst < 0:
         raise OptionError(f"worst is {worst}, expected 0 or more")
     thread_count(threads)
+    limits = checked(poor_below)
     names = tuple(dict.fromkeys(("jens", *metrics)))
     paths = [path] if isinstance(path, str | os.PathLike) else list(path)
     try:
@@ -248,6 +254,7 @@ def stream(
             with_diagnosis=with_diagnosis,
             purpose=purpose,
             keep_bricks=keep_bricks,
+            poor_below=limits,
             wedge_order=wedge_order,
             memory=memory,
             threads=threads,
@@ -256,5 +263,7 @@ def stream(
         )
     except ReadWhole:
         mesh = read_as_one(paths, file_format=file_format, step=step, wedge_order=wedge_order)
-        quality = measure(mesh, metrics=names, threads=threads, purpose=purpose, keep_bricks=keep_bricks)
+        quality = measure(
+            mesh, metrics=names, threads=threads, purpose=purpose, keep_bricks=keep_bricks, poor_below=limits
+        )
         return FileReport.of(quality, worst=worst, by_region=by_region, with_diagnosis=with_diagnosis, threads=threads)

@@ -15,9 +15,10 @@ from rich.text import Text
 
 from ..doctor.text import DiagnosisText
 from ..look import style
-from ..look.bands import BANDS, POOR_TEXT
+from ..look.bands import POOR
 from ..look.bands import band as band_of
 from ..look.names import cell_entry, listed, point_entry
+from ..quality.poor import limit_of
 from ..quality.summary import UNDEFINED, Summary, Tally
 from ..quality.worst import WorstCell
 from ..status import STATUSES, Category
@@ -156,12 +157,16 @@ def _count_columns(with_undecided: bool) -> list[Column]:
 
 
 def _value_columns(ascii_only: bool) -> list[Column]:
+
+    def shown(tally: Tally, value: float) -> Text:
+        return quality_text(value, tally.scale.acceptable[0])
+
     return [
-        ("min", lambda t: quality_text(t.min)),
-        ("1 %", lambda t: quality_text(t.quantiles()[0.01])),
-        ("5 %", lambda t: quality_text(t.quantiles()[0.05])),
-        ("median", lambda t: quality_text(t.quantiles()[0.5])),
-        ("mean", lambda t: quality_text(t.mean)),
+        ("min", lambda t: shown(t, t.min)),
+        ("1 %", lambda t: shown(t, t.quantiles()[0.01])),
+        ("5 %", lambda t: shown(t, t.quantiles()[0.05])),
+        ("median", lambda t: shown(t, t.quantiles()[0.5])),
+        ("mean", lambda t: shown(t, t.mean)),
         ("-1        0         1", lambda t: spark(t, ascii_only)),
     ]
 
@@ -182,7 +187,7 @@ def spark(tally: Tally, ascii_only: bool, width: int = SPARK_WIDTH) -> Text:
     text = Text("|" if ascii_only else "▕", "dim", no_wrap=True)
     for at, character in enumerate(style.spark(counts.tolist(), ascii_only=ascii_only)):
         most = max(parts, key=lambda name, at=at: int(parts[name][at]))  # type: ignore[misc]
-        own = band_of(float(edges[at])).style if most == "valid" else style.STYLES[most]
+        own = band_of(float(edges[at]), tally.scale.acceptable[0]).style if most == "valid" else style.STYLES[most]
         text.append(character, own + " not dim not bold")
     return text.append("|" if ascii_only else "▏")
 
@@ -190,19 +195,20 @@ def spark(tally: Tally, ascii_only: bool, width: int = SPARK_WIDTH) -> Text:
 def bars(report: FileReport, bins: int, options: ConsoleOptions) -> Iterator[RenderableType]:
     """The histogram of all cells, a bar a bin, from the lowest bin that holds a cell: in each first those that are not
     valid, whatever their value, and below it which they are."""
-    tally = report.summary.all
+    summary, tally = report.summary, report.summary.all
     edges, parts = tally.histogram_by_status(bins)
     counts = np.sum(list(parts.values()), axis=0)
     first = int(np.flatnonzero(counts)[0])
     digits = max(len(f"{e:.4f}".rstrip("0").split(".")[1]) for e in edges.tolist())
     digits = max(digits, 1)
     top = int(counts.max())
-    names = _bin_names(edges, parts, first)
+    poor = tally.scale.acceptable[0]
+    names = _bin_names(edges, parts, first, poor)
     label, number = 2 * digits + 8, max(len(style.number(top)), 5)
     room = options.max_width - label - number - 14 - max(name.cell_len for name in names)
     width = min(max(room, 10), BAR_WIDTH)
     dash = "..." if options.ascii_only else "…"
-    yield _title(f"quality of all cells (J_ENS: 1 is ideal, below {POOR_TEXT} poor, below 0 inverted)")
+    yield _title(f"quality of all cells (J_ENS: 1 is ideal, below {summary.poor_below.text} poor, below 0 inverted)")
     table = Table.grid(padding=(0, 1))
     for justify in ("right", "center", "right", "left", "right", "right", "left"):
         table.add_column(justify=justify, no_wrap=True)
@@ -213,7 +219,7 @@ def bars(report: FileReport, bins: int, options: ConsoleOptions) -> Iterator[Ren
             Text(f"{low:.{digits}f}", "dim"),
             Text(dash, "dim"),
             Text(f"{high:.{digits}f}", "dim"),
-            _stacked(shares, top, width, band_of(low).style, ascii_only=options.ascii_only),
+            _stacked(shares, top, width, band_of(low, poor).style, ascii_only=options.ascii_only),
             style.number(n),
             Text(style.percent(n, tally.n_measured) if n else "", "dim"),
             name,
@@ -243,11 +249,11 @@ def _stacked(shares: dict[str, int], top: int, width: int, of_valid: str, *, asc
     return text
 
 
-def _bin_names(edges: NDArray[np.float64], parts: dict[str, NDArray[np.int64]], first: int) -> list[Text]:
+def _bin_names(edges: NDArray[np.float64], parts: dict[str, NDArray[np.int64]], first: int, poor: float) -> list[Text]:
     """What the cells of each bin are: the band where one begins, and what their value does not say."""
     names, named = [], ""
     for at in range(first, len(edges) - 1):
-        band = band_of(float(edges[at]))
+        band = band_of(float(edges[at]), poor)
         shown = []
         if band.name != named and (band.start < 0 or parts["valid"][at] or not any(n[at] for n in parts.values())):
             shown, named = [Text(band.name, band.style)], band.name
@@ -291,13 +297,14 @@ def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table
     table = new_table(*names, *(["region"] if with_region else []))
     table.columns[1].justify = "left"
     for at, cell in enumerate(report.worst):
+        limit = limit_of(report.summary.poor_below, cell.type)
         table.add_row(
             cell_entry(cell.cell, cell.cell_label),
             cell.type,
-            quality_text(cell.quality) if cell.status == "ok" else _by_status(cell, style.quality(cell.quality)),
+            quality_text(cell.quality, limit) if cell.status == "ok" else _by_status(cell, style.quality(cell.quality)),
             *([_by_status(cell, cell.status)] if with_status else []),
             str(cell.node),
-            *([quality_text(cell.node_quality)] if with_node_quality else []),
+            *([quality_text(cell.node_quality, limit)] if with_node_quality else []),
             point_entry(cell.point, cell.point_label),
             *style.coordinates(cell.coordinates, cell.spacing, digits=digits),
             *([Text(report.worst_regions[at])] if with_region else []),
@@ -399,7 +406,7 @@ def count(n: int, band: str) -> Text:
     return Text(style.number(n), style.STYLES[band] if n else "dim")
 
 
-def quality_text(value: float) -> Text:
+def quality_text(value: float, poor: float = POOR) -> Text:
     """A value of J_ENS, in the colour of its band unless it is good."""
-    bad = "bold magenta" if value == 0 else band_of(value).style
-    return Text(style.quality(value), "" if value >= BANDS[-1].start else bad)
+    bad = "bold magenta" if value == 0 else band_of(value, poor).style
+    return Text(style.quality(value), "" if value >= poor else bad)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Literal, NamedTuple
 
-from ..look.bands import POOR_TEXT
 from ..look.style import enumeration, number, plural
 from ..quality.summary import Summary
 from ..status import STATUSES, Status
@@ -48,7 +47,7 @@ def verdict(summary: Summary) -> Verdict:
             bad.append(f"{number(concave)} {_are(concave)} concave but star-shaped")
         return Verdict("bad", f"{enumeration(bad)}: the mesh is not usable as it is{ending}")
     poor = f"{number(every.n_poor)} {_are(every.n_poor)}" if every.n_poor else "none is"
-    poor += f" poor (< {POOR_TEXT})"
+    poor += f" poor (< {summary.poor_below.text})"
     concave_only = (
         f"{_of(concave, looked_at)} concave but star-shaped: usable for finite volumes, not for finite elements"
     )

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..look.bands import USUAL, PoorBelow
 from ..quality.measure import Quality
 from ..status import Purpose
 from .facts import Facts
@@ -43,6 +44,8 @@ class Ask:
         What the mesh is for; None: as the file says.
     keep_bricks
         Measure cells with repeated nodes as they are.
+    poor_below
+        Below which J_ENS cells are poor.
     keeps_rows
         Every partial result carries types, status and values of its cells.
     counter
@@ -57,6 +60,7 @@ class Ask:
     by_region: bool = False
     purpose: Purpose | None = None
     keep_bricks: bool = False
+    poor_below: PoorBelow = USUAL
     keeps_rows: bool = False
     counter: Counter | None = None
     whole: str = ""

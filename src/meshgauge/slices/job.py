@@ -15,7 +15,7 @@ from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..mesh.interface import is_interface
 from ..mesh.labels import LABEL
 from ..quality.measure import JENS, Quality, measure_part
-from ..quality.metrics import METRICS, metric_rows
+from ..quality.poor import rows_of
 from ..quality.summary import Summary, summarise
 from ..quality.worst import WorstCell
 from ..status import Purpose
@@ -48,7 +48,7 @@ class Job:
         part = read_slice(self.pieces, place, points_of(self, place.piece), self.facts.decision, self.purpose)
         quality = measure_part(
             part.mesh,
-            {JENS: METRICS[JENS], **metric_rows(self.ask.metrics)},
+            rows_of(self.ask.metrics, self.ask.poor_below),
             threads=1,
             keep_bricks=self.ask.keep_bricks,
             count_of=self.facts.count_of,
@@ -109,7 +109,7 @@ def _by_region(quality: Quality, ids: NDArray[np.int64]) -> dict[int, Summary]:
     for region in np.unique(ids).tolist():
         cells = np.flatnonzero((ids == region) if interface is None else (ids == region) & ~interface)
         summaries[region] = summarise(
-            quality.values[cells], quality.status[cells], types[cells], JENS, purpose=purpose, threads=1
+            quality.values[cells], quality.status[cells], types[cells], quality.rows[JENS], purpose=purpose, threads=1
         )
     return summaries
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..look.colours import STATUS, bar_fill, css, css_of
+from ..look.colours import STATUS, bar_fill, css, css_of, shade
 from ..look.names import cell_entry, cell_name, point_entry
 from ..look.style import plural
 from .camera import Camera, Vector
@@ -99,7 +99,7 @@ def bins(models: Sequence[Model], view: View) -> list[dict[str, Any]]:
     parts = [by_status(model, others(model, view.filters)) for model in models]
     counts = [np.asarray(sum(of_model.values())) for of_model in parts]
     heights = [bars(n) for n in counts]
-    fill = bar_fill((EDGES[:-1] + EDGES[1:]) / 2)
+    fill = bar_fill(shade((EDGES[:-1] + EDGES[1:]) / 2, models[0].quality.poor_below.all))
     return [
         {
             "low": float(EDGES[i]),

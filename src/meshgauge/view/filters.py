@@ -61,7 +61,7 @@ class Filters:
             raise ViewError(f"{self.peel} layers to peel, expected 0 or more")
 
 
-def presets(purpose: Purpose) -> dict[str, tuple[float, float, tuple[str, ...]]]:
+def presets(purpose: Purpose, poor: float = POOR) -> dict[str, tuple[float, float, tuple[str, ...]]]:
     """Filters by name: range of quality, and the names of the statuses. Status goes before value."""
     codes = np.array(sorted(STATUSES), np.uint8)
 
@@ -72,7 +72,7 @@ def presets(purpose: Purpose) -> dict[str, tuple[float, float, tuple[str, ...]]]
 
     return {
         "invalid": (-1.0, 1.0, named(is_invalid(codes, purpose))),
-        "poor": (-1.0, POOR, named(is_usable(codes, purpose))),
+        "poor": (-1.0, poor, named(is_usable(codes, purpose))),
         "all": (-1.0, 1.0, named(np.ones(len(codes), np.bool_))),
     }
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
-from ..look.colours import cell_colours
+from ..look.colours import cell_colours, shade
 from ..mesh import Mesh
 from ..mesh.connectivity import polygons
 from ..mesh.regions import regions
@@ -95,7 +95,8 @@ class Model:
     def colours(self, cells: NDArray[np.integer]) -> NDArray[np.uint8]:
         """``(n, 3)`` red, green and blue of some cells: by status first, by quality where they are usable."""
         status = self.quality.status[cells]
-        of_cells = cell_colours(self.values[cells], is_invalid(status, self.mesh.purpose), is_degenerate(status))
+        values = shade(self.values[cells], self.quality.poor_limits(cells))
+        of_cells = cell_colours(values, is_invalid(status, self.mesh.purpose), is_degenerate(status))
         return np.asarray((255 * of_cells).round(), np.uint8)
 
     @property

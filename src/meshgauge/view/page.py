@@ -8,11 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..look.bands import POOR as POOR_BELOW
-from ..look.bands import POOR_TEXT
 from ..look.colours import DEGENERATE, FAINT, INVALID, POOR, RAMP, UNKNOWN
 from ..look.theme import DARK, LIGHT
-from ..status import Purpose
 from .controls import OBLIQUE, OFF, Choices
 from .filters import presets
 from .model import Model
@@ -88,9 +85,6 @@ LINE = """<path fill="none" stroke="currentColor" stroke-width="1.6" vector-effe
     :d="bins.map((bin, i) => (i ? 'L' : 'M') + 10 * i + ' ' + (99 - 96 * bin.heights[1]) + ' h 10').join(' ')" />"""
 """The second mesh in it."""
 
-AXIS = ((0.0, "−1"), (50.0, "0"), (50.0 * (1 + POOR_BELOW), POOR_TEXT), (100.0, "1"))
-"""Where on the axis of the histogram, in percent, which number stands."""
-
 
 def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -> Any:
     """Make the page; returns the function that sends a new picture to it.
@@ -117,7 +111,7 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
                     html.Div(f"{{{{ verdicts[{n}] }}}}", classes="mg-verdict faint")
                     html.Div(f"{{{{ notes[{n}] }}}}", v_if=f"notes[{n}]", classes="mg-verdict faint small")
                 undefined = any(np.isnan(model.values[model.is_solid]).any() for model in models)
-                _histogram(v, html, len(models), undefined, choices, models[0].mesh.purpose)
+                _histogram(v, html, len(models), undefined, choices, models[0])
                 _filters(v, html, choices, max(model.n_layers for model in models))
             with html.Div(classes="mg-view", raw_attrs=[CLICK]):
                 remote = vtk_widgets.VtkRemoteView(
@@ -156,11 +150,13 @@ def _raw(**attributes: str) -> dict[str, list[str]]:
     return {"raw_attrs": raw}
 
 
-def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: Choices, purpose: Purpose) -> None:
+def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: Choices, model: Model) -> None:
+    mesh, poor = model.mesh, model.quality.poor_below
     html.H2("Quality (J_ENS)")
     html.Div(BARS.format(line=LINE if n_models > 1 else ""))
     with html.Div(classes="mg-axis"):
-        for at, text in AXIS:
+        # Where on the axis, in percent, which number stands.
+        for at, text in ((0.0, "−1"), (50.0, "0"), (50.0 * (1 + poor.all), f"{poor.all:g}"), (100.0, "1")):
             shift = {0.0: "translateX(0)", 100.0: "translateX(-100%)"}.get(at, "translateX(-50%)")
             html.Span(text, style=f"left: {at}%; transform: {shift}")
     v.VRangeSlider(
@@ -180,7 +176,7 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: 
             "{{ quality[1].toFixed(2).replace('-', '−') }}"
         )
         v.VSpacer()
-        for text, (low, high, statuses) in presets(purpose).items():
+        for text, (low, high, statuses) in presets(mesh.purpose, poor.all).items():
             chosen = [name for name in choices.statuses if name in statuses]
             v.VBtn(
                 text,
@@ -195,7 +191,7 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: 
             html.I(style=f"background: {colour}")
             html.Span(text)
         html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(RAMP)})")
-        html.Span(f"{POOR_TEXT} to 1")
+        html.Span(f"{poor.text} to 1")
         if with_undefined:
             html.I(style=f"background: {UNKNOWN}")
             html.Span("undefined")

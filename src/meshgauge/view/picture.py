@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..files.output import replacing
-from ..look.bands import POOR, POOR_TEXT
+from ..look.bands import POOR
 from ..look.colours import DEGENERATE, FAINT, as_bytes, rgb
 from ..look.theme import DARK, LIGHT
 from ..status import is_degenerate
@@ -104,18 +104,19 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
             draw.line([(left, 0), (left, height)], fill=FAINT)
     y, tall = height - margin - size * 2, round(size * 0.8)
     x = float(margin)
+    poor = scene.models[0].quality.poor_below.text
     entries: list[tuple[str, NDArray[Any]]] = [
         ("invalid", as_bytes(np.array([-1.0]))),
         *([("degenerate", 255 * rgb(DEGENERATE)[None])] if has_degenerate(scene) else []),
-        (f"poor < {POOR_TEXT}", as_bytes(np.array([POOR / 2]))),
-        (POOR_TEXT, as_bytes(np.linspace(POOR, 1.0, 64))),
+        (f"poor < {poor}", as_bytes(np.array([POOR / 2]))),
+        (poor, as_bytes(np.linspace(POOR, 1.0, 64))),
         ("1 ideal", np.zeros((0, 3))),
     ]
     if has_undefined(scene):
         entries.append(("undefined", as_bytes(np.array([np.nan]))))
     for text, swatches in entries:
         box = size * (9.0 if len(swatches) > 1 else 1.6 if len(swatches) else 0.0)
-        if text == POOR_TEXT:
+        if text == poor:
             draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
             x += draw.textlength(text, font=font) + size * 0.5
         for n, colour in enumerate(swatches):
@@ -124,6 +125,6 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
                 [left, y, x + box * (n + 1) / len(swatches), y + tall], fill=tuple(int(channel) for channel in colour)
             )
         x += box + size * 0.5
-        if text != POOR_TEXT:
+        if text != poor:
             draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
             x += draw.textlength(text, font=font) + size * 1.4

@@ -7,7 +7,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from ...look.bands import POOR
+from ...look.bands import POOR_TEXT, PoorBelow
 from ..options import option
 
 if TYPE_CHECKING:
@@ -42,8 +42,15 @@ class Goal:
         Boundaries.fixed
     )
     target: Annotated[
-        float, option("--target", "Q", "Cells below this J_ENS are mended; 0: invalid ones only.", WHAT)
-    ] = POOR
+        float | None,
+        option(
+            "--target",
+            "Q",
+            "Cells below this J_ENS are mended; 0: invalid ones only.",
+            WHAT,
+            default=f"{POOR_TEXT}, or quality.poor of the settings",
+        ),
+    ] = None
     floor: Annotated[
         float | None,
         option(
@@ -93,9 +100,17 @@ class Goal:
         """True if only points inside, near bad cells, are to move."""
         return not (self.everywhere or self.changes_cells or self.floor is not None or self.boundary != "fixed")
 
-    def arguments(self) -> dict[str, Any]:
+    def aim(self, poor_below: PoorBelow) -> float:
+        """The target, or where poor ends if none is given."""
+        return poor_below.all if self.target is None else self.target
+
+    def arguments(self, poor_below: PoorBelow) -> dict[str, Any]:
         """As keyword arguments of `meshgauge.improve`."""
-        return asdict(self) | {"boundary": self.boundary.value, "objective": self.objective.value}
+        return asdict(self) | {
+            "target": self.aim(poor_below),
+            "boundary": self.boundary.value,
+            "objective": self.objective.value,
+        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import MappingProxyType
 
 from ...cells import SHAPES
-from ...look.bands import POOR
+from ...look.bands import POOR, PoorBelow
 from ...surface_cells import SURFACE_SHAPES
 from .inputs import Cells, PolyhedralCells
 from .row import Metric, Standard, Values
@@ -54,5 +55,14 @@ SCALED_JACOBIAN = Metric(
         {s.name: Standard(s.k, (POOR * s.k, 1.0)) for s in (*SHAPES.values(), *SURFACE_SHAPES.values())}
     ),
 )
+
+
+def jens_row(poor_below: PoorBelow) -> Metric:
+    """The row of J_ENS with limits of one's own."""
+    if poor_below == PoorBelow():
+        return JENS
+    own = {name: Standard(1.0, (limit, 1.0)) for name, limit in poor_below.of_shapes}
+    return replace(JENS, acceptable=(poor_below.all, 1.0), per_shape=MappingProxyType(own))
+
 
 ROWS = (JENS, SCALED_JACOBIAN)

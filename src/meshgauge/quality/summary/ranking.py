@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from math import nan
 from typing import Any, Literal, NamedTuple
 
-from ...look.bands import POOR_TEXT
 from .tally import Tally
 
 ROUNDING = 1e-9
@@ -98,7 +97,7 @@ CRITERIA: dict[str, Criterion] = {
         Criterion("quantile_0.01", "1 %", lambda s: s.quantile_1, True, "quantile"),
         Criterion("quantile_0.5", "median", lambda s: s.median, True, "quantile"),
         Criterion("mean", "mean", lambda s: s.mean, True, "value"),
-        Criterion("share_not_good", f"share of cells below {POOR_TEXT}", lambda s: s.share_not_good, False, "share"),
+        Criterion("share_not_good", "share of cells not good", lambda s: s.share_not_good, False, "share"),
     )
 }
 """Every row, by key."""

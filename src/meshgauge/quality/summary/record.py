@@ -15,12 +15,13 @@ from ...errors import MeshError, OptionError
 from ...kernels.cells.driver import certified_as
 from ...kernels.threads import run
 from ...look import notebook
+from ...look.bands import PoorBelow
 from ...status import Purpose, Status
 from ..frame import frame
 from ..metrics import Metric
 from ..metrics import metric as metric_row
 from .builder import tallies
-from .scale import Scale, Values
+from .scale import JENS, Scale, Values
 from .tally import BINS, QUANTILES, Tally
 
 
@@ -48,6 +49,11 @@ class Summary:
     def metric(self) -> str:
         """Name of the metric."""
         return self.scale.metric
+
+    @property
+    def poor_below(self) -> PoorBelow:
+        """Below which J_ENS cells are poor; of another metric the usual limit."""
+        return PoorBelow(self.scale.acceptable[0], self.scale.of_shapes) if self.metric == JENS else PoorBelow()
 
     @property
     def n_cells(self) -> int:
@@ -117,6 +123,7 @@ class Summary:
         return {
             "metric": self.metric,
             "acceptable": list(self.scale.acceptable),
+            **({"poor_below": self.poor_below.to_dict()} if self.metric == JENS else {}),
             "purpose": self.purpose,
             "cell_types": {name: tally.to_dict(bins) for name, tally in self.types.items()},
             "all": self.all.to_dict(bins),

@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import POLYHEDRON
 from ...errors import OptionError
 from ...surface_cells import shape_name
 from ..metrics import Metric
@@ -16,6 +15,8 @@ from ..metrics import metric as metric_row
 
 HALF = 10_000
 """Fine bins on either side of 0: edges are the decimals i/10000, -1 to 1."""
+
+JENS = "jens"
 
 Values = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -33,14 +34,17 @@ class Scale:
     better: Literal["higher", "lower"]
     is_signed: bool  #: only invalid cells have values below 0
     unit: str
+    of_shapes: tuple[tuple[str, float], ...] = ()  #: of J_ENS: where poor ends for shapes with limits of their own
 
     @classmethod
     def of(cls, metric: str | Metric, vtk_id: int | None = None) -> Scale:
         """The scale of a metric, by name or row, for a cell type. Raises `MetricError` if there is no such metric."""
         row = metric_row(metric)
-        shape = "" if vtk_id is None or vtk_id == POLYHEDRON.vtk_id else shape_name(vtk_id)
+        shape = "" if vtk_id is None else shape_name(vtk_id)
         acceptable = row.standard(shape).acceptable if shape and row.is_defined_for(shape) else row.acceptable
-        return cls(row.name, *row.range, acceptable, row.flat, row.better, row.is_signed, row.unit)
+        standards = row.per_shape if row.name == JENS else {}
+        own = tuple((name, standard.acceptable[0]) for name, standard in standards.items())
+        return cls(row.name, *row.range, acceptable, row.flat, row.better, row.is_signed, row.unit, own)
 
     @property
     def is_bounded(self) -> bool:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import type_name
+from ...look.colours import shade
 from ...look.names import cell_entry
 from ...look.style import coordinates
 from ...mesh.high_order import row_of
@@ -119,6 +120,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
                 {
                     "faces": [[place[p] for p in face] for face in of_cell],
                     "value": float(quality.values[at]),
+                    "shade": float(shade(quality.values[at : at + 1], quality.poor_limits(np.array([at])))[0]),
                     "class": drawing_code(int(quality.status[at]), mesh.purpose),
                     "name": f"{type_name(int(mesh.types[at]))} {cell_entry(at, cell_label(mesh, at))}",
                 }

@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...look.bands import POOR
-from ...look.colours import STATUS, bar_fill
+from ...look.colours import STATUS, bar_fill, shade
 from ...quality.summary import Summary, Tally
 
 WIDTH, HEIGHT = 960.0, 190.0
@@ -86,8 +85,8 @@ def lowest(summary: Summary, bins: int) -> float:
 
 def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> Histogram:
     edges, parts = tally.histogram_by_status(bins)
-    counts = np.sum(list(parts.values()), axis=0)
-    fills = bar_fill((edges[:-1] + edges[1:]) / 2)
+    counts, poor = np.sum(list(parts.values()), axis=0), tally.scale.acceptable[0]
+    fills = bar_fill(shade((edges[:-1] + edges[1:]) / 2, poor))
     top = int(counts.max())
 
     def at(value: float) -> float:
@@ -124,7 +123,16 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
         for i in range(first, round(1 / step) + 1)
     ]
     has_numbers = bars[0].width >= ROOM if bars else False
-    return Histogram(key, label, tally.n_measured, bars, round(at(0.0), 2), round(at(POOR), 2), ticks, has_numbers)
+    return Histogram(
+        key,
+        label,
+        tally.n_measured,
+        bars,
+        round(at(0.0), 2),
+        round(at(poor), 2),
+        ticks,
+        has_numbers,
+    )
 
 
 def layers(parts: dict[str, int], height: float, height_log: float) -> list[Layer]:
@@ -158,8 +166,8 @@ class Spark(NamedTuple):
 def spark(tally: Tally, bins: int = 20) -> list[Spark]:
     """The small histogram of a row of a table."""
     edges, parts = tally.histogram_by_status(bins)
-    counts = np.sum(list(parts.values()), axis=0)
-    fills = bar_fill((edges[:-1] + edges[1:]) / 2)
+    counts, poor = np.sum(list(parts.values()), axis=0), tally.scale.acceptable[0]
+    fills = bar_fill(shade((edges[:-1] + edges[1:]) / 2, poor))
     top = max(int(counts.max()), 1)
     made = []
     for n, count in enumerate(counts.tolist()):

@@ -89,7 +89,7 @@ def geometry(
     whole, is_coarse = len(cells) == n_drawn, "surfaceCell" not in arrays
     reach = 1.0 if whole else reach
     model = {
-        "kinds": kinds(mesh.types[cells], mesh.dimension or 3),
+        "kinds": kinds(mesh.types[cells], mesh.dimension or 3, quality.poor_below),
         "layout": result.layout,
         "edges": summary.all.histogram(bins)[0].tolist(),
         "regions": list(names),
@@ -97,10 +97,11 @@ def geometry(
             {"name": row.name, "class": drawing_code(status, mesh.purpose), "text": row.text}
             for status, row in sorted(STATUSES.items())
         ],
+        "poorBelow": quality.poor_below.all,
         "whole": whole,
         "total": n_drawn,
         "reach": reach,
-        "start": min(_start((quality if before is None else before).values[cells]), reach),
+        "start": min(_start(quality if before is None else before, cells), reach),
         "frame": {"centre": list(frame.centre), "half": frame.half},
         "coarse": is_coarse,
         "before": before is not None,
@@ -111,8 +112,8 @@ def geometry(
             "unknown": UNKNOWN,
             "ghost": GHOST,
             "edge": EDGE,
+            "poorBelow": POOR,
         },
-        "poorBelow": POOR,
     }
     return Geometry(model, result.text, _remarks(summary, len(cells), n_drawn, reach, boundary, arrays))
 
@@ -165,11 +166,12 @@ def _reach(quality: Quality, cells: Ids) -> float:
     return math.floor(float(values[~np.isnan(values)].max(initial=-1.0)) * 200) / 200
 
 
-def _start(values: NDArray[np.float64]) -> float:
+def _start(quality: Quality, cells: Ids) -> float:
     """Where the slider stands first: poor cells if there are any, else about the worst hundredth."""
+    values, limit = quality.values[cells], quality.poor_below.all
     measured = np.sort(values[~np.isnan(values)])
-    if not len(measured) or measured[0] < POOR:
-        return POOR
+    if not len(measured) or measured[0] < limit:
+        return limit
     place = min(max(len(measured) // 100, 20), len(measured) - 1)
     return min(math.ceil(float(measured[place]) * 100 + 1e-9) / 100, 1.0)
 
@@ -193,6 +195,11 @@ def _skin(quality: Quality, boundary: surface.Polygons, frame: Frame, most: int)
         "surfaceXyz": _quantise(points),
         "surfaceCell": boundary.cells.astype(np.uint32),
         "surfaceValue": quality.values[boundary.cells].astype(np.float32),
+        **(
+            {"surfacePoor": quality.poor_limits(boundary.cells).astype(np.float32)}
+            if quality.poor_below.of_shapes
+            else {}
+        ),
         "surfaceStatus": quality.status[boundary.cells],
     }
 

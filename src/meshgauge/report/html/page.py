@@ -11,11 +11,14 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..._version import __version__
 from ...errors import FailedFile
 from ...files import output
 from ...look import bands, colours, style, theme
 from ...look.names import cell_entry, listed, point_entry, point_name
+from ...quality.poor import limit_of
 from ..finite_volume import place
 from ..record import FileReport
 from . import charts
@@ -51,6 +54,7 @@ def page(
         A package with a folder ``templates`` of its own, where the template of a section may be: ``{kind}.html.jinja``.
     """
     scripts = [_file(LIBRARY), "\n".join(_file(f"assets/{name}") for name in SCRIPTS)]
+    limits = list(dict.fromkeys(one.summary.poor_below.text for one in sections))
     has_models = any(one.model is not None or one.cards for one in sections)
     text = (
         _environment(templates)
@@ -66,6 +70,7 @@ def page(
             hashes=[_hash(script) for script in scripts],
             licences=[_file(f"vendor/{name}.LICENSE.txt") for name in ("three", "fflate")] if has_models else [],
             stops=colours.STOPS,
+            poor_text=style.enumeration(limits) or bands.POOR_TEXT,
         )
     )
     # Names of files and of regions are bytes that need not be text: lone surrogates are no UTF-8.
@@ -165,16 +170,23 @@ def _environment(package: str | None) -> jinja2.Environment:
         "coordinates": style.coordinates,
         "band": bands.name,
         "colour": colours.colour,
+        "shade": _shade,
+        "limit_of": limit_of,
         "finite": _finite,
     }
     environment.globals |= {
         "marks": style.MARKS,
         "poor_below": bands.POOR_TEXT,
+        "usual_poor": bands.POOR,
         "chart_height": charts.HEIGHT,
         "chart_width": charts.WIDTH,
     }
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False, "separators": (",", ":")}
     return environment
+
+
+def _shade(value: float, poor: float) -> float:
+    return float(colours.shade(np.array([float(value)]), poor)[0])
 
 
 def _cells_listed(finding: StatusCells) -> str:

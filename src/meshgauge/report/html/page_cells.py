@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from ...cells import POLYHEDRON, CellType
 from ...kernels import path
 from ...kernels.cells import aggregate, driver
+from ...look.bands import USUAL, PoorBelow
 from ...mesh import Mesh, connectivity
 from ...mesh.high_order import row_of
 from ...mesh.labels import labels_of
 from ...mesh.polyhedra import ragged_positions
+from ...quality.poor import limit_of
 from ...quality.summary.scale import HALF, Scale
 from ...status import WORST_FIRST, Category, Purpose, category, rank
 from ...surface_cells import POLYGON, row_of_nodes, rows_of
@@ -138,14 +140,17 @@ def faces_of(quality: Quality, cell: int) -> list[list[int]]:
     return [poly.face_points[poly.face_offsets[f] : poly.face_offsets[f + 1]].tolist() for f in ids]
 
 
-def kinds(types: NDArray[np.uint8], dimension: int) -> list[dict[str, Any]]:
-    """The types among some cells: name, number of corners and faces; of polyhedra and polygons no faces, each has its
-    own."""
+def kinds(types: NDArray[np.uint8], dimension: int, poor_below: PoorBelow = USUAL) -> list[dict[str, Any]]:
+    """The types among some cells: name, number of corners and faces, below what they are poor; of polyhedra and
+    polygons no faces, each has its own."""
     rows = [rows_of(dimension)[t] for t in np.unique(types).tolist()]
     return [
-        {"type": row.name, "n": row.shape.n_nodes, "faces": [list(face) for face in row.shape.faces]}
-        if row.shape is not None
-        else {"type": row.name, "n": 0, "faces": None}
+        {
+            "type": row.name,
+            "n": 0 if row.shape is None else row.shape.n_nodes,
+            "faces": None if row.shape is None else [list(face) for face in row.shape.faces],
+            "poorBelow": limit_of(poor_below, row.name),
+        }
         for row in rows
     ]
 

@@ -75,7 +75,7 @@ def sketch(model: dict[str, Any]) -> Sketch:
     return Sketch(
         around=drawn([face for other in others for face in other["faces"]]),
         faces=drawn(cell["faces"]),
-        fill=colour(cell["value"]),
+        fill=colour(cell["shade"]),
         is_striped=cell["class"] > 0,
         node=(round(x, 1), round(y, 1)),
     )

@@ -8,7 +8,7 @@ MG.card = (canvas, model) => {
   const built = (cells) => {
     const triangles = new MG.Triangles(count(cells));
     cells.forEach((cell, i) => cell.faces.forEach((face) => triangles.face(xyz, face, 0, face.length, i)));
-    return triangles.geometry((i) => [cells[i].value === null ? NaN : cells[i].value, cells[i].class]);
+    return triangles.geometry((i) => [cells[i].shade === null ? NaN : cells[i].shade, cells[i].class]);
   };
   const add = (item, order) => {
     item.frustumCulled = false;

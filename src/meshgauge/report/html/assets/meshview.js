@@ -75,7 +75,7 @@ class MeshView {
       const centre = [0, 0, 0];
       for (let m = from; m < to; m++) for (let k = 0; k < 3; k++) centre[k] += a.xyz[3 * a.nodes[m] + k] / (to - from);
       this.classes[i] = MG.classOf(a.value[i], model.statuses[a.status[i]]);
-      this.table.set([...centre, Number.isNaN(a.value[i]) ? 2 : a.value[i], this.classes[i], 0, 0, 0], 8 * i);
+      this.table.set([...centre, Number.isNaN(a.value[i]) ? 2 : a.value[i], this.classes[i], 0, MG.shade(a.value[i], model.kinds[a.kind[i]].poorBelow), 0], 8 * i);
       if (this.classes[i]) marks.push(i);
     }
     this.texture.needsUpdate = true;
@@ -293,7 +293,7 @@ class MeshView {
     const status = model.statuses[a.status[i]];
     const region = model.regions.length > 1 ? ` · ${model.regions[a.region[i]]}` : "";
     const head = make("h4", `${kind.type} ${this.entry("element", "cell", a.id[i], a.label?.[i])} `, panel);
-    const bad = this.classes[i] ? "invalid" : a.value[i] < model.poorBelow ? "poor" : "";
+    const bad = this.classes[i] ? "invalid" : a.value[i] < kind.poorBelow ? "poor" : "";
     make("span", this.value(a.value[i]), head, `v ${bad}`);
     const name = status.name === "ok" ? "" : `${status.name.replaceAll("_", " ")}: `;
     make("p", `${name}${status.text}${region}`, panel);

@@ -130,7 +130,7 @@ MG.surfaceGeometry = (model, a) => {
     from += size;
   });
   const data = a.surfaceValue
-    ? (f) => [a.surfaceValue[f], MG.classOf(a.surfaceValue[f], model.statuses[a.surfaceStatus[f]])]
+    ? (f) => [MG.shade(a.surfaceValue[f], a.surfacePoor ? a.surfacePoor[f] : model.poorBelow), MG.classOf(a.surfaceValue[f], model.statuses[a.surfaceStatus[f]])]
     : () => [0.9, 0];
   return triangles.geometry(data);
 };

@@ -7,6 +7,12 @@ MG.colours = null; // of the page, from its first model
 MG.rgb = (hex) => new THREE.Vector3(...[1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16) / 255));
 
 // Class of a cell: 0 by its value, 1 invalid, 2 degenerate, 3 without a value.
+MG.shade = (value, poor) => {
+  const usual = MG.colours.poorBelow; // where the scale of the colours has it
+  if (poor === usual || !(value >= 0)) return value;
+  return value < poor ? (value * usual) / poor : 1 - ((1 - value) * (1 - usual)) / (1 - poor);
+};
+
 MG.classOf = (value, status) => status.class || (Number.isNaN(value) ? 3 : 0);
 
 const VERTEX = `
@@ -14,7 +20,7 @@ in vec3 aBary;
 out vec3 vBary;
 out vec3 vView;
 out vec3 vModel;
-flat out float vValue;
+flat out float vShade;
 flat out float vClass;
 flat out float vPicked;
 flat out float vId;
@@ -37,18 +43,19 @@ void main() {
   int width = textureSize(uCells, 0).x;
   vec4 one = texelFetch(uCells, ivec2(at % width, at / width), 0);
   vec4 two = texelFetch(uCells, ivec2((at + 1) % width, (at + 1) / width), 0);
-  vValue = one.w;
+  float value = one.w;
+  vShade = two.z;
   vClass = two.x;
   place = mix(place, one.xyz, uShrink);
   vPicked = abs(uPickedCell - aCell) < 0.5 ? 1.0 : 0.0;
-  bool shown = uFiltered == 1 ? two.y > 0.5 : (vValue < uLimit || uLimit >= 1.0 || vClass > 0.5);
+  bool shown = uFiltered == 1 ? two.y > 0.5 : (value < uLimit || uLimit >= 1.0 || vClass > 0.5);
   if (dot(uPlane.xyz, one.xyz) > uPlane.w) shown = false;
   if (!shown) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     return;
   }
 #else
-  vValue = aData.x;
+  vShade = aData.x;
   vClass = aData.y;
 #endif
   vBary = aBary;
@@ -63,7 +70,7 @@ precision highp float;
 in vec3 vBary;
 in vec3 vView;
 in vec3 vModel;
-flat in float vValue;
+flat in float vShade;
 flat in float vClass;
 flat in float vPicked;
 flat in float vId;
@@ -101,7 +108,7 @@ void main() {
     colour = vec4(mix(uGhost, uLine, edge * 0.6), uOpacity * (0.35 + 2.2 * rim) + edge * uEdgeOpacity);
     return;
   }
-  vec3 base = scale(vValue);
+  vec3 base = scale(vShade);
   if (vClass > 0.5) {
     base = vClass < 1.5 ? uInvalid : vClass < 2.5 ? uDegenerate : uUnknown;
     float stripe = abs(fract((gl_FragCoord.x + gl_FragCoord.y) / (10.0 * uPixel)) - 0.5);
