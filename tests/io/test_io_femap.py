@@ -147,7 +147,11 @@ def test_the_same_as_by_meshioplusplus(tmp_path: Path) -> None:
         ("105,106,107,108,0,0,", "105,106,107,0,0,0,", "element 11 lacks a node that is no middle of an edge"),
         ("105,106,107,108,0,0,", "105,106,107,108,0,", "an element without a line of 8 numbers"),
         ("105,106,107,108,0,0,", "105,106,107,1.5,0,0,", "a node of an element is no integer"),
-        ("105,106,107,108,0,0,", "105,106,107,x,0,0,", "the elements from here on hold something else than numbers"),
+        (
+            "105,106,107,108,0,0,",
+            "105,106,107,x,0,0,",
+            r"line 20: elements hold something else than numbers: '101",
+        ),
         ("0,0,0,0,0,0,1.0,", "0,0,0,1.0,", "12 numbers of a node|11 numbers of a node"),
         ("   -1\n   404", "   404", "'404' where -1 is expected"),
     ],

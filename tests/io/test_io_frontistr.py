@@ -147,7 +147,7 @@ def test_links_and_interfaces(tmp_path: Path) -> None:
         ("TYPE=361", "TYP=361", "type -1"),
         ("8, 7\n2", "8\n2", r"line 17: expected elements of 8 nodes \(type 361\); this line does not fit"),
         ("12, 11", "12, 99", "element 2 refers to node 99, which does not exist"),
-        ("12, 11", "12, x", "the elements from here on hold something else than integers"),
+        ("12, 11", "12, x", "elements hold something else than integers: 'x'"),
         ("3, 0.0, 1.0, 0.0", "3, 0.0, 1.0", "2 numbers where|3 numbers where"),
         ("3, 0.0", "3.5, 0.0", "a number of a node that is no integer"),
         ("!END", "!EGROUP, EGRP=A\n nothing\n!END", "'A' names the group 'nothing', which does not exist"),

@@ -255,7 +255,7 @@ def test_big_endian(tmp_path: Path) -> None:
 )
 def test_what_is_wrong_is_named(tmp_path: Path, old: str, new: str, message: str) -> None:
     (tmp_path / "a.msh").write_text(ASCII_22.replace(old, new))
-    with pytest.raises(ReadError, match=rf"a\.msh: .*({message})"):
+    with pytest.raises(ReadError, match=rf"a\.msh.*: .*({message})"):
         io.read(tmp_path / "a.msh")
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import re
 from pathlib import Path
 
 import pytest
+from patch_files import PATCHED
 
 from meshgauge import io
 from meshgauge.errors import ReadError
@@ -102,3 +104,43 @@ def test_the_line_is_the_one_that_is_wrong(name: str, tmp_path: Path) -> None:
     opened = next(file for file in files if not file.endswith(".node"))
     with pytest.raises(ReadError, match=rf"{wrong}, line {line}: "):
         io.read(tmp_path / opened)
+
+
+REAL = re.compile(rb"(?<![\w.])-?\d*\.\d+(?:[eEdD+-][-+]?\d+)?(?![\w.])")
+INTEGER = re.compile(rb"(?<![\w.])\d+(?![\w.])")
+TEXTS = [
+    *(
+        "abaqus",
+        "su2",
+        "nastran",
+        "gmsh 2.2",
+        "gmsh 4.0",
+        "gmsh 4.1",
+        "ansys",
+        "lsdyna",
+        "unv",
+        "tetgen",
+        "rf",
+        "mfem",
+        "ugrid",
+    ),
+    *("netgen", "avs", "flac3d", "hedra", "elmer", "fluent", "ovm", "medit", "vtk", "vtk single"),
+]
+
+
+@pytest.mark.usefixtures("readers_here")
+@pytest.mark.parametrize("name", TEXTS)
+def test_the_line_of_a_word_that_is_no_number_is_named(name: str, tmp_path: Path) -> None:
+    """In the midst of blocks of numbers that are read at once."""
+    path = PATCHED[name][1](tmp_path)
+    for file in [one for one in tmp_path.iterdir() if one.is_file()]:
+        data = file.read_bytes()
+        for words, share in ((list(REAL.finditer(data)), 0.5), (list(INTEGER.finditer(data)), 0.75)):
+            if len(words) < 20:
+                continue
+            word = words[int(share * len(words))]
+            file.write_bytes(data[: word.start()] + b"x" * len(word[0]) + data[word.end() :])
+            line = data.count(b"\n", 0, word.start()) + 1
+            with pytest.raises(ReadError, match=rf"line {line}\b"):
+                io.read(path)
+            file.write_bytes(data)

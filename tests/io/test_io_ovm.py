@@ -48,7 +48,7 @@ def test_properties_of_ascii_files(tmp_path: Path) -> None:
     assert mesh.point_data["u"].tolist() == [[0, 1, 0.5]] * 8
     assert mesh.notes == ("Properties that are no numbers of vertices or cells were left out: s.",)
     path.write_text(path.read_text().replace("4\n5\nMProp", "4\nMProp"))
-    with pytest.raises(ReadError, match="values of the property 'region' from here on hold something else"):
+    with pytest.raises(ReadError, match="values of the property 'region' hold something else"):
         io.read(path)
 
 
@@ -98,7 +98,7 @@ def test_cells_come_back_and_the_mirrored_one_is_inverted(tmp_path: Path, is_ins
     ("old", "new", "message"),
     [
         ("Faces\n", "Fases\n", "'Fases' where the section faces is expected"),
-        ("Edges\n6", "Edges\n7", "the edges from here on hold something else than integers"),
+        ("Edges\n6", "Edges\n7", "edges hold something else than integers"),
         ("Edges\n6", "Edges\n999", "999 edges are stated, but"),
         ("Polyhedra\n1\n4 ", "Polyhedra\n1\n5 ", "does not hold as many half-faces as it states"),
         ("OVM ASCII", "OVM BINARY", "never defined; its binary format is .ovmb"),

@@ -20,7 +20,7 @@ from ..plumbing.assemble import assemble, named_numbers
 from ..plumbing.build import Ints, Kind
 from ..plumbing.format import Format
 from ..plumbing.notes import count_note
-from ..plumbing.text import Text
+from ..plumbing.text import NotNumbers, Text, numbers
 
 PROPERTY = "femap:property"
 
@@ -110,14 +110,24 @@ def _end(text: Text) -> int:
     return text.row_at(at.end() - 1)
 
 
+def _is_other(line: bytes) -> bool:
+    try:
+        numbers(line, np.float64)
+    except NotNumbers:
+        return True
+    return False
+
+
 def _table(text: Text, last: int, what: str) -> tuple[NDArray[np.float64], Ints, int]:
     """All numbers of the lines before ``last``, where those of each line start, and the first line."""
     first = text.row
     block = Text(text.path, text.rows(first, last).replace(b",", b" "))
     try:
         rows = block.ragged(block.n_lines, what, np.float64)
-    except ReadError:
-        raise text.fail(f"the {what} from here on hold something else than numbers", first) from None
+    except ReadError:  # whose line is that of the block
+        bad = next(row for row in range(first, last) if _is_other(text.rows(row, row + 1).replace(b",", b" ")))
+        shown = text.rows(bad, bad + 1).strip()[:40].decode("utf-8", "replace")
+        raise text.fail(f"{what} hold something else than numbers: {shown!r}", bad) from None
     return rows.values, rows.starts, first
 
 

@@ -20,6 +20,7 @@ from ...mesh.regions import KEYS
 from ..plumbing import meshio, vtk, within, writing
 from ..plumbing.format import Format, Reader, Sniffer, Writer, anything
 from ..plumbing.messages import is_out_of_memory
+from ..plumbing.spans import after_lines, in_place
 from ..plumbing.writing import REGION
 from . import rows_places, tecplot
 from .netgen import netgen
@@ -48,6 +49,17 @@ def _by_meshio(module: str) -> Reader:
         return _require_cells(meshio.mesh(source, path, notes), path)
 
     return read
+
+
+def _avs(path: Path) -> Mesh:
+    """By meshio, which takes what is no number for NaN."""
+    mesh = _by_meshio("avsucd")(path)
+    wrong = np.flatnonzero(np.isnan(mesh.points).any(axis=1))
+    data = in_place(path.read_bytes(), b"#")
+    if len(wrong) and b"nan" not in data.lower():
+        at = after_lines(data, 0, 1 + int(wrong[0]))
+        raise ReadError(f"{path}, line {data.count(bytes([10]), 0, at) + 1}: a point has something else than numbers")
+    return mesh
 
 
 def _first_of(*readers: Reader) -> Reader:
@@ -161,7 +173,7 @@ OTHERS: tuple[Format, ...] = (
            foreign=_first_of(by_pyvista, _by_meshio("obj")), by_content=False),
     # By meshio.
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
-           foreign=_by_meshio("avsucd"), places=rows_places.avs, by_content=False,
+           foreign=_avs, places=rows_places.avs, by_content=False,
            write=_of_one_integer("avsucd", MATERIAL)),
     Format("h5m", "MOAB", (".h5m",), _HDF,
            foreign=_with_check(within.check_hdf_file, _by_meshio("h5m")), by_content=False),

@@ -23,7 +23,7 @@ from ..plumbing import budget
 from ..plumbing.build import Ints
 from ..plumbing.format import HEAD, Format
 from ..plumbing.merge import Part, merge_parts
-from ..plumbing.text import numbers, write_out_repeated
+from ..plumbing.text import NotNumbers, numbers, write_out_repeated
 from .structured import structured_part
 
 IBLANK = "iblank"
@@ -113,8 +113,8 @@ def _text_blocks(path: Path) -> Iterator[_Block]:
 
     try:
         values = numbers(write_out_repeated(data.replace(b",", b" "), fail), np.float64)
-    except ValueError:
-        raise fail("holds something else than numbers") from None
+    except NotNumbers as error:
+        raise fail(f"holds something else than numbers: {error}") from None
     heads = values[: np.argmin(np.append(values == np.trunc(values), False))]
     heads = np.minimum(heads[: 1 + 3 * _MOST_BLOCKS], 2.0**40).astype(np.int64)
     for shapes, start in _of_integers(heads):

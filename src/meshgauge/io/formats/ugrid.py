@@ -18,7 +18,7 @@ from ...mesh import Mesh
 from ..plumbing import writing
 from ..plumbing.build import Ints, Kind, gather
 from ..plumbing.format import Format, anything
-from ..plumbing.text import numbers
+from ..plumbing.text import NotNumbers, numbers
 from . import ugrid_places
 from .ugrid_places import Encoding, encoding_of
 
@@ -117,8 +117,8 @@ def _without_records(path: Path, data: bytes, encoding: Encoding) -> bytes:
 def _ascii(path: Path, data: bytes) -> _Content:
     try:
         flat = numbers(data, np.float64)
-    except ValueError:
-        raise ReadError(f"{path}: holds something else than numbers") from None
+    except NotNumbers as error:
+        raise ReadError(f"{path}, line {error.line(data)}: something else than numbers: {error}") from None
     if len(flat) < 7 or not (np.abs(flat[:7]) < 2**53).all():
         raise ReadError(f"{path}: does not begin with the numbers of points and of cells of six types")
     counts = _counts(path, flat[:7].astype(np.int64), len(data), 2)

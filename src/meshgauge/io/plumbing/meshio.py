@@ -91,9 +91,22 @@ def read(path: Path, module: str, file: io.StringIO | None = None) -> tuple[Any,
         except (Exception, SystemExit) as error:
             if is_out_of_memory(error):
                 raise MemoryError from error
-            raise ReadError(f"{path}: meshio ({module}) says: {_reason(error, output)}") from error
+            raise ReadError(f"{path}: meshio ({module}) says: {_reason(error, output)}{_where(path, error)}") from error
     warned = re.split(r"\bWarning:\s*", " ".join(output.getvalue().split()))
     return source, tuple(f"meshio warns: {text.strip()}" for text in dict.fromkeys(warned) if text.strip())
+
+
+def _where(path: Path, error: BaseException) -> str:
+    """The line of the word that an error is about, if it quotes one that stands in the file."""
+    word = re.search(r"convert string (?:to float: )?'([^'\s]+)'|invalid literal for .*'([^'\s]+)'", str(error))
+    if word is None:
+        return ""
+    data, text = path.read_bytes(), (word[1] or word[2]).encode()
+    at = re.search(rb"(?<!\S)" + re.escape(text) + rb"(?!\S)", data)
+    if at is None:
+        return ""
+    line = data.count(b"\n", 0, at.start()) + 1
+    return f"; it stands in line {line}"
 
 
 def _reason(error: BaseException, output: io.StringIO) -> str:

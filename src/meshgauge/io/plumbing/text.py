@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import threading
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -165,11 +166,41 @@ class Text:
     def _values(self, block: bytes, dtype: type, what: str, first: int) -> NDArray[Any]:
         try:
             return numbers(block, dtype)
-        except ValueError:
-            raise self.fail(f"the {what} from here on hold something else than {_KIND[dtype]}", first) from None
+        except NotNumbers as error:
+            row = self.row_at(int(self._starts[first]) + error.at)
+            raise self.fail(f"{what} hold something else than {_KIND[dtype]}: {error}", row) from None
 
 
 _KIND: dict[type, str] = {np.int64: "integers", np.float64: "numbers"}
+_INTEGER = re.compile(rb"[+-]?\d+")
+_WORD = re.compile(rb"\S+")
+
+
+class NotNumbers(ValueError):
+    """Something else in a text of numbers: the word, in quotes, and its first byte in the text."""
+
+    def __init__(self, text: bytes, dtype: type) -> None:
+        self.at, word = next(_others(text, dtype), (0, b""))
+        super().__init__(repr(word[:_SHOWN].decode("utf-8", "replace")))
+
+    def line(self, data: bytes, start: int = 0) -> int:
+        """The line of the word in a file, from 1, in which the text begins at some byte."""
+        return data.count(b"\n", 0, start + self.at) + 1
+
+
+def _others(text: bytes, dtype: type) -> Iterator[tuple[int, bytes]]:
+    """First byte of each word that is no number, and the word."""
+    for word in _WORD.finditer(text):
+        if not (_INTEGER.fullmatch(word[0]) if dtype is np.int64 else _is_real(word[0])):
+            yield word.start(), word[0]
+
+
+def _is_real(word: bytes) -> bool:
+    try:
+        float(word.replace(b"D", b"e").replace(b"d", b"e"))
+    except ValueError:
+        return False
+    return True
 
 
 def numbers(text: bytes, dtype: type) -> NDArray[Any]:
@@ -177,9 +208,10 @@ def numbers(text: bytes, dtype: type) -> NDArray[Any]:
 
     Raises
     ------
-    ValueError
+    NotNumbers
         If there is something else in it.
     """
+    given = text
     if not text.strip():
         return np.empty(0, dtype)
     if dtype is np.float64 and re.search(rb"[dD]", text):
@@ -188,8 +220,8 @@ def numbers(text: bytes, dtype: type) -> NDArray[Any]:
         warnings.simplefilter("error")
         try:
             values: NDArray[Any] = np.fromstring(text.decode("ascii"), dtype, sep=" ")
-        except (DeprecationWarning, UnicodeDecodeError) as error:
-            raise ValueError(str(error)) from None
+        except (DeprecationWarning, ValueError):
+            raise NotNumbers(given, dtype) from None
     budget.draw("made", values.nbytes, "numbers")
     return values
 

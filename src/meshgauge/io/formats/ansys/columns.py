@@ -28,12 +28,15 @@ class Block:
     ----------
     lines
         Those that are not blank.
+    first
+        Which line of the text the first is, from 0.
     integers, reals
         Start and width of each column of whole numbers, which come first, and of the others.
     """
 
     text: Text
     lines: list[bytes]
+    first: int
     integers: list[tuple[int, int]]
     reals: list[tuple[int, int]]
 
@@ -45,7 +48,17 @@ class Block:
             return fixed.table(self.lines, columns, kind)
         except (ValueError, OverflowError):
             what = f"{'numbers' if kind is np.float64 else 'integers'} of {columns[0][1]} columns"
-            raise self.text.fail(f"the block that ends here holds something else than {what}") from None
+            bad = next((row for row, line in enumerate(self.lines) if _is_other(line, columns, kind)), 0)
+            shown = self.lines[bad].strip()[:40].decode("utf-8", "replace")
+            raise self.text.fail(f"something else than {what}: {shown!r}", self.first + bad) from None
+
+
+def _is_other(line: bytes, columns: list[tuple[int, int]], kind: type) -> bool:
+    try:
+        fixed.table([line], columns, kind)
+    except (ValueError, OverflowError):
+        return True
+    return False
 
 
 def read_block(text: Text) -> Block:
@@ -69,9 +82,10 @@ def read_block(text: Text) -> Block:
     n_integers = next((k for k, kind in enumerate(kinds) if kind in "efg"), len(kinds))
     end = END.search(text.data, text.position())
     last = text.row_at(end.end() - 1) if end else text.n_lines
+    first = text.row
     block = text.lines(max(last - text.row, 0), "lines of a block").split(b"\n")
     lines = [line.rstrip() for line in block if line.strip()]
-    return Block(text, lines, columns[:n_integers], columns[n_integers:])
+    return Block(text, lines, first, columns[:n_integers], columns[n_integers:])
 
 
 def items(given: str) -> list[tuple[int, str, int]]:

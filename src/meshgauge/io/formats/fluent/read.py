@@ -17,7 +17,7 @@ from ....look.style import number_of
 from ....mesh import Mesh
 from ...plumbing import budget, face_based
 from ...plumbing.format import Format
-from ...plumbing.text import numbers
+from ...plumbing.text import NotNumbers, numbers
 from ..vtk.hdf import MAGIC
 from .cursor import END, Cursor
 from .hdf import OF_TWO_DIMENSIONS, Arrays
@@ -103,8 +103,9 @@ def _points(cursor: Cursor, content: _Content, is_binary: bool, dtype: str) -> b
         body = cursor.body()
         try:
             values = numbers(body or b"", np.float64)
-        except ValueError:
-            raise cursor.fail("coordinates hold something else than numbers") from None
+        except NotNumbers as error:
+            cursor.at -= len(body or b"") + 1 - error.at
+            raise cursor.fail(f"coordinates hold something else than numbers: {error}") from None
     if content.dimension != 3 or n < 0 or len(values) != 3 * n:
         raise cursor.fail(
             f"{len(values)} numbers for {n} points of {content.dimension} coordinates, expected 3D points"
@@ -131,10 +132,15 @@ def _face_zone(cursor: Cursor, content: _Content, is_binary: bool) -> None:
         tokens = cursor.raw("<i4", max(end - cursor.at, 0) // 4).tolist()
         cursor.close(True)
     else:
+        body = cursor.body() or b""
         try:
-            tokens = [int(word, 16) for word in (cursor.body() or b"").split()]
+            tokens = [int(word, 16) for word in body.split()]
         except ValueError:
-            raise cursor.fail("faces hold something else than hexadecimal numbers") from None
+            other = re.search(rb"(?<!\S)(?![0-9a-fA-F]+(?!\S))\S+", body)
+            word = b"" if other is None else other[0][:40]
+            cursor.at -= len(body) + 1 - (0 if other is None else other.start())
+            shown = repr(word.decode("utf-8", "replace"))
+            raise cursor.fail(f"faces hold something else than hexadecimal numbers: {shown}") from None
         cursor.close()
     budget.draw("made", 8 * len(tokens), f"zone {zone}", cursor.fail)
     sizes: list[int] = []

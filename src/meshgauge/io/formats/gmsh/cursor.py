@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from ....errors import ReadError
 from ...plumbing import budget
+from ...plumbing.text import NotNumbers, numbers
 from .cells import BY_ID, GmshType
 
 Ints = NDArray[np.int64]
@@ -79,15 +79,18 @@ class Cursor:
     def text(self, section: str) -> NDArray[np.float64]:
         """All numbers up to the end of the section."""
         end = self._end(section)
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            try:
-                values = np.fromstring(self.data[self.at : end].decode("ascii"), np.float64, sep=" ")
-            except (DeprecationWarning, ValueError, UnicodeDecodeError):
-                raise self.fail(f"section {section} holds something else than numbers") from None
-        budget.draw("made", values.nbytes, f"section {section}")
+        try:
+            values: NDArray[np.float64] = numbers(self.data[self.at : end], np.float64)
+        except NotNumbers as error:
+            raise self.is_other(section, error, self.at) from None
         self.at = end
         return values
+
+    def is_other(self, section: str, error: NotNumbers, start: int) -> ReadError:
+        """The error of a section, which begins at a byte, of something else than numbers."""
+        line = error.line(self.data, start)
+        what = f"not a whole Gmsh file: section {section} holds something else than numbers: {error}"
+        return ReadError(f"{self.path}, line {line}: {what}")
 
     def skip(self, section: str) -> None:
         self.at = self._end(section)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....cells import BY_NAME
-from ...plumbing.text import numbers, words_per_line
+from ...plumbing.text import NotNumbers, numbers, words_per_line
 from .cursor import Cursor, Ints, Run, kind_of, n_alike
 
 Nodes = tuple[Ints, NDArray[np.float64]]
@@ -75,8 +75,8 @@ def parametric_nodes(cursor: Cursor, section: str) -> Nodes:
     block = cursor.data[start : cursor.at]
     try:
         values = numbers(block, np.float64)
-    except ValueError:
-        raise cursor.fail(f"section {section} holds something else than numbers") from None
+    except NotNumbers as error:
+        raise cursor.is_other(section, error, start) from None
     sizes = words_per_line(block)
     sizes = sizes[sizes > 0]
     if len(sizes) != n or (n and int(sizes.min()) < 4):

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
 from ...plumbing.build import Ints, Kind, gather
-from ...plumbing.text import numbers
+from ...plumbing.text import NotNumbers, numbers
 
 REF = "medit:ref"
 
@@ -164,15 +164,22 @@ def _ascii(path: Path, data: bytes) -> Iterator[_Rows]:
         def values(width: int, is_real: bool, start: int = mark.end(), stop: int = end, what: str = keyword) -> Any:
             try:
                 flat = numbers(data[start:stop], np.float64)
-            except ValueError:
-                raise ReadError(f"{path}: the section {what} holds something else than numbers") from None
+            except NotNumbers as error:
+                line = error.line(data, start)
+                raise ReadError(
+                    f"{path}, line {line}: the section {what} holds something else than numbers: {error}"
+                ) from None
             if not len(flat) or not np.isfinite(flat[0]) or flat[0] != int(flat[0]) or flat[0] < 0:
                 raise ReadError(f"{path}: the section {what} does not begin with a number of rows")
             if not width:
                 return flat[0]
             n = int(flat[0])
             if len(flat) - 1 != n * (width + 1):
-                raise ReadError(f"{path}: the section {what} has {len(flat) - 1} numbers for {n} rows of {width + 1}")
+                word, line = data[stop:][:40].split(b"\n")[0].split()[:1], data.count(b"\n", 0, stop) + 1
+                ends = f"; it ends at {word[0].decode('utf-8', 'replace')!r} in line {line}" if word else ""
+                raise ReadError(
+                    f"{path}: the section {what} has {len(flat) - 1} numbers for {n} rows of {width + 1}{ends}"
+                )
             table = flat[1:].reshape(n, width + 1)
             whole = table[:, width:] if is_real else table
             if not ((np.abs(whole) < 2**53) & (whole == np.trunc(whole))).all():

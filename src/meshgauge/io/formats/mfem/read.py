@@ -14,7 +14,7 @@ from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing.build import Cells, check_codes, gather, runs
 from ...plumbing.format import Format
-from ...plumbing.text import Text, numbers
+from ...plumbing.text import NotNumbers, Text, numbers
 from . import nonconforming
 from .kinds import KINDS
 from .nodes import continuous, corners, discontinuous
@@ -128,8 +128,9 @@ def _nodes(text: Text) -> tuple[Space, NDArray[np.float64]]:
     rest = text.data[text.position() :].replace(b"mfem_mesh_end", b"")
     try:
         values = numbers(rest, np.float64)
-    except ValueError:
-        raise text.fail("the nodes hold something else than numbers") from None
+    except NotNumbers as error:
+        row = text.row_at(text.position() + error.at)
+        raise text.fail(f"the nodes hold something else than numbers: {error}", row) from None
     w = int(width)
     if len(values) % w:
         raise text.fail(f"{len(values)} numbers for nodes with {w} coordinates")

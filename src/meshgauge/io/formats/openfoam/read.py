@@ -20,7 +20,7 @@ from ....mesh import Mesh
 from ...plumbing import budget, face_based
 from ...plumbing.budget import DENSEST
 from ...plumbing.steps import Step, number_steps
-from ...plumbing.text import numbers
+from ...plumbing.text import NotNumbers, numbers
 
 # None of these goes back over what it has passed: a file must not take time with the square of its size.
 COMMENT = re.compile(rb"/\*.*?(?:\*/|\Z)|//[^\n]*", re.DOTALL)
@@ -276,8 +276,10 @@ class MeshFile:
         rest = self.data[self.at :].translate(BRACKETS)
         try:
             return numbers(rest, np.float64 if kind.kind == "f" else np.int64)
-        except ValueError:
-            raise self.fail("holds something else than numbers") from None
+        except NotNumbers as error:
+            raise self.fail(
+                f"holds something else than numbers in line {error.line(self.data, self.at)}: {error}"
+            ) from None
 
     def points(self) -> NDArray[np.float64]:
         return self._list(self.scalar, 3).astype(np.float64).reshape(-1, 3)

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....cells import CELL_TYPES
+from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing.added import Added, CannotAdd
 from ...plumbing.face_based import offsets_of, spans
 from ...plumbing.ids import drop_counts, with_labels
-from ...plumbing.text import numbers
+from ...plumbing.text import NotNumbers, numbers
 from ...plumbing.vtk import RENUMBERED
 
 HEAD = re.compile(
@@ -40,6 +41,10 @@ _SIZES = np.array([(CELL_TYPES[t].n_nodes or 0) if t in CELL_TYPES else 0 for t 
 
 class _Unknown(Exception):
     """Something that is left to VTK."""
+
+
+class _Other(Exception):
+    """What stands where numbers are expected, and its line."""
 
 
 class _Source:
@@ -84,7 +89,11 @@ class _Source:
         end = match.start() + 1 if match else len(self.data)
         text = self.data[self.at : end]
         self.at = max(end, self.at)
-        values = numbers(text, np.float64 if dtype.kind == "f" else np.int64)
+        try:
+            values = numbers(text, np.float64 if dtype.kind == "f" else np.int64)
+        except NotNumbers as error:
+            line = error.line(self.data, max(end, 0) - len(text))
+            raise _Other(f"line {line}: something else than numbers: {error}") from None
         if len(values) != n:
             raise _Unknown
         if dtype.kind != "f" and n:
@@ -176,6 +185,8 @@ def _read(path: Path) -> tuple[Mesh | None, _Source | None]:
     source = _Source(data, head.end(), is_binary=head[3].upper() == b"BINARY")
     try:
         return _mesh(source, (int(head[1]), int(head[2])), path), source
+    except _Other as error:
+        raise ReadError(f"{path}, {error}") from None
     except (_Unknown, ValueError, IndexError, OverflowError, KeyError):
         return None, None
 
