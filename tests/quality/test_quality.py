@@ -13,6 +13,7 @@ from meshgauge import Mesh, Quality, Status
 from meshgauge.cells import BY_NAME, SHAPES
 from meshgauge.kernels import path
 from meshgauge.mesh import connectivity
+from meshgauge.quality import evaluate
 
 CUBE = np.array(SHAPES["hexahedron"].points, float)
 TETRA = np.array(SHAPES["tetra"].points, float)
@@ -98,6 +99,27 @@ def test_file_order_is_kept_however_types_alternate(order: list[str]) -> None:
         np.testing.assert_array_equal(here, values)
         np.testing.assert_array_equal(quality.point_node_values[ids], here)
         np.testing.assert_array_equal(quality.point_values[ids], alone[0])
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_types_that_alternate_are_measured_as_when_sorted(threads: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To the bit, with kernels and however few cells are taken at a time."""
+    monkeypatch.setattr(path, "NUMPY_UP_TO", -1)
+    monkeypatch.setattr(evaluate, "SCATTERED", 7)
+    order = [*SHAPES, "voxel"] * 5 + ["tetra"] * 3
+    mesh = mixed(order)
+    ids = np.argsort(mesh.types, kind="stable")
+    nodes = [mesh.nodes(int(cell)) for cell in ids]
+    points = mesh.points.copy()
+    points[np.concatenate(nodes[::4]), 2] *= -1.0  # inverted
+    mesh = mesh.replace(points=points)
+    in_order = Mesh(points, mesh.types[ids], np.cumsum([0, *map(len, nodes)]), np.concatenate(nodes))
+    rows = ("shape", "scaled_jacobian")
+    got, expected = (meshgauge.measure(one, metrics=rows, threads=threads) for one in (mesh, in_order))
+    np.testing.assert_array_equal(got.status[ids], expected.status)
+    assert len(set(got.status)) > 1
+    for name, values in got.metrics.items():
+        np.testing.assert_array_equal(values[ids], expected.metrics[name])
 
 
 def test_every_status() -> None:

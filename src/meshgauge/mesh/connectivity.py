@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CellType
+from ..kernels.arrays import read_only
 from .mesh import CellIds, Mesh
 
 CHUNK = 1 << 16
@@ -34,17 +35,46 @@ def count(cells: CellIds) -> int:
     return cells.stop - cells.start if isinstance(cells, slice) else len(cells)
 
 
-def pick(mesh: Mesh, row: CellType, cells: CellIds, columns: tuple[int, ...]) -> NDArray[np.int64]:
-    """Point ids of some nodes of each cell: ``(n, n_columns)`` int64, C-contiguous; a view where it can be."""
+def pick(
+    mesh: Mesh, row: CellType, cells: CellIds, columns: tuple[int, ...], *, compiled: bool = False
+) -> NDArray[np.int64]:
+    """Point ids of some nodes of each cell: ``(n, n_columns)`` int64, C-contiguous; a view where it can be.
+
+    ``compiled``: take a kernel for cells that do not follow one another, see `kernels.path`.
+    """
     n_nodes = row.n_nodes
     if isinstance(cells, slice) and n_nodes is not None:
         first, last = int(mesh.offsets[cells.start]), int(mesh.offsets[cells.stop])
         ids = mesh.connectivity[first:last].reshape(-1, n_nodes)
         if columns != tuple(range(n_nodes)):
             ids = ids[:, list(columns)]
+    elif compiled and not isinstance(cells, slice):
+        from ..kernels import picking
+
+        ids = np.empty((len(cells), len(columns)), np.int64)
+        wanted = read_only(np.array(columns, np.int64))
+        picking.pick(mesh.connectivity, mesh.offsets, read_only(cells), wanted, ids.reshape(-1))
     else:
         ids = mesh.connectivity[_positions(mesh, cells, columns)]
     return np.ascontiguousarray(ids, np.int64)
+
+
+def put(
+    cells: NDArray[np.int64],
+    some_values: NDArray[np.float64],
+    some_codes: NDArray[np.uint8],
+    values: NDArray[np.float64],
+    codes: NDArray[np.uint8],
+    *,
+    compiled: bool,
+) -> None:
+    """``values[cells] = some_values``, and the codes likewise; ``compiled`` as for `pick`."""
+    if compiled:
+        from ..kernels import picking
+
+        picking.put(read_only(cells), some_values, some_codes, values, codes)
+    else:
+        values[cells], codes[cells] = some_values, some_codes
 
 
 def polygons(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from functools import partial
+from operator import itemgetter
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,8 +26,9 @@ Values = NDArray[np.float64]
 
 def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n_of_type: int) -> Cells:
     """Some cells of one type that is measured, of which the mesh has so many, as metrics take them."""
-    nodes = connectivity.pick(mesh, row, cells, driver.columns(row))
-    return Cells(row, mesh.points, nodes, path.is_compiled(n_of_type), mesh.up or 0)
+    compiled = path.is_compiled(n_of_type)
+    nodes = connectivity.pick(mesh, row, cells, driver.columns(row), compiled=compiled)
+    return Cells(row, mesh.points, nodes, compiled, mesh.up or 0)
 
 
 def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, n: int, out: Values, threads: int | None) -> None:
@@ -51,32 +56,68 @@ def of_polyhedra(one: Metric, cells: PolyhedralCells, threads: int | None) -> Va
     return np.concatenate(run(lambda part: one.of_polyhedra(cells.part(part)), parts, threads))
 
 
+SCATTERED = 1 << 15
+"""Cells of a type that a thread is handed at a time where they do not follow one another: few enough that those of all
+types come from one part of the file, which stays in its cache."""
+
+
 def jens(
-    mesh: Mesh, row: CellType, cells: CellIds, n: int, values: Values, status: NDArray[np.uint8], threads: int | None
+    mesh: Mesh,
+    types: Iterable[tuple[CellType, CellIds, int]],
+    values: Values,
+    status: NDArray[np.uint8],
+    threads: int | None,
 ) -> None:
-    """Put J_ENS and the status of all cells of one type into arrays ``(mesh.n_cells,)``; ``n``: so many are in the mesh
-    that is measured, which decides whether kernels are taken."""
-    compiled = path.is_compiled(n)
-    columns = driver.columns(row)
-    driver.prepare(row, mesh.points, n)
-    validity.prepare(row, mesh, compiled=compiled)
+    """Put J_ENS and the status of all cells of some types into arrays ``(mesh.n_cells,)``.
 
-    def work(part: CellIds) -> None:
-        ids = connectivity.pick(mesh, row, part, columns)
-        into = values[part] if isinstance(part, slice) else np.empty(len(ids))
-        driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled)
-        codes = _status(into)
-        if not isinstance(part, slice):
-            values[part] = into
-        mark_flat(mesh, row, ids, into, codes)
-        flat = np.flatnonzero(codes == Status.DEGENERATE)
-        if len(flat):
-            nodes = np.sort(ids[flat], axis=1)
-            codes[flat[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]] = Status.REPEATED_POINTS
-        validity.inside(mesh, row, part, codes, compiled=compiled)
+    Parameters
+    ----------
+    mesh
+        What is measured.
+    types
+        For each its row, the cells, and how many are in the mesh that is measured, which decides whether kernels are
+        taken.
+    values, status
+        Changed in place.
+    threads
+        At most this many; None: one for each processor.
+    """
+    works: list[tuple[int, Callable[[], None]]] = []
+    for row, cells, n in types:
+        compiled = path.is_compiled(n)
+        driver.prepare(row, mesh.points, n)
+        validity.prepare(row, mesh, compiled=compiled)
+        size = connectivity.CHUNK
+        if not isinstance(cells, slice):
+            size = SCATTERED
+            if compiled:
+                _jens(mesh, row, cells[:0], values, status, compiled=True)  # what it compiles, it compiles here
+        for part in connectivity.chunks(cells, size):
+            first = part.start if isinstance(part, slice) else int(part[0])
+            works.append((first, partial(_jens, mesh, row, part, values, status, compiled=compiled)))
+    # In the order of the file: of types that alternate the connectivity is then read once, not once for each.
+    works.sort(key=itemgetter(0))
+    run(lambda work: work[1](), works, threads)
+
+
+def _jens(
+    mesh: Mesh, row: CellType, part: CellIds, values: Values, status: NDArray[np.uint8], *, compiled: bool
+) -> None:
+    """The same for a few cells of one type."""
+    ids = connectivity.pick(mesh, row, part, driver.columns(row), compiled=compiled)
+    into = values[part] if isinstance(part, slice) else np.empty(len(ids))
+    driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled)
+    codes = _status(into)
+    mark_flat(mesh, row, ids, into, codes)
+    flat = np.flatnonzero(codes == Status.DEGENERATE)
+    if len(flat):
+        nodes = np.sort(ids[flat], axis=1)
+        codes[flat[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]] = Status.REPEATED_POINTS
+    validity.inside(mesh, row, ids, codes, compiled=compiled)
+    if isinstance(part, slice):
         status[part] = codes
-
-    run(work, connectivity.chunks(cells), threads)
+    else:
+        connectivity.put(part, into, codes, values, status, compiled=compiled)
 
 
 def _status(values: Values) -> NDArray[np.uint8]:

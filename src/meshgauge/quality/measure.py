@@ -20,7 +20,7 @@ from ..kernels.threads import thread_count
 from ..look import notebook, style
 from ..look.bands import PoorBelow
 from ..look.names import cell_entry, point_entry
-from ..mesh import Mesh, connectivity
+from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.beyond import beyond
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
@@ -453,6 +453,7 @@ def _measure_all(
     others = [row for name, row in rows.items() if name != JENS and row.of_faces is None]
     status = np.full(mesh.n_cells, Status.NOT_SOLID if mesh.dimension == 3 else Status.NOT_SURFACE, np.uint8)
     polyhedra: PolyhedralQuality | None = None
+    measured: list[tuple[CellType, CellIds, int]] = []
     whole, mesh = mesh, without_ghosts(mesh)
     for row, _, cells in mesh.groups():
         if row is None or row.dimension == mesh.dimension:
@@ -473,10 +474,11 @@ def _measure_all(
                     values[one.name][cells] = evaluate.of_polyhedra(one, given, threads)
         if row is not None and row.shape is not None:
             n = count_of(row, connectivity.count(cells))
-            evaluate.jens(mesh, row, cells, n, values[JENS], status, threads)
+            measured.append((row, cells, n))
             for one in others:
                 if one.is_defined_for(row.shape.name):
                     evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
+    evaluate.jens(mesh, measured, values[JENS], status, threads)
     if mesh.purpose == "fv" and mesh.dimension == 3:
         mark_concave(mesh, status, polyhedra)
     interface = is_interface(mesh)

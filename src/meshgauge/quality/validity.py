@@ -100,13 +100,13 @@ def prepare(row: CellType, mesh: Mesh, *, compiled: bool) -> None:
         _validity(mesh, known, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
 
 
-def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled: bool) -> None:
+def inside(mesh: Mesh, row: CellType, ids: NDArray[np.int64], status: Codes, *, compiled: bool) -> None:
     """Change the status of cells that are valid at their corners but not, or not provably, inside.
 
     Parameters
     ----------
-    mesh, row, part
-        Some cells of one type.
+    mesh, row, ids
+        Some cells of one type, their points as `kernels.cells.driver.columns` has them.
     status
         Theirs, changed in place: OK becomes INVERTED_INSIDE or UNDECIDED where it must, and DEGENERATE where the
         determinant reaches zero as far as coordinates can tell, and is nowhere seen to be negative.
@@ -122,7 +122,6 @@ def inside(mesh: Mesh, row: CellType, part: CellIds, status: Codes, *, compiled:
         return
     if len(ok) == 0:
         return
-    ids = connectivity.pick(mesh, row, part, driver.columns(row))
     if len(ok) < len(ids):
         ids = ids[ok]
     if known is None:
