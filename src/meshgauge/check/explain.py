@@ -14,9 +14,9 @@ from ..look.bands import POOR_TEXT
 from ..look.names import meant
 from ..quality.metrics import METRICS
 from ..report.catalogue import MetricsText
-from ..status import PURPOSES, STATUSES, Category, Purpose, StatusRow, category
+from ..status import STATUSES, Category, Purpose, StatusRow, category
 from .grammar import rule
-from .judge import default_rules
+from .judge import PROFILES, default_rules
 from .rules import Nothing, NoWorse, Rule, Threshold
 from .words import WORDS
 
@@ -32,7 +32,7 @@ _COUNTS = {
 }
 """What a cell of each category counts as."""
 
-_PURPOSES = {"fem": "finite elements", "fv": "finite volumes"}
+_PURPOSES = {"fem": "finite elements", "fv": "finite volumes", "explicit": "explicit time steps"}
 
 
 class Explanation:
@@ -41,7 +41,7 @@ class Explanation:
     Parameters
     ----------
     name
-        A rule, a metric, a status, a word after ``nothing``, or a purpose (``fem``, ``fv``).
+        A rule, a metric, a status, a word after ``nothing``, or a purpose (``fem``, ``fv``, ``explicit``).
 
     Raises
     ------
@@ -53,7 +53,7 @@ class Explanation:
         self.name = name
         self.blocks = list(_blocks(name))
         if not self.blocks:
-            names = (*METRICS, *(row.name for row in STATUSES.values()), *WORDS, *PURPOSES)
+            names = (*METRICS, *(row.name for row in STATUSES.values()), *WORDS, *PROFILES)
             hint = meant(name, names) or "; it is no rule, metric, status or purpose"
             raise OptionError(f"nothing is called {name!r}{hint}")
 
@@ -84,7 +84,7 @@ def _blocks(name: str) -> Iterator[tuple[str, Rows]]:
             yield "a status of cells", rows
     if name in WORDS and name not in {row.name for row in STATUSES.values()}:
         yield "a word of rules", [("nothing ...", f"no cell may be {WORDS[name].phrase}: {WORDS[name].text}")]
-    if name in PURPOSES:
+    if name in PROFILES:
         rules = [(one.level.name.lower(), str(one)) for one in default_rules(name)]
         yield f"what a mesh is for: {_PURPOSES[name]}", rules
     if name in METRICS:

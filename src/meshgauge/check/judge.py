@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from ..quality.measure import Quality
 from ..quality.metrics import LIMITS
 from ..quality.neighbours import with_face_metrics
 from ..quality.summary import CRITERIA, Summary
-from ..status import Purpose
+from ..status import PURPOSES, Purpose
 from .baseline import KEYS, Baseline, worse
 from .count import JENS, Count, Counting, Ranked, matches
 from .grammar import rule as rule_of
@@ -33,17 +34,28 @@ checkMesh holds these limits."""
 WARN_OWN = ("nothing poor @ 1%",)
 """The same where limits of one's own say what is poor."""
 
+WARN_EXPLICIT = ("edge_ratio >= 0.1",)
+"""For explicit time steps also; and of poor cells none: the worst one sets the step of all."""
+
+Profile = Purpose | Literal["explicit"]
+"""What rules are for; ``explicit``: finite elements with explicit time steps."""
+
+PROFILES: tuple[Profile, ...] = (*PURPOSES, "explicit")
+
 LISTED = 5
 """Cells that a broken rule names."""
 
 _NOT = {">=": "below", ">": "not above", "<=": "above", "<": "not below"}
 
 
-def default_rules(purpose: Purpose = "fem", poor_below: PoorBelow = USUAL) -> tuple[Rule, ...]:
+def default_rules(purpose: Profile = "fem", poor_below: PoorBelow = USUAL) -> tuple[Rule, ...]:
     """The rules where none are given: every cell valid and measured; a warning if more than 1 % are poor. For finite
-    volumes also: every face points out of its cell, and the limits of checkMesh."""
-    warn = WARN if poor_below == USUAL else WARN_OWN
-    fail = FAIL if purpose == "fem" else FAIL + FAIL_FV
+    volumes also: every face points out of its cell, and the limits of checkMesh. For explicit time steps a warning for
+    any poor cell, or one with an edge that is short beside the others."""
+    warn: tuple[str, ...] = WARN if poor_below == USUAL else WARN_OWN
+    if purpose == "explicit":
+        warn = (*(text.partition(" @")[0] for text in warn), *WARN_EXPLICIT)
+    fail = FAIL + FAIL_FV if purpose == "fv" else FAIL
     return (*(rule_of(text) for text in fail), *(rule_of(text, level=Level.WARN) for text in warn))
 
 

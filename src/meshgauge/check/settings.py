@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from ..quality.poor import checked
 
 OWN, PROJECT = "meshgauge.toml", "pyproject.toml"
 KEYS = ("meshes", "fail", "warn")
-"""What ``check`` may hold."""
+"""What ``check`` may hold, beside ``files``."""
 
 
 LARGEST = 1 << 20
@@ -29,6 +31,23 @@ class SettingsError(MeshgaugeError):
 
 
 @dataclass(frozen=True)
+class FileRules:
+    """Rules of the meshes whose names fit a pattern, in place of those of all."""
+
+    pattern: str  #: of the path from the folder of the settings, ``fine/*.vtu``; without a slash, of its last part
+    fail: tuple[str, ...] = ()
+    warn: tuple[str, ...] = ()
+
+    def fits(self, path: Path, folder: Path) -> bool:
+        """Whether a mesh is meant."""
+        if "/" not in self.pattern:
+            return fnmatchcase(path.name, self.pattern)
+        with contextlib.suppress(ValueError):  # on another drive
+            return fnmatchcase(Path(os.path.relpath(path, folder)).as_posix(), self.pattern)
+        return False
+
+
+@dataclass(frozen=True)
 class CheckSettings:
     """The settings of ``meshgauge check``; everything in them is relative to the folder of the file."""
 
@@ -36,6 +55,7 @@ class CheckSettings:
     meshes: tuple[str, ...] = ()
     fail: tuple[str, ...] = ()
     warn: tuple[str, ...] = ()
+    files: tuple[FileRules, ...] = ()  #: the first that fits a mesh has its rules
     poor_below: PoorBelow = USUAL  #: of every command that measures
 
 
@@ -101,12 +121,24 @@ def load(path: Path) -> CheckSettings:
     for name, value in (("check", check), ("quality", own)):
         if not isinstance(value, dict):
             raise SettingsError(f"{path}: {prefix}{name} is {value!r}, expected a table")
-    _check_keys(path, f"{prefix}check.", check, KEYS)
-    for key, value in check.items():
+    of_files = check.pop("files", {})
+    if not isinstance(of_files, dict) or not all(isinstance(rules, dict) for rules in of_files.values()):
+        raise SettingsError(f"{path}: {prefix}check.files is {of_files!r}, expected a table for each pattern of names")
+    lists = _lists(path, f"{prefix}check.", check, KEYS)
+    by_pattern = tuple(
+        FileRules(pattern, **_lists(path, f"{prefix}check.files.{pattern!r}.", rules, KEYS[1:]))
+        for pattern, rules in of_files.items()
+    )
+    return CheckSettings(path, **lists, files=by_pattern, poor_below=_poor_below(path, prefix, own))
+
+
+def _lists(path: Path, prefix: str, table: dict[str, Any], keys: tuple[str, ...]) -> dict[str, tuple[str, ...]]:
+    """A table of lists of strings."""
+    _check_keys(path, prefix, table, keys)
+    for key, value in table.items():
         if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-            raise SettingsError(f"{path}: {prefix}check.{key} is {value!r}, expected a list of strings")
-    lists = {key: tuple(value) for key, value in check.items()}
-    return CheckSettings(path, **lists, poor_below=_poor_below(path, prefix, own))
+            raise SettingsError(f"{path}: {prefix}{key} is {value!r}, expected a list of strings")
+    return {key: tuple(value) for key, value in table.items()}
 
 
 def _poor_below(path: Path, prefix: str, own: dict[str, Any]) -> PoorBelow:
@@ -165,6 +197,10 @@ warn = [
 # Further rules:
 #   "no worse than base.json within 0.01"   `meshgauge check MESH --write-baseline base.json` stores the report
 #   "jens >= 0.3 for tetra in inlet"        cells of some types, in some regions
+
+# Rules of the meshes whose names fit a pattern, in place of those above:
+# [check.files."coarse_*.vtu"]
+# fail = ["nothing invalid"]
 
 # [quality]
 # Below which valid cells are poor, in reports and pictures, and what improve aims at; also by shape, as

@@ -12,7 +12,7 @@ from ..look.bands import USUAL, PoorBelow
 from .baseline import Baseline
 from .grammar import rule
 from .rules import Level, NoWorse, Rule
-from .settings import CheckSettings, SettingsError, load, nearest
+from .settings import CheckSettings, FileRules, SettingsError, load, nearest
 
 
 class RefusedRule(MeshgaugeError):
@@ -74,9 +74,12 @@ def meshes_of(settings: CheckSettings | None) -> list[str]:
 
 
 def rules_of(
-    settings: CheckSettings | None, fail: Sequence[str] = (), warn: Sequence[str] = ()
+    settings: CheckSettings | None,
+    fail: Sequence[str] = (),
+    warn: Sequence[str] = (),
+    of_files: FileRules | None = None,
 ) -> tuple[Rule, ...] | None:
-    """The rules of ``--fail`` and ``--warn``, else those of the settings; None if there are none.
+    """The rules of ``--fail`` and ``--warn``, else those of the settings, all or ``of_files``; None if there are none.
 
     Raises
     ------
@@ -87,8 +90,10 @@ def rules_of(
     folder = Path()
     if not written and settings is not None:
         folder = settings.path.parent
-        for level, texts in ((Level.FAIL, settings.fail), (Level.WARN, settings.warn)):
-            written += [(f"{settings.path}: check.{level}[{n}]", level, text) for n, text in enumerate(texts)]
+        own = settings if of_files is None else of_files
+        key = "check" if of_files is None else f"check.files.{of_files.pattern!r}"
+        for level, texts in ((Level.FAIL, own.fail), (Level.WARN, own.warn)):
+            written += [(f"{settings.path}: {key}.{level}[{n}]", level, text) for n, text in enumerate(texts)]
     rules = []
     for where, level, text in written:
         try:
@@ -96,6 +101,34 @@ def rules_of(
         except RuleError as error:
             raise RefusedRule(where, error) from error
     return tuple(rules) or None
+
+
+class Rules:
+    """The rules of every mesh.
+
+    Raises
+    ------
+    RefusedRule
+        If one cannot be understood, also of a pattern that no mesh fits.
+    """
+
+    def __init__(self, settings: CheckSettings | None, fail: Sequence[str] = (), warn: Sequence[str] = ()) -> None:
+        self.of_all = rules_of(settings, fail, warn)
+        self.folder = Path() if settings is None else settings.path.parent
+        patterns = () if settings is None or fail or warn else settings.files
+        self.of_files = [(one, rules_of(settings, (), (), one)) for one in patterns]
+
+    def of(self, path: str) -> tuple[Rule, ...] | None:
+        """Those of a mesh; None: the usual ones."""
+        for pattern, rules in self.of_files:
+            if pattern.fits(Path(path), self.folder):
+                return rules
+        return self.of_all
+
+    @property
+    def every(self) -> list[Rule]:
+        """All that there are."""
+        return [rule for rules in (self.of_all, *(own for _, own in self.of_files)) for rule in rules or ()]
 
 
 def baselines_of(rules: Iterable[Rule]) -> dict[Path, Baseline]:

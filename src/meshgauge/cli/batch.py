@@ -172,7 +172,7 @@ class Batch:
                 displacement=self.reading.displacement,
                 limits=self._limits,
             )
-            mesh = mesh if self.purpose is None else mesh.replace(purpose=self.purpose.value)
+            mesh = mesh if self.purpose is None else mesh.replace(purpose=self.purpose.of_mesh)
             mesh = mesh.as_measured(self._dimension)
         if self.purpose == Purposes.fv and mesh.dimension == 2:
             raise ReadError(f"{path}: --for fv asks for solid cells, and its surface cells are measured")
@@ -213,7 +213,7 @@ class Batch:
 
         ask = replace(
             ask,
-            purpose=None if self.purpose is None else self.purpose.value,
+            purpose=None if self.purpose is None else self.purpose.of_mesh,
             keep_bricks=self.keep_bricks,
             poor_below=self.poor,
         )
@@ -262,7 +262,7 @@ class Batch:
                 metrics=contents.metrics(),
                 worst=contents.n_worst(several=False),
                 by_region=contents.by is not None,
-                purpose=None if self.purpose is None else self.purpose.value,
+                purpose=None if self.purpose is None else self.purpose.of_mesh,
                 keep_bricks=self.keep_bricks,
                 poor_below=self.poor_below,
                 memory=None if memory is None else memory // n_processes,
@@ -296,7 +296,7 @@ class Batch:
                 worst=n_worst,
                 by_region=contents.by is not None,
                 with_diagnosis=contents.diagnosis,
-                purpose=None if self.purpose is None else self.purpose.value,
+                purpose=None if self.purpose is None else self.purpose.of_mesh,
                 keep_bricks=self.keep_bricks,
                 file_format=self.reading.file_format,
                 wedge_order=self.wedge_order.value,

@@ -14,7 +14,7 @@ def explain(
         list[str],
         typer.Argument(
             metavar="NAME",
-            help="Metrics, statuses, rules in quotes, fem or fv.",
+            help="Metrics, statuses, rules in quotes, fem, fv or explicit.",
             autocompletion=options.metric_names,
         ),
     ],

@@ -39,7 +39,7 @@ def improve_large(batch: Batch, path: str, target: Path, goal: Goal) -> tuple[Mo
                     listed,
                     target=goal.aim(batch.poor),
                     wedge_order=batch.wedge_order.value,
-                    purpose=None if batch.purpose is None else batch.purpose.value,
+                    purpose=None if batch.purpose is None else batch.purpose.of_mesh,
                     keep_bricks=batch.keep_bricks,
                     memory=batch.allowed_memory,
                     threads=batch.threads,

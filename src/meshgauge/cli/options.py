@@ -102,10 +102,16 @@ class Dimensions(StrEnum):
 
 
 class Purposes(StrEnum):
-    """What a mesh may be for: finite elements or finite volumes."""
+    """What a mesh may be for: finite elements, also with explicit time steps, or finite volumes."""
 
     fem = "fem"
     fv = "fv"
+    explicit = "explicit"
+
+    @property
+    def of_mesh(self) -> Literal["fem", "fv"]:
+        """As `Mesh.purpose` has it: explicit time steps ask for the same cells, by other rules."""
+        return "fv" if self is Purposes.fv else "fem"
 
 
 Meshes = Annotated[
@@ -195,7 +201,7 @@ Purpose = Annotated[
     option(
         "--for",
         None,
-        "What the mesh is for: finite elements or finite volumes.",
+        "What the mesh is for: finite elements (explicit: with explicit time steps) or finite volumes.",
         MEASURING,
         default="fv for formats of finite volumes, else fem",
     ),

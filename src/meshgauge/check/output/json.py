@@ -10,14 +10,21 @@ from ...errors import FailedFile
 from ...report.json import finite
 from .. import Check
 from ..outcome import first_step
+from .statistics import statistics
 
 SCHEMA, VERSION = "meshgauge-check", 3
 
 
-def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = (), *, settings: str | None = None) -> str:
+def checks_json(
+    checks: Sequence[Check],
+    failures: Sequence[FailedFile] = (),
+    *,
+    settings: str | None = None,
+    with_statistics: bool = False,
+) -> str:
     """Checks as JSON text, indented, ASCII only; numbers that are undefined or infinite are null.
 
-    ``settings`` is the file that the rules or meshes are from, if they are from one.
+    ``settings`` is the file that the rules or meshes are from, if they are from one; statistics are of every rule.
     """
     first = first_step(checks)
     plain = finite(
@@ -28,6 +35,7 @@ def checks_json(checks: Sequence[Check], failures: Sequence[FailedFile] = (), *,
             "settings": settings,
             "passed": not failures and all(check.is_passed for check in checks),
             "first_failing_step": None if first is None else first.path,
+            **({"statistics": [one.to_dict() for one in statistics(checks)]} if with_statistics else {}),
             "files": [check.to_dict() for check in checks],
             "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],
         }

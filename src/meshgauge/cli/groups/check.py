@@ -41,6 +41,16 @@ class RuleOptions:
     write_baseline: Annotated[
         Path | None, option("--write-baseline", "FILE", "Check nothing, store what is measured instead.")
     ] = None
+    fix: Annotated[
+        Path | None,
+        option("--fix", "DIR", "Orient and improve meshes that fail into new files there, and check these, too."),
+    ] = None
+    watch: Annotated[
+        bool, option("--watch", None, "Check again whenever a mesh, or the settings, change; Ctrl-C ends it.")
+    ] = False
+    statistics: Annotated[
+        bool, option("--statistics", None, "Print how many meshes break each rule, and nothing of each mesh.")
+    ] = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

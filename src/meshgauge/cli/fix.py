@@ -1,0 +1,98 @@
+"""``meshgauge check --fix``: meshes that fail are oriented and improved into new files, which are checked, too."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from .. import doctor, repair
+from ..check import Check
+from ..check.output.text import verdict
+from ..errors import MeshgaugeError, OptionError, WriteError
+from ..files import output
+from ..look import style
+from . import inputs, terminal
+from .batch import Batch, State
+from .changed import ChangedMesh
+
+ORIENTED = ".oriented"
+"""In the name of the file between both steps."""
+
+
+def require_alone(paths: Sequence[str], folder: Path) -> None:
+    """Refuse what cannot be fixed, before anything is measured.
+
+    Raises
+    ------
+    OptionError
+        If a path is a time step or several files, or two meshes have one name.
+    WriteError
+        If the folder is a file, or a file of the name of a mesh is there.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise WriteError(f"{folder}: is no folder; --fix takes one, for the meshes")
+    names: dict[str, str] = {}
+    for path in paths:
+        if isinstance(path, (State, inputs.Joined)):
+            raise OptionError(f"{path}: --fix takes meshes of one file and one time step")
+        name = Path(path).name
+        if name in names:
+            raise OptionError(f"{path} and {names[name]}: --fix writes by name, and both have one")
+        names[name] = path
+        if (folder / name).exists():
+            raise WriteError(f"{folder / name}: is there already; --fix writes new files only")
+
+
+def fix(
+    batch: Batch, path: str, folder: Path, examine: Callable[[str, str | None], Check], *, is_silent: bool
+) -> Check | None:
+    """Write a mesh anew, oriented and improved, check it, and say what came of it; None if it could not be."""
+    target = folder / Path(path).name
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with terminal.activity(f"fixing {path}", shown=not batch.quiet):
+            n = _mend(batch, path, target)
+        after = examine(str(target), path)
+    except (MeshgaugeError, OSError, MemoryError) as error:
+        terminal.warn("error", f"{path}: not fixed: {error}")
+        return None
+    if not is_silent:
+        turned = f"{style.number_of(n, 'cell', 'cells')} renumbered, " if n else ""
+        mark = "now" if after.is_passed else "still"
+        terminal.emit(f"fixed: {style.printable(str(target))}: {turned}{mark}: {verdict(after)}")
+    return after
+
+
+def _mend(batch: Batch, path: str, target: Path) -> int:
+    """Orient, then improve; returns how many cells were renumbered."""
+    as_stored = Batch(reading=batch.reading, poor_below=batch.poor, quiet=True)
+    before = as_stored.read(path)
+    after, changes = doctor.orient(before)
+    source, between = path, target.with_name(f"{target.stem}{ORIENTED}{target.suffix}")
+    try:
+        if after is not before:
+            _changed(as_stored, before, between, "order").write(after)
+            source = str(between)
+        mesh = batch.read(source)
+        changed = _changed(batch, mesh, target, "points")
+        result = repair.improve(
+            mesh,
+            target=batch.poor.all,
+            fixed=changed.is_fixed,
+            threads=batch.threads,
+            keep_bricks=batch.keep_bricks,
+            rounding=None if changed.patch is None else changed.patch.roundings,
+        )
+        changed.write(mesh if result.report.outcome == "refused" else result.mesh)
+    finally:
+        if between.is_dir():
+            shutil.rmtree(between, ignore_errors=True)
+        else:
+            between.unlink(missing_ok=True)
+    return len(changes.cells)
+
+
+def _changed(batch: Batch, mesh: object, target: Path, changes: str) -> ChangedMesh:
+    output.check(target)
+    return ChangedMesh.of(batch, mesh, target, in_place=False, undo=None, convert=False, changes=changes)  # type: ignore[arg-type]
