@@ -81,7 +81,7 @@ def test_work_that_does_not_fit_is_one_line(
     def app(**options: object) -> int:
         raise MemoryError("Unable to allocate 61.0 MiB for an array")
 
-    monkeypatch.setattr(main, "app", app)
+    monkeypatch.setattr(main, "_asked", lambda arguments: app)
     assert main.main([]) == 2
     assert capsys.readouterr().err == "meshgauge: error: too little memory: Unable to allocate 61.0 MiB for an array\n"
 
