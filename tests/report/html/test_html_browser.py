@@ -10,7 +10,7 @@ from typing import Any
 import command_line
 import numpy as np
 import pytest
-from html_pages import BRACKET, ROOT, evil
+from html_pages import BRACKET, ROOT, evil, grid
 
 import meshgauge
 from meshgauge.report import html
@@ -291,3 +291,31 @@ def test_names_from_a_file_run_nothing(opened: Open, tmp_path: Path) -> None:
     assert dialogs == []
     assert one.complaints == []
     assert page.locator("main img").count() == 0
+
+
+def test_many_invalid_cells_have_few_marks_and_what_is_seen_is_counted(opened: Open, tmp_path: Path) -> None:
+    mesh = grid(14)
+    points = mesh.points + np.random.default_rng(5).uniform(-0.5, 0.5, mesh.points.shape)
+    quality = meshgauge.measure(mesh.replace(points=points))
+    n_bad = quality.summary().all.n_invalid
+    assert n_bad > 300
+    section = html.section(quality)
+    tight = html.section(quality, budget=len(section.geometry) * 2 // 3)
+    html.write(tmp_path / "many.html", html.page([section, tight]))
+    one = opened(tmp_path / "many.html")
+    page = one.ready()
+    whole, some = page.locator("[data-mesh]").all()
+    assert whole.evaluate("mesh => mesh.meshView.nMarks") <= 150
+    assert whole.locator("[data-mark-text]").inner_text().startswith(f"({n_bad:,}, in ")
+    # Behind a slice: cells whose mean of corners is.
+    whole.locator("[data-mode=whole]").click()
+    assert whole.locator("[data-shown]").inner_text() == "Shows all 2,744 cells."
+    whole.locator("[data-slice='0']").click()
+    centres = points[quality.mesh.connectivity.reshape(-1, 8)].mean(axis=1)[:, 0]
+    n_kept = np.count_nonzero(centres <= (points[:, 0].min() + points[:, 0].max()) / 2)
+    assert whole.locator("[data-shown]").inner_text() == f"Shows {n_kept:,} of 2,744 cells."
+    # Of a mesh that is not here whole the surface is seen.
+    assert some.locator("[data-shown]").inner_text().startswith("Shows ")
+    some.locator("[data-mode=whole]").click()
+    assert some.locator("[data-shown]").inner_text() == "Shows the surface of all 2,744 cells."
+    assert one.complaints == []

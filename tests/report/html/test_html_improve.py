@@ -134,11 +134,13 @@ def test_the_picture_shows_either_state(opened: Callable[..., Any], tmp_path: Pa
     one = opened(path)
     page = one.ready()
     said = "[data-shown]"
-    assert page.inner_text(said) == "Shows 0 of 6,192 cells."
+    # Nothing is left below the target: about the worst hundredth is shown, not an empty mesh.
+    worst = page.inner_text(said)
+    assert 20 <= int(worst.split()[1]) <= 200
     page.click("[data-state=before]")
     assert page.inner_text(said) == "Shows 39 of 6,192 cells."
     page.click("[data-state=after]")
-    assert page.inner_text(said) == "Shows 0 of 6,192 cells."
+    assert page.inner_text(said) == worst
     page.locator("[data-of=before] .bar").first.click()
     assert page.inner_text("[data-chip-text]") == "Selected -0.1 to 0: 3 cells: 521, 584, 1743"
     assert page.locator("[data-state=before]").get_attribute("aria-pressed") == "true"

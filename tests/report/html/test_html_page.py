@@ -22,8 +22,9 @@ from meshgauge.errors import FailedFile, WriteError
 from meshgauge.look.colours import colour
 from meshgauge.look.colours import colours as plotted
 from meshgauge.mesh.topology import topology
+from meshgauge.quality.summary import summarise
 from meshgauge.report import html
-from meshgauge.report.html import page_cells, surface
+from meshgauge.report.html import charts, page_cells, surface
 from meshgauge.report.html.cell_cards import neighbours
 from meshgauge.report.html.frame import Frame
 from meshgauge.report.html.section import REGIONS
@@ -329,3 +330,17 @@ def test_the_commands_of_the_documentation_run(tmp_path: Path) -> None:
         done = run(*arguments, cwd=tmp_path)
         assert done.returncode == 0, done.stderr
         assert (tmp_path / arguments[-1]).stat().st_size > 500_000
+
+
+def test_numbers_above_bars_do_not_touch() -> None:
+    values = np.concatenate([np.full(n, 0.05 + 0.1 * k) for k, n in enumerate((1, 20, 300_000, 280_000, 290_000, 7))])
+    summary = summarise(values, np.zeros(len(values), np.uint8), np.full(len(values), 12, np.uint8))
+    for bins in (20, 40, 200):
+        (chart,) = charts.histograms(summary, bins)
+        free = -1e9
+        for bar in chart.bars:
+            if bar.has_number:
+                half = charts.CHARACTER * len(f"{bar.n:,}") / 2
+                assert bar.x + bar.width / 2 - half >= free
+                free = bar.x + bar.width / 2 + half
+    assert sum(bar.has_number for bar in charts.histograms(summary, 20)[0].bars) >= 4

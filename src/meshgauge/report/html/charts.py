@@ -20,6 +20,10 @@ ROOM = 40.0
 """Width from which a bar has its number above it."""
 
 
+CHARACTER = 7.0
+"""Width of a digit above a bar."""
+
+
 class Layer(NamedTuple):
     """A part of a bar that stands at its foot; the later over the earlier."""
 
@@ -44,6 +48,7 @@ class Bar(NamedTuple):
     fill: str  #: of valid cells
     layers: list[Layer]  #: over it, from the foot of the bar up: cells that are not valid, whatever their value
     is_last: bool  #: closed at its upper end
+    has_number: bool  #: its number is above it: as many have as there is room for
 
 
 class Tick(NamedTuple):
@@ -61,7 +66,6 @@ class Histogram(NamedTuple):
     zero: float  #: where 0 is: all to its left is invalid
     poor: float  #: where what is poor ends
     ticks: list[Tick]
-    has_numbers: bool
 
 
 def histograms(summary: Summary, bins: int, *, start: float | None = None) -> list[Histogram]:
@@ -92,7 +96,8 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
     def at(value: float) -> float:
         return WIDTH * (value - start) / (1.0 - start)
 
-    bars = []
+    bars: list[Bar] = []
+    free = -math.inf  # where the numbers of the bars before end
     for n, count in enumerate(counts.tolist()):
         if not count:
             continue
@@ -101,6 +106,9 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
         logarithmic = max(HEIGHT * (math.log10(count) + 0.3) / (math.log10(top) + 0.3), LEAST)
         width = at(high) - at(low)
         gap = min(2.0, width / 5)
+        middle, half = (at(low) + at(high)) / 2, CHARACTER * len(f"{count:,}") / 2
+        has_number = width >= ROOM and middle - half >= free
+        free = middle + half + 4.0 if has_number else free
         bars.append(
             Bar(
                 bin=n,
@@ -114,6 +122,7 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
                 fill=fills[n],
                 layers=layers({name: int(of_name[n]) for name, of_name in parts.items()}, linear, logarithmic),
                 is_last=n == bins - 1,
+                has_number=has_number,
             )
         )
     step = 0.1 if start > -0.55 else 0.2
@@ -122,7 +131,6 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
         Tick(round(at(i * step), 2), f"{i * step:.1f}".replace("-0.0", "0.0"))
         for i in range(first, round(1 / step) + 1)
     ]
-    has_numbers = bars[0].width >= ROOM if bars else False
     return Histogram(
         key,
         label,
@@ -131,7 +139,6 @@ def _histogram(key: str, label: str, tally: Tally, bins: int, start: float) -> H
         round(at(0.0), 2),
         round(at(poor), 2),
         ticks,
-        has_numbers,
     )
 
 

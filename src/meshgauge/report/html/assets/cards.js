@@ -23,6 +23,7 @@ MG.card = (canvas, model) => {
   }
   const spot = new THREE.BufferGeometry();
   spot.setAttribute("position", new THREE.BufferAttribute(new Float32Array(bad), 3));
+  spot.setAttribute("aOf", new THREE.BufferAttribute(new Float32Array([0, 1]), 2));
   spot.setAttribute("aClass", new THREE.BufferAttribute(new Float32Array([1]), 1));
   add(new THREE.Points(spot, MG.markMaterial({ size: 26, ring: 1 })), 3);
   return view;

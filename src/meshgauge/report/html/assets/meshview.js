@@ -1,11 +1,14 @@
 // The picture of a whole mesh and its controls, and the histograms that are linked with it.
 
+MG.MARKS = 150; // more would hide the mesh
+
 class MeshView {
   constructor(root, model, arrays) {
     this.root = root;
     this.model = model;
     this.a = arrays;
     this.where = MG.index(model, arrays);
+    this.starts = { before: model.startBefore ?? model.start, after: model.start };
     this.limit = model.start;
     this.bins = new Map(); // what is selected: "group bin" → number of cells
     this.plane = MG.NO_PLANE();
@@ -21,6 +24,7 @@ class MeshView {
   // Show the mesh as it was before an improvement, or after.
   setState(state) {
     if (!this.model.before || state === this.state) return;
+    const was = this.state;
     this.state = state;
     for (const name of Object.keys(this.after)) {
       if (`${name}Before` in this.after) this.a[name] = this.after[state === "before" ? `${name}Before` : name];
@@ -28,6 +32,8 @@ class MeshView {
     for (const button of this.root.querySelectorAll("[data-state]")) button.setAttribute("aria-pressed", String(button.dataset.state === state));
     this.fill();
     this.unpick();
+    // What is below the limit of one state may be nothing in the other.
+    if (this.limit === this.starts[was]) this.limit = this.starts[state];
     this.update();
   }
 
@@ -59,6 +65,7 @@ class MeshView {
     this.marks = add(new THREE.Points(none, MG.markMaterial({ size: 19, plane })), 2);
     const spot = new THREE.BufferGeometry();
     spot.setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3));
+    spot.setAttribute("aOf", new THREE.BufferAttribute(new Float32Array([0, 1]), 2));
     spot.setAttribute("aClass", new THREE.BufferAttribute(new Float32Array([1]), 1));
     this.ring = add(new THREE.Points(spot, MG.markMaterial({ size: 34, ring: 1 })), 3);
     this.ring.visible = false;
@@ -82,11 +89,46 @@ class MeshView {
     for (const item of [this.cells, this.skin, this.marks]) item.geometry.dispose();
     this.cells.geometry = MG.cellGeometry(model, a, this.where);
     this.skin.geometry = this.ghost.geometry = MG.surfaceGeometry(model, a);
+    const drawn = this.clusters(marks);
     const places = new THREE.BufferGeometry();
-    places.setAttribute("position", new THREE.BufferAttribute(new Float32Array(marks.flatMap((i) => [...this.centre(i)])), 3));
-    places.setAttribute("aClass", new THREE.BufferAttribute(new Float32Array(marks.map((i) => this.classes[i])), 1));
+    const array = (name, size, get) => places.setAttribute(name, new THREE.BufferAttribute(new Float32Array(drawn.flatMap(get)), size));
+    array("position", 3, (one) => one.at);
+    array("aClass", 1, (one) => [one.class]);
+    array("aOf", 2, (one) => [one.reach, one.n]);
     this.marks.geometry = places;
-    this.marks.material.uniforms.uSize.value = marks.length < 100 ? 19 : marks.length < 1000 ? 13 : 9;
+    this.marks.material.uniforms.uSize.value = drawn.length < 100 ? 19 : 15;
+    this.nMarks = drawn.length;
+    this.$("mark-text").textContent = drawn.length < marks.length ? `(${marks.length.toLocaleString("en")}, in ${drawn.length} marks)` : "";
+  }
+
+  // Marks of some cells: one each, or of those that are in one box of a grid, so that there are few.
+  clusters(cells) {
+    const { a } = this;
+    const gather = (boxes) => {
+      const found = new Map();
+      for (const i of cells) {
+        const at = [...this.centre(i)];
+        const key = boxes ? at.map((x) => Math.min(boxes - 1, Math.floor(((x + 1) / 2) * boxes))).join(" ") : i;
+        if (!found.has(key)) found.set(key, []);
+        found.get(key).push(i);
+      }
+      return [...found.values()];
+    };
+    let groups = cells.length <= MG.MARKS ? gather(0) : [];
+    for (let boxes = 12; !groups.length && cells.length; boxes--) {
+      const some = gather(boxes);
+      if (some.length <= MG.MARKS || boxes === 1) groups = some;
+    }
+    return groups.map((group) => {
+      const at = [0, 1, 2].map((k) => group.reduce((sum, i) => sum + this.centre(i)[k], 0) / group.length);
+      let reach = 0;
+      for (const i of group) {
+        for (let m = this.where.start[i]; m < this.where.start[i + 1]; m++) {
+          reach = Math.max(reach, Math.hypot(...[0, 1, 2].map((k) => a.xyz[3 * a.nodes[m] + k] - at[k])));
+        }
+      }
+      return { at, reach: 1.05 * reach, n: group.length, class: Math.min(...group.map((i) => this.classes[i])) };
+    });
   }
 
   centre(i) {
@@ -149,7 +191,7 @@ class MeshView {
     this.ghost.visible = !whole;
     this.skin.visible = whole && !this.model.whole;
     this.clear();
-    this.limit = whole && this.model.whole ? 1 : this.model.start;
+    this.limit = whole && this.model.whole ? 1 : this.starts[this.state];
     this.update();
   }
 
@@ -169,7 +211,13 @@ class MeshView {
       const sign = this.$("flip").checked ? -1 : 1;
       this.plane.set(k === 0 ? sign : 0, k === 1 ? sign : 0, k === 2 ? sign : 0, sign * at);
     }
-    this.view.request();
+    this.update();
+  }
+
+  // Whether the slice leaves a cell.
+  isKept(i) {
+    const [x, y, z] = this.centre(i);
+    return this.plane.x * x + this.plane.y * y + this.plane.z * z <= this.plane.w;
   }
 
   // Which cells are shown, and how many.
@@ -177,10 +225,13 @@ class MeshView {
     const { a, limit } = this;
     const filtered = this.bins.size > 0;
     let shown = 0;
+    let here = 0; // selected, behind the slice or not
     for (let i = 0; i < a.id.length; i++) {
       const selected = filtered && (this.bins.has(`all ${a.bin[i]}`) || this.bins.has(`${this.model.kinds[a.kind[i]].type} ${a.bin[i]}`));
       this.table[8 * i + 5] = Number(selected);
-      shown += Number(filtered ? selected : a.value[i] < limit || limit >= 1 || this.classes[i] > 0);
+      const passes = filtered ? selected : a.value[i] < limit || limit >= 1 || this.classes[i] > 0;
+      here += Number(passes);
+      shown += Number(passes && this.isKept(i));
     }
     this.texture.needsUpdate = true;
     const uniforms = this.cells.material.uniforms;
@@ -190,9 +241,11 @@ class MeshView {
     this.$("limit-text").textContent = limit.toFixed(Math.abs(limit * 100 - Math.round(limit * 100)) > 0.01 ? 3 : 2);
     const count = (n) => n.toLocaleString("en");
     this.shown = shown;
-    this.$("shown").textContent = filtered ? "" : limit >= 1 ? `Shows all ${count(shown)} cells.` : `Shows ${count(shown)} of ${count(this.model.total)} cells.`;
+    const some = shown === this.model.total ? `Shows all ${count(shown)} cells.` : `Shows ${count(shown)} of ${count(this.model.total)} cells.`;
+    const cut = this.axis ? `, cut, and ${count(shown)} cells behind the slice.` : ".";
+    this.$("shown").textContent = this.skin.visible ? `Shows the surface of all ${count(this.model.total)} cells${cut}` : filtered && !this.axis ? "" : some;
     this.$("chip").hidden = !filtered;
-    if (filtered) this.$("chip-text").textContent = this.selection(shown);
+    if (filtered) this.$("chip-text").textContent = this.selection(here);
     this.view.request();
   }
 

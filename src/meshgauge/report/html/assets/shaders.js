@@ -122,13 +122,20 @@ void main() {
 
 const MARK_VERTEX = `
 in float aClass;
+in vec2 aOf; // how far its cells reach about it, and how many they are
 uniform float uPixel, uSize;
 uniform vec4 uPlane;
 flat out float vClass;
+flat out float vSize;
 void main() {
   vClass = aClass;
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-  gl_PointSize = uSize * uPixel;
+  vSize = uSize * (1.0 + 0.16 * log2(max(aOf.y, 1.0)) / 2.0);
+  vec4 place = modelViewMatrix * vec4(position, 1.0);
+  gl_Position = projectionMatrix * place;
+  // Its own cells do not hide it, those before them do.
+  vec4 front = projectionMatrix * vec4(place.xy, place.z + aOf.x, 1.0);
+  if (front.w > 0.0) gl_Position.z = front.z / front.w * gl_Position.w;
+  gl_PointSize = vSize * uPixel;
   if (dot(uPlane.xyz, position) > uPlane.w) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
 }`;
 
@@ -136,25 +143,26 @@ void main() {
 const MARK_FRAGMENT = `
 precision highp float;
 flat in float vClass;
+flat in float vSize;
 out vec4 colour;
 uniform vec3 uInvalid, uDegenerate, uUnknown, uHalo, uInk;
-uniform float uSize, uPixel;
+uniform float uPixel;
 uniform int uRing;
 void main() {
-  vec2 p = (gl_PointCoord - 0.5) * uSize;
+  vec2 p = (gl_PointCoord - 0.5) * vSize;
   float d;
   vec3 ink = vClass < 1.5 ? uInvalid : vClass < 2.5 ? uDegenerate : uUnknown;
   if (uRing == 1) {
-    d = min(abs(length(p) - uSize * 0.34), length(p) - 1.0);
+    d = min(abs(length(p) - vSize * 0.34), length(p) - 1.0);
     ink = uInk;
   } else {
-    float reach = uSize * 0.23;
+    float reach = vSize * 0.23;
     vec2 q = abs(p);
     d = abs(q.x - q.y) * 0.7071 + max(max(q.x, q.y) - reach, 0.0);
   }
   float body = 1.0 - smoothstep(1.1, 1.8, d);
   // The cross is on a white disc with a rim, the ring has a white seam: seen on any ground.
-  float disc = uSize * 0.5 - 0.5 - length(p);
+  float disc = vSize * 0.5 - 0.5 - length(p);
   float halo = uRing == 1 ? 1.0 - smoothstep(2.2, 3.2, d) : smoothstep(0.0, 1.0, disc);
   if (uRing == 0) body = max(body, (1.0 - smoothstep(1.0, 1.8, disc)) * halo);
   if (halo < 0.01) discard;
@@ -211,7 +219,7 @@ MG.markMaterial = ({ size, ring = 0, plane }) =>
     vertexShader: MARK_VERTEX,
     fragmentShader: MARK_FRAGMENT,
     transparent: true,
-    depthTest: false,
+    depthTest: !ring,
     depthWrite: false,
     uniforms: {
       ...MG.paint(),
