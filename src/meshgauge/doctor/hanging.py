@@ -115,13 +115,15 @@ def hanging_of(
     if len(slots) == 0:
         return Hanging(slots, 0, 0, slots, slots)
     ids, offsets = _rings(faces, slots)
+    is_seam = _seam(points, ids, offsets)
+    if not is_seam.any():
+        return Hanging(slots[:0], 0, 0, slots[:0], slots[:0])
     owner = np.repeat(np.arange(len(slots)), np.diff(offsets))
     ends = np.sort(np.stack([ids, ids[_following(offsets[1:])]], axis=1), axis=1)
     codes, edge_of = np.unique(_codes(ends, len(points)), return_inverse=True)
     edges = np.stack(np.divmod(codes, len(points)), axis=1)
     fans = _fans(edges, len(points))
     slack = LAST_PLACES * last_place(points, faces.mesh.stored)
-    is_seam = _seam(points, ids, offsets, owner)
     in_edges = _on_edges(points, edges, fans, is_seam, slack)
     rims = _rims(ids, owner, edge_of.reshape(-1), in_edges)
     at_seam = np.bincount(owner[is_seam[ids]], minlength=len(slots)) > 0
@@ -208,24 +210,24 @@ def _following(ends: Ids) -> Ids:
     return following
 
 
-def _seam(points: NDArray[np.floating], ids: Ids, offsets: Ids, owner: Ids) -> NDArray[np.bool_]:
+def _seam(points: NDArray[np.floating], ids: Ids, offsets: Ids) -> NDArray[np.bool_]:
     """``(n_points,)`` True for points where two of the faces may stand back to back, as on both sides of a seam.
 
     Their normals are opposite, so that one of the three components is above 0.5 for one and below -0.5 for the other.
     """
-    with np.errstate(all="ignore"):
-        x = points[ids].astype(np.float64)
-        x -= x[offsets[owner]]
-        terms = np.cross(x, x[_following(offsets[1:])])
-        normals = np.add.reduceat(terms, offsets[:-1], axis=0)
-        normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
-    order = np.argsort(ids, kind="stable")
-    starts = np.flatnonzero(np.diff(ids[order], prepend=-1))
-    at_points = normals[owner[order]]
-    high, low = np.maximum.reduceat(at_points, starts), np.minimum.reduceat(at_points, starts)
-    is_seam = np.zeros(len(points), np.bool_)
-    is_seam[ids[order[starts]]] = ((high > 0.5) & (low < -0.5)).any(axis=1)
-    return is_seam
+    sides = np.zeros(len(points), np.uint8)  # a bit for each component and sign
+    for first in range(0, len(offsets) - 1, CHUNK // 8):
+        own = offsets[first : first + CHUNK // 8 + 1] - offsets[first]
+        ring = ids[offsets[first] : offsets[first] + own[-1]]
+        with np.errstate(all="ignore"):
+            x = points[ring].astype(np.float64)
+            x -= np.repeat(x[own[:-1]], np.diff(own), axis=0)
+            terms = np.cross(x, x[_following(own[1:])])
+            normals = np.add.reduceat(terms, own[:-1], axis=0)
+            normals /= np.sqrt((normals * normals).sum(axis=1, keepdims=True))
+        far = np.packbits(np.concatenate([normals > 0.5, normals < -0.5], axis=1), axis=1)[:, 0]
+        np.bitwise_or.at(sides, ring, np.repeat(far, np.diff(own)))
+    return np.asarray(sides & (sides << 3) & 0b11100000, np.bool_)
 
 
 def _fans(edges: Ids, n_points: int) -> tuple[Ids, Ids]:

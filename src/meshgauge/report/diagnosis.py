@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..doctor import LIMIT, Diagnosis, not_diagnosed
 from ..doctor.streamed import MarkCounter, Marks, bytes_needed
 from ..doctor.streamed.marks import STANDS
-from ..files.resources import free_memory
+from ..files.resources import free_memory, give_back
 from ..io.plumbing.pieces import Pieces
 from ..mesh import CellBlock, Mesh
 from ..mesh.collapsed import resolve
@@ -35,12 +35,15 @@ def why_not(listed: Pieces, memory: int | None) -> str:
     None: half of what is free."""
     if any(piece.polyhedra is not None for piece in listed.pieces):
         return "it has polyhedra, and is not in memory as a whole"
-    free = free_memory()
-    allowed = memory if memory is not None else None if free is None else free // 2
-    needed = bytes_needed(listed.n_cells, listed.n_points)
+    needed, allowed = bytes_needed(listed.n_cells, listed.n_points), _allowed(memory)
     if allowed is not None and needed > allowed:
         return f"that takes {needed / 1e6:,.0f} MB, more than --memory allows, or is free"
     return ""
+
+
+def _allowed(memory: int | None) -> int | None:
+    free = free_memory()
+    return memory if memory is not None else None if free is None else free // 2
 
 
 def with_marks(listed: Pieces, counter: Any, memory: int | None) -> Any:
@@ -53,9 +56,12 @@ def streamed_diagnosis(job: Job, partial: Partial, memory: int | None) -> Diagno
     if not isinstance(partial.counted, Marks):
         return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
     from ..doctor.streamed.diagnose import diagnosis_of  # with kernels, which take a quarter of a second to load
+    from ..doctor.streamed.faces import ROOM
 
     marks = partial.counted.all(job.facts.n_cells)
-    return diagnosis_of(_Source(job, marks), marks)
+    left = 0 if memory is None else memory - bytes_needed(job.facts.n_cells, job.facts.n_points)
+    give_back()
+    return diagnosis_of(_Source(job, marks), marks, room=max(ROOM, left // 2))
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..io.plumbing.pieces import row_bytes
 from .job import Job, points_of
 from .points import BLOCK
-from .read import places
+from .read import places, slice_size
 
 SAMPLE = 8
 """Slices that are looked at, evenly spread."""
@@ -13,6 +13,7 @@ SAMPLE = 8
 
 def times_points_are_read(job: Job, size: int | None = None) -> float:
     """How often all points are read, estimated from a few slices; 1 where they are kept."""
+    size = slice_size(job.memory) if size is None else size
     todo = [place for place in places(job.pieces, size) if not points_of(job, place.piece).fits]
     if not todo:
         return 1.0

@@ -22,7 +22,13 @@ from ..status import Purpose
 from .points import Origins, Points
 
 SIZE = 1 << 18
-"""Cells of a slice."""
+"""Cells of a slice, where memory is plenty."""
+
+LEAST = 1 << 16
+"""Cells of a slice, where memory is scarce."""
+
+PER_CELL = 2048
+"""Bytes that points may take, for each cell of a slice: where they may take less, slices are smaller."""
 
 Ids = NDArray[np.int64]
 
@@ -63,6 +69,11 @@ def places(pieces: Pieces, size: int | None = None, share: tuple[int, int] = (1,
         for stop in [min(last - pieces.cell_starts[at], piece.n_cells)]
         for start in range(max(first - pieces.cell_starts[at], 0), stop, size)
     ]
+
+
+def slice_size(memory: int) -> int:
+    """Cells of a slice where points may take so many bytes."""
+    return min(max(1 << (memory // PER_CELL).bit_length(), LEAST), SIZE)
 
 
 def read_slice(

@@ -10,7 +10,7 @@ from ..errors import OptionError
 from ..kernels.threads import thread_count
 from .job import Job, forget_points
 from .partial import CellRows, Partial
-from .read import Place, places
+from .read import Place, places, slice_size
 
 Progress = Callable[[int, int], object]
 """Is told how many cells are done, and of how many."""
@@ -35,7 +35,7 @@ def measure_pieces(
     executor
         Where slices are worked on; None: threads of this process, as many as ``threads``, or one a processor.
     size
-        Cells of a slice. It has no influence on the answer.
+        Cells of a slice; None: as the memory allows. It has no influence on the answer.
     share
         ``(k, n)``: of n shares of the cells the k-th only, from 1 on.
     on_rows
@@ -55,7 +55,7 @@ def measure_pieces(
     ReadWhole
         If the mesh holds what cannot be measured slice by slice.
     """
-    todo = places(job.pieces, size, share)
+    todo = places(job.pieces, slice_size(job.memory) if size is None else size, share)
     if not todo:
         raise OptionError(f"share {share[0]} of {share[1]} is empty: the mesh has {job.facts.n_cells:,} cells")
     n_asked = sum(place.stop - place.start for place in todo)

@@ -35,18 +35,17 @@ from ..orientation import (
     part_signs,
 )
 from .doubles import Crowd, crowd
-from .faces import Matched, match
-from .few import REAL, Few, Seen, keep, look
+from .faces import ROOM, Matched, match
+from .few import CHUNK, REAL, Few, Seen, keep, look, part_sizes, second_look
 from .marks import HANDED, INVERTED, MEASURED, USABLE
 from .source import Source
 
 Ids = NDArray[np.int64]
 
-CHUNK = 1 << 20
-"""Cells that are concluded on at a time."""
 
-
-def diagnosis_of(source: Source, marks: NDArray[np.uint8], *, tolerance: float = points.TOLERANCE) -> Diagnosis:
+def diagnosis_of(
+    source: Source, marks: NDArray[np.uint8], *, tolerance: float = points.TOLERANCE, room: int = ROOM
+) -> Diagnosis:
     """Look for what is wrong with a mesh beside the shapes of its cells, see `doctor.diagnosis`; without polyhedra.
 
     Parameters
@@ -57,14 +56,15 @@ def diagnosis_of(source: Source, marks: NDArray[np.uint8], *, tolerance: float =
         ``(n_cells,)`` what is known of each cell since it was measured, see `marks_of`.
     tolerance
         As for `doctor.diagnosis`.
+    room
+        Bytes that the faces which wait for their mates may take.
     """
     crowded = crowd(source.points, source.n_points, tolerance, source.stored)
     seen = look(source, crowded.ids[crowded.moved])
-    handed = (marks & HANDED).astype(np.int8) - np.int8(1)
     try:
-        return _conclusion(source, marks, handed, crowded, seen, tolerance, is_strict=False).diagnosis()
+        return _conclusion(source, marks, crowded, seen, tolerance, room, is_strict=False).diagnosis()
     except _Contradiction:  # then it matters which faces are believed first
-        return _conclusion(source, marks, handed, crowded, seen, tolerance, is_strict=True).diagnosis()
+        return _conclusion(source, marks, crowded, seen, tolerance, room, is_strict=True).diagnosis()
 
 
 class _Contradiction(Exception):
@@ -74,16 +74,16 @@ class _Contradiction(Exception):
 def _conclusion(
     source: Source,
     marks: NDArray[np.uint8],
-    handed: NDArray[np.int8],
     crowded: Crowd,
     seen: Seen,
     tolerance: float,
+    room: int,
     *,
     is_strict: bool,
 ) -> _Conclusion:
     """What the faces say; ``is_strict``: of those between cells of which one is inverted, too."""
-    matched = match(source, handed, is_strict=is_strict)
-    few = keep(source, seen, matched)
+    matched, hashes_twice = second_look(source, seen, match(source, marks, room, is_strict=is_strict))
+    few = keep(source, seen, matched, hashes_twice)
     _, _, hashes = driver.signatures(
         few.mesh.types, few.mesh.offsets, few.mesh.connectivity, IS_SOLID, few.mesh.n_points
     )
@@ -92,8 +92,8 @@ def _conclusion(
         raise _Contradiction
     if few.faces.n_multiple or len(twice):  # faces that were taken for those of two cells may be among them
         known, n_parts = matched.suspects, matched.n_parts
-        matched = match(source, handed, is_strict=is_strict, known=known, n_parts=n_parts)
-    return _Conclusion(source, marks, handed, crowded, seen, matched, few, twice, tolerance, is_strict)
+        matched = match(source, marks, room, is_strict=is_strict, known=known, n_parts=n_parts)
+    return _Conclusion(source, marks, crowded, seen, matched, few, twice, tolerance, is_strict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,6 @@ class _Conclusion:
 
     source: Source
     marks: NDArray[np.uint8]
-    handed: NDArray[np.int8]
     crowd: Crowd
     seen: Seen
     matched: Matched
@@ -113,6 +112,7 @@ class _Conclusion:
 
     def diagnosis(self) -> Diagnosis:
         few, seen, source = self.few, self.seen, self.source
+        sizes = part_sizes(source, seen, self.matched.parent)
         n_of = counts_of(seen.types)
         representative, doubles, by_design, n_exact = self._doubles()
         has_doubles = len(doubles) + len(by_design) > 0
@@ -132,8 +132,8 @@ class _Conclusion:
             findings.multiple_faces(source, few.faces.n_multiple, three),
             findings.split_faces(source, few.cells[few.faces.cells[split]]),
             findings.hanging_points(source, hangs),
-            findings.hinges(self._roots(), len(seen.sizes)) if conforms and have_faces(n_of) else None,
-            findings.parts(seen.sizes),
+            findings.hinges(self._roots(), len(sizes)) if conforms and have_faces(n_of) else None,
+            findings.parts(sizes),
             findings.duplicate_points(source, doubles, n_exact, within),
             findings.interfaces(source, seen.interface, len(by_design)),
             findings.unused_points(source, np.flatnonzero(seen.flags & USED == 0)),
@@ -145,7 +145,7 @@ class _Conclusion:
             findings=tuple(finding for finding in made if finding is not None),
             orientation=oriented,
             repeated_points=read_only(repeated),
-            part_sizes=tuple(seen.sizes),
+            part_sizes=tuple(sizes),
             n_interior_faces=(self.matched.n_half_faces - self.matched.n_collapsed - n_boundary - n_multiple) // 2,
             n_boundary_faces=n_boundary,
             tolerance=self.tolerance,
@@ -237,11 +237,11 @@ class _Conclusion:
             return all_right(source.n_cells)
         firsts = self._parts()
         at, sign, n_contradictions = self._oriented_parts(firsts, mates, windings)
-        if not self.is_strict and self.matched.n_contradictions + n_contradictions:
+        if not self.is_strict and n_contradictions:
             raise _Contradiction
         votes = np.zeros(len(firsts))
         for here, part, signs in self._chunks(firsts, at, sign):
-            votes += np.bincount(part, signs * self.handed[here], minlength=len(firsts))
+            votes += np.bincount(part, signs * self._handed(here), minlength=len(firsts))
         part, own = self._part_and_sign(firsts, at, sign, few.cells)
         half = few.faces.cells
         slots = outside(half, mates, windings, own)
@@ -252,7 +252,7 @@ class _Conclusion:
         numbering = np.empty(source.n_cells, np.uint8)
         for here, part, signs in self._chunks(firsts, at, sign):
             numbering[here] = numbering_of(
-                signs * part_sign[part], signs * likely[part], self.handed[here], is_inverted[here], measured[here]
+                signs * part_sign[part], signs * likely[part], self._handed(here), is_inverted[here], measured[here]
             )
         blocks = of_blocks(self.seen.types, source.blocks, measured, numbering, source.purpose, source.cell_labels)
         left_handed = is_left_handed(self.seen.types, numbering)
@@ -268,7 +268,11 @@ class _Conclusion:
         self, firsts: Ids, at: Ids, sign: NDArray[np.int8], which: slice | Ids
     ) -> tuple[Ids, NDArray[np.int8]]:
         own = np.searchsorted(firsts, self.matched.parent[which])
-        return at[own], self.matched.sign[which] * sign[own]
+        return at[own], sign[own]
+
+    def _handed(self, which: slice | Ids) -> NDArray[np.int8]:
+        """See `orientation.handedness`, of some cells."""
+        return (self.marks[which] & HANDED).astype(np.int8) - np.int8(1)
 
     def _oriented_parts(
         self, firsts: Ids, mates: NDArray[np.signedinteger], windings: NDArray[np.int8]
@@ -278,10 +282,10 @@ class _Conclusion:
         lower = np.flatnonzero((mates > np.arange(len(mates))) & (windings != 0))
         half_faces = np.stack([lower, mates[lower].astype(np.int64)], axis=1)
         ids = few.cells[few.faces.cells[half_faces]]
-        agrees = self.handed[ids].prod(axis=1) == windings[lower]
+        agrees = self._handed(ids).prod(axis=1) == windings[lower]
         order = np.argsort(~agrees, kind="stable")
         pairs = self._between(firsts, half_faces)[order]
-        relative = (self.matched.sign[ids].prod(axis=1) * windings[lower]).astype(np.int8)[order]
+        relative = windings[lower][order]
         parent, sign = np.arange(len(firsts)), np.ones(len(firsts), np.int8)
         n_contradictions = int(open_faces.unite(pairs, relative, parent, sign))
         open_faces.flatten(parent, sign)

@@ -58,24 +58,36 @@ def crowd(windows: Windows, n_points: int, tolerance: float, stored: Precision) 
         scaled = whole.PointScale.of_sample(sample / factor, ends / factor, stored)
         origin, size, last = scaled.origin, scaled.size, scaled.last_place
     within = max(tolerance * size, whole.LAST_PLACES * last)
-    bits = max(int(PER_POINT * n_points).bit_length(), 10)
-    once, twice = np.zeros(1 << bits - 3, np.uint8), np.zeros(1 << bits - 3, np.uint8)
+    boxes = _boxes_for(n_points)
     for part in windows():
-        crowded.mark(part, factor, origin, within, bits, once, twice)
-    del once
-    ids, kept = [np.empty(0, np.int64)], [sample[:0]]
+        crowded.mark(part, factor, origin, within, 0, boxes)
+    some, kept = [np.empty(0, np.int64)], [sample[:0]]
     first = 0
     for part in windows():
         is_crowded = np.empty(len(part), np.bool_)
-        crowded.select(part, factor, origin, within, bits, twice, is_crowded)
+        crowded.select(part, factor, origin, within, 0, boxes, is_crowded)
         at = np.flatnonzero(is_crowded)
-        ids.append(at + first)
+        some.append(at + first)
         kept.append(part[at])
         first += len(part)
+    del boxes
+    ids = np.concatenate(some)
+    some.clear()
     points = np.concatenate(kept)
+    kept.clear()
+    boxes, is_crowded = _boxes_for(len(points)), np.empty(len(points), np.bool_)  # once more: most of these are alone
+    crowded.mark(points, factor, origin, within, 1, boxes)
+    crowded.select(points, factor, origin, within, 1, boxes, is_crowded)
+    ids, points = ids[is_crowded], points[is_crowded]
     given = points / factor if factor != 1.0 else points
     representative = driver.coincident(given, origin, within).astype(np.int64)
-    return Crowd(scale, np.concatenate(ids), points, representative)
+    return Crowd(scale, ids, points, representative)
+
+
+def _boxes_for(n_points: int) -> NDArray[np.uint64]:
+    """Two bits for each of so many boxes that most points are alone in theirs; none is set."""
+    bits = max(int(PER_POINT * n_points).bit_length(), 10)
+    return np.zeros((1 << bits) // crowded.PER_WORD, np.uint64)
 
 
 def _sample(windows: Windows, n_points: int) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
@@ -84,7 +96,7 @@ def _sample(windows: Windows, n_points: int) -> tuple[NDArray[np.floating], NDAr
     some, corners = [], []
     first = 0
     for part in windows():
-        some.append(part[-first % step :: step])
+        some.append(part[-first % step :: step].copy())  # else all of them stay in memory
         finite = part if np.isfinite(part.sum(dtype=np.float64)) else part[np.isfinite(part).all(axis=1)]
         if len(finite):
             corners += [finite.min(axis=0), finite.max(axis=0)]

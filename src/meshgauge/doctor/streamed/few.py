@@ -12,11 +12,11 @@ from ...kernels.topology import driver, open_faces
 from ...kernels.topology.open_faces import DOUBLE, FACED, SOLID, SURFACE, USED
 from ...mesh import Mesh
 from ...mesh.interface import is_interface
-from ...mesh.polyhedra import ragged_positions
+from ...mesh.polyhedra import IndexArray, ragged_positions
 from ...mesh.topology import BOUNDARY, ELSEWHERE, Topology, face_table, topology
 from ...surface_cells import IS_SURFACE
 from .. import surfaces
-from .faces import HalfFaces, Keys, Matched, Table
+from .faces import HalfFaces, Keys, Matched, among, table_of
 from .source import Source
 
 Ids = NDArray[np.int64]
@@ -25,7 +25,10 @@ Mask = NDArray[np.bool_]
 REAL = 64
 """Flag of a point: a cell that is no ghost has it."""
 
-PER_CELL = 12
+CHUNK = 1 << 20
+"""Cells that are concluded on at a time."""
+
+PER_CELL = 8
 """Bits of a filter for each cell, by which cells that may be there twice are told from most others."""
 
 
@@ -41,10 +44,8 @@ class Seen:
         Ids of solid cells that have a point twice, and of cohesive and gasket cells.
     doubled
         A filter of hashes that more than one cell may have.
-    sizes
-        Solid cells of each part, largest first.
-    n_surface
-        Surface cells.
+    n_solid, n_surface
+        Solid cells, surface cells.
     has_ghosts
         Whether some cells are not looked at.
     """
@@ -53,8 +54,8 @@ class Seen:
     flags: NDArray[np.uint8]
     repeated: Ids
     interface: Ids
-    doubled: NDArray[np.uint8]
-    sizes: list[int]
+    doubled: Keys
+    n_solid: int
     n_surface: int
     has_ghosts: bool
 
@@ -64,12 +65,10 @@ def look(source: Source, doubles: Ids) -> Seen:
     n_points, n_cells = source.n_points, source.n_cells
     types, flags = np.empty(n_cells, np.uint8), np.zeros(n_points, np.uint8)
     flags[doubles] = DOUBLE
-    parent = np.full(n_points, -1, driver.index_type(max(n_points, n_cells)))
-    n_bytes = 1 << max((PER_CELL * n_cells).bit_length() - 3, 10)
-    once, twice = np.zeros(n_bytes, np.uint8), np.zeros(n_bytes, np.uint8)
+    once, twice = (np.zeros((PER_CELL * n_cells >> 6) + 1, np.uint64) for _ in range(2))
     repeated, interface = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     has_faces = face_table()[:, 0, 0] > 0
-    n_surface, has_ghosts = 0, False
+    n_solid, n_surface, has_ghosts = 0, 0, False
     for first, first_point, mesh in source.cells():
         types[first : first + mesh.n_cells] = mesh.types
         solid, is_ghost, own = IS_SOLID[mesh.types], mesh.is_ghost, is_interface(mesh)
@@ -84,21 +83,33 @@ def look(source: Source, doubles: Ids) -> Seen:
         repeated.append(np.flatnonzero(repeats & solid) + first)
         if own is not None:
             interface.append(np.flatnonzero(own) + first)
-        open_faces.connect(solid, _offsets(mesh), _nodes(mesh), first_point, parent)
+        n_solid += int(np.count_nonzero(solid))
         surface, starts, sizes = surfaces.corners(mesh)
         n_surface += len(surface)
         flags[_nodes(mesh)[ragged_positions(starts, sizes)] + first_point] |= np.uint8(SURFACE)
-    of_parts = (-1 - parent[parent < -1]).tolist()
     return Seen(
-        types,
-        flags,
-        np.concatenate(repeated),
-        np.concatenate(interface),
-        twice,
-        sorted(of_parts, reverse=True),
-        n_surface,
-        has_ghosts,
+        types, flags, np.concatenate(repeated), np.concatenate(interface), twice, n_solid, n_surface, has_ghosts
     )
+
+
+def part_sizes(source: Source, seen: Seen, parent: IndexArray) -> list[int]:
+    """Solid cells of each part that points hold together, largest first; ``parent``: of those that faces do."""
+    if seen.n_solid == 0 or _n_first(seen.types, parent) == 1:
+        return [seen.n_solid] if seen.n_solid else []
+    of_points = np.full(source.n_points, -1, driver.index_type(max(source.n_points, source.n_cells)))
+    for _, first_point, mesh in source.cells():
+        open_faces.connect(IS_SOLID[mesh.types], _offsets(mesh), _nodes(mesh), first_point, of_points)
+    return sorted((-1 - of_points[of_points < -1]).tolist(), reverse=True)
+
+
+def _n_first(types: NDArray[np.uint8], parent: IndexArray) -> int:
+    """How many solid cells are the first of those that faces hold together."""
+    n = 0
+    for first in range(0, len(types), CHUNK):
+        here = slice(first, min(first + CHUNK, len(types)))
+        is_first = parent[here] == np.arange(here.start, here.stop)
+        n += int(np.count_nonzero(is_first & IS_SOLID[types[here]]))
+    return n
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,25 +140,44 @@ class Few:
         return np.asarray(np.searchsorted(self.cells, ids), np.int64)
 
 
-def keep(source: Source, seen: Seen, matched: Matched) -> Few:
+def second_look(source: Source, seen: Seen, matched: Matched) -> tuple[Matched, Keys]:
+    """The same with the faces of more than two cells among the suspects; and the hashes that more than one cell has."""
+    some = [np.empty(0, np.uint64)]
+    table = table_of(matched.again)
+    counts = np.zeros(len(table), np.uint8)
+    for _, first_point, mesh in source.cells():
+        hashes, _ = _hashes(mesh, first_point, None, seen.flags)
+        is_doubled = np.empty(len(hashes), np.bool_)
+        open_faces.noted(hashes, seen.doubled, is_doubled)
+        some.append(hashes[is_doubled])
+        if len(matched.again):
+            open_faces.recount(HalfFaces.of(mesh, first_point, 0).keys, table, counts)
+    ordered = np.sort(np.concatenate(some))
+    suspects = np.union1d(matched.suspects, table[counts > 2])
+    return replace(matched, suspects=suspects, again=table[:0]), np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
+
+
+def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
     """The cells that may say something.
 
     They are all cells with a face that is suspect or that one cell has, those of a hash that another has, those at
-    points that coincide and at surface cells, surface cells, interfaces, and the first cell of each part.
+    points that coincide and at surface cells, surface cells, interfaces, and the first cell of each part. ``twice`` are
+    the hashes that more than one cell has.
     """
-    suspects, hashes_twice = Table.of(matched.suspects), _hashes_twice(source, seen)
+    suspects, hashes_twice = table_of(matched.suspects), table_of(twice)
     is_first = np.zeros(source.n_cells, np.bool_)
     is_first[matched.parent] = True
-    parts: list[tuple[Ids, NDArray[np.uint8], Ids, Ids, Mask]] = []
+    width = driver.index_type(source.n_points)
+    parts: list[tuple[Ids, NDArray[np.uint8], Ids, IndexArray, Mask]] = []
     for first, first_point, mesh in source.cells():
-        half, nodes = HalfFaces.of(mesh, first_point), _nodes(mesh) + first_point
-        is_suspect, own = suspects.among(half.keys), is_interface(mesh)
+        half, nodes = HalfFaces.of(mesh, first_point, 0), (_nodes(mesh) + first_point).astype(width)
+        is_suspect, own = among(half.keys, suspects), is_interface(mesh)
         wanted = is_first[first : first + mesh.n_cells] | IS_SURFACE[mesh.types]
         wanted[half.cells[is_suspect]] = True
         if own is not None:
             wanted |= own
-        if len(hashes_twice):
-            wanted |= np.isin(_hashes(mesh, first_point, None, seen.flags)[0], hashes_twice)
+        if len(hashes_twice) > 2:
+            wanted |= among(_hashes(mesh, first_point, None, seen.flags)[0], hashes_twice)
         near = np.concatenate([[0], np.cumsum((seen.flags[nodes] & (DOUBLE | SURFACE)) > 0)])
         wanted |= near[mesh.offsets[1:]] > near[mesh.offsets[:-1]]
         at = np.flatnonzero(wanted)
@@ -169,18 +199,6 @@ def keep(source: Source, seen: Seen, matched: Matched) -> Few:
     mates = faces.mates.copy()
     mates[(mates == BOUNDARY) & ~np.concatenate([part[4] for part in parts])] = ELSEWHERE
     return Few(few, np.concatenate([part[0] for part in parts]), points, replace(faces, mates=mates))
-
-
-def _hashes_twice(source: Source, seen: Seen) -> Keys:
-    """Hashes that more than one cell has, ascending."""
-    some = [np.empty(0, np.uint64)]
-    for _, first_point, mesh in source.cells():
-        hashes, _ = _hashes(mesh, first_point, None, seen.flags)
-        is_doubled = np.empty(len(hashes), np.bool_)
-        open_faces.noted(hashes, seen.doubled, is_doubled)
-        some.append(hashes[is_doubled])
-    ordered = np.sort(np.concatenate(some))
-    return np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
 
 
 def _hashes(

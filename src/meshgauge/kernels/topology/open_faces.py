@@ -1,11 +1,13 @@
 """Faces matched while cells pass by: a table of faces that wait for their mate, for meshes that are not in memory.
 
-A face is known by 64 bits of its points in any order, and 64 of them as a ring with the direction in which its cell
-winds it. The table holds the faces that one cell has had so far; a face that meets its mate leaves it. Where cells are
-numbered along each other few wait at a time; where they are not, the faces are looked at in parts, by their bits.
+A face is known by 64 bits of its points in any order; with them are kept its cell, and the ring of its points with the
+direction in which the cell winds it: 16 bytes a face. The table holds the faces that one cell has had so far; a face
+that meets its mate leaves it. Where cells are numbered along each other few wait at a time; where they are not, the
+faces are looked at in parts, by their bits.
 
-A face whose mate was met already may come a third time. A filter of bits remembers, with few mistakes, which faces have
-left the table: those that come again, and all that are not plainly right, are *suspects*, to be looked at exactly.
+A face whose mate was met already may come a third time. A filter of bits remembers, with some mistakes, which faces
+have left the table; those that seem to come again are counted when the cells pass by once more. Faces of more than two
+cells, and all that are not plainly right, are *suspects*, to be looked at exactly.
 """
 
 from __future__ import annotations
@@ -13,19 +15,26 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Int8Array, Int64Array, UInt8Array
+from ..arrays import Int8Array, Int64Array, IntArray, UInt8Array
 from ..jit import inlined, kernel
 
 Keys = NDArray[np.uint64]
 
-FREE = -1
-"""Instead of a cell: this place of the table is free."""
+FREE = np.uint64(0)
+"""The key of a free place of a table, and of a face with less than three distinct points, which has no mate."""
 
-COLLAPSED_KEY = np.uint64(0)
-"""The key of a face with less than three distinct points, which is matched with none."""
+AHEAD = 32
+"""Half-faces for which memory is fetched together, so that the processor waits for several at a time."""
+
+CELL_BITS = np.uint64(40)
+"""Bits of the number of a cell in what is kept of a half-face; above them its ring."""
+
+OF_CELL = np.uint64((1 << 40) - 1)
+"""These bits."""
 
 _A, _B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
-_29, _32, _11, _1 = np.uint64(29), np.uint64(32), np.uint64(11), np.uint64(1)
+_29, _32, _11, _1, _0 = np.uint64(29), np.uint64(32), np.uint64(11), np.uint64(1), np.uint64(0)
+_63 = np.uint64(63)
 
 
 @inlined
@@ -40,180 +49,232 @@ def face_keys(
     types: UInt8Array,
     offsets: Int64Array,
     nodes: Int64Array,
+    first: int,
+    first_cell: int,
     table: Int8Array,
+    n_corners: int,
+    part: int,
+    n_parts: int,
     keys: Keys,
-    rings: Keys,
-    cells: Int64Array,
+    values: Keys,
+    leasts: Int64Array,
 ) -> int:
-    """The keys of all faces of solid cells, by cell; returns how many there are.
+    """The faces of solid cells that belong to a part of all faces, and the collapsed ones, by cell; returns how many.
 
     Parameters
     ----------
     types, offsets, nodes, table
-        As for `half_faces.match`; no polyhedra.
-    keys, rings, cells
-        ``(n_half_faces,)`` receive the key of the points, that of the ring with the direction in its lowest bit, and
-        the cell.
+        As for `half_faces.match`; no polyhedra. ``nodes + first`` are points; ``first_cell`` is added to cells.
+    n_corners
+        Nodes of a cell that the table may name.
+    part, n_parts
+        Only faces of this part are written.
+    keys, values, leasts
+        ``(n_half_faces,)`` receive the key of the points; the ring, its direction and the cell: of triangles and
+        quadrilaterals exactly, of larger polygons 23 bits of the ring; the lowest point.
     """
-    ring = np.empty(table.shape[2], np.int64)
+    mixed = np.empty(n_corners, np.uint64)
+    ring = np.empty(table.shape[2], np.int64)  # positions in the cell
     at = 0
     for cell in range(len(types)):
-        kind, first = types[cell], offsets[cell]
+        kind, begin = types[cell], offsets[cell]
+        if table[kind, 0, 0] <= 0:
+            continue
+        for m in range(min(n_corners, offsets[cell + 1] - begin)):
+            mixed[m] = _mix(np.uint64(nodes[begin + m] + first) + _A)
         for local in range(table.shape[1]):
             if table[kind, local, 0] <= 0:
                 break
             n = 0
             for m in range(table[kind, local, 0]):
-                point = nodes[first + table[kind, local, m + 1]]
-                if n == 0 or ring[n - 1] != point:
-                    ring[n] = point
+                node = np.int64(table[kind, local, m + 1])
+                if n == 0 or nodes[begin + ring[n - 1]] != nodes[begin + node]:
+                    ring[n] = node
                     n += 1
-            while n > 1 and ring[n - 1] == ring[0]:
+            while n > 1 and nodes[begin + ring[n - 1]] == nodes[begin + ring[0]]:
                 n -= 1
-            cells[at] = cell
             if n < 3:
-                keys[at], rings[at] = COLLAPSED_KEY, COLLAPSED_KEY
+                keys[at], values[at] = FREE, np.uint64(first_cell + cell)
                 at += 1
                 continue
-            least = 0
-            total = np.uint64(n)
+            least, total = 0, np.uint64(n)
             for m in range(n):
-                total += _mix(np.uint64(ring[m]) + _A)
-                if ring[m] < ring[least]:
+                total += mixed[ring[m]]
+                if nodes[begin + ring[m]] < nodes[begin + ring[least]]:
                     least = m
-            after, before = ring[(least + 1) % n], ring[(least + n - 1) % n]
+            key = max(_mix(total), _1)
+            if n_parts > 1 and (key >> np.uint64(44)) % np.uint64(n_parts) != np.uint64(part):
+                continue
+            after = nodes[begin + ring[least + 1 if least + 1 < n else 0]]
+            before = nodes[begin + ring[least - 1 if least > 0 else n - 1]]
             forward = after < before
-            h = np.uint64(n)
-            for m in range(n):
-                k = least + m if forward else least - m
-                h = _mix(h + np.uint64(ring[k % n if k >= 0 else k + n]) + _B)
-            keys[at] = max(_mix(total), _1)
-            rings[at] = (h & ~_1) | (_1 if forward else COLLAPSED_KEY)
+            code = _0
+            if n == 4:  # of its points in order, which is opposite the least
+                opposite = nodes[begin + ring[(least + 2) & 3]]
+                code = np.uint64((opposite > after) + (opposite > before))
+            elif n > 4:
+                for m in range(n):
+                    k = least + m if forward else least - m
+                    code = _mix(code + mixed[ring[k % n if k >= 0 else k + n]] + _B)
+                code &= np.uint64(0x7FFFFF)
+            keys[at] = key
+            values[at] = (code << _1 | np.uint64(forward)) << CELL_BITS | np.uint64(first_cell + cell)
+            leasts[at] = nodes[begin + ring[least]] + first
             at += 1
     return at
 
 
 @inlined
-def _place(key: np.uint64, keys: Keys, cells: Int64Array) -> np.int64:
-    """Where a key stands in a table, or would."""
-    mask = np.uint64(len(keys) - 1)
-    at = (key >> _11) & mask
-    while cells[at] != FREE and keys[at] != key:
-        at = (at + _1) & mask
-    return np.int64(at)
+def _place(key: np.uint64, table: Keys, width: int) -> np.int64:
+    """Where a key stands in a table, or would; ``width`` items are a place, of which the first is the key."""
+    mask = len(table) // width - 1
+    at = np.int64(key >> _11) & mask
+    while table[at * width] != FREE and table[at * width] != key:
+        at = (at + 1) & mask
+    return at * width
 
 
 @kernel
-def insert(keys: Keys, rings: Keys, cells: Int64Array, to_keys: Keys, to_rings: Keys, to_cells: Int64Array) -> None:
-    """Copy a table to a larger one, all of whose places are `FREE`."""
-    for i in range(len(keys)):
-        if cells[i] != FREE:
-            at = _place(keys[i], to_keys, to_cells)
-            to_keys[at], to_rings[at], to_cells[at] = keys[i], rings[i], cells[i]
+def insert(table: Keys, larger: Keys) -> None:
+    """Copy a table of half-faces to a larger one, all of whose places are `FREE`."""
+    for at in range(0, len(table), 2):
+        if table[at] != FREE:
+            to = _place(table[at], larger, 2)
+            larger[to], larger[to + 1] = table[at], table[at + 1]
+
+
+@inlined
+def _first(parent: IntArray, cell: np.int64) -> np.int64:
+    """The first cell that a cell is held together with."""
+    while parent[cell] != cell:
+        parent[cell] = parent[parent[cell]]
+        cell = np.int64(parent[cell])
+    return cell
+
+
+@inlined
+def _met(key: np.uint64, place: float, met: Keys) -> tuple[np.int64, np.uint64]:
+    """The word of a filter that remembers a key, and its three bits there."""
+    mixed = key * _A
+    bits = _1 << (mixed >> np.uint64(58)) | _1 << (mixed >> np.uint64(52) & _63) | _1 << (mixed >> np.uint64(46) & _63)
+    return min(np.int64(place), np.int64(len(met) - 1)), bits
 
 
 @kernel
 def feed(
     keys: Keys,
-    rings: Keys,
-    cells: Int64Array,
-    first: int,
-    part: int,
-    n_parts: int,
+    values: Keys,
+    leasts: Int64Array,
+    n_points: int,
     skipped: Keys,
-    is_skipping: Int64Array,
-    handed: Int8Array,
+    marks: UInt8Array,
     is_strict: bool,
-    open_keys: Keys,
-    open_rings: Keys,
-    open_cells: Int64Array,
-    met: NDArray[np.uint8],
-    pairs: Int64Array,
+    table: Keys,
+    met: Keys,
+    parent: IntArray,
     suspects: Keys,
-) -> tuple[int, int, int]:
-    """Let some half-faces pass by; returns by how many the open ones grew, the pairs, and the suspects.
+    again: Keys,
+) -> tuple[int, int, int, np.uint64]:
+    """Let some half-faces pass by; returns by how many the open ones grew, how many suspects there are, and others, and
+    what says nothing: what is fetched ahead is used, lest the compiler leave that out.
 
     Parameters
     ----------
-    keys, rings, cells, first
-        Half-faces, from `face_keys`; ``first`` is added to their cells.
-    part, n_parts
-        Only faces of this part are looked at.
-    skipped, is_skipping
-        A table of keys, see `table_of`, that are passed over.
-    handed
-        ``(n_cells,)`` 1 for a valid cell, -1 for one that is valid when renumbered, else 0.
+    keys, values, leasts
+        Half-faces, from `face_keys`.
+    n_points
+        Of the mesh.
+    skipped
+        A table of keys, see `fill`, that are passed over.
+    marks
+        ``(n_cells,)`` the two lowest bits: 2 for a valid cell, 0 for one that is valid when renumbered, else 1.
     is_strict
         Whether two cells that the geometry does not call alike make a face suspect.
-    open_keys, open_rings, open_cells
-        The table: a power of two of places, never full.
+    table
+        The open ones: a power of two of pairs of key and value, never full.
     met
-        Bits of faces that have left the table: a power of two of bytes.
-    pairs
-        ``(n, 2)`` receives the cells of faces that are plainly right: wound in opposite ways by two cells.
-    suspects
-        ``(2 n,)`` receives the keys of other pairs, and of faces that may have left the table before.
+        Bits of faces that have left the table; faces of neighbouring points stand side by side, as they come.
+    parent
+        ``(n_cells,)`` leads to the first of the cells that faces hold together which are plainly right: wound in
+        opposite ways by two cells.
+    suspects, again
+        ``(n,)`` receive the keys of other pairs, and of faces that may have left the table before.
     """
-    mask, bits = np.uint64(len(open_keys) - 1), np.uint64(8 * len(met) - 1)
-    n_open, n_pairs, n_suspects = 0, 0, 0
+    mask, ratio = len(table) // 2 - 1, len(met) / n_points
+    n_open = n_suspects = n_again = 0
+    touched = _0
     for i in range(len(keys)):
+        if i % AHEAD == 0:
+            for k in range(i, min(i + AHEAD, len(keys))):
+                touched |= table[2 * (np.int64(keys[k] >> _11) & mask)] | met[_met(keys[k], leasts[k] * ratio, met)[0]]
         key = keys[i]
-        if key == COLLAPSED_KEY or (n_parts > 1 and (key >> np.uint64(44)) % np.uint64(n_parts) != np.uint64(part)):
+        if key == FREE or (len(skipped) > 1 and skipped[_place(key, skipped, 1)] != FREE):
             continue
-        if len(skipped) > 1 and is_skipping[_place(key, skipped, is_skipping)] != FREE:
-            continue
-        cell = first + cells[i]
-        at = _place(key, open_keys, open_cells)
-        one, two, three = key & bits, (key >> np.uint64(21)) & bits, (_mix(key)) & bits
-        if open_cells[at] == FREE:
-            open_keys[at], open_rings[at], open_cells[at] = key, rings[i], cell
+        at = _place(key, table, 2)
+        word, bits = _met(key, leasts[i] * ratio, met)
+        if table[at] == FREE:
+            table[at], table[at + 1] = key, values[i]
             n_open += 1
-            was_met = met[one >> np.uint64(3)] >> (one & np.uint64(7)) & 1
-            was_met &= met[two >> np.uint64(3)] >> (two & np.uint64(7)) & 1
-            was_met &= met[three >> np.uint64(3)] >> (three & np.uint64(7)) & 1
-            if was_met:
-                suspects[n_suspects] = key
-                n_suspects += 1
+            if met[word] & bits == bits:
+                again[n_again] = key
+                n_again += 1
             continue
-        other = open_cells[at]
-        if open_rings[at] ^ rings[i] == _1 and (not is_strict or handed[cell] * handed[other] == 1):
-            pairs[n_pairs, 0], pairs[n_pairs, 1] = other, cell
-            n_pairs += 1
+        met[word] |= bits
+        other, cell = np.int64(table[at + 1] & OF_CELL), np.int64(values[i] & OF_CELL)
+        is_plain = (table[at + 1] ^ values[i]) >> CELL_BITS == _1
+        if is_plain and is_strict:
+            one, two = marks[cell] & 3, marks[other] & 3
+            is_plain = one == two and one != 1
+        if is_plain:
+            a, b = _first(parent, other), _first(parent, cell)
+            parent[max(a, b)] = min(a, b)
         else:
             suspects[n_suspects] = key
             n_suspects += 1
-        met[one >> np.uint64(3)] |= np.uint8(1) << (one & np.uint64(7))
-        met[two >> np.uint64(3)] |= np.uint8(1) << (two & np.uint64(7))
-        met[three >> np.uint64(3)] |= np.uint8(1) << (three & np.uint64(7))
         n_open -= 1
         # What follows moves up, so that no place on the way to another is free.
-        hole, k = np.uint64(at), np.uint64(at)
-        open_cells[at] = FREE
+        hole = spot = at // 2
+        table[at] = FREE
         while True:
-            k = (k + _1) & mask
-            if open_cells[k] == FREE:
+            spot = (spot + 1) & mask
+            if table[2 * spot] == FREE:
                 break
-            home = (open_keys[k] >> _11) & mask
-            if ((k - home) & mask) >= ((k - hole) & mask):
-                open_keys[hole], open_rings[hole], open_cells[hole] = open_keys[k], open_rings[k], open_cells[k]
-                open_cells[k] = FREE
-                hole = k
-    return n_open, n_pairs, n_suspects
+            home = np.int64(table[2 * spot] >> _11) & mask
+            if ((spot - home) & mask) >= ((spot - hole) & mask):
+                table[2 * hole], table[2 * hole + 1] = table[2 * spot], table[2 * spot + 1]
+                table[2 * spot] = FREE
+                hole = spot
+    return n_open, n_suspects, n_again, touched
 
 
 @kernel
-def fill(keys: Keys, table: Keys, is_there: Int64Array) -> None:
-    """Put keys into a table, all of whose places are `FREE`."""
+def compress(parent: IntArray) -> None:
+    """Let every cell point to the first that it is held together with."""
+    for cell in range(len(parent)):
+        parent[cell] = parent[parent[cell]]
+
+
+@kernel
+def fill(keys: Keys, table: Keys) -> None:
+    """Put keys into a table: a power of two of places, more than there are keys, all of them `FREE`."""
     for i in range(len(keys)):
-        at = _place(keys[i], table, is_there)
-        table[at], is_there[at] = keys[i], i
+        table[_place(keys[i], table, 1)] = keys[i]
 
 
 @kernel
-def among(keys: Keys, table: Keys, is_there: Int64Array, out: NDArray[np.bool_]) -> None:
+def among(keys: Keys, table: Keys, out: NDArray[np.bool_]) -> None:
     """Whether each key is in a table."""
     for i in range(len(keys)):
-        out[i] = is_there[_place(keys[i], table, is_there)] != FREE
+        out[i] = table[_place(keys[i], table, 1)] != FREE
+
+
+@kernel
+def recount(keys: Keys, table: Keys, counts: UInt8Array) -> None:
+    """Count those of some keys that are in a table, up to three."""
+    for i in range(len(keys)):
+        at = _place(keys[i], table, 1)
+        if table[at] != FREE and counts[at] < 3:
+            counts[at] += 1
 
 
 @inlined
@@ -331,21 +392,24 @@ def look(
         repeats[cell] = twice
 
 
+@inlined
+def _bit(h: np.uint64, words: Keys) -> tuple[np.int64, np.uint64]:
+    """The word of a hash, and its bit there."""
+    return np.int64((h >> _32) * np.uint64(len(words)) >> _32), _1 << (h & _63)
+
+
 @kernel
-def note(hashes: Keys, once: UInt8Array, twice: UInt8Array) -> None:
-    """Set the bit of each hash in ``once``, or in ``twice`` where it is there already: a power of two of bytes each."""
-    bits = np.uint64(8 * len(once) - 1)
+def note(hashes: Keys, once: Keys, twice: Keys) -> None:
+    """Set the bit of each hash in ``once``, or in ``twice`` where it is there already."""
     for i in range(len(hashes)):
-        at = hashes[i] & bits
-        byte, bit = at >> np.uint64(3), np.uint8(1 << (at & np.uint64(7)))
-        twice[byte] |= once[byte] & bit
-        once[byte] |= bit
+        word, bit = _bit(hashes[i], once)
+        twice[word] |= once[word] & bit
+        once[word] |= bit
 
 
 @kernel
-def noted(hashes: Keys, twice: UInt8Array, out: NDArray[np.bool_]) -> None:
+def noted(hashes: Keys, twice: Keys, out: NDArray[np.bool_]) -> None:
     """Whether the bit of each hash is set."""
-    bits = np.uint64(8 * len(twice) - 1)
     for i in range(len(hashes)):
-        at = hashes[i] & bits
-        out[i] = (twice[at >> np.uint64(3)] >> (at & np.uint64(7))) & 1
+        word, bit = _bit(hashes[i], twice)
+        out[i] = twice[word] & bit != _0
