@@ -159,6 +159,20 @@ def test_the_kernel_and_numpy_agree_on_any_cells(cells: list[tuple[str, list[int
     assert one.n_multiple == other.n_multiple
 
 
+@pytest.mark.parametrize(("n_cells", "n_points"), [(700, 70), (3000, 4000)])
+def test_faces_of_one_hash_are_told_apart(n_cells: int, n_points: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """All cells have one point, so that of the faces in one bucket many have the two bytes of a hash in common."""
+    around = np.argsort(np.random.default_rng(0).random((n_cells, n_points)), axis=1)[:, :3] + 1
+    nodes = np.column_stack([np.zeros(n_cells, np.int64), around])
+    mesh = Mesh.from_arrays(np.zeros((n_points + 1, 3)), [("tetra", nodes)])
+    one = topology(mesh)
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", -1)
+    other = topology(mesh)
+    np.testing.assert_array_equal(one.mates, other.mates)
+    np.testing.assert_array_equal(one.windings, other.windings)
+    assert one.n_multiple == other.n_multiple
+
+
 @pytest.mark.parametrize("most", [-1, 9], ids=["compiled", "numpy"])
 @pytest.mark.parametrize("place", range(4))
 def test_cells_that_share_one_node_are_one_component(place: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import IS_SOLID, POLYHEDRON
+from ..kernels import path
 from ..kernels.arrays import read_only
+from ..kernels.threads import run
 from ..kernels.topology import driver
 from ..mesh import Mesh
 from ..mesh.ghosts import without_ghosts
@@ -144,10 +147,14 @@ def diagnosis(
         quality = replace(quality, mesh=mesh)
     if mesh.dimension == 2:
         return _of_surfaces(quality, tolerance, is_ghost)
-    is_used, repeated, hashes = driver.signatures(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, mesh.n_points)
+    matched, representative, (is_used, repeated, hashes) = _side_by_side(
+        mesh,
+        lambda: topology(mesh),
+        lambda: points.representatives(mesh.points, tolerance=tolerance, stored=mesh.stored),
+        lambda: driver.signatures(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, mesh.n_points),
+    )
     if mesh.polyhedra is not None:
         is_used[mesh.polyhedra.face_points] = True
-    representative = points.representatives(mesh.points, tolerance=tolerance, stored=mesh.stored)
     doubles = points.duplicates(representative, is_used if is_ghost is None else _points_in_use(mesh, ~is_ghost))
     interface = is_interface(mesh)
     by_design = doubles[:0]
@@ -155,15 +162,17 @@ def diagnosis(
         repeated &= ~interface
         is_side = points.sides_of_interfaces(mesh, representative, interface)
         doubles, by_design = doubles[~is_side[doubles]], doubles[is_side[doubles]]
-    matched = topology(mesh)
-    twice = cells.duplicates(mesh, hashes)
+    hangs, twice, sizes = _side_by_side(
+        mesh,
+        lambda: hanging(quality, matched),
+        lambda: cells.duplicates(mesh, hashes),
+        lambda: _part_sizes(mesh, IS_SOLID),
+    )
     covering = (
         np.setdiff1d(cells.covering(mesh, representative), twice) if len(doubles) or len(by_design) else twice[:0]
     )
     oriented = orientation(quality, faces=matched, points=representative if len(doubles) else None, ignored=twice)
-    sizes = _part_sizes(mesh, IS_SOLID)
     split = faces.split_quadrilaterals(matched)
-    hangs = hanging(quality, matched)
     names = findings.NamesOf(mesh)
     n_of = np.bincount(mesh.types, minlength=256)
     conforms = not (matched.n_multiple or len(split) or len(hangs.points))
@@ -194,6 +203,11 @@ def diagnosis(
         skipped=skipped(n_of),
         checked=checks(n_of),
     )
+
+
+def _side_by_side(mesh: Mesh, *works: Callable[[], Any]) -> list[Any]:
+    """What each of some functions returns: on threads, if the mesh has so many cells that kernels do the work."""
+    return run(lambda work: work(), works, None if path.is_compiled(mesh.n_cells, is_once=True) else 1)
 
 
 def _duplicate_points(

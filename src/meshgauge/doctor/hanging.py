@@ -144,6 +144,8 @@ def hanging_of(
 def with_edges(faces: Topology, edges: Ids) -> Ids:
     """The solid cells that have some of the edges."""
     mesh = faces.mesh
+    if len(edges) == 0:
+        return np.empty(0, np.int64)
     is_end = np.zeros(mesh.n_points, np.bool_)
     is_end[edges] = True
     ends = np.concatenate([[0], np.cumsum(is_end[mesh.connectivity])])[mesh.offsets]
@@ -160,16 +162,25 @@ def with_edges(faces: Topology, edges: Ids) -> Ids:
 def shared_points(faces: Topology) -> NDArray[np.bool_]:
     """``(n_points,)`` points of two cells with faces or more."""
     mesh = faces.mesh
-    has_faces = np.repeat(np.diff(faces.starts) > 0, np.diff(mesh.offsets))
-    return np.asarray(np.bincount(mesh.connectivity[has_faces], minlength=mesh.n_points) > 1)
+    has_faces = np.diff(faces.starts) > 0
+    nodes = mesh.connectivity
+    if not has_faces.all():
+        nodes = nodes[np.repeat(has_faces, np.diff(mesh.offsets))]
+    return np.asarray(np.bincount(nodes, minlength=mesh.n_points) > 1)
 
 
 def _boundary(faces: Topology, wanted: NDArray[np.bool_], is_shared: NDArray[np.bool_]) -> Ids:
     """The half-faces that no other cell has, of wanted cells that share a point with another."""
     mesh = faces.mesh
-    ends = np.concatenate([[0], np.cumsum(is_shared[mesh.connectivity])])
-    has_shared = ends[mesh.offsets[1:]] > ends[mesh.offsets[:-1]]
-    return np.flatnonzero((faces.mates == BOUNDARY) & (has_shared & wanted)[faces.cells])
+    slots = np.flatnonzero(faces.mates == BOUNDARY)
+    slots = slots[wanted[faces.cells[slots]]]
+    cells = faces.cells[slots].astype(np.int64)  # few, as a rule; in ascending order
+    each = cells[np.diff(cells, prepend=-1) > 0]
+    firsts = mesh.offsets[each].astype(np.int64)
+    sizes = mesh.offsets[each + 1] - firsts
+    nodes = mesh.connectivity[ragged_positions(firsts, sizes)]
+    n_shared = np.bincount(np.repeat(np.arange(len(each)), sizes), is_shared[nodes], len(each))
+    return np.asarray(slots[(n_shared > 0)[np.searchsorted(each, cells)]])
 
 
 def _rings(faces: Topology, slots: Ids) -> tuple[Ids, Ids]:

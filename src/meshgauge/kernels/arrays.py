@@ -21,6 +21,7 @@ IntArray = NDArray[np.signedinteger]
 
 Int64Array = NDArray[np.int64]
 Int32Array = NDArray[np.int32]
+Int16Array = NDArray[np.int16]
 Int8Array = NDArray[np.int8]
 UInt64Array = NDArray[np.uint64]
 UInt8Array = NDArray[np.uint8]

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Float64Array, FloatArray, Index, IntArray
+from ..cells.simd import prefetch
 from ..jit import inlined, kernel
 from .numpy_path import BOX
 
@@ -23,6 +24,9 @@ MARGIN = 1.001 / BOX
 
 FAR = 9e15
 """Boxes farther than this are one."""
+
+AHEAD = 24
+"""Points whose box is asked for ahead: the table does not fit into the processor's cache."""
 
 SHIFT = 0.3372
 """Of a box: a third of one off, so that the planes of a regular grid are not on the sides of boxes."""
@@ -36,6 +40,22 @@ def _hash(i: Index, j: Index, k: Index, bits: Index) -> Index:
     h ^= h >> 15
     h = (h * 2146121005) & 0x7FFFFFFFFFFF
     return (h >> 9) & ((1 << bits) - 1)
+
+
+@inlined
+def _place(points: FloatArray, point: Index, origin: Float64Array, axis: Index, scale: float) -> float:
+    """Where a point is along an axis, in boxes."""
+    place = (points[point, axis] - origin[axis]) * scale + SHIFT
+    return float(min(max(place, -FAR), FAR))
+
+
+@inlined
+def _ask_for(head: IntArray, points: FloatArray, point: Index, origin: Float64Array, scale: float, bits: Index) -> None:
+    """Ask for the place of a point's box in the table, which is nowhere near that of the point before it."""
+    i = np.int64(np.floor(_place(points, point, origin, np.int64(0), scale)))
+    j = np.int64(np.floor(_place(points, point, origin, np.int64(1), scale)))
+    k = np.int64(np.floor(_place(points, point, origin, np.int64(2), scale)))
+    prefetch(head, _hash(i, j, k, bits))
 
 
 @kernel
@@ -71,6 +91,7 @@ def coincident(
     number = np.empty(3, np.int64)
     scale = 1.0 / (BOX * tolerance)
     for point in range(len(points)):
+        _ask_for(head, points, np.int64(min(point + AHEAD, len(points) - 1)), origin, scale, bits)
         representative[point] = point
         finite = True
         for axis in range(3):
@@ -78,8 +99,7 @@ def coincident(
         if not finite:
             continue
         for axis in range(3):
-            place = (points[point, axis] - origin[axis]) * scale + SHIFT
-            place = min(max(place, -FAR), FAR)
+            place = _place(points, np.int64(point), origin, np.int64(axis), scale)
             box[axis] = np.int64(np.floor(place))
             inside = place - box[axis]
             number[axis] = 1

@@ -37,7 +37,7 @@ def match(
         return mates, windings, numpy_path.match(*common, mates, windings)
     from .half_faces import match as kernel
 
-    ends, buckets, hashes = np.zeros(n_points + 1, width), np.empty(n, width), np.empty((2, n), np.int32)
+    ends, buckets, hashes = np.zeros(n_points + 1, width), np.empty(n, width), np.empty((2, n), np.int16)
     return mates, windings, kernel(*common, ends, buckets, hashes[0], hashes[1], mates, windings)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Index, Int8Array, Int32Array, Int64Array, IntArray, UInt8Array
+from ..arrays import Index, Int8Array, Int16Array, Int64Array, IntArray, UInt8Array
 from ..jit import inlined, kernel
 from .codes import BOUNDARY, COLLAPSED, CROSSED, MULTIPLE, OPPOSITE, SAME
 
@@ -25,6 +25,9 @@ DIFFERENT = 2
 """Instead of a winding: the faces have not the same points."""
 
 _HASH = 0x7FFFFFFF
+_KEPT = (
+    0x7FFF  # of a hash: what two bytes hold; points of the few half-faces of a bucket that agree are compared anyway
+)
 _PAIRWISE = 40  # half-faces of a bucket up to which comparing all pairs is faster than sorting
 
 
@@ -147,7 +150,7 @@ def _winding_by_table(
 
 
 @inlined
-def _sort(half_faces: IntArray, hashes: Int32Array, low: Index, high: Index) -> None:
+def _sort(half_faces: IntArray, hashes: Int16Array, low: Index, high: Index) -> None:
     """Sort a bucket by hash, and by half-face where equal (Shell sort)."""
     gap = (high - low) // 2
     while gap > 0:
@@ -173,8 +176,8 @@ def match(
     longest: int,
     ends: IntArray,
     buckets: IntArray,
-    hashes: Int32Array,
-    hash_of: Int32Array,
+    hashes: Int16Array,
+    hash_of: Int16Array,
     mates: IntArray,
     windings: Int8Array,
 ) -> int:
@@ -198,7 +201,7 @@ def match(
     ends
         ``(n_points + 1,)`` zeros; working space.
     buckets, hashes, hash_of
-        ``(n_half_faces,)``; working space: as wide as ``cells``, int32, int32.
+        ``(n_half_faces,)``; working space: as wide as ``cells``, int16, int16.
     mates
         ``(n_half_faces,)``, wide enough for half-faces and for point ids, receives the half-face that is the same
         face, or `BOUNDARY`, `MULTIPLE`, `COLLAPSED`.
@@ -233,7 +236,7 @@ def match(
                     least = min(least, ring[m])
                     h += _mix(ring[m])
             mates[half_face] = least  # until it is in its bucket
-            hash_of[half_face] = h & _HASH
+            hash_of[half_face] = h & _KEPT
             ends[least + 1] += 1
     for point in range(len(ends) - 1):
         ends[point + 1] += ends[point]
