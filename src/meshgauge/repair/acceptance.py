@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..quality.measure import Quality
 from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is_usable
+from .hanging import NONE, Hanging
 from .polyhedral import is_warped
 from .remeasure import remeasured
 
@@ -35,6 +36,7 @@ def accept(
     threads: int | None,
     back: Quality | None = None,
     sizes: Limits | None = None,
+    hanging: Hanging = NONE,
 ) -> tuple[Quality, int]:
     """The quality of the mesh with new points, after putting back those that cost some cell what it may not lose.
 
@@ -51,6 +53,8 @@ def accept(
         What was accepted before, whose points are put back; ``before`` if None.
     sizes
         What good cells must keep of their sizes; None: nothing.
+    hanging
+        Points that follow others, here too.
 
     Returns
     -------
@@ -61,6 +65,7 @@ def accept(
     back = before if back is None else back
     old = np.asarray(back.mesh.points, np.float64)
     points = np.where(points == old, old, points)  # a zero keeps its sign
+    given = np.asarray(mesh.points, np.float64)
     is_back = np.zeros(len(points), bool)
     n_nodes = np.diff(mesh.offsets)
     after = back
@@ -73,7 +78,11 @@ def accept(
             return after, int(np.count_nonzero(is_back))
         nodes = mesh.connectivity[np.repeat(cells, n_nodes)]
         is_back[nodes[(points[nodes] != old[nodes]).any(axis=1)]] = True
+        if hanging:
+            is_back = hanging.with_masters(is_back)
+            nodes = np.flatnonzero(is_back)
         points[nodes] = old[nodes]
+        hanging.follow(points, given)
     return back, len(points)
 
 

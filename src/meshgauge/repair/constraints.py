@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +20,7 @@ from ..quality.polyhedra import PolyhedralQuality
 from ..status import is_measured
 from .curved import can_follow
 from .faces import mask_of, nodes_of_faces
+from .hanging import NONE, Hanging, hanging
 
 if TYPE_CHECKING:
     from .sizes import SizeLimits
@@ -57,6 +58,8 @@ class Constraints:
         What good cells must keep of their sizes; None: nothing.
     away
         ``(n_points,)`` those of the pinned that stay only since no bad cell is near; None: there are none.
+    hanging
+        Points that follow what they hang on.
     """
 
     quality: Quality
@@ -70,11 +73,16 @@ class Constraints:
     notes: tuple[str, ...]
     sizes: SizeLimits | None = None
     away: Mask | None = None
+    hanging: Hanging = NONE
 
     @property
     def fixed(self) -> Mask:
         """``(n_points,)`` points that do not move as long as the boundary is fixed."""
         return self.boundary | self.interface | self.pinned
+
+    def without_hanging(self) -> Constraints:
+        """The same with what hangs, and what it hangs on, held."""
+        return replace(self, pinned=self.pinned | self.hanging.linked(len(self.pinned)), hanging=NONE)
 
     @property
     def bounding(self) -> Mask:
@@ -128,8 +136,8 @@ def constraints_of(
     if left:
         pinned |= mask_of(n, mesh.connectivity[np.repeat(aside, np.diff(mesh.offsets))])
         notes.append(
-            f"{number_of(left, 'solid cell takes', 'solid cells take')} no part (of high order, with hanging nodes, "
-            "not measured): their points stay."
+            f"{number_of(left, 'solid cell takes', 'solid cells take')} no part (of high order, not measured): "
+            "their points stay."
         )
 
     alone = np.flatnonzero(faces.mates < 0)
@@ -159,12 +167,29 @@ def constraints_of(
         pinned |= together
         count = number_of(n_together, "point coincides", "points coincide")
         notes.append(f"{count} with another: parts that touch there stay together, unmoved.")
-    return Constraints(quality, faces, takes_part, boundary, interface, pinned, region_ids, region_names, tuple(notes))
+    follows, unclear = hanging(quality)
+    pinned |= mask_of(n, unclear)
+    pinned |= follows.held_with(boundary | interface | pinned) & ~(boundary | interface)
+    if follows:
+        count = number_of(len(follows.points), "point hangs", "points hang")
+        notes.append(f"{count} on an edge or a face, and {'follows' if len(follows.points) == 1 else 'follow'} it.")
+    return Constraints(
+        quality,
+        faces,
+        takes_part,
+        boundary,
+        interface,
+        pinned,
+        region_ids,
+        region_names,
+        tuple(notes),
+        hanging=follows,
+    )
 
 
 def can_move(measured: PolyhedralQuality) -> NDArray[np.int64]:
-    """Ids of the polyhedra that have a value and no hanging node."""
-    return measured.cells[~measured.has_hanging & ~np.isnan(measured.values)]
+    """Ids of the polyhedra that have a value."""
+    return measured.cells[~np.isnan(measured.values)]
 
 
 def coincident(mesh: Mesh, used: Mask) -> tuple[Mask, int]:

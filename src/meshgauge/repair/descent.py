@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..kernels.repair import steps
 from ..kernels.threads import thread_count
+from .hanging import NONE, Hanging
 from .problem import Part, Points, Problem
 
 T = TypeVar("T")
@@ -107,12 +108,18 @@ class Descent:
     step."""
 
     def __init__(
-        self, problem: Problem, freedom: Freedom, team: Workers, is_over: Callable[[], bool] | None = None
+        self,
+        problem: Problem,
+        freedom: Freedom,
+        team: Workers,
+        is_over: Callable[[], bool] | None = None,
+        hanging: Hanging = NONE,
     ) -> None:
         self.problem = problem
         self.is_over = is_over or (lambda: False)
         self.freedom = freedom
         self.team = team
+        self.hanging = hanging
         n = problem.n_points
         self._parts = [np.empty((part.high - part.low, 3)) for part in problem.parts]
         self._ranges = [(first, min(first + RANGE, n)) for first in range(0, max(n, 1), RANGE)]
@@ -172,6 +179,7 @@ class Descent:
                 if trial and self.is_over():
                     break
                 self._step(here, step, there)
+                self.hanging.follow(there, here)
                 reached, ahead, pull_ahead = self._evaluate(energy, there, after)
                 n += 1
                 if not reached <= value + ENOUGH * step * slope:
@@ -217,13 +225,17 @@ class Descent:
         if not np.isfinite(value):
             return np.inf, least, 0.0
 
-        def of_range(bounds: tuple[int, int]) -> float:
+        def sums(bounds: tuple[int, int]) -> None:
             gradient[bounds[0] : bounds[1]] = 0.0
             for part, buffer in zip(self.problem.parts, self._parts, strict=True):
                 steps.accumulate(buffer, part.low, *bounds, gradient)
+
+        def constrained(bounds: tuple[int, int]) -> float:
             return steps.constrain(self.freedom.kind, self.freedom.axes, self.freedom.scale, *bounds, gradient)
 
-        return value, least, max(self.team.map(of_range, self._ranges))
+        self.team.map(sums, self._ranges)
+        self.hanging.pull(gradient)
+        return value, least, max(self.team.map(constrained, self._ranges))
 
     def _products(self, gram: Points, gradient: Points, newest: int) -> None:
         new = np.array([newest, MEMORY + newest])

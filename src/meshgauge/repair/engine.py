@@ -114,8 +114,8 @@ def improve(
     Parameters
     ----------
     mesh
-        Any mesh. Cells of high order take no part, nor do polyhedra with hanging nodes: their points stay. Faces of
-        other polyhedra are kept as flat as they are, or within a hundredth of their radius.
+        Any mesh. Cells of high order take no part: their points stay. Faces of polyhedra are kept as flat as they are,
+        or within a hundredth of their radius; nodes that hang follow their edge or face.
     everywhere
         False: only points near cells that are invalid or below the target move, in rings that grow while it helps; all
         else stays to the last bit. True: all points move, and the worst and the mean of the whole mesh rise.

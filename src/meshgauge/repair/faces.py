@@ -65,7 +65,9 @@ def face_centres(topology: Topology, slots: Ids) -> Ids:
     """``(n_slots,)`` the node that a curved cell has inside each face, -1 where there is none."""
     mesh = topology.mesh
     cells = np.asarray(topology.cells, np.int64)[slots]
-    node = _centre_table()[mesh.types[cells], slots - topology.starts[cells]].astype(np.int64)
+    table, face = _centre_table(), slots - topology.starts[cells]
+    of_a_type = face < table.shape[1]  # a polyhedron may have more, and has no such node
+    node = np.where(of_a_type, table[mesh.types[cells], np.where(of_a_type, face, 0)], -1).astype(np.int64)
     return np.where(node >= 0, mesh.connectivity[np.asarray(mesh.offsets, np.int64)[cells] + np.maximum(node, 0)], -1)
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -74,7 +76,10 @@ class FileMesh:
                 if name in NOT_SLICED:
                     raise ReadWhole(NOT_SLICED[name])
         n = self.n_cells
-        self._values, self._status, self._types = np.empty(n), np.empty(n, np.uint8), np.empty(n, np.uint8)
+        self._status, self._types = np.empty(n, np.uint8), np.empty(n, np.uint8)
+        # In memory the values of a hundred million cells were as much as a quarter of all the rest.
+        self._values = TemporaryFile()  # noqa: SIM115  closed with this record
+        weakref.finalize(self, self._values.close)
         self._places = places(self.job.pieces)
         self._starts = np.array([self.job.pieces.cell_starts[one.piece] + one.start for one in self._places])
         self._spans: dict[int, tuple[int, int]] = {}  # the least and the largest point of each slice, once it was read
@@ -95,7 +100,9 @@ class FileMesh:
     def take(self, first: int, rows: CellRows) -> None:
         """What was measured of a slice."""
         some, values = slice(first, first + len(rows.types)), rows.values[JENS]
-        self._values[some], self._status[some], self._types[some] = values, rows.status, rows.types
+        self._status[some], self._types[some] = rows.status, rows.types
+        self._values.seek(8 * first)
+        self._values.write(np.ascontiguousarray(values, np.float64).data)
         self._bad.append(first + np.flatnonzero(bad_among(values, rows.status, self.job.purpose, self.target)))
         self.counts += counts_of(rows.status)
 
@@ -159,8 +166,10 @@ class FileMesh:
         for start in range(0, self.n_cells, CHUNK):
             part = slice(start, start + CHUNK)
             here = there[part]
+            self._values.seek(8 * start)
+            values = np.frombuffer(self._values.read(8 * len(here)), np.float64)
             total += summarise(
-                self._values[part][here],
+                values[here],
                 self._status[part][here],
                 self._types[part][here],
                 METRICS[JENS],

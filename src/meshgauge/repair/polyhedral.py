@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..kernels.repair.ascent import FLAT
+from ..mesh.beyond import beyond
 from ..mesh.polyhedra import Polyhedra, ragged_positions
 from ..quality.measure import Quality
-from ..quality.polyhedra import corner_triples
+from ..quality.polyhedral_corners import corner_triples
 from .faces import next_in_face
 from .problem import Ids, Points
 
@@ -19,7 +22,7 @@ WARP = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Corners of polyhedra: the cell, the points, and k; k is 0 for four points of a face, to be kept in a plane."""
+    """Corners of polyhedra: the cell, the points, and k; k is 0 for four points of a face that stay in a plane."""
 
     cells: Ids
     points: Ids
@@ -27,12 +30,12 @@ class Corners:
 
 
 def corners(quality: Quality) -> Corners:
-    """Of the polyhedra that have a value and no hanging node."""
+    """Of the polyhedra that have a value; nodes that hang are no corners."""
     mesh, measured = quality.mesh, quality.polyhedra
     if mesh.polyhedra is None or measured is None:
         none = np.empty(0, np.int64)
         return Corners(none, np.empty((0, 4), np.int64), np.empty(0))
-    cells, points, k = corner_triples(mesh.points, mesh.polyhedra, measured)
+    cells, points, k = corner_triples(mesh.points, mesh.polyhedra, measured, beyond=partial(beyond, mesh))
     taken = np.unique(cells)
     poly = mesh.polyhedra
     starts = np.asarray(poly.cell_offsets, np.int64)
@@ -45,12 +48,23 @@ def corners(quality: Quality) -> Corners:
     turn = np.arange(len(face)) - np.repeat(np.cumsum(n) - n, n)
     ring = [np.asarray(poly.face_points)[offsets[faces[face]] + (turn + m) % sizes[face]] for m in range(4)]
     owner = np.repeat(taken, counts)[face]
+    ends = np.stack(ring, axis=1).astype(np.int64)
+    flat = _is_flat(np.asarray(mesh.points, np.float64), ends)
+    owner, ends = owner[flat], ends[flat]
     order = np.argsort(np.concatenate([cells, owner]), kind="stable")
     return Corners(
         np.concatenate([cells, owner])[order],
-        np.concatenate([points, np.stack(ring, axis=1).astype(np.int64)])[order],
-        np.concatenate([k, np.zeros(len(face))])[order],
+        np.concatenate([points, ends])[order],
+        np.concatenate([k, np.zeros(len(owner))])[order],
     )
+
+
+def _is_flat(points: Points, ends: Ids) -> NDArray[np.bool_]:
+    """``(n,)`` True for four points of a face that are in a plane now; others are not drawn into one."""
+    edges = points[ends[:, 1:]] - points[ends[:, :1]]
+    sizes = np.linalg.norm(edges, axis=2).prod(axis=1)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.abs(np.linalg.det(edges)) <= FLAT * sizes)
 
 
 def is_warped(before: Quality, points: Points) -> NDArray[np.bool_]:

@@ -9,9 +9,10 @@ from typing import Protocol
 
 import numpy as np
 
-from .constraints import Constraints
+from .constraints import Constraints, Mask
 from .descent import Descent, Energy, Freedom, Workers
-from .problem import Points, Problem, gather
+from .hanging import NONE, Hanging
+from .problem import Ids, Points, Problem, gather
 
 INTERVAL, COST_FACTOR, TIME_SHARE = 0.02, 20.0, 0.01
 """Between two entries of the history: least seconds, least multiple of what an entry takes to make, and least share of
@@ -66,6 +67,8 @@ class Run:
         As the user asked.
     deadline
         On the monotonic clock, or infinity.
+    hanging
+        Points of ``moving`` that follow others.
     """
 
     whole: Problem
@@ -81,6 +84,7 @@ class Run:
     base: Points
     on_progress: Callable[[Progress], object] | None = None
     should_stop: Callable[[], bool] | None = None
+    hanging: Hanging = NONE
     history: list[Progress] = field(default_factory=list)
     raised: Points | None = None  #: of ``moving``, with the worst raised and the mean not yet
     evaluations: int = 0
@@ -100,8 +104,24 @@ class Run:
         kind = self.freedom.kind[points].copy()
         if held is not None:
             kind[held] = 0
+        hanging = NONE
+        if self.hanging:
+            stays = np.ones(self.moving.n_points, bool)
+            stays[points] = kind == 0
+            stays = self.hanging.held_with(stays)
+            kind[stays[points]] = 0
+            at = np.full(self.moving.n_points, -1, np.int64)
+            at[points] = np.arange(len(points))
+            hanging = self.hanging.of_part(at, stays)
+            kind[hanging.points] = 0
         freedom = Freedom(kind, self.freedom.axes[points], self.freedom.scale[points])
-        return Descent(part, freedom, self.team, self.is_over)
+        return Descent(part, freedom, self.team, self.is_over, hanging)
+
+    @property
+    def moves_alone(self) -> Mask:
+        """``(n_points,)`` points of ``moving`` that are free, and that no other follows."""
+        free: Mask = self.freedom.kind == 3
+        return free & ~self.hanging.linked(len(free)) if self.hanging else free
 
     def keep_time(self, began: float) -> None:
         """Let the time be up a little earlier: measuring the result and the report take about as long as the setup."""
@@ -156,7 +176,8 @@ def begin_run(
 ) -> Run:
     """A run at its start; points are those of ``constraints.quality.mesh``."""
     base = np.asarray(constraints.quality.mesh.points, np.float64)[whole.point_ids].copy()
-    fixed = constraints.fixed[whole.point_ids]
+    held = constraints.hanging.held_with(constraints.fixed)
+    fixed = held[whole.point_ids]
     moving, of_points, of_cells = whole.of_corners(np.asarray(~gather(fixed, whole.corners).all(axis=1)))
     lengths = moving.edge_lengths(base[of_points])
     freedom = Freedom(
@@ -176,4 +197,14 @@ def begin_run(
         base=base,
         on_progress=on_progress,
         should_stop=should_stop,
+        hanging=_hanging(constraints, held, whole.point_ids[of_points]),
     )
+
+
+def _hanging(constraints: Constraints, held: Mask, ids: Ids) -> Hanging:
+    """What hangs among some points of the mesh, which the points of a problem are."""
+    if not constraints.hanging:
+        return NONE
+    at = np.full(len(held), -1, np.int64)
+    at[ids] = np.arange(len(ids))
+    return constraints.hanging.of_part(at, held)

@@ -292,6 +292,7 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Opt
     moved = np.asarray(mesh.points, np.float64).copy()
     moved[run.whole.point_ids[run.points_of_moving]] = points
     moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
+    constraints.hanging.follow(moved, np.asarray(mesh.points, np.float64))
     after, n_back = accept(
         before,
         moved,
@@ -299,6 +300,7 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Opt
         threads=options.threads,
         back=outcome.quality,
         sizes=constraints.sizes,
+        hanging=constraints.hanging,
     )
     if is_better(after, outcome.quality, None if options.everywhere else options.target):
         if n_back:

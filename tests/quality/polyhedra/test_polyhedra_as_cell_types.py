@@ -16,6 +16,7 @@ from meshgauge.mesh import Mesh
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.quality import polyhedra as polyhedral_quality
 from meshgauge.quality.polyhedra import Fault, PolyhedralQuality, ReferenceKind, measure_polyhedra
+from meshgauge.quality.polyhedral_corners import corner_triples
 from meshgauge.quality.reference import antiprism
 from meshgauge.status import Status
 
@@ -145,7 +146,7 @@ def test_the_triples_of_corners_give_the_value_of_the_cell(name: str) -> None:
     points = np.array(shape.points, np.float64)
     mesh = Mesh.from_arrays(points, {name: [np.arange(len(points))]})
     of = converted(mesh)
-    cells, corners, k = polyhedral_quality.corner_triples(points, of, measure_polyhedra(points, of, slice(0, 1)))
+    cells, corners, k = corner_triples(points, of, measure_polyhedra(points, of, slice(0, 1)))
     assert not cells.any()
     edges = {tuple(sorted((a, b))) for face in shape.faces for a, b in zip(face, (*face[1:], face[0]), strict=True)}
     valence = np.bincount(np.array(sorted(edges)).ravel())

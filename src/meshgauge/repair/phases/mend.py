@@ -217,7 +217,7 @@ def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, st
         links=_links(part, topology),
         sizes=limits.rows(part),
         limits=limits,
-        is_free=run.freedom.kind == 3,
+        is_free=run.moves_alone,
         had=had,
         enough=np.where(had < max(run.target, LEAST_TARGET), well, np.minimum(had, well)) - ROUNDING,
     )
@@ -286,7 +286,7 @@ def _untangle(local: _Local, points: Points) -> None:
     if passed.any():
         local.ascend(
             moved,
-            ids,
+            ids[local.is_free[ids]],
             np.minimum(values, np.where(values > 0.0, LEAST_TARGET, values)) - 1e-12,
             SHARPNESS[0],
             RESTORING,
@@ -302,7 +302,7 @@ def _untangle(local: _Local, points: Points) -> None:
 
 def _raise_mean(local: _Local, points: Points, given: Points) -> None:
     """Raise the mean of the cells at points that have moved, in place; the worst of a group keeps most of it."""
-    ids = np.flatnonzero((points != given).any(axis=1))
+    ids = np.flatnonzero((points != given).any(axis=1) & local.is_free)
     if not len(ids) or local.run.is_over():
         return
     values = local.values(points)

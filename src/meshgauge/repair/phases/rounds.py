@@ -59,7 +59,7 @@ class Rounds:
     def visit(self, points: Points, which: Mask, floors: Points, sharpness: float, least_gain: float) -> Mask:
         """Move some points that are free, in place, see `kernels.repair.ascent.ascend`; which have moved."""
         run, moved = self.run, np.zeros(len(points), bool)
-        which = which & (run.freedom.kind == 3)
+        which = which & run.moves_alone
         for share in self._share:
             ids = [np.flatnonzero(which & (share == n)) for n in range(SHARES)]
 

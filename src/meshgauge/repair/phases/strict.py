@@ -47,7 +47,7 @@ def keep_every_cell(run: Run, given: Points, reached: Points, *, only: NDArray[n
     else:
         everywhere = old.copy()
     _, _, _, offsets, around = at_points(whole.corners, whole.cells, whole.n_points)
-    free = run.points_of_moving[run.freedom.kind == 3 if only is None else only]
+    free = run.points_of_moving[run.moves_alone if only is None else only & run.moves_alone]
     for _ in range(SWEEPS):
         n = 0
         for start in range(0, len(free), AT_A_TIME):

@@ -58,7 +58,16 @@ def untwist(
         moved = np.asarray(mesh.points, np.float64).copy()
         moved[whole.point_ids[local.points_of_moving]] = points
         moved = move_nodes_between(mesh, moved, constraints.cells, here.fixed)
-        better, _ = accept(before, moved, strict=strict, threads=threads, back=after, sizes=constraints.sizes)
+        constraints.hanging.follow(moved, np.asarray(before.mesh.points, np.float64))
+        better, _ = accept(
+            before,
+            moved,
+            strict=strict,
+            threads=threads,
+            back=after,
+            sizes=constraints.sizes,
+            hanging=constraints.hanging,
+        )
         if not is_better(better, after):
             break
         after = better
