@@ -127,9 +127,12 @@ def by_others(old: Path, new: Path, before: Mesh, after: Mesh) -> str:
     if new.is_dir():
         if shutil.which("checkMesh") is None:
             return "-"
+        settings = {"WM_PROJECT_DIR": "/usr/share/openfoam", **os.environ}  # as Debian installs it
         texts = [
-            subprocess.run(["checkMesh", "-case", str(one)], capture_output=True, text=True, check=False).stdout
-            for one in (old, new)
+            subprocess.run(
+                ["checkMesh", "-case", one], capture_output=True, text=True, check=False, env=settings
+            ).stdout
+            for one in (str(old), str(new))
         ]
         ends = ["Mesh OK" if "Mesh OK" in text else "Failed" if "Failed" in text else "no" for text in texts]
         return f"checkMesh ({ends[0]} -> {ends[1]})"

@@ -121,6 +121,16 @@ def test_cylindrical_nodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(read(tmp_path, text).points[2], (0, 1, 0), atol=1e-15)
 
 
+def test_systems_move_no_node_as_in_the_solver(tmp_path: Path) -> None:
+    """HEC-MW's own library takes their lines and leaves coordinates as they are."""
+    plain = f"{CUBES}!ELEMENT, TYPE=361\n1, {FIRST}\n"
+    (tmp_path / "plain").mkdir()
+    mesh, other = read(tmp_path, plain.replace("!NODE", "!SYSTEM\n1, 2, 3\n!NODE")), read(tmp_path / "plain", plain)
+    np.testing.assert_array_equal(mesh.points, other.points)
+    assert any("!SYSTEM moves no node" in note for note in mesh.notes)
+    assert not other.notes
+
+
 def test_files_that_are_included(tmp_path: Path) -> None:
     (tmp_path / "nodes.txt").write_text(CUBES.removeprefix("!NODE\n"))
     (tmp_path / "cells.msh").write_text(f"!ELEMENT, TYPE=361\n1, {FIRST}\n")
@@ -153,7 +163,6 @@ def test_links_and_interfaces(tmp_path: Path) -> None:
         ("!END", "!EGROUP, EGRP=A\n nothing\n!END", "'A' names the group 'nothing', which does not exist"),
         ("!END", "!EGROUP, EGRP=A, GENERATE\n 1, 5, -1\n!END", "goes on by -1"),
         ("!END", "!EGROUP, EGRP=A, GENERATE\n 1, 50000000000, 1\n!END", "nodes and elements generated or copied"),
-        ("!NODE", "!SYSTEM\n1, 0, 0\n!NODE", "!SYSTEM moves the nodes that follow"),
         ("!ELEMENT", "!END\n!ELEMENT", "no elements were found in it"),
     ],
 )

@@ -144,3 +144,17 @@ def test_the_line_of_a_word_that_is_no_number_is_named(name: str, tmp_path: Path
             with pytest.raises(ReadError, match=rf"line {line}\b"):
                 io.read(path)
             file.write_bytes(data)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.szplt", "#!SZPLT", "subzone files .* are read by Tecplot's own library only; save it as .plt"),
+        ("a.plt", "#!SZPLT", "subzone files"),
+        ("a.mesh", "MFEM NURBS mesh v1.0\n\ndimension\n3\n", "NURBS meshes of MFEM are not read"),
+    ],
+)
+def test_what_no_reader_knows_is_refused_by_name(name: str, text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ReadError, match=message):
+        io.read(tmp_path / name)

@@ -142,3 +142,15 @@ def test_openfoam_takes_it_and_finds_it_better(form: str, tmp_path: Path) -> Non
     assert "Mesh OK" in printed[1]
     before, after = (float(re.findall(r"non-orthogonality Max: (\S+)", text)[0]) for text in printed)
     assert after < 0.5 * before
+
+
+def test_neighbours_as_netgen_calls_them(tmp_path: Path) -> None:
+    root = case(tmp_path, "ascii", is_decomposed=False)
+    before = meshgauge.read(root)
+    (root / "constant" / "polyMesh" / "neighbour").rename(root / "constant" / "polyMesh" / "neighbor")
+    mesh = meshgauge.read(root)
+    assert np.array_equal(mesh.connectivity, before.connectivity)
+    assert any("Netgen calls it so" in note for note in mesh.notes)
+    done = command_line.run("improve", root, "-o", tmp_path / "better")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "better" / "constant" / "polyMesh" / "neighbor").exists()

@@ -63,6 +63,9 @@ def detect(path: Path, head: bytes) -> Format:
     here = table.of_extension(extension)
     if not head and extension != ".foam":  # that file only marks its folder
         raise ReadError(f"{path}: is empty (0 bytes)")
+    closed = next((what for mark, what in _CLOSED.items() if extension == mark or head.startswith(mark.encode())), None)
+    if closed is not None:
+        raise ReadError(f"{path}: {closed}")
     if chosen := _sniffed(here, head, path) or _sniffed((f for f in table.every() if f.by_content), head, path):
         return chosen
     if here:
@@ -83,6 +86,14 @@ def _sniffed(formats: Iterable[Format], head: bytes, path: Path) -> Format | Non
     return None
 
 
+_SUBZONES = "Tecplot's subzone files (.szplt) are read by Tecplot's own library only; save it as .plt or .dat there"
+_CLOSED = {
+    ".szplt": _SUBZONES,
+    "#!SZPLT": _SUBZONES,
+    "MFEM NURBS": "NURBS meshes of MFEM are not read: their elements are no cells; print it as MFEM mesh v1.0 "
+    "with nodes of order 2 (SetCurvature), or as VTU",
+}
+"""By extension, or by first bytes, what files are that are read by none of our formats."""
 _LISTED = "'meshgauge formats'"
 _OTHERWISE = "--format NAME reads it as another format"
 _MOST_NEAR, _NEAR = 3, 0.6

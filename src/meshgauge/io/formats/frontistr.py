@@ -80,6 +80,10 @@ class _Content:
     groups: dict[str, list[Ints]] = field(default_factory=dict)
     materials: dict[str, str] = field(default_factory=dict)  #: name of a group → of its material
     apart: Counter[str] = field(default_factory=Counter)
+    has_systems: bool = False
+
+
+_SYSTEM = "!SYSTEM moves no node, as HEC-MW does not apply it either: all are where their lines have them."
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +154,7 @@ def _take(block: _Block, content: _Content) -> None:
     elif block.name == "SECTION" and "EGRP" in block.options:
         content.materials[block.options["EGRP"].upper()] = block.options.get("MATERIAL", "")
     elif block.name == "SYSTEM" and block.last > block.text.row:
-        raise block.fail("moves the nodes that follow, and cannot be read")
+        content.has_systems = True
 
 
 def _nodes(block: _Block, content: _Content) -> None:
@@ -230,9 +234,10 @@ def _group(block: _Block, content: _Content) -> None:
 
 def _mesh(path: Path, content: _Content) -> Mesh:
     heads = np.concatenate([np.empty((0, 2), np.int64), *content.heads])
-    notes = count_note("Links and contacts are no cells and were left out", content.apart)
+    notes = (_SYSTEM,) if content.has_systems else ()
+    notes += count_note("Links and contacts are no cells and were left out", content.apart)
     if not len(heads):
-        raise ReadError(f"{path}: no elements were found in it{': ' + notes[0] if notes else ''}")
+        raise ReadError(f"{path}: no elements were found in it{': ' + notes[-1] if notes else ''}")
     sizes = np.concatenate([np.full(len(rows), rows.shape[1], np.int64) for rows in content.rows])
     data, names = _groups(content, heads[:, 0])
     more = max(len(content.groups) - MAX_SETS, 0)

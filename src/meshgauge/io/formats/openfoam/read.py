@@ -55,8 +55,11 @@ def read(path: Path, at: int) -> Mesh:
     are one mesh with a block for each. Zones of cells are not read.
     """
     states = steps(path)
-    pieces = [_piece(name, folder) for name, folder in folders(path, states[at].name if states else "constant")]
+    read_from = folders(path, states[at].name if states else "constant")
+    pieces = [_piece(name, folder) for name, folder in read_from]
     notes: list[str] = []
+    if any(_is_netgens(folder) for _, folder in read_from):
+        notes.append("The file 'neighbor' was read for 'neighbour': Netgen calls it so, and OpenFOAM needs it renamed.")
     ids, points = _join_points(pieces)
     if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
         notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not joined.")
@@ -93,13 +96,21 @@ def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, 
     return np.split(of_piece, np.cumsum([len(own) for own in ids])[:-1]), points
 
 
+_NETGENS = "neighbor"
+"""What Netgen calls the file of neighbours."""
+
+
+def _is_netgens(folder: Path) -> bool:
+    return _is_there(folder, _NETGENS) and not _is_there(folder, "neighbour")
+
+
 def _piece(name: str, folder: Path) -> _Piece:
     points_file = MeshFile(folder, "points")
     points = points_file.points()
     face_offsets, face_points = MeshFile(folder, "faces").faces()
     owner_file = MeshFile(folder, "owner")
     owner = owner_file.labels()
-    neighbour = MeshFile(folder, "neighbour").labels()
+    neighbour = MeshFile(folder, _NETGENS if _is_netgens(folder) else "neighbour").labels()
     n_faces = len(face_offsets) - 1
     if len(owner) != n_faces or len(neighbour) > n_faces:
         raise ReadError(f"{folder}: {n_faces} faces have {len(owner)} owners and {len(neighbour)} neighbours")
@@ -277,9 +288,7 @@ class MeshFile:
         try:
             return numbers(rest, np.float64 if kind.kind == "f" else np.int64)
         except NotNumbers as error:
-            raise self.fail(
-                f"holds something else than numbers in line {error.line(self.data, self.at)}: {error}"
-            ) from None
+            raise self.fail(f"holds something else than numbers: {error}") from None
 
     def points(self) -> NDArray[np.float64]:
         return self._list(self.scalar, 3).astype(np.float64).reshape(-1, 3)
