@@ -234,7 +234,7 @@ def _group(block: _Block, content: _Content) -> None:
 
 def _mesh(path: Path, content: _Content) -> Mesh:
     heads = np.concatenate([np.empty((0, 2), np.int64), *content.heads])
-    notes = (_SYSTEM,) if content.has_systems else ()
+    notes: tuple[str, ...] = (_SYSTEM,) if content.has_systems else ()
     notes += count_note("Links and contacts are no cells and were left out", content.apart)
     if not len(heads):
         raise ReadError(f"{path}: no elements were found in it{': ' + notes[-1] if notes else ''}")
