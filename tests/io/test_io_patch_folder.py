@@ -154,3 +154,14 @@ def test_neighbours_as_netgen_calls_them(tmp_path: Path) -> None:
     done = command_line.run("improve", root, "-o", tmp_path / "better")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "better" / "constant" / "polyMesh" / "neighbor").exists()
+
+
+@pytest.mark.parametrize("name", ["inner", "constant/inner"])
+def test_a_copy_within_the_folder_is_refused(name: str, tmp_path: Path) -> None:
+    root = case(tmp_path, "ascii", is_decomposed=False)
+    had = files(root)
+    done = command_line.run("improve", root, "-o", root / name)
+    assert done.returncode == 2
+    assert "is in the folder" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert files(root) == had

@@ -109,7 +109,9 @@ class ChangedMesh:
             what = number_of(n, "point has", "points have")
             terminal.warn("note", f"{source}: {what} no place in a file that may change, and will not move")
         if patch is not None and patch.left_out:
-            terminal.warn("note", f"{target}: {', '.join(patch.left_out)} are of the mesh as it was, and not copied")
+            are = "is" if len(patch.left_out) == 1 else "are"
+            note = f"{', '.join(patch.left_out)} {are} of the mesh as it was, and not copied"
+            terminal.warn("note", f"{target}: {note}")
         if in_place and undo is None:
             undo = _beside(target)
         return cls(batch, before, target, in_place, patch, undo)

@@ -288,6 +288,8 @@ def patch_of(
     ------
     ReadError
         If the places cannot be told; the message says why.
+    WriteError
+        If the output is a folder in the one that it is to be a copy of.
     """
     chosen = format_if_same(mesh, target, file_format=file_format)
     if chosen is None or not chosen.is_patched:
@@ -304,6 +306,8 @@ def patch_of(
         )
         return Patch(mesh, Path(target), chosen, none, limits or Limits(), step, nodes)
     if source.is_dir():
+        if source.resolve() in Path(target).resolve().parents:
+            raise WriteError(f"{target}: is in the folder {source} that it is to be a copy of")
         places = registry.places(chosen, registry.case_of(source, file_format)[1], limits, step).aligned(mesh)
         inside = [path.resolve().is_relative_to(source.resolve()) for path, _ in places.pieces] or [True]
         places = places.without(~np.array(inside)[places.piece])
