@@ -297,6 +297,10 @@ def test_several_blocks_and_times_of_exodus(kind: str, tmp_path: Path) -> None:
     assert changed == {"/num_elem_var", "name_elem_var", "elem_var_tab"}
     with netCDF4.Dataset(tmp_path / "b.e") as file:
         assert file["elem_var_tab"][...].tolist() == [[1, 1, 1], [0, 1, 1]]
+    if kind == "NETCDF4":  # time steps can be added to what is of time steps, and to nothing else
+        with h5py.File(tmp_path / "b.e") as file:
+            assert file["vals_elem_var2eb1"].maxshape == (None, 9)
+            assert file["elem_var_tab"].maxshape == (2, 3)
 
 
 @pytest.mark.parametrize("moves", [False, True])

@@ -254,3 +254,9 @@ def test_a_row_that_cannot_be_is_an_error(change: dict[str, object], message: st
     row: dict[str, object] = {"name": "edge", "values": longest, "range": (0, 10), "acceptable": (0, 5)}
     with pytest.raises(MetricError, match=message):
         Metric(better="lower", **{**row, **change})  # type: ignore[arg-type]
+
+
+def test_acceptable_may_be_one_value_at_an_end_of_the_range() -> None:
+    for value in (0.0, 10.0):
+        row = Metric(name="edge", values=longest, range=(0, 10), acceptable=(value, value), better="lower")
+        assert row.acceptable == (value, value)

@@ -12,7 +12,7 @@ from repair_meshes import shaken
 import meshgauge
 from meshgauge import Mesh
 from meshgauge.kernels.repair import cavities, flips, reconnection, tetrahedra
-from meshgauge.kernels.repair.tetrahedra import FIXED, N_CELLS, N_POINTS, Tetrahedra
+from meshgauge.kernels.repair.tetrahedra import FIXED, N_CELLS, N_POINTS, NOW, Tetrahedra
 from meshgauge.mesh import CellBlock
 from meshgauge.mesh.topology import topology
 from meshgauge.repair.constraints import constraints_of
@@ -269,7 +269,9 @@ def test_no_room_for_points_or_cells_is_no_error() -> None:
     tight = state._replace(points=state.points[:n].copy(), nodes=state.nodes[: m + 1].copy())
     done = np.zeros(5, np.int64)
     order = np.argsort(tight.quality[:m], kind="stable")
+    tight.counts[NOW] += 1
     reconnection.raise_least(tight, tetrahedra.scratch(), order, 1.0, 1e-3, done)
+    assert done[:4].sum() > 0
     assert done[4] == 0
     assert tight.counts[N_CELLS] <= m + 1
 
@@ -286,3 +288,19 @@ def test_smoothing_moves_each_point_that_may_and_tells_what_it_gains() -> None:
     may_move = state.marks[: mesh.n_points] & FIXED == 0
     assert 0.8 * may_move.sum() < has_moved.sum() <= may_move.sum()
     assert not has_moved[~may_move].any()
+
+
+@pytest.mark.parametrize("is_taken", [False, True])
+def test_an_edge_that_is_there_is_not_made_again(is_taken: bool) -> None:
+    """The two sides of a face are joined by an edge, unless a cell that lies across has it: then there would be two."""
+    from meshgauge.repair import reconnection as driver
+
+    around = [[np.cos(t), np.sin(t), 0.0] for t in (0.0, 2.0944, 4.1888)]
+    points = np.array([*around, [0.0, 0.0, 0.3], [0.0, 0.0, -0.3], [3.0, 0.0, 0.0], [3.0, 1.0, 0.0]])
+    mesh = Mesh.from_arrays(points, {"tetra": [[0, 1, 2, 3], [0, 2, 1, 4], [3, 4, 6, 5]][: 3 if is_taken else 2]})
+    every = np.arange(mesh.n_points)
+    constraints = constraints_of(mesh, meshgauge.measure(mesh), every)
+    state, done = driver._state(mesh, constraints, np.ones(mesh.n_cells, bool), 0), np.zeros(5, np.int64)
+    state.counts[NOW] += 1
+    reconnection.raise_least(state, tetrahedra.scratch(), np.array([0]), 1.0, 1e-3, done)
+    assert done[1] == (0 if is_taken else 1)

@@ -59,6 +59,7 @@ def test_gradient_of_flatness() -> None:
     faces = np.array([(0, 1, 4, 3), (4, 5, 8, 7)])
     flat = (np.zeros(2, np.int64), faces, np.zeros(2))
     part = problem(mesh, np.ones(mesh.n_cells, bool), flat)
+    np.testing.assert_array_equal(part.counts[part.kinds], part.constants[part.kinds] > 0.0)  # they have no shape
     points = np.array(mesh.points[part.point_ids]) + np.random.default_rng(3).normal(0, 0.05, (part.n_points, 3))
     energy = QualityEnergy(part, part.reference_lengths(points), np.full(part.n_cells, -1.0), 0.0, 0.0, 8.0, 0.0, 2.0)
     assert value_and_gradient(energy, part, points)[0] > 0.0

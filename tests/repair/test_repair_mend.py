@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -357,3 +358,21 @@ def test_what_a_point_is_worth_is_what_its_cells_have(kind: str, sharpness: floa
         elif moved[p]:
             assert now.min() > was.min() - 0.05
     assert moved[p] or len(free)
+
+
+def test_of_what_was_untangled_that_stays_which_keeps_the_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cells whose value is x, beyond their sizes where y is above 0; each is a group but the last, which moves not."""
+    points = np.array([[-1.0, 0, 0], [-1.0, 0, 0], [0.5, 1, 0]])
+    reached = np.array([[1.0, 0, 0], [1.0, 1, 0], [0.5, 1, 0]])
+    local = SimpleNamespace(
+        run=None,
+        had=points[:, 0],
+        enough=np.full(3, 0.2),
+        values=lambda at: at[:, 0],
+        passed=lambda at: at[:, 1] > 0.0,
+        ascend=lambda *_: None,
+        groups=lambda ids: (np.arange(len(ids)), np.array([0, 1, -1])),
+    )
+    monkeypatch.setattr(mend_phase, "untangle", lambda run, at: (reached, None))
+    mend_phase._untangle(local, points)
+    assert points.tolist() == [[1, 0, 0], [-1, 0, 0], [0.5, 1, 0]]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,6 +15,8 @@ from meshgauge import Mesh, measure
 from meshgauge.repair.constraints import constraints_of
 from meshgauge.repair.deviation import deviation
 from meshgauge.repair.features import kept_edges
+from meshgauge.repair.phases import slide
+from meshgauge.repair.problem import problem
 from meshgauge.repair.surface import CORNER, EDGE, FACE, Faces, _triangles, surface_of
 
 
@@ -349,3 +353,29 @@ def test_a_face_may_have_the_first_point_in_its_middle() -> None:
     triangles, of_face = _triangles(5, faces)
     assert triangles.tolist() == [[1, 2, 0], [2, 3, 0], [3, 4, 0], [4, 1, 0]]
     assert of_face.tolist() == [0, 0, 0, 0]
+
+
+def test_sliding_starts_where_the_worst_was_raised_unless_that_was_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shaken("hexahedron", 2, 0.1)
+    before, fixed, starts = measure(mesh), measure(mesh.replace(points=mesh.points + 1.0)), []
+
+    class Started(Exception):
+        pass
+
+    def start(here: NDArray[np.float64], *_: object) -> None:
+        starts.append(here[0].tolist())
+        raise Started
+
+    monkeypatch.setattr(slide, "_slide", start)
+    constraints = SimpleNamespace(pinned=np.zeros(mesh.n_points, bool))
+    surface = SimpleNamespace(kind=np.full(mesh.n_points, FACE, np.uint8), n_patches=1, n_curves=0, feature_angle=40.0)
+    whole, first = problem(mesh, np.ones(mesh.n_cells, bool)), np.zeros(1, np.int64)
+    assert whole.point_ids[0] == 0
+    for reached, raised in ((before, 9.0), (fixed, 9.0), (fixed, None)):
+        run = SimpleNamespace(
+            raised=None if raised is None else np.full((1, 3), raised), points_of_moving=first, whole=whole
+        )
+        promise = SimpleNamespace(before=before, constraints=constraints)
+        with pytest.raises(Started):
+            slide.slide(promise, reached, run, surface, np.zeros(mesh.n_points, bool), 1.0, threads=1)  # type: ignore[arg-type]
+    assert starts == [[0.0] * 3, [9.0] * 3, [1.0] * 3]

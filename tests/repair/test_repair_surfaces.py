@@ -14,6 +14,7 @@ from meshgauge.kernels.repair import surfaces as kernels
 from meshgauge.repair import flat, flat_ascent
 from meshgauge.repair.flat_cells import Part, part_of
 from meshgauge.repair.flat_held import Held
+from meshgauge.repair.reasons import ALL, FOUR, INVERTED, ONE
 from meshgauge.status import is_invalid, is_usable
 
 Z = 0.1  # no number of few bits: what would be added to it and taken away again would show
@@ -134,6 +135,19 @@ def test_fixed_points_regions_and_lines_stay() -> None:
     assert set(result.report.region_volumes) == {"material 1", "material 2"}
     for was, now in result.report.region_volumes.values():
         assert now == pytest.approx(was, rel=1e-12)
+
+
+def test_why_cells_are_left_below_the_target_is_said_the_worst_first() -> None:
+    mesh = plane(6, "quad", 0.48)
+    values = meshgauge.measure(mesh).values
+    loose = int(mesh.connectivity.reshape(-1, 4)[np.argmin(values)][0])
+    report = meshgauge.improve(mesh, target=0.9, fixed=np.delete(np.arange(mesh.n_points), loose)).report
+    assert sum(report.reasons.values()) == report.n_below > 0
+    assert set(report.reasons) <= {ALL, ONE, FOUR, INVERTED}
+    assert report.reasons[ALL] > 0
+    named = [cell.quality for cell in report.below]
+    assert named
+    assert named == sorted(named)
 
 
 def test_layers_keep_their_heights() -> None:

@@ -246,7 +246,7 @@ class _Steps:
         """Split cells that are invalid, as far as all of their parts are valid then."""
         state, constraints = self.state, self.constraints()
         hopeless, refused = is_below(state.quality, 0.0), np.zeros(state.mesh.n_cells, bool)
-        while hopeless.any() and not self.is_over():
+        while True:  # until no cell is left that can be split, or the time is up
             parted = split(state.mesh, constraints, hopeless, refused=refused, should_stop=self.is_over)
             if parted is None:
                 return False
@@ -258,7 +258,6 @@ class _Steps:
                 return self._take(parted, after, "Cells that were split were")
             # What the parts were is left as it is, and all else is planned anew.
             refused[np.unique(parted.places[bad])] = True
-        return False
 
     def _progress(self, phase: str) -> Callable[[float, float], None]:
         def progress(worst: float, mean: float) -> None:
