@@ -304,3 +304,27 @@ def test_an_edge_that_is_there_is_not_made_again(is_taken: bool) -> None:
     state.counts[NOW] += 1
     reconnection.raise_least(state, tetrahedra.scratch(), np.array([0]), 1.0, 1e-3, done)
     assert done[1] == (0 if is_taken else 1)
+
+
+def test_a_point_goes_on_while_it_gains() -> None:
+    """To the middle of an octahedron, further than all steps together if each were the last of its length."""
+    from meshgauge.repair import reconnection as driver
+
+    points = np.array([*np.eye(3), *-np.eye(3), [0.75, 0.0, 0.0]])
+    cells = [[6, a, b, c] if s > 0 else [6, b, a, c] for a, b, c, s in OCTANTS]
+    mesh = Mesh.from_arrays(points, {"tetra": cells})
+    constraints = constraints_of(mesh, meshgauge.measure(mesh), np.arange(6))
+    state, done = driver._state(mesh, constraints, np.ones(8, bool), 0), np.zeros(5, np.int64)
+    state.regions[:8] = np.arange(8)  # so that no two are joined anew
+    state.counts[NOW] += 1
+    reconnection.raise_least(state, tetrahedra.scratch(), np.argsort(state.quality[:8])[:1], 1.0, 1e-3, done)
+    assert done.tolist() == [0, 0, 1, 0, 0]
+    assert np.abs(state.points[6]).max() < 0.03
+
+
+OCTANTS = [
+    (x, y, z, (1 if x < 3 else -1) * (1 if y < 3 else -1) * (1 if z < 3 else -1))
+    for x in (0, 3)
+    for y in (1, 4)
+    for z in (2, 5)
+]

@@ -208,6 +208,19 @@ def test_springs_pull_to_the_surface_points_that_slide_and_others_to_where_they_
     assert springs.draw(here) == pytest.approx(np.linalg.norm(here[0] - origin[0]))
 
 
+@pytest.mark.parametrize(
+    ("keeps", "floor", "moved"), [(True, -1.0, 1.0), (True, 0.4, 0.5), (True, 0.95, 0.0), (False, -1.0, 0.0)]
+)
+def test_volumes_are_kept_as_far_as_cells_stay_above_their_floors(keeps: bool, floor: float, moved: float) -> None:
+    """A cell whose value falls by as much as its point moves."""
+    problem = SimpleNamespace(point_ids=np.array([1]), parts=(), qualities=lambda at: (1.0 - at[:, 0], None))
+    surface = SimpleNamespace(kind=np.full(2, CORNER), item=np.zeros(2, np.int64))
+    base, first = np.zeros((2, 3)), np.zeros(1, np.int64)
+    keeper = (lambda points: points + np.eye(3)[0]) if keeps else None
+    springs = Springs(problem, surface, first, np.ones(1), base[:1], base, keeper)  # type: ignore[arg-type]
+    assert springs.keep_volumes(base[:1], np.array([floor])).tolist() == [[moved, 0.0, 0.0]]
+
+
 def test_cells_that_are_apart_are_mended_though_others_cannot_be(inverted: Mesh) -> None:
     """Two balls; of one all points of the boundary but one must stay, so that all at once fail."""
     n = inverted.n_points

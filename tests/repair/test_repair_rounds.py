@@ -12,7 +12,7 @@ from meshgauge import Mesh
 from meshgauge.quality.measure import measure
 from meshgauge.repair.constraints import constraints_of
 from meshgauge.repair.descent import workers
-from meshgauge.repair.phases import mean, worst
+from meshgauge.repair.phases import mean, strict, worst
 from meshgauge.repair.phases.mean import raise_mean
 from meshgauge.repair.phases.rounds import Rounds
 from meshgauge.repair.phases.worst import raise_worst
@@ -116,3 +116,12 @@ def test_what_is_inverted_is_not_raised_by_collapsing_its_edges(monkeypatch: pyt
         monkeypatch.setattr(worst, "_point_by_point", never)
         reached = raise_worst(run, here, run.moving.reference_lengths(here), goal=0.4)
         assert np.isfinite(reached).all()
+
+
+def test_a_round_takes_all_points_however_many_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shaken("hexahedron", 3, 0.3)
+    whole = meshgauge.improve(mesh, strict=True, everywhere=True)
+    monkeypatch.setattr(strict, "AT_A_TIME", 3)
+    few = meshgauge.improve(mesh, strict=True, everywhere=True)
+    assert whole.report.displacement.n_points > 3
+    assert whole.mesh.points.tobytes() == few.mesh.points.tobytes()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from thinned import quick
 import meshgauge
 from meshgauge import Mesh, measure
 from meshgauge.kernels.repair import ascent, cells
-from meshgauge.repair import descent
+from meshgauge.repair import descent, whole
 from meshgauge.repair import run as runs
 from meshgauge.repair.acceptance import is_below, n_unusable
 from meshgauge.repair.problem import problem
@@ -138,3 +139,24 @@ def test_rings_and_lengths_of_corners(kind: str) -> None:
     np.testing.assert_allclose(part.edge_lengths(points), wanted, rtol=1e-6)
     which = np.array([3, 1, 8])
     np.testing.assert_array_equal(part.edge_lengths(points, which), part.edge_lengths(points)[which])
+
+
+@pytest.mark.parametrize("seconds", [1000.0, np.inf])
+def test_each_phase_has_its_share_of_the_time(seconds: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    ends: dict[str, float] = {}
+
+    def note(phase: str, run: SimpleNamespace, points: np.ndarray) -> np.ndarray:
+        ends[phase] = run.phase_end - began
+        return points
+
+    monkeypatch.setattr(whole, "untangle", lambda run, points: (note("untangle", run, points), False))
+    monkeypatch.setattr(whole, "raise_worst", lambda run, points, *_, **__: note("worst", run, points))
+    monkeypatch.setattr(whole, "raise_mean", lambda run, points, *_: note("mean", run, points))
+    mesh = shaken("tetra", 2, 0.1)
+    moving, began = problem(mesh, np.ones(mesh.n_cells, bool)), time.monotonic()
+    run = SimpleNamespace(moving=moving, deadline=began + seconds, target=0.2, is_stopped=lambda: False)
+    limit = SimpleNamespace(bounds=np.ones(1), by_four=np.zeros(1, bool))
+    whole._phases(run, np.asarray(mesh.points), limit, strict=False)  # type: ignore[arg-type]
+    shares = whole.SHARES
+    assert ends == pytest.approx({phase: shares[phase] * seconds for phase in ("untangle", "worst", "mean")}, abs=100.0)
+    assert shares["untangle"] < shares["worst"] <= shares["mean"] <= 1.0
