@@ -69,3 +69,17 @@ def test_a_file_that_is_cut_off_is_refused(tmp_path: Path) -> None:
         (tmp_path / "b.nc").write_bytes(whole[:size])
         with pytest.raises(ReadError, match="not a whole netCDF file"):
             all_values(tmp_path / "b.nc")
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_number_of_records_that_was_never_written_is_none(tmp_path: Path, version: int) -> None:
+    """Who writes record by record leaves all bits set; any other number of records that are not there is an error."""
+    path = tmp_path / "a.nc"
+    written(path, version, (">f8", 2))
+    data = path.read_bytes()
+    path.write_bytes(data[:4] + b"\xff" * 4 + data[8:])
+    with variables(path) as read:
+        assert read["record 0"].values().shape == (0, 2)
+    path.write_bytes(data[:4] + b"\x7f" + b"\xff" * 3 + data[8:])
+    with pytest.raises(ReadError), variables(path) as read:
+        read["record 0"].values()

@@ -16,6 +16,7 @@ from meshgauge.cells import SHAPES
 from meshgauge.check import check
 from meshgauge.kernels.finite_volume import driver
 from meshgauge.mesh import CellBlock
+from meshgauge.mesh.labels import LABEL
 from meshgauge.quality.faces import FaceQuality
 from meshgauge.quality.metrics import LIMITS
 
@@ -267,13 +268,14 @@ def test_flat_and_folded_cells() -> None:
 def test_the_worst_faces_have_cells_and_place() -> None:
     points = np.array(grid(2).points)
     points[13] += (0.3, 0.1, -0.2)  # the one inside
-    faces = FaceQuality(grid(2).replace(points=points))
+    faces = FaceQuality(grid(2).replace(points=points, cell_data={LABEL: 10 * np.arange(8)}))
     worst = faces.worst("non_orthogonality", 3, highest=True)
     values = faces.non_orthogonality
     assert [face.value for face in worst] == sorted(values[~np.isnan(values)].tolist(), reverse=True)[:3]
     for face in worst:
         assert face.neighbour is not None
         assert face.patch is None
+        assert (face.owner_label, face.neighbour_label) == (10 * face.owner, 10 * face.neighbour)
         assert 13 in face.points
         both = set(faces.mesh.nodes(face.owner).tolist()) & set(faces.mesh.nodes(face.neighbour).tolist())
         assert both == set(face.points)
@@ -295,6 +297,7 @@ def test_faces_of_the_boundary_are_named_by_their_patch(tmp_path: Path) -> None:
     worst = FaceQuality(named).worst("boundary_skewness", 6, highest=True)
     for face in worst:
         assert face.patch is not None
+        assert (face.neighbour, face.neighbour_label) == (None, None)
         assert set(quads[int(face.patch.split()[1])].tolist()) == set(face.points)
 
 

@@ -248,8 +248,6 @@ def _is_filled(data: bytes, starts: NDArray[np.int64]) -> NDArray[np.bool_]:
 def words_per_line(block: bytes) -> NDArray[np.int64]:
     """How many words stand on each line, of those that are blank too."""
     characters = np.frombuffer(block, np.uint8)
-    if not len(characters):
-        return np.empty(0, np.int64)
     blank = characters <= 32
     is_start = ~blank
     is_start[1:] &= blank[:-1]
@@ -265,7 +263,7 @@ def marks_per_line(block: bytes, mark: bytes) -> NDArray[np.int64]:
 def _per_line(characters: NDArray[np.uint8], at: NDArray[np.intp]) -> NDArray[np.int64]:
     """How many of some positions, ascending, are on each line; nothing behind the last end of a line is one more."""
     ends = np.flatnonzero(characters == 10)
-    if not len(ends) or ends[-1] != len(characters) - 1:
+    if len(characters) and (not len(ends) or ends[-1] != len(characters) - 1):
         ends = np.append(ends, len(characters))
     return np.diff(np.searchsorted(at, ends), prepend=0).astype(np.int64)
 
