@@ -12,13 +12,13 @@ import pytest
 
 import meshgauge
 from meshgauge import Mesh, Polyhedra
-from meshgauge.cells import SHAPES
+from meshgauge.cells import SHAPES, Shape
 from meshgauge.check import check
 from meshgauge.kernels.finite_volume import driver
 from meshgauge.mesh import CellBlock
 from meshgauge.mesh.labels import LABEL
 from meshgauge.quality.faces import FaceQuality
-from meshgauge.quality.metrics import LIMITS
+from meshgauge.quality.metrics import LIMITS, METRICS
 
 NAMES = tuple(LIMITS)
 
@@ -181,6 +181,18 @@ def test_a_grid_of_cubes_is_ideal() -> None:
     assert quality.values_of("determinant").reshape(3, 3, 3)[1, 1, 1] == pytest.approx(1.0)
     # At a corner of the grid three faces are to neighbours: the sum of S Sᵀ is the unit matrix.
     assert quality.values_of("determinant")[0] == pytest.approx(1 / 8)
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=lambda shape: shape.name)
+def test_the_ideal_least_pyramid_is_that_of_the_ideal_cell(shape: Shape) -> None:
+    """Wherever the origin is: it need not be the middle of the cell."""
+    points = np.array(shape.points, np.float64)
+    points *= 2.0 / np.linalg.norm(np.diff(points[list(shape.faces[0][:2])], axis=0))
+    row = METRICS["pyramid_volume"]
+    cell = Mesh.from_arrays(points + 7.0, {shape.name: [list(range(len(points)))]})
+    assert meshgauge.measure(cell, metrics=row.name).values_of(row.name) / 8 == pytest.approx(
+        row.standard(shape.name).ideal
+    )
 
 
 def test_sheared_and_graded_grids_have_known_values() -> None:

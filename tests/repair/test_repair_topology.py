@@ -13,7 +13,7 @@ from test_reconnection import delaunay, faces_of
 import meshgauge
 from meshgauge import Mesh, MeshError
 from meshgauge.cli.main import main
-from meshgauge.repair import alternate
+from meshgauge.repair import alternate, engine
 from meshgauge.repair.alternate import OLD_CELL, OLD_POINT
 from meshgauge.repair.page import change, improve_page
 from meshgauge.repair.rejoined import Rejoined, rejoined
@@ -120,6 +120,21 @@ def test_dihedral_angles_can_be_raised_instead() -> None:
     assert result.report.options["objective"] == "dihedral"
     with pytest.raises(MeshError, match="expected one of jens, dihedral"):
         meshgauge.improve(mesh, topology=True, objective="angle")
+
+
+def test_what_goes_too_far_once_cells_have_changed_is_moved_again_with_the_boundary_fixed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    real, boundaries = engine._improve, []
+
+    def noted(mesh: Mesh, fixed: object, own: alternate.Options, *rest: object, **named: object) -> object:
+        boundaries.append(own.boundary)
+        return real(mesh, fixed, own, *rest, **named)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(engine, "_improve", noted)
+    monkeypatch.setattr(alternate, "within", lambda *_: (Claim("tolerance", False, "it is too far off"),))
+    meshgauge.improve(delaunay(3), everywhere=True, topology=True, boundary="slide", tolerance=0.01)
+    assert boundaries == ["slide", "slide", "slide", "fixed"]  # all, before and after cells have changed, again
 
 
 def test_what_breaks_a_promise_is_taken_back(monkeypatch: pytest.MonkeyPatch) -> None:
