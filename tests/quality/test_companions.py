@@ -9,6 +9,8 @@ from metric_cells import cell_values, random_cells
 import meshgauge
 from meshgauge import METRICS, Mesh, Polyhedra
 from meshgauge.cells import SHAPES
+from meshgauge.kernels import path as kernels_path
+from meshgauge.quality.companions import companions
 
 BOX = np.array(SHAPES["hexahedron"].points)
 NAMES = ("jens_mean", "shape", "edge_ratio", "warpage")
@@ -81,3 +83,40 @@ def test_a_warped_face_is_seen() -> None:
     assert 0.05 < of("warpage", cell) < 1.0
     assert METRICS["warpage"].is_defined_for("wedge")
     assert not METRICS["warpage"].is_defined_for("tetra")
+
+
+@pytest.mark.parametrize("compiled", [True, False], ids=["kernel", "numpy"])
+@pytest.mark.parametrize("name", SHAPES)
+def test_summaries_beside_j_ens_are_those_of_the_metrics_measured(
+    name: str, compiled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    x = random_cells(SHAPES[name], 200, noise=0.5)
+    x[3, 1] = x[3, 0]
+    x[4] *= [1.0, 1.0, 0.0]
+    x[5, 0, 0] = np.nan
+    x[6] *= 1e-160
+    cells = np.arange(x.shape[0] * x.shape[1]).reshape(x.shape[:2])
+    quality = meshgauge.measure(Mesh.from_arrays(x.reshape(-1, 3), {name: cells}), metrics=["jens_mean", "edge_ratio"])
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 0 if compiled else 10**9)
+    for threads in (1, 2):
+        for one in companions(quality, threads=threads):
+            expected, got = quality.summary(one.metric).all, one.all
+            assert got.n_measured == expected.n_measured == 199
+            assert (got.n_poor, got.n_good, got.statuses) == (
+                expected.n_poor,
+                expected.n_good,
+                {status: n for status, n in expected.statuses.items() if status != "non_finite"},
+            )
+            assert got.mean == pytest.approx(expected.mean, abs=1e-14)
+            assert got.quantiles() == pytest.approx(expected.quantiles(), abs=1e-14)
+
+
+def test_summaries_beside_j_ens_leave_out_ghosts_and_know_polyhedra() -> None:
+    cube = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1.0)])
+    box = as_polyhedron("hexahedron", cube * [4.0, 1.0, 1.0])
+    means, ratios = companions(meshgauge.measure(box))
+    assert (means.all.n_measured, means.all.mean, ratios.all.mean) == (1, pytest.approx(1.0), pytest.approx(0.25))
+    x = random_cells(SHAPES["tetra"], 3)
+    mesh = Mesh.from_arrays(x.reshape(-1, 3), {"tetra": np.arange(12).reshape(3, 4)})
+    ghost = mesh.replace(cell_data={"vtkGhostType": np.array([1, 0, 0], np.uint8)})
+    assert [one.n_cells for one in companions(meshgauge.measure(ghost))] == [2, 2]

@@ -51,8 +51,8 @@ def test_the_worst_cells_are_there_with_their_point(mixed: FileReport, width: in
     assert all(row[-4:] == ["7", "1.5", "-2e-07", "3e+08"] for row in rows)
 
 
-def test_two_tables_in_80_columns_one_in_140(mixed: FileReport) -> None:
-    assert rendered(FileText(mixed), 80).count(" tetra ") > rendered(FileText(mixed), 140).count(" tetra ")
+def test_two_tables_in_80_columns_one_in_150(mixed: FileReport) -> None:
+    assert rendered(FileText(mixed), 80).count(" tetra ") > rendered(FileText(mixed), 150).count(" tetra ")
 
 
 def test_small_histograms_put_0_in_the_middle_of_their_scale() -> None:
@@ -131,3 +131,18 @@ def test_where_all_are_what_their_values_say_there_is_no_column_for_it() -> None
     text = rendered(FileText(report_of(tetra=[0.1, 0.5, 0.9], worst=2)), 120)
     assert "whatever" not in text
     assert "status" not in text
+
+
+@pytest.mark.parametrize("width", [60, 80, 160])
+def test_the_share_below_the_mean_of_corners_and_the_edge_ratio_stand_in_the_table(width: int) -> None:
+    quality = meshgauge.measure(meshgauge.read("examples/meshes/bracket.vtu"), metrics=["jens_mean", "edge_ratio"])
+    text = rendered(FileText(FileReport.of(quality)), width)
+    assert text.count("nodes: mean of the corners' J_ENS") == 1
+    below = np.mean(quality.values < 0.2)
+    assert f"{100 * below:.1f} %" == "0.6 %"
+    for row, is_type in (("tetra", quality.mesh.types == 10), ("all", quality.mesh.types > 0)):
+        mean = quality.values_of("jens_mean")[is_type].mean()
+        edges = np.quantile(quality.values_of("edge_ratio")[is_type], 0.01)
+        lines = [line for line in text.splitlines() if line.split()[:1] == [row]]
+        assert any("0.6 %" in line for line in lines)
+        assert any(f" {mean:.3f}  {edges:.3f}" in line for line in lines), lines

@@ -120,7 +120,13 @@ def report(
             beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
             counter = MarkCounter() if contents.diagnosis else None
             ask = Ask(
-                metrics, n_worst, by_region=by_region, keeps_rows=table is not None, counter=counter, whole=beside
+                metrics,
+                n_worst,
+                by_region=by_region,
+                companions=True,
+                keeps_rows=table is not None,
+                counter=counter,
+                whole=beside,
             )
             done = batch.in_slices(path, ask, partial(add_rows, path))
             if done is not None:

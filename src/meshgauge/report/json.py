@@ -79,6 +79,7 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
             for finding in report.findings
         ],
         "diagnosis": report.diagnosis.to_dict() if report.diagnosis is not None else None,
+        "companions": [summary.to_dict(bins) for summary in report.companions],
         "other_metrics": [summary.to_dict(bins) for summary in report.others],
         "finite_volume": [measure.to_dict() for measure in report.finite_volume],
         "mixed_processors": report.mixed_processors,

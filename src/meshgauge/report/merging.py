@@ -94,6 +94,7 @@ def merge(
         summary=summary,
         worst=tuple(cell for cell, _ in result.worst),
         others=tuple(summaries.values()),
+        companions=result.companions,
         notes=_notes(whole, result, is_mixed=is_mixed),
         findings=result.findings,
         regions=tuple((name, result.regions[at]) for at, name in enumerate(names) if at in result.regions)

@@ -14,6 +14,7 @@ from ..errors import ReadError
 from ..files.output import replacing
 from ..files.plain_records import NotPlain, plain, record
 from ..look.records import brief
+from ..quality.companions import NAMES
 from ..quality.measure import JENS
 from ..quality.summary import EXACT, Summary
 from ..quality.summary.scale import HALF
@@ -139,13 +140,14 @@ def _check(made: PartialReport) -> None:
     result = made.result
     ends = [end for span in result.spans for end in span]
     names = {row.name for row in STATUSES.values()}
-    summaries = [*result.summaries.values(), *result.regions.values()]
+    summaries = [*result.summaries.values(), *result.companions, *result.regions.values()]
     tallies = [tally for summary in summaries for tally in summary.tallies.values()]
     right = (
         JENS in result.summaries
         and ends == sorted(ends)
         and (not ends or (ends[0] >= 0 and ends[-1] <= made.n_cells))
         and all(summary.scale.metric == name for name, summary in result.summaries.items())
+        and tuple(summary.scale.metric for summary in result.companions) == NAMES
         and all(0 <= region < len(made.region_names) for region in (*result.regions, *(r for _, r in result.worst)))
         and {one.status for one in result.findings} <= names
         and all(one.cells and len(one.labels) in (0, len(one.cells)) for one in result.findings)

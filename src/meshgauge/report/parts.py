@@ -103,7 +103,13 @@ def partial(
     thread_count(threads)
     names = tuple(dict.fromkeys((JENS, *metrics)))
     ask = Ask(
-        names, worst, by_region=by_region, purpose=purpose, keep_bricks=keep_bricks, poor_below=checked(poor_below)
+        names,
+        worst,
+        by_region=by_region,
+        companions=True,
+        purpose=purpose,
+        keep_bricks=keep_bricks,
+        poor_below=checked(poor_below),
     )
     try:
         check_metrics(names)

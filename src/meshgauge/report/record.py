@@ -7,6 +7,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from ..look.records import brief
+from ..quality.companions import companions
 from ..quality.summary import Summary
 from .finite_volume import FiniteVolumeMeasure, finite_volume
 
@@ -51,6 +52,7 @@ class FileReport:
     step: StepOf | None = None  #: which of several time steps it is
     dimension: int = 3  #: 3: solid cells were measured, 2: surface cells
     mixed_processors: bool = False  #: parts came from processors that differ in the last bits of values
+    companions: tuple[Summary, ...] = ()  #: of the mean of the corners' J_ENS and of the edge ratio
 
     __repr__ = brief
 
@@ -94,6 +96,7 @@ class FileReport:
             summary=summaries.pop("jens"),
             worst=cells,
             others=tuple(summaries.values()),
+            companions=companions(quality, threads=threads),
             notes=tuple(mesh.notes),
             findings=tuple(quality.findings()),
             diagnosis=_diagnosis(quality) if with_diagnosis else None,

@@ -15,7 +15,7 @@ from rich.text import Text
 
 from ..doctor.text import DiagnosisText
 from ..look import style
-from ..look.bands import POOR
+from ..look.bands import POOR, PoorBelow
 from ..look.bands import band as band_of
 from ..look.names import cell_entry, listed, point_entry
 from ..quality.poor import limit_of
@@ -59,7 +59,11 @@ class _Lines(Box):
 _HEADER_LINE = "    \n    \n ── \n    \n    \n    \n    \n    \n"
 LINES = _Lines(_HEADER_LINE)
 
+LEGEND = " nodes: mean of the corners' J_ENS; edges: edge ratio, 1 % of the cells are below\n"
+
 Column = tuple[str, Callable[[Tally], str | Text]]
+Companions = dict[str, tuple[Tally, ...]]
+"""The mean of the nodes' J_ENS, and the edge ratio, by the name of a row."""
 
 
 class FileText:
@@ -76,7 +80,9 @@ class FileText:
         yield headline(report)
         yield verdict_line(summary, ascii_only=options.ascii_only)
         if measured:
-            yield type_tables(summary, console, options)
+            yield type_tables(report, console, options)
+            if report.companions:
+                yield Text(LEGEND, "dim")
             if report.regions:
                 yield region_tables(report, console, options)
             if self.with_bars:
@@ -115,28 +121,42 @@ def verdict_line(summary: Summary, *, ascii_only: bool) -> Table:
 def region_tables(report: FileReport, console: Console, options: ConsoleOptions) -> RenderableType:
     """The same columns by region, in the order of the file."""
     rows = {name: summary.all for name, summary in report.regions if summary.all.n_measured}
-    return _tables(rows, "region", console, options)
+    return _tables(rows, "region", {}, report.summary.poor_below, console, options)
 
 
-def type_tables(summary: Summary, console: Console, options: ConsoleOptions) -> RenderableType:
+def type_tables(report: FileReport, console: Console, options: ConsoleOptions) -> RenderableType:
     """Counts, values and small histograms by type."""
+    summary = report.summary
     rows = {name: tally for name, tally in summary.types.items() if tally.n_measured}
+    beside = {name: tuple(one.types[name] for one in report.companions) for name in rows if report.companions}
     if len(rows) > 1:
         rows["all"] = summary.all
-    return _tables(rows, "cells", console, options)
+        beside |= {"all": tuple(one.all for one in report.companions)} if beside else {}
+    return _tables(rows, "cells", beside, summary.poor_below, console, options)
 
 
-def _tables(rows: dict[str, Tally], title: str, console: Console, options: ConsoleOptions) -> RenderableType:
+def _tables(
+    rows: dict[str, Tally],
+    title: str,
+    beside: Companions,
+    poor_below: PoorBelow,
+    console: Console,
+    options: ConsoleOptions,
+) -> RenderableType:
     """One table where it fits, else two, without histograms if need be."""
-    counts = _count_columns(any(tally.n_undecided for tally in rows.values()))
+    counts = _count_columns(any(tally.n_undecided for tally in rows.values()), poor_below)
     values = _value_columns(options.ascii_only)
-    wide = _table(rows, title, [*counts, *values])
+    companions = _companion_columns(rows, beside)
+    wide = _table(rows, title, [*counts, *values[:-1], *companions, values[-1]])
     if fits(wide, console, options):
         return wide
     narrow = _table(rows, "quality", values)
     if not fits(narrow, console, options):
         narrow = _table(rows, "quality", values[:-1])
-    return Group(_table(rows, title, counts), narrow)
+    first = _table(rows, title, [*counts, *companions])
+    if fits(first, console, options) or not companions:
+        return Group(first, narrow)
+    return Group(_table(rows, title, counts), narrow, _table(rows, "beside", companions))
 
 
 def fits(item: RenderableType, console: Console, options: ConsoleOptions) -> bool:
@@ -144,7 +164,7 @@ def fits(item: RenderableType, console: Console, options: ConsoleOptions) -> boo
     return Measurement.get(console, options.update_width(10_000), item).maximum <= options.max_width
 
 
-def _count_columns(with_undecided: bool) -> list[Column]:
+def _count_columns(with_undecided: bool, poor_below: PoorBelow) -> list[Column]:
     undecided: Column = ("undecided", lambda t: count(t.n_undecided, "undecided"))
     return [
         ("measured", lambda t: style.number(t.n_measured)),
@@ -153,6 +173,23 @@ def _count_columns(with_undecided: bool) -> list[Column]:
         *([undecided] if with_undecided else []),
         ("poor", lambda t: count(t.n_poor, "poor")),
         ("good", lambda t: count(t.n_good, "good")),
+        ("not good" if poor_below.of_shapes else f"< {poor_below.text}", share_below),
+    ]
+
+
+def share_below(tally: Tally) -> str:
+    """The share of the measured cells that are invalid, degenerate or poor."""
+    return style.percent(tally.n_measured - tally.n_good - tally.n_undecided, tally.n_measured)
+
+
+def _companion_columns(rows: dict[str, Tally], beside: Companions) -> list[Column]:
+    """The mean of the node values, and the edge ratio that 1 % of the cells are below."""
+    if not beside:
+        return []
+    of = {id(tally): beside[name] for name, tally in rows.items()}
+    return [
+        ("nodes", lambda t: style.quality(of[id(t)][0].mean)),
+        ("edges", lambda t: style.quality(of[id(t)][1].quantiles((0.01,))[0.01])),
     ]
 
 

@@ -40,6 +40,8 @@ class Ask:
         Cells kept: the worst, and the first of each status.
     by_region
         Summarise regions as well.
+    companions
+        Summarise `quality.companions` as well.
     purpose
         What the mesh is for; None: as the file says.
     keep_bricks
@@ -58,6 +60,7 @@ class Ask:
     n_worst: int = 10
     n_findings: int = 5
     by_region: bool = False
+    companions: bool = False
     purpose: Purpose | None = None
     keep_bricks: bool = False
     poor_below: PoorBelow = USUAL

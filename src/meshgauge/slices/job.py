@@ -14,6 +14,7 @@ from ..cells import type_name
 from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..mesh.interface import is_interface
 from ..mesh.labels import LABEL
+from ..quality.companions import companions
 from ..quality.measure import JENS, Quality, measure_part
 from ..quality.poor import rows_of
 from ..quality.summary import Summary, summarise
@@ -88,6 +89,7 @@ def partial_of(quality: Quality, part: Slice, region_ids: NDArray[np.int64], ask
         n_worst=ask.n_worst,
         findings=tuple(findings),
         n_findings=ask.n_findings,
+        companions=companions(quality, n_cells=facts.n_deciding, threads=1) if ask.companions else (),
         regions=_by_region(quality, region_ids) if with_regions else {},
         collapsed=_collapsed(quality),
         counted=None if ask.counter is None else ask.counter.count(quality, part, region_ids, facts),

@@ -45,6 +45,8 @@ class Partial:
         Those of them that are ghosts.
     summaries
         By metric.
+    companions
+        Beside J_ENS, where they were asked for.
     worst
         At most ``n_worst``, as `quality.worst.worst_first` has them, with the region of each.
     n_worst, n_findings
@@ -68,6 +70,7 @@ class Partial:
     n_worst: int
     findings: tuple[StatusCells, ...]
     n_findings: int
+    companions: tuple[Summary, ...] = ()
     regions: Mapping[int, Summary] = field(default_factory=dict)
     collapsed: Counter[str] = field(default_factory=Counter)
     counted: Any = None
@@ -83,7 +86,7 @@ class Partial:
         MeshgaugeError
             If some cells are in both, or they were not asked for the same.
         """
-        if (self.n_worst, self.n_findings, *self.summaries) != (other.n_worst, other.n_findings, *other.summaries):
+        if self._asked() != other._asked():
             raise MeshgaugeError("partial results of different questions do not merge")
         purpose = next(iter(self.summaries.values())).purpose
         worst = sorted((*self.worst, *other.worst), key=lambda one: order_of(one[0], purpose))
@@ -98,10 +101,14 @@ class Partial:
             n_worst=self.n_worst,
             findings=merge_findings(self.findings, other.findings, self.n_findings),
             n_findings=self.n_findings,
+            companions=tuple(a.merge(b) for a, b in zip(self.companions, other.companions, strict=True)),
             regions=regions,
             collapsed=self.collapsed + other.collapsed,
             counted=other.counted if self.counted is None else self.counted.merge(other.counted),
         )
+
+    def _asked(self) -> tuple[object, ...]:
+        return (self.n_worst, self.n_findings, len(self.companions), *self.summaries)
 
     def check_covers(self, n_cells: int) -> None:
         """Raise `MeshgaugeError` unless these are all cells of a mesh of so many."""

@@ -93,6 +93,24 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
 
 
+def companions(points: Points, connectivity: Cells, row: CellType, means: Values, ratios: Values) -> bool:
+    """Mean of the node J_ENS and shortest over longest edge of each cell, by a kernel; False if there is none.
+
+    Parameters
+    ----------
+    points, connectivity, row
+        As for `cell_jens`; ids are those of points.
+    means, ratios
+        ``(n_cells,)`` contiguous; receive values in [-1, 1] and [0, 1], or both NaN where the robust path has to look.
+    """
+    if uses_all_nodes(row) or _fast(shape_of(row).name) is None:
+        return False
+    from .companions import BY_SHAPE
+
+    BY_SHAPE[shape_of(row).name](as_flat(points), as_flat(connectivity), means, ratios, shape_of(row).k)
+    return True
+
+
 def checks_ids(row: CellType, *, compiled: bool) -> bool:
     """True if `cell_jens` finds ids that are not those of points by itself."""
     shape = shape_of(row)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ...cells import SHAPES, Shape
-from ...kernels.cells import aggregate
+from ...kernels.cells import aggregate, driver
 from ...look.bands import POOR
 from ...surface_cells import SURFACE_SHAPES
 from .inputs import Cells, PolyhedralCells
@@ -20,7 +23,24 @@ _TINY = float(np.finfo(np.float64).smallest_subnormal)
 
 def jens_mean(cells: Cells) -> Values:
     """``(n_cells,)`` the mean of the J_ENS of the cell's corners. [-1, 1]"""
-    return np.asarray(cells.node_jens().mean(axis=1))
+    return mean_and_ratio(cells)[0]
+
+
+def edge_ratio(cells: Cells) -> Values:
+    """``(n_cells,)`` shortest over longest straight edge between corners. [0, 1]"""
+    return mean_and_ratio(cells)[1]
+
+
+def mean_and_ratio(cells: Cells, out: tuple[Values, Values] | None = None) -> tuple[Values, Values]:
+    """`jens_mean` and `edge_ratio`, from one look at the cells; ``out``, contiguous, receives them if given."""
+    means, ratios = (np.empty(cells.n_cells), np.empty(cells.n_cells)) if out is None else out
+    left: slice | NDArray[np.intp] = slice(None)
+    if cells.compiled and driver.companions(cells.points, cells.nodes, cells.type, means, ratios):
+        left = np.flatnonzero(np.isnan(means))
+    some = replace(cells, nodes=cells.nodes[left])
+    if some.n_cells:
+        means[left], ratios[left] = some.node_jens().mean(axis=1), _edge_ratio(some)
+    return means, ratios
 
 
 def jens_mean_of_polyhedra(cells: PolyhedralCells) -> Values:
@@ -35,8 +55,8 @@ def jens_mean_of_polyhedra(cells: PolyhedralCells) -> Values:
     return np.where(np.isnan(quality.values), np.nan, mean)
 
 
-def edge_ratio(cells: Cells) -> Values:
-    """``(n_cells,)`` shortest over longest straight edge between corners. [0, 1]"""
+def _edge_ratio(cells: Cells) -> Values:
+    """`edge_ratio`, with NumPy."""
     ends = np.array(cells.shape.edges)
     x = 0.25 * cells.coordinates  # differences of the largest doubles stay finite
     return _ratio(np.abs(x[:, ends[:, 0]] - x[:, ends[:, 1]]))

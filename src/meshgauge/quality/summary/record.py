@@ -91,7 +91,7 @@ class Summary:
             raise OptionError(f"cannot merge summaries of {self.metric} and {other.metric}")
         if self.purpose != other.purpose:
             raise OptionError(f"cannot merge summaries of meshes for {self.purpose} and for {other.purpose}")
-        return Summary(self.scale, _merge_tallies([self.tallies, other.tallies]), self.purpose)
+        return Summary(self.scale, merge_tallies([self.tallies, other.tallies]), self.purpose)
 
     def __add__(self, other: object) -> Summary:
         """The same as `merge`: ``summary + summary``, ``sum(summaries)``."""
@@ -219,7 +219,7 @@ def summarise(
         part = slice(start, start + chunk)
         return tallies(values[part], status[part], types[part], row, purpose)
 
-    return Summary(Scale.of(row), _merge_tallies(run(partial, range(0, len(values), chunk), threads)), purpose)
+    return Summary(Scale.of(row), merge_tallies(run(partial, range(0, len(values), chunk), threads)), purpose)
 
 
 def summarise_nothing(like: Summary) -> Summary:
@@ -227,7 +227,8 @@ def summarise_nothing(like: Summary) -> Summary:
     return Summary(like.scale, {}, like.purpose)
 
 
-def _merge_tallies(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
+def merge_tallies(parts: Iterable[Mapping[int, Tally]]) -> dict[int, Tally]:
+    """Those of some parts as one, by VTK id, ascending."""
     merged: dict[int, Tally] = {}
     for part in parts:
         for vtk_id, one in part.items():

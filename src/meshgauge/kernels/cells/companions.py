@@ -1,0 +1,177 @@
+"""Mean of the node J_ENS, and shortest over longest edge, of tetrahedra, pyramids, wedges and hexahedra, by the block.
+
+Kernels and pictures of the cells as in `fast`; they write NaN to both for a cell that `fast` would leave open. Ids are
+those of points.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from ...cells import HEXAHEDRON, PYRAMID, TETRA, WEDGE
+from ..arrays import BLOCK, Float64Array, FloatArray, Int64Array
+from ..jit import fused_inlined, fused_kernel
+from .fast import FLAT, LARGE, SMALL, U, _det, _edge, _gather, _negative, _point, _square, _squares
+from .simd import widest
+
+
+@fused_inlined
+def _node(s: Any, k: Any) -> Any:
+    """J_ENS of a signed square of J_S."""
+    root = sqrt(abs(s))
+    q = min(root * (1.0 / k), 1.0 + k - root)
+    return q if s > 0.0 else -q
+
+
+@fused_inlined
+def _store(q: Any, r: Any, means: Any, ratios: Any, first: Any, n: Any) -> None:
+    for lane in range(n):
+        means[first + lane] = q[lane]
+        ratios[first + lane] = r[lane]
+
+
+@fused_kernel
+def tetra(points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float) -> None:
+    widest()
+    m = len(means)
+    x, q, r = np.zeros(4 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, m, BLOCK):
+        n = min(BLOCK, m - first)
+        _gather(points, connectivity, means, 4, first, n, x)
+        for lane in range(BLOCK):
+            p = U(lane)
+            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
+            ea, eb, ec = _edge(x0, x1), _edge(x0, x2), _edge(x0, x3)
+            det = _det(ea, eb, ec)
+            a, b, c = _square(ea), _square(eb), _square(ec)
+            d, e, f = _square(_edge(x1, x2)), _square(_edge(x1, x3)), _square(_edge(x2, x3))
+            s0, s1 = _squares(det, a * b * c, det, a * d * e)
+            s2, s3 = _squares(det, b * d * f, det, c * e * f)
+            flattest = min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3)))
+            least = min(min(min(a, b), min(c, d)), min(e, f))
+            most = max(max(max(a, b), max(c, d)), max(e, f))
+            total = (a + b) + (c + d) + (e + f)  # NaN if any is: min may drop it
+            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
+            mean = 0.25 * ((_node(s0, k) + _node(s1, k)) + (_node(s2, k) + _node(s3, k)))
+            q[p] = mean if is_certain else np.nan
+            r[p] = sqrt(least / most) if is_certain else np.nan
+        _store(q, r, means, ratios, first, n)
+
+
+@fused_kernel
+def pyramid(points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float) -> None:
+    widest()
+    m = len(means)
+    x, q, r = np.zeros(5 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, m, BLOCK):
+        n = min(BLOCK, m - first)
+        _gather(points, connectivity, means, 5, first, n, x)
+        for lane in range(BLOCK):
+            p = U(lane)
+            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
+            x4 = _point(x, p, U(4))
+            ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
+            ee, ef, eg, eh = _edge(x0, x4), _edge(x1, x4), _edge(x2, x4), _edge(x3, x4)
+            a, b, c, d = _square(ea), _square(eb), _square(ec), _square(ed)
+            e, f, g, h = _square(ee), _square(ef), _square(eg), _square(eh)
+            d0, d1, d2, d3 = _det(ed, ea, ee), _det(ea, eb, ef), _det(eb, ec, eg), _det(ec, ed, eh)
+            s0, s1 = _squares(d0, a * d * e, d1, a * b * f)
+            s2, s3 = _squares(d2, b * c * g, d3, c * d * h)
+            s4, s5 = _squares(d0, e * f * h, d1, f * g * e)
+            s6, s7 = _squares(d2, g * h * f, d3, h * e * g)
+            apex = min(min(s4, s5), min(s6, s7))
+            worst_apex = max(max(_negative(s4), _negative(s5)), max(_negative(s6), _negative(s7)))
+            apex = apex if apex > 0.0 else worst_apex
+            flattest = min(
+                min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(min(abs(s4), abs(s5)), min(abs(s6), abs(s7)))
+            )
+            least = min(min(min(a, b), min(c, d)), min(min(e, f), min(g, h)))
+            most = max(max(max(a, b), max(c, d)), max(max(e, f), max(g, h)))
+            total = ((a + b) + (c + d)) + ((e + f) + (g + h))  # NaN if any is: min may drop it
+            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
+            base = (_node(s0, k) + _node(s1, k)) + (_node(s2, k) + _node(s3, k))
+            q[p] = 0.2 * (base + _node(apex, k)) if is_certain else np.nan
+            r[p] = sqrt(least / most) if is_certain else np.nan
+        _store(q, r, means, ratios, first, n)
+
+
+@fused_kernel
+def wedge(points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float) -> None:
+    widest()
+    m = len(means)
+    x, q, r = np.zeros(6 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, m, BLOCK):
+        n = min(BLOCK, m - first)
+        _gather(points, connectivity, means, 6, first, n, x)
+        for lane in range(BLOCK):
+            p = U(lane)
+            x0, x1, x2 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2))
+            x3, x4, x5 = _point(x, p, U(3)), _point(x, p, U(4)), _point(x, p, U(5))
+            ea, eb, ec = _edge(x0, x1), _edge(x0, x2), _edge(x1, x2)
+            ed, ee, ef = _edge(x3, x4), _edge(x3, x5), _edge(x4, x5)
+            eg, eh, ei = _edge(x0, x3), _edge(x1, x4), _edge(x2, x5)
+            a, b, c = _square(ea), _square(eb), _square(ec)
+            d, e, f = _square(ed), _square(ee), _square(ef)
+            g, h, i = _square(eg), _square(eh), _square(ei)
+            s0, s1 = _squares(_det(ea, eb, eg), a * b * g, _det(ea, ec, eh), a * c * h)
+            s2, s3 = _squares(_det(eb, ec, ei), b * c * i, _det(ed, ee, eg), d * e * g)
+            s4, s5 = _squares(_det(ed, ef, eh), d * f * h, _det(ee, ef, ei), e * f * i)
+            flattest = min(min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(abs(s4), abs(s5)))
+            least = min(min(min(a, b), min(c, d)), min(min(min(e, f), min(g, h)), i))
+            most = max(max(max(a, b), max(c, d)), max(max(max(e, f), max(g, h)), i))
+            total = ((a + b) + (c + d)) + ((e + f) + (g + h)) + i  # NaN if any is: min may drop it
+            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
+            upper = (_node(s3, k) + _node(s4, k)) + _node(s5, k)
+            mean = (1.0 / 6.0) * (((_node(s0, k) + _node(s1, k)) + _node(s2, k)) + upper)
+            q[p] = mean if is_certain else np.nan
+            r[p] = sqrt(least / most) if is_certain else np.nan
+        _store(q, r, means, ratios, first, n)
+
+
+@fused_kernel
+def hexahedron(
+    points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float
+) -> None:
+    widest()
+    m = len(means)
+    x, q, r = np.zeros(8 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, m, BLOCK):
+        n = min(BLOCK, m - first)
+        _gather(points, connectivity, means, 8, first, n, x)
+        for lane in range(BLOCK):
+            p = U(lane)
+            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
+            x4, x5, x6, x7 = _point(x, p, U(4)), _point(x, p, U(5)), _point(x, p, U(6)), _point(x, p, U(7))
+            ea0, ea1, ea2, ea3 = _edge(x0, x1), _edge(x3, x2), _edge(x4, x5), _edge(x7, x6)
+            eb0, eb1, eb2, eb3 = _edge(x0, x3), _edge(x1, x2), _edge(x4, x7), _edge(x5, x6)
+            ec0, ec1, ec2, ec3 = _edge(x0, x4), _edge(x1, x5), _edge(x2, x6), _edge(x3, x7)
+            a0, a1, a2, a3 = _square(ea0), _square(ea1), _square(ea2), _square(ea3)
+            b0, b1, b2, b3 = _square(eb0), _square(eb1), _square(eb2), _square(eb3)
+            c0, c1, c2, c3 = _square(ec0), _square(ec1), _square(ec2), _square(ec3)
+            s0, s1 = _squares(_det(ea0, eb0, ec0), a0 * b0 * c0, _det(ea0, eb1, ec1), a0 * b1 * c1)
+            s2, s3 = _squares(_det(ea1, eb1, ec2), a1 * b1 * c2, _det(ea1, eb0, ec3), a1 * b0 * c3)
+            s4, s5 = _squares(_det(ea2, eb2, ec0), a2 * b2 * c0, _det(ea2, eb3, ec1), a2 * b3 * c1)
+            s6, s7 = _squares(_det(ea3, eb3, ec2), a3 * b3 * c2, _det(ea3, eb2, ec3), a3 * b2 * c3)
+            flattest = min(
+                min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(min(abs(s4), abs(s5)), min(abs(s6), abs(s7)))
+            )
+            least = min(
+                min(min(min(a0, a1), min(a2, a3)), min(min(b0, b1), min(b2, b3))), min(min(c0, c1), min(c2, c3))
+            )
+            most = max(max(max(max(a0, a1), max(a2, a3)), max(max(b0, b1), max(b2, b3))), max(max(c0, c1), max(c2, c3)))
+            total = (
+                ((a0 + a1) + (a2 + a3)) + ((b0 + b1) + (b2 + b3)) + ((c0 + c1) + (c2 + c3))
+            )  # NaN if any is: min may drop it
+            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
+            lower = (_node(s0, k) + _node(s1, k)) + (_node(s2, k) + _node(s3, k))
+            upper = (_node(s4, k) + _node(s5, k)) + (_node(s6, k) + _node(s7, k))
+            q[p] = 0.125 * (lower + upper) if is_certain else np.nan
+            r[p] = sqrt(least / most) if is_certain else np.nan
+        _store(q, r, means, ratios, first, n)
+
+
+BY_SHAPE = {TETRA.name: tetra, PYRAMID.name: pyramid, WEDGE.name: wedge, HEXAHEDRON.name: hexahedron}
+"""The kernels by the name of the shape."""
