@@ -370,13 +370,15 @@ class Batch:
             )
 
     def write_bad(self, target: Path, quality: Quality) -> int:
-        """Write the cells that are not valid, or poor, see `report.bad_cells`; returns how many."""
+        """Write the cells that are not valid, or poor, see `report.bad_cells`; returns how many. A mesh of none is not
+        written: nobody could check it."""
         from ..report.bad_cells import is_bad, is_list, write_list
 
         if is_list(target):
             return write_list(target, quality)
         cells = quality.with_data()[is_bad(quality)]
-        self.write(target, cells)
+        if cells.n_cells:
+            self.write(target, cells)
         return cells.n_cells
 
     def patch(self, mesh: Mesh, target: Path, changes: Changes = "points") -> Patch | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import MISSING, fields, is_dataclass
 from functools import cache
@@ -11,6 +12,7 @@ from typing import Any, get_type_hints
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from ..look.names import meant_or_known
 from .texts import TEXTS
 
 
@@ -57,6 +59,30 @@ def _taken_as_given(parameter: Any) -> Any:
 
     parameter.process_value = process_value
     return parameter
+
+
+_CHOICES = re.compile(r"(?:Value error, )?'([^']*)' is not one of ('[^']*'(?:, '[^']*')*)\.?")
+_WORDS = (
+    (r"Value error, ", ""),
+    (r"Input should be a valid integer(?:, .*?)?(?=$|\.? \()", "expected a whole number"),
+    (r"Input should be a valid number(?:, .*?)?(?=$|\.? \()", "expected a number"),
+    (r"Input should be greater than or equal to (\S+)", r"expected \1 or more"),
+    (r"Input should be less than or equal to (\S+)", r"expected \1 at most"),
+)
+"""What a library says of a wrong value, and what we do."""
+
+
+def in_plain_words(text: str) -> str:
+    """A usage error in the words of all other errors; of a choice that there is not, what may be meant."""
+
+    def choice(match: re.Match[str]) -> str:
+        known = re.findall("'([^']*)'", match[2])
+        return f"there is no {match[1]!r}{meant_or_known(match[1], known)}"
+
+    text = _CHOICES.sub(choice, text)
+    for theirs, ours in _WORDS:
+        text = re.sub(theirs, ours, text)
+    return text
 
 
 def _nothing(ctx: Any) -> None:

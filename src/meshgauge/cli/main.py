@@ -128,9 +128,9 @@ def _code(arguments: list[str] | None) -> int:
             return interrupts.code()
         # Typer's usage errors: known by what they do, because their class moved between its versions.
         if hasattr(error, "format_message"):
-            command = getattr(getattr(error, "ctx", None), "command_path", "meshgauge")
-            text = error.format_message()
-            return failed(f"{text} (see '{command} --help')") if text else COULD_NOT  # the help was printed
+            path = getattr(getattr(error, "ctx", None), "command_path", "meshgauge")
+            text = command.in_plain_words(error.format_message())
+            return failed(f"{text} (see '{path} --help')") if text else COULD_NOT  # the help was printed
         if os.environ.get(TRACEBACK):
             raise
         return failed(f"{terminal.unexpected(error)} (set {TRACEBACK}=1 for the traceback)")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from ..errors import OptionError
 from .options import option
 
 
@@ -16,6 +17,8 @@ def paraview_plugin(
 ) -> None:
     """Print the path of the file to load in ParaView."""
     if preset is not None:
+        if preset.suffix.lower() != ".json":
+            raise OptionError(f"{preset}: ParaView imports presets from .json files")
         from ..files import output
         from ..plot.paraview_preset import presets_json
 

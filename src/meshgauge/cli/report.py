@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from ..errors import OptionError, WriteError
 from ..look.style import number_of
 from . import inputs, options
-from .groups.report import Apart, Contents
+from .groups.report import PARTIAL, Apart, Contents
 from .options import WRITING, option
 
 if TYPE_CHECKING:
@@ -64,6 +64,9 @@ def report(
     if bad is not None and (len(paths) > 1 or reading.step == "all"):
         raise OptionError("--bad writes the cells of one mesh")
 
+    if apart.partial is not None and apart.partial.suffix != PARTIAL:
+        raise OptionError(f"{apart.partial}: a partial report is a {PARTIAL} file")
+
     if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target, bad))):
         raise OptionError("--partial keeps what was measured of one mesh, and goes with no other output")
 
@@ -75,6 +78,7 @@ def report(
     from ..mesh.labels import labels_of
     from ..quality.metrics import LIMITS
     from ..report import FileReport
+    from ..report.bad_cells import is_list
     from ..report.csv import CsvWriter
     from ..report.one_cell import OneCellText, dumps
     from ..report.stream import file_report
@@ -172,7 +176,8 @@ def report(
                 break  # nobody reads any more, and there is no file to complete
     printing.end(reports, batch.failures)
     if n_bad and not (quiet or as_json):
-        emit(f"{bad}: {number_of(n_bad[0], 'bad cell', 'bad cells')}")
+        is_written = n_bad[0] or is_list(bad or Path())
+        emit(f"{bad}: {number_of(n_bad[0], 'bad cell', 'bad cells')}{'' if is_written else ': no mesh is written'}")
     return batch.exit_code
 
 

@@ -29,6 +29,9 @@ def view(
     reading: options.Reading,
 ) -> int:
     """Read, measure, and serve or draw; returns the exit code."""
+    twice = next((path for path in meshes if meshes.count(path) > 1), None)
+    if twice is not None:
+        raise MeshgaugeError(f"{twice}: is given twice; give one mesh, or two to put side by side")
     paths = inputs.expand(meshes)
     _require_one_or_two(paths, "meshes")
     size = window.pixels()

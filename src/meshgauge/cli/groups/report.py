@@ -13,6 +13,9 @@ from ..options import MEASURING, WRITING, option
 
 WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
 
+PARTIAL = ".mgp"
+"""Extension of what was measured of a part."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contents:
