@@ -74,7 +74,39 @@ def test_polyhedra_have_the_values_of_the_cells_that_they_are(shape: str) -> Non
     for name in ("jens_mean", "edge_ratio"):
         assert quality.values_of(name)[0] == pytest.approx(of(name, x, shape), rel=1e-12)
     assert np.isnan(quality.values_of("shape")[0])  # not defined for polyhedra
-    assert np.isnan(quality.values_of("warpage")[0])
+    expected = of("warpage", x, shape) if METRICS["warpage"].is_defined_for(shape) else np.nan
+    assert quality.values_of("warpage")[0] == pytest.approx(expected, rel=1e-12, nan_ok=True)
+
+
+def test_a_hanging_node_does_not_hide_that_a_face_is_a_quadrilateral() -> None:
+    # A node in the middle of the edge 0-1, in both of its faces.
+    cube = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1.4), (0, 1, 1.0)])
+    plain = as_polyhedron("hexahedron", cube)
+    faces = [list(face) for face in SHAPES["hexahedron"].faces]
+    for face in faces:
+        for at in range(len(face)):
+            if {face[at], face[(at + 1) % len(face)]} == {0, 1}:
+                face.insert(at + 1, 8)
+                break
+    assert sorted(map(len, faces)) == [4, 4, 4, 4, 5, 5]
+    points = np.vstack([cube, [0.5, 0, 0]])
+    poly = Polyhedra(
+        np.array([0, 6]), np.arange(6), np.r_[0, np.cumsum([len(f) for f in faces])], np.concatenate(faces)
+    )
+    hung = Mesh(points, np.array([42], np.uint8), np.array([0, 9]), np.arange(9), poly)
+    quality = meshgauge.measure(hung, metrics="warpage")
+    assert quality.polyhedra is not None
+    assert quality.polyhedra.node_is_hanging.sum() == 1
+    expected = meshgauge.measure(plain, metrics="warpage").values_of("warpage")[0]
+    assert quality.values_of("warpage")[0] == expected > 0.05
+    cube[6] = (1, 1, 1)
+    cube[1] = (1.0, -0.3, 0.2)  # now the faces in which the node hangs are warped most
+    points = np.vstack([cube, 0.5 * (cube[0] + cube[1])])
+    quality = meshgauge.measure(
+        Mesh(points, np.array([42], np.uint8), np.array([0, 9]), np.arange(9), poly), metrics="warpage"
+    )
+    plain = as_polyhedron("hexahedron", cube)
+    assert quality.values_of("warpage") == meshgauge.measure(plain, metrics="warpage").values_of("warpage")
 
 
 def test_a_warped_face_is_seen() -> None:

@@ -161,16 +161,40 @@ def warpage(cells: Cells) -> Values:
     x = 0.25 * cells.coordinates
     worst = np.where(np.isfinite(x).all(axis=(1, 2)), 0.0, np.nan)
     for face in cells.shape.faces:
-        if len(face) != 4:
-            continue
-        edges = x[:, np.roll(face, -1)] - x[:, face]
-        with np.errstate(all="ignore"):
-            edges = edges / np.abs(edges).max(axis=2, keepdims=True)
-            normals = np.cross(np.roll(edges, 1, axis=1), edges)
-            normals = normals / np.linalg.norm(normals, axis=2, keepdims=True)
-            least = np.minimum((normals[:, 0] * normals[:, 2]).sum(axis=1), (normals[:, 1] * normals[:, 3]).sum(axis=1))
-            worst = np.maximum(worst, 1.0 - np.clip(least, -1.0, 1.0) ** 3)
+        if len(face) == 4:
+            worst = np.maximum(worst, _warpage(x[:, face]))
     return worst
+
+
+def _warpage(x: Values) -> Values:
+    """Of quadrilaterals ``(n, 4, 3)``; NaN where a corner has no normal."""
+    edges = np.roll(x, -1, axis=1) - x
+    with np.errstate(all="ignore"):
+        edges = edges / np.abs(edges).max(axis=2, keepdims=True)
+        normals = np.cross(np.roll(edges, 1, axis=1), edges)
+        normals = normals / np.linalg.norm(normals, axis=2, keepdims=True)
+        least = np.minimum((normals[:, 0] * normals[:, 2]).sum(axis=1), (normals[:, 1] * normals[:, 3]).sum(axis=1))
+        return np.asarray(1.0 - np.clip(least, -1.0, 1.0) ** 3)
+
+
+def warpage_of_polyhedra(cells: PolyhedralCells) -> Values:
+    """``(n_cells,)`` the largest warpage of a polyhedron's quadrilateral faces, hanging nodes left out. [0, 2]
+
+    NaN of a cell without such a face.
+    """
+    quality, faces = cells.quality, cells.faces
+    cell_of_face = np.repeat(np.arange(cells.n_cells), faces.counts)
+    face_of = np.repeat(np.arange(len(faces.sizes)), faces.sizes)
+    owner = np.repeat(np.arange(cells.n_cells), np.diff(quality.node_offsets))
+    hanging = np.asarray(quality.node_is_hanging, np.bool_)
+    of = np.int64(len(cells.points))
+    hangs = np.isin(cell_of_face[face_of] * of + faces.points, owner[hanging] * of + quality.node_points[hanging])
+    corners, face_of = faces.points[~hangs], face_of[~hangs]
+    is_quad = np.bincount(face_of, minlength=len(faces.sizes)) == 4
+    quads = corners[is_quad[face_of]].reshape(-1, 4)
+    worst = np.full(cells.n_cells, -np.inf)
+    np.maximum.at(worst, cell_of_face[is_quad], _warpage(0.25 * np.asarray(cells.points[quads], np.float64)))
+    return np.where(np.isnan(quality.values) | np.isneginf(worst), np.nan, worst)
 
 
 ROWS = (
@@ -219,9 +243,10 @@ ROWS = (
     Metric(
         name="warpage",
         values=warpage,
+        polyhedra=warpage_of_polyhedra,
         title="warpage of quadrilateral faces",
         text="Largest warpage of the cell's quadrilateral faces, by the normals at opposite corners; 0 if they are "
-        "plane. Undefined where a corner of a face has no normal.",
+        "plane. Undefined where a corner of a face has no normal, and of a polyhedron without quadrilateral faces.",
         range=(0.0, 2.0),
         acceptable=(0.0, 0.7),
         ideal=0.0,
