@@ -382,17 +382,75 @@ def fixed_labels(path: Path) -> list[int]:
     return np.asarray(mesh.point_data["label"])[patch.is_fixed].tolist()
 
 
-def test_points_of_other_systems_and_those_that_define_one_stay(tmp_path: Path) -> None:
-    """Point 5 is given in another system, 6 in one in which its coordinates are the same; 1 to 3 define one."""
+def test_points_that_define_a_system_stay(tmp_path: Path) -> None:
+    """Points 1 to 3 define one; those that are given in another move."""
     grids = ["GRID,1,,0.,0.,0.", "GRID,2,,0.,0.,1.", "GRID,3,,1.,0.,0.", "GRID,4,0,0.,1.,0.", "GRID,5,7,1.,90.,1."]
     grids += ["GRID,6,7,2.,0.,0.", "GRID,7,,3.,3.,3."]
     lines = ["CORD1R,9,1,2,3", "CORD2C,7,,0.,0.,0.,0.,0.", ",1.,1.,0.,0.", *grids]
     lines += ["CTETRA,1,1,1,3,4,2", "CTETRA,2,1,5,6,7,4"]
     path = tmp_path / "a.bdf"
     path.write_text("\n".join(["BEGIN BULK", *lines, "ENDDATA", ""]))
-    assert fixed_labels(path) == [1, 2, 3, 5, 6]
-    path.write_text(path.read_text().replace("CTETRA,1,1", "GRDSET,,7\nCTETRA,1,1"))
-    assert 7 in fixed_labels(path)
+    assert fixed_labels(path) == [1, 2, 3]
+    path.write_text(path.read_text().replace("BEGIN BULK", "BEGIN BULK\nGRDSET,,7"))
+    assert fixed_labels(path) == [1, 2, 3]
+
+
+SYSTEMS = {
+    7: ("CORD2C,7,,-1.,-1.,-1.,-1.,-1.,0.\n,0.,-1.,-1.", lambda x, y, z: (np.hypot(x, y), _degrees(y, x) + 360, z)),
+    8: (
+        "CORD2S,8,,-1.,-1.,-1.,-1.,-1.,0.\n,0.,-1.,-1.",
+        lambda x, y, z: (np.sqrt(x * x + y * y + z * z), _degrees(np.hypot(x, y), z), _degrees(y, x)),
+    ),
+    9: ("CORD2R,9,,-1.,-1.,-1.,0.,-1.,-1.\n,-1.,0.,-1.", lambda x, y, z: (y, z, x)),
+}
+"""Cards, and coordinates from the point (-1, -1, -1) on; the axes z, x and y of the last are x, y and z."""
+
+
+def _degrees(a: float, b: float) -> float:
+    return float(np.degrees(np.arctan2(a, b)))
+
+
+@pytest.mark.parametrize("width", [8, 16, 0])
+def test_points_in_other_systems_are_turned_back(width: int, tmp_path: Path) -> None:
+    """Angles stay near what they were; fields keep their width, or become wider."""
+    mesh = bricks()
+    lines = ["BEGIN BULK", *(card for card, _ in SYSTEMS.values())]
+    for n, point in enumerate((mesh.points + 1).tolist(), 1):
+        system = (0, 7, 8, 9)[(n + n // 16 * 2) % 4]
+        own = SYSTEMS[system][1](*point) if system else [x - 1 for x in point]
+        texts = [f"{x:.6f}"[:8] if width == 8 else f"{x:.9f}" for x in own]
+        if width == 8:
+            lines.append(f"GRID    {n:<8d}{system:<8d}" + "".join(f"{x:>8s}" for x in texts))
+        elif width:
+            lines += [f"GRID*   {n:<16d}{system:<16d}{texts[0]:>16s}{texts[1]:>16s}", f"*       {texts[2]:>16s}"]
+        else:
+            lines.append(f"GRID,{n},{system},{','.join(texts)}")
+    for n, cell in enumerate((mesh.connectivity.reshape(-1, 8) + 1).tolist(), 1):
+        lines.append(f"CHEXA,{n},1,{','.join(map(str, cell[:6]))}\n,{cell[6]},{cell[7]}")
+    path, better = tmp_path / "a.bdf", tmp_path / "better.bdf"
+    path.write_text("\n".join([*lines, "ENDDATA", ""]))
+    before = meshgauge.read(path)
+    np.testing.assert_allclose(before.points, mesh.points, atol=1e-4)
+    assert fixed_labels(path) == []
+    done = command_line.run("improve", path, "-o", better, "--everywhere", "--json", "--undo", tmp_path / "undo.npz")
+    assert done.returncode == 0, done.stderr
+    report, after = json.loads(done.stdout), meshgauge.read(better)
+    values = [meshgauge.measure(one).values for one in (before, after)]
+    assert report["after"]["all"]["min"] == values[1].min() > values[0].min()
+    moved = np.flatnonzero((before.points != after.points).any(axis=1)) + 1
+    assert {(n + n // 16 * 2) % 4 for n in moved.tolist()} == {0, 1, 2, 3}
+    old, new = (one.read_text().splitlines() for one in (path, better))
+    changed = [line for line in new if line.startswith("GRID") and line not in old]
+    assert {line.replace("*", " ").replace(",", " ").split()[1] for line in changed} <= {str(n) for n in moved}
+    for line in new:
+        if line.startswith("GRID,") and line.split(",")[2] == "7":
+            assert float(line.split(",")[4]) > 180
+    patch = patch_of(before, tmp_path / "same.bdf")
+    assert patch is not None
+    patch.write(before)
+    assert (tmp_path / "same.bdf").read_bytes() == path.read_bytes()
+    undo.bring_back(tmp_path / "undo.npz", better, better)
+    assert better.read_bytes() == path.read_bytes()
 
 
 PART = "*Part, name=P\n*Node\n1,0.,0.,0.\n2,1.,0.,0.\n3,0.,1.,0.\n4,0.,0.,1.\n*Element, type=C3D4\n1,1,2,3,4\n"

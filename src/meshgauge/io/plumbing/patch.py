@@ -175,7 +175,8 @@ class Places:
                 own = np.flatnonzero(self.piece[ids] == number) if file == path else _NONE
                 if len(own):
                     starts, ends = (spans[ids[own], : self.width].ravel() for spans in (self.starts, self.ends))
-                    values[own, : self.width] = form.values(data, starts, ends).reshape(-1, self.width)
+                    there = form.values(data, starts, ends).reshape(-1, self.width)
+                    values[own, : self.width] = there if (system := system_of(form)) is None else system.basic(there)
         return values
 
     @property
@@ -190,15 +191,30 @@ class Places:
     def rounded(self, ids: Ints, points: Reals, *, widens: bool = False) -> Reals:
         """``(n, 3)`` coordinates of some points as the file will hold them; ``widens``: in wider fields."""
         result = np.array(points, np.float64)
+        near = self._near(ids)
         for number, (_, form) in enumerate(self.pieces):
             own = np.flatnonzero(self.piece[ids] == number)
+            system = system_of(form)
+            if system is not None:
+                result[own] = system.own(result[own], near[own])
+            every = own
             if widens and isinstance(form, Widening):
                 can = self._lines[ids[own], 0] >= 0
                 wide = own[can]
                 result[wide] = form.wide.rounded(result[wide].ravel()).reshape(-1, 3)
                 own = own[~can]
             result[own] = form.rounded(result[own].ravel()).reshape(-1, 3)
+            if system is not None:
+                result[every] = system.basic(result[every])
         return result
+
+    def _near(self, ids: Ints) -> Reals:
+        """``(n, 3)`` what stands in the files for some points, in the systems that they are given in, if any are."""
+        near = np.zeros((len(ids), 3))
+        if any(system_of(form) is not None for _, form in self.pieces):
+            plain = tuple((path, _Plain(form)) for path, form in self.pieces)
+            near = replace(self, pieces=plain, copies=None)._values(ids)
+        return near
 
     def edit(self, path: Path, before: Reals, after: Reals) -> Edit:
         """What changes in one of the files if points move.
@@ -211,8 +227,9 @@ class Places:
         points = every.labels
         is_here = np.isin(every.piece, [number for number, (file, _) in enumerate(every.pieces) if is_same(file, path)])
         is_moved = is_here[:, None] & (before.view(np.int64) != after.view(np.int64))[points]
-        spans, texts = every._widened(data, is_moved, after[points])
-        starts, ends, new = every.starts[is_moved], every.ends[is_moved], after[points][is_moved]
+        there = every._in_own_systems(path, is_moved, after[points])
+        spans, texts = every._widened(data, is_moved, there)
+        starts, ends, new = every.starts[is_moved], every.ends[is_moved], there[is_moved]
         piece = np.broadcast_to(every.piece[:, None], is_moved.shape)[is_moved]
         order = np.argsort(starts, kind="stable")
         starts, ends, new, piece = starts[order], ends[order], new[order], piece[order]
@@ -233,6 +250,20 @@ class Places:
                 texts += form.written(new[rows], partial(_between, data, begins, stops))
             spans += zip(begins.tolist(), stops.tolist(), strict=True)
         return Edit(Hunks.replacing(_NONE, _NONE, []), [], puts).also(spans, texts)
+
+    def _in_own_systems(self, path: Path, is_moved: NDArray[np.bool_], after: Reals) -> Reals:
+        """``(n, 3)`` the numbers of points that moved as they are to stand; ``is_moved`` becomes those that change."""
+        after = after.copy()
+        for number, (file, form) in enumerate(self.pieces):
+            system = system_of(form)
+            if system is None or not is_same(file, path):
+                continue
+            rows = np.flatnonzero((self.piece == number) & is_moved.any(axis=1))
+            near = self._near(rows)
+            after[rows] = system.own(after[rows], near)
+            wide = form.wide if isinstance(form, Widening) else form
+            is_moved[rows] = wide.rounded(after[rows].ravel()).reshape(-1, 3) != near
+        return after
 
     def _widened(
         self, data: bytes, is_moved: NDArray[np.bool_], after: Reals
@@ -259,6 +290,46 @@ class Putting(Form, Protocol):
     def put(self, path: Path, starts: Ints, values: Reals) -> None:
         """Change the numbers at some places."""
         ...
+
+
+class System(Protocol):
+    """A system of coordinates that points are given in."""
+
+    def basic(self, given: Reals, /) -> Reals:
+        """Points ``(n, 3)`` in the basic system."""
+        ...
+
+    def own(self, points: Reals, near: Reals, /) -> Reals:
+        """Points of the basic system in this one; angles near those that are."""
+        ...
+
+
+@runtime_checkable
+class InSystem(Form, Protocol):
+    """A form of points that are given in a system of their own."""
+
+    @property
+    def system(self) -> System | None:
+        """It; None: the basic one."""
+        ...
+
+
+def system_of(form: Form) -> System | None:
+    """The system that points are given in, if it is not the basic one."""
+    return form.system if isinstance(form, InSystem) else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Plain:
+    """A form without its system."""
+
+    form: Form
+
+    def values(self, data: bytes, starts: Ints, ends: Ints) -> Reals:
+        return self.form.values(data, starts, ends)
+
+    def rounded(self, values: Reals) -> Reals:
+        return self.form.rounded(values)
 
 
 @runtime_checkable

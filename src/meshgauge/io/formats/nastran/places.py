@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ...plumbing.numerals import Form, Reals, Text
 from ...plumbing.patch import Places
 from .cards import Card, cards
+from .systems import KINDS as SYSTEMS
+from .systems import System, Systems
 
 _SMALL, _LARGE = 8, 16
 _NO_SPAN = (-1, -1)
@@ -20,12 +22,14 @@ Span = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class _Narrow(Text):
-    """Fields of a GRID card of 8 columns, or between commas, which becomes a GRID* card where they do not do."""
+class _Grid(Text):
+    """Fields of a GRID card in some system; narrow ones become those of a GRID* where they do not do."""
+
+    system: System | None = None
 
     @property
     def wide(self) -> Text:
-        return Text(most=_LARGE, exponent="")
+        return Text(most=max(_LARGE, self.most or 0), exponent="")
 
     def widened(self, line: bytes, point: Reals, changes: NDArray[np.bool_]) -> bytes:
         """The line as two; the characters of what does not change stay, and so does a comment."""
@@ -56,29 +60,51 @@ def _split(text: bytes) -> list[bytes]:
 
 
 def places(path: Path) -> Places:
-    """Of points in the basic system that define no other: a field keeps its width."""
+    """Of points that define no system: a field keeps its width."""
     grids: dict[Path, list[Card]] = defaultdict(list)
+    given: dict[int, tuple[Card, int]] = {}
     fixed: set[int] = set()
-    is_basic = ""  # what field of a system means the basic one, beside 0
+    usual, has_parts = 0, False
     for card in cards(path):
         if card.name == "GRID":
             grids[card.path].append(card)
-        elif card.name == "GRDSET" and card.text(1) not in ("", "0"):
-            is_basic = "0"
-        elif card.name.startswith("CORD1"):
-            fixed.update(int(word) for word in (*card.fields[1:4], *card.fields[5:8]) if word.isdigit())
-    parts = [_of_file(file, [c for c in own if c.text(1) in ("0", is_basic)]) for file, own in grids.items()]
+        elif card.name == "GRDSET":
+            usual = card.integer(1, 0)
+        elif card.name == "BEGIN":
+            has_parts |= bool(card.text(0))
+        elif card.name in SYSTEMS:
+            at = (0, 4) if card.name.startswith("CORD1") else (0,)
+            given.update({card.integer(place): (card, place) for place in at if card.text(place)})
+            fixed.update(card.integer(place + k) for place in at for k in (1, 2, 3) if len(at) > 1 and card.text(place))
+    points = {card.integer(0): card for own in grids.values() for card in own}
+
+    def point(label: int, asks: Card) -> Reals:
+        if label not in points:
+            raise asks.fail(f"refers to point {label}, which does not exist")
+        card = points[label]
+        own = np.array([[card.real(2 + k) for k in range(3)]])
+        return np.asarray(systems.of(card.integer(1, usual), asks).basic(own)[0])
+
+    systems = Systems(given, point)
+    parts = []
+    for file, own in grids.items():
+        numbers = [card.integer(1, usual) for card in own]
+        # Systems of superelements may have the numbers of others.
+        kept = [card for card, number in zip(own, numbers, strict=True) if number >= 0 and not (number and has_parts)]
+        of_cards = [systems.of(number, card) if (number := card.integer(1, usual)) else None for card in kept]
+        parts.append(_of_file(file, kept, of_cards))
     whole = Places.joined(parts)
     return whole if whole.labels is None else whole.without(np.isin(whole.labels, list(fixed)))
 
 
-def _of_file(path: Path, grids: list[Card]) -> Places:
+def _of_file(path: Path, grids: list[Card], systems: list[System | None]) -> Places:
     lines = path.read_bytes().splitlines(keepends=True)
     begins = np.cumsum([0, *map(len, lines)]).tolist()
     forms: dict[Form, int] = {}
     spans, kinds, whole = [], [], []
-    for card in grids:
+    for card, system in zip(grids, systems, strict=True):
         form, own = _fields(lines, begins, card.line - 1)
+        form = replace(form, system=system)
         spans.append(own)
         whole.append(_line(lines, begins, card.line - 1))
         kinds.append(forms.setdefault(form, len(forms)))
@@ -103,7 +129,7 @@ def _line(lines: list[bytes], begins: list[int], at: int) -> Span:
     return begins[at], begins[at] + len(lines[at])
 
 
-def _fields(lines: list[bytes], begins: list[int], at: int) -> tuple[Form, list[Span]]:
+def _fields(lines: list[bytes], begins: list[int], at: int) -> tuple[_Grid, list[Span]]:
     """The three fields of a GRID, which may go on in the next line that is not a comment; and how numbers are held."""
     line = lines[at].partition(b"$")[0].rstrip()
     is_large = b"*" in line[:_SMALL].partition(b",")[0]
@@ -113,8 +139,7 @@ def _fields(lines: list[bytes], begins: list[int], at: int) -> tuple[Form, list[
     own = [_field(lines, begins, at, 2 + k, width) for k in range(2 if is_large else 3)]
     if is_large:
         own.append(_field(lines, begins, _next(lines, at), 0, width))
-    form = Text if is_large else _Narrow
-    return form(most=width, is_field=True, exponent=""), own
+    return _Grid(most=width, is_field=True, exponent=""), own
 
 
 def _field(lines: list[bytes], begins: list[int], at: int, place: int, width: int) -> Span:
@@ -131,7 +156,7 @@ def _field(lines: list[bytes], begins: list[int], at: int, place: int, width: in
     return begins[at] + start, begins[at] + start + width
 
 
-def _free(lines: list[bytes], begins: list[int], at: int, width: int) -> tuple[Form, list[Span]]:
+def _free(lines: list[bytes], begins: list[int], at: int, width: int) -> tuple[_Grid, list[Span]]:
     """Fields between commas."""
     words = _words(lines[at], begins[at])
     own = words[3 : 5 if width == _LARGE else 6]
@@ -139,8 +164,7 @@ def _free(lines: list[bytes], begins: list[int], at: int, width: int) -> tuple[F
         own += _words(lines[following], begins[following])[1:2]
     own = [*own, *[_NO_SPAN] * 3][:3]
     longest = max(end - start for start, end in own)
-    form = Text if width == _LARGE else _Narrow
-    return form(most=max(width, longest), exponent=""), own
+    return _Grid(most=max(width, longest), exponent=""), own
 
 
 def _words(line: bytes, begin: int) -> list[Span]:

@@ -15,7 +15,7 @@ Reals = NDArray[np.float64]
 KINDS = ("CORD2R", "CORD2C", "CORD2S", "CORD1R", "CORD1C", "CORD1S")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class System:
     """An origin and the axes x, y, z as rows, in the basic system; the letter says how coordinates are meant."""
 
@@ -34,7 +34,20 @@ class System:
             own[:, 0] = given[:, 0] * np.sin(theta) * np.cos(phi)
             own[:, 1] = given[:, 0] * np.sin(theta) * np.sin(phi)
             own[:, 2] = given[:, 0] * np.cos(theta)
-        return np.asarray(self.origin + own @ self.axes)
+        x, y, z = own.T[:, :, None] * self.axes[:, None]  # not as a matrix: a point alone is rounded as among others
+        return np.asarray(self.origin + (x + y + z))
+
+    def own(self, points: Reals, near: Reals) -> Reals:
+        """Points of the basic system in this one, ``(n, 3)``; angles within half a turn of those that are near."""
+        x, y, z = self.axes @ (points - self.origin).T
+        if self.letter == "R":
+            return np.stack([x, y, z], axis=1)
+        flat = np.hypot(x, y)
+        turn = np.degrees(np.arctan2(y, x))
+        if self.letter == "C":
+            return np.stack([flat, turn + 360.0 * np.round((near[:, 1] - turn) / 360.0), z], axis=1)
+        turn += 360.0 * np.round((near[:, 2] - turn) / 360.0)
+        return np.stack([np.hypot(flat, z), np.degrees(np.arctan2(flat, z)), turn], axis=1)
 
 
 class Systems:
