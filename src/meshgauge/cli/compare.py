@@ -19,6 +19,7 @@ def compare(
     ],
     *,
     as_json: options.Json = False,
+    html: options.Html = None,
     plot: Annotated[Path | None, option("--plot", "PICTURE", "Draw them: a png, svg or pdf.", WRITING)] = None,
     quiet: options.Quiet = False,
     worst: options.Worst = 5,
@@ -33,7 +34,7 @@ def compare(
     paths = inputs.expand(meshes)
     if len(paths) < 2 and reading.step != "all":
         raise MeshgaugeError(f"{paths[0]}: is one mesh; give two or more to compare, or see 'meshgauge report'")
-    inputs.check_targets(paths, files=(plot,))
+    inputs.check_targets(paths, texts=(html,), files=(plot,))
 
     from ..compare import Builder
     from ..compare.json import comparison_json
@@ -52,12 +53,20 @@ def compare(
     )
     paths = batch.states(paths)
     builder: Builder | None = None
+    pages = None
+    if html is not None:
+        from ..compare.page import Pages
+
+        pages = Pages(len(paths), worst=worst)
     for path, quality in batch.each(paths, batch.measure):
         if builder is None:
             builder = Builder(path, quality, losses=worst, by_regions=by is not None)
         else:
             with batch.progress(f"comparing {path}"):
                 builder.add(path, quality)
+        if pages is not None:
+            with batch.progress(f"drawing {path}"):
+                pages.add(path, quality)
     comparison = builder.finish() if builder is not None and len(builder.sides) > 1 else None
     if as_json:
         emit(comparison_json(comparison, batch.failures))
@@ -65,6 +74,10 @@ def compare(
         emit("\n".join(text for text in sentences(comparison) if text))
     elif comparison is not None:
         Output().show(ComparisonText(comparison, batch.failures))
+    if comparison is not None and pages is not None and html is not None:
+        from ..files.output import write_text
+
+        write_text(html, pages.finish(comparison))
     if comparison is not None and plot is not None:
         from ..compare.plot import comparison_chart
         from ..plot import save

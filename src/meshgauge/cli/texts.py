@@ -85,6 +85,7 @@ Exit codes: 0 done, 2 some file could not be read, or fewer than two are left, 1
         (
             "meshgauge compare before.vtu after.vtu",
             "meshgauge compare gmsh.msh tetgen.vtu netgen.vol --plot meshes.svg",
+            "meshgauge compare before.vtu after.vtu --html page.html",
             "meshgauge compare before.vtu after.vtu --json   [dim]for programs[/dim]",
         ),
     ),

@@ -155,6 +155,11 @@ def pair_cells(before: Quality, after: Quality, *, losses: int = 5) -> PairedCel
     )
 
 
+def gains(before: Quality, after: Quality, n: int) -> tuple[Loss, ...]:
+    """The cells that won most, with the same facts as those that lost; the cells must `correspond`."""
+    return tuple(_loss(before, after, cell) for cell in _largest_losses(scores(before) - scores(after), n))
+
+
 def _counts(old: Values, new: Values) -> PairCounts:
     known = ~(np.isnan(old) | np.isnan(new))
     a, b = old[known], new[known]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ import pytest
 from html_pages import BRACKET, ROOT, evil, grid
 
 import meshgauge
+from meshgauge.compare import comparison
+from meshgauge.compare.page import Pages
 from meshgauge.report import html
 
 Open = Callable[..., Any]
@@ -318,4 +321,37 @@ def test_many_invalid_cells_have_few_marks_and_what_is_seen_is_counted(opened: O
     assert some.locator("[data-shown]").inner_text().startswith("Shows ")
     some.locator("[data-mode=whole]").click()
     assert some.locator("[data-shown]").inner_text() == "Shows the surface of all 2,744 cells."
+    assert one.complaints == []
+
+
+def test_a_line_wipes_between_two_meshes(opened: Open, tmp_path: Path) -> None:
+    mesh = grid(4)
+    noise = np.random.default_rng(3).uniform(-0.4, 0.4, mesh.points.shape)
+    pages = Pages(2, worst=1)
+    qualities = {
+        name: meshgauge.measure(mesh.replace(points=mesh.points + s * noise)) for name, s in (("a", 1), ("b", 0.1))
+    }
+    for name, quality in qualities.items():
+        pages.add(name, quality)
+    html.write(tmp_path / "two.html", pages.finish(comparison(qualities)))
+    one = opened(tmp_path / "two.html")
+    page = one.ready()
+    page.click("[data-wipe-mode=whole]")
+    both = page.locator("[data-wipe] canvas")
+    at = page.locator("[data-wipe-at]")
+    for share in ("0.2", "0.9"):
+        at.fill(share)
+        clips = [both.nth(k).evaluate("canvas => getComputedStyle(canvas).clipPath") for k in (0, 1)]
+        numbers = [[float(x) for x in re.findall(r"([\d.]+)%", clip)] for clip in clips]
+        assert numbers[0][0] + numbers[1][0] == pytest.approx(100), "each has its side"
+        assert numbers[1][0] == pytest.approx(100 * float(share))
+    # A camera that turns turns the other.
+    cameras = "() => MG.views.slice(-2).map((view) => view.camera.position.toArray())"
+    before = page.evaluate(cameras)
+    both.nth(0).focus()
+    page.keyboard.press("ArrowLeft")
+    after = page.evaluate(cameras)
+    assert after[0] == pytest.approx(after[1])
+    assert after[0] != pytest.approx(before[0])
+    assert page.evaluate("() => [...document.querySelectorAll('[data-mesh]')].map((s) => s.meshView.limit)") == [1, 1]
     assert one.complaints == []

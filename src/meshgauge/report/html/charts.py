@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ...look.colours import STATUS, bar_fill, shade
+from ...look import style
+from ...look.colours import DASHES, SERIES, STATUS, bar_fill, shade
 from ...quality.summary import Summary, Tally
 
 WIDTH, HEIGHT = 960.0, 190.0
@@ -186,3 +188,47 @@ def spark(tally: Tally, bins: int = 20) -> list[Spark]:
         own = layers({name: int(of_name[n]) for name, of_name in parts.items()}, height, height)
         made += [Spark(*place, min(layer.height, round(height, 2)), STATUS[layer.name]) for layer in own]
     return made
+
+
+class Outline(NamedTuple):
+    """The distribution of one mesh among others, as a line."""
+
+    name: str
+    colour: str
+    dash: str  #: lengths of strokes and gaps, as SVG writes them; empty for a whole line
+    points: str
+    note: str  #: cells and what is not good of them
+
+
+class Overlay(NamedTuple):
+    """Distributions of several meshes over each other, each in shares of its own cells."""
+
+    outlines: list[Outline]
+    zero: float
+    poor: float
+    ticks: list[Tick]
+    top: str  #: the share at the top
+
+
+def overlay(summaries: Sequence[tuple[str, Summary]], bins: int) -> Overlay | None:
+    """Of meshes by name, as far as they have values; None if fewer than two have."""
+    there = [(name, one.all) for name, one in summaries if one.all.n_measured]
+    if len(there) < 2:
+        return None
+    start = min(lowest(one, bins) for _, one in summaries if one.all.n_measured)
+    parts = [(name, tally, tally.histogram(bins)) for name, tally in there]
+    top = max(float(counts.max()) / tally.n_measured for _, tally, (_, counts) in parts)
+    outlines = []
+    for n, (name, tally, (edges, counts)) in enumerate(parts):
+        corners = [(WIDTH * (float(edges[0]) - start) / (1 - start), HEIGHT)]
+        for low, high, count in zip(edges[:-1].tolist(), edges[1:].tolist(), counts.tolist(), strict=True):
+            y = HEIGHT * (1 - count / tally.n_measured / top)
+            corners += [(WIDTH * (x - start) / (1 - start), y) for x in (low, high)]
+        corners.append((WIDTH, HEIGHT))
+        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in corners if x >= -0.1)
+        dash = " ".join(map(str, DASHES[n % len(DASHES)]))
+        bad = [f"{k:,} {what}" for k, what in ((tally.n_invalid, "invalid"), (tally.n_poor, "poor")) if k]
+        note = ", ".join([f"{tally.n_cells:,} cells", *bad])
+        outlines.append(Outline(name, SERIES[n % len(SERIES)], dash, points, note))
+    first = _histogram("all", "", there[0][1], bins, start)
+    return Overlay(outlines, first.zero, first.poor, first.ticks, style.percent(round(1e6 * top), 1_000_000))

@@ -47,6 +47,7 @@ def geometry(
     bins: int,
     budget: int,
     before: Quality | None = None,
+    frame: Frame | None = None,
 ) -> Geometry:
     """The whole mesh for the script.
 
@@ -62,13 +63,15 @@ def geometry(
         Characters that the arrays may take; what does not fit is left out, the best cells first.
     before
         Of the same cells with their points elsewhere, to be shown in turn.
+    frame
+        In which the mesh is placed, for several in one scene; None: its own.
     """
     mesh = quality.mesh
     can_be_drawn = drawable(quality) if before is None else _in_both(before, quality)
     n_drawn = int(np.count_nonzero(can_be_drawn))
     if not n_drawn:
         return Geometry(None, "", [])
-    frame = Frame.of(mesh.points, *(() if before is None else (before.mesh.points,)))
+    frame = frame or Frame.of(mesh.points, *(() if before is None else (before.mesh.points,)))
     boundary = surface.of_surfaces(mesh) if mesh.dimension == 2 else surface.boundary(topology(mesh))
     most, triangles = (WHOLE if n_drawn <= WHOLE else WORST), TRIANGLES
     while True:

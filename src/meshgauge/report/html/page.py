@@ -31,14 +31,19 @@ if TYPE_CHECKING:
     from ...quality.measure import Quality
     from ...quality.worst import StatusCells
 
-SCRIPTS = ("shaders.js", "model.js", "stage.js", "cards.js", "meshview.js", "page.js")
+SCRIPTS = ("shaders.js", "model.js", "stage.js", "cards.js", "meshview.js", "wipe.js", "page.js")
 """Our own, in the order in which they are run."""
 
 LIBRARY = "vendor/three.min.js"
 
 
 def page(
-    sections: Sequence[Section], failures: Sequence[FailedFile] = (), *, title: str = "", templates: str | None = None
+    sections: Sequence[Section],
+    failures: Sequence[FailedFile] = (),
+    *,
+    title: str = "",
+    lead: Any = None,
+    templates: str | None = None,
 ) -> str:
     """A page of sections: the whole text of an HTML file that needs nothing else.
 
@@ -50,6 +55,8 @@ def page(
         Files that could not be read or measured; they are named.
     title
         Of the page; by default the names of the files.
+    lead
+        What comes before the sections of several meshes: anything with a ``template``, a name in ``templates``.
     templates
         A package with a folder ``templates`` of its own, where the template of a section may be: ``{kind}.html.jinja``.
     """
@@ -70,6 +77,8 @@ def page(
             hashes=[_hash(script) for script in scripts],
             licences=[_file(f"vendor/{name}.LICENSE.txt") for name in ("three", "fflate")] if has_models else [],
             stops=colours.STOPS,
+            overlay=charts.overlay([(one.path, one.summary) for one in sections], 40),
+            lead=lead,
             poor_text=style.enumeration(limits) or bands.POOR_TEXT,
         )
     )

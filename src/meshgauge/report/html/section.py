@@ -13,6 +13,7 @@ from ..record import FileReport
 from ..verdict import Verdict, verdict
 from .cell_cards import Card, cards
 from .charts import Histogram, histograms
+from .frame import Frame
 from .geometry import geometry
 from .page_cells import drawable
 
@@ -57,6 +58,7 @@ def section(
     bins: int = 20,
     budget: int = BUDGET,
     before: Quality | None = None,
+    frame: Frame | None = None,
 ) -> Section:
     """A section of `meshgauge.report.html.page` about one mesh.
 
@@ -72,6 +74,8 @@ def section(
         Bytes that the packed geometry may take. What does not fit is left out, best cells first, and the page says so.
     before
         The same cells with their points elsewhere: the picture can then show either state.
+    frame
+        In which the mesh is placed, for several in one scene; None: its own.
     """
     if report is None:
         report = FileReport.of(quality)
@@ -86,7 +90,7 @@ def section(
         left_out.append(f"The table of regions has the {REGIONS} with the lowest minimum, of {len(regions)}.")
         regions = sorted(regions, key=lambda row: row[1].min)[:REGIONS]
     worst = np.array([cell.cell for cell in report.worst], np.int64)
-    drawn = geometry(quality, report.summary, ids, names, bins=bins, budget=budget, before=before)
+    drawn = geometry(quality, report.summary, ids, names, bins=bins, budget=budget, before=before, frame=frame)
     return Section(
         path=report.path,
         n_points=report.n_points,

@@ -117,6 +117,9 @@
 
   (async () => {
     for (const section of document.querySelectorAll("[data-mesh]")) await start(section);
+    const wipe = document.querySelector("[data-wipe]");
+    const shown = [...document.querySelectorAll("[data-mesh]")].map((section) => section.meshView).slice(0, 2);
+    if (wipe && shown.length === 2 && shown.every(Boolean)) views.push(...MG.wipe(wipe, shown));
     root.dataset.ready = "true";
   })();
 })();
