@@ -11,6 +11,7 @@ from meshgauge import METRICS, Mesh, Polyhedra
 from meshgauge.cells import SHAPES
 from meshgauge.kernels import path as kernels_path
 from meshgauge.quality.companions import companions
+from meshgauge.surface_cells import SURFACE_SHAPES
 
 BOX = np.array(SHAPES["hexahedron"].points)
 NAMES = ("jens_mean", "shape", "edge_ratio", "warpage")
@@ -118,11 +119,14 @@ def test_a_warped_face_is_seen() -> None:
 
 
 @pytest.mark.parametrize("compiled", [True, False], ids=["kernel", "numpy"])
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", [*SHAPES, "triangle", "quad", "triangle in a plane", "quad in a plane"])
 def test_summaries_beside_j_ens_are_those_of_the_metrics_measured(
     name: str, compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    x = random_cells(SHAPES[name], 200, noise=0.5)
+    name, _, in_plane = name.partition(" ")
+    x = random_cells({**SHAPES, **SURFACE_SHAPES}[name], 200, noise=0.5)
+    if in_plane:
+        x[..., 2] = 0.0  # some of the cells run clockwise
     x[3, 1] = x[3, 0]
     x[4] *= [1.0, 1.0, 0.0]
     x[5, 0, 0] = np.nan

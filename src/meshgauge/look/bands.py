@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 POOR = 0.2
-"""Valid cells below this are poor: a least angle of 10° to 12°, a conditioning 2 to 7 times that of the ideal cell."""
+"""Valid cells below this are poor: a least angle of 10° to 12°; what they cost: docs/meaning.md."""
 
 POOR_TEXT = f"{POOR:g}"
 """The same for people."""

@@ -1,4 +1,4 @@
-"""Mean of the node J_ENS, and shortest over longest edge, of tetrahedra, pyramids, wedges and hexahedra, by the block.
+"""Mean of the node J_ENS, and shortest over longest edge, by the block: of the cells that `fast` knows.
 
 Kernels and pictures of the cells as in `fast`; they write NaN to both for a cell that `fast` would leave open. Ids are
 those of points.
@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from ...cells import HEXAHEDRON, PYRAMID, TETRA, WEDGE
+from ...surface_cells import QUAD, TRIANGLE
 from ..arrays import BLOCK, Float64Array, FloatArray, Int64Array
 from ..jit import fused_inlined, fused_kernel
-from .fast import FLAT, LARGE, SMALL, U, _det, _edge, _gather, _negative, _point, _square, _squares
+from .fast import FLAT, LARGE, SMALL, U, _cross, _det, _edge, _gather, _negative, _point, _square, _squares
 from .simd import widest
 
 
@@ -173,5 +174,77 @@ def hexahedron(
         _store(q, r, means, ratios, first, n)
 
 
+@fused_kernel
+def triangle(
+    points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float, up: float
+) -> None:
+    """``up``: see `fast.triangle`."""
+    widest()
+    m = len(means)
+    x, q, r = np.zeros(3 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, m, BLOCK):
+        n = min(BLOCK, m - first)
+        _gather(points, connectivity, means, 3, first, n, x)
+        for lane in range(BLOCK):
+            p = U(lane)
+            x0, x1, x2 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2))
+            ea, eb = _edge(x0, x1), _edge(x0, x2)
+            normal = _cross(ea, eb)
+            a, b, c = _square(ea), _square(eb), _square(_edge(x1, x2))
+            det = up * normal[2]
+            square = det * abs(det) if up != 0.0 else _square(normal)
+            s0, s1, s2 = square / (a * b), square / (a * c), square / (b * c)
+            least, most = min(min(a, b), c), max(max(a, b), c)
+            total = a + b + c  # NaN if any is: min may drop it
+            flattest = min(min(abs(s0), abs(s1)), abs(s2))
+            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
+            mean = (1.0 / 3.0) * ((_node(s0, k) + _node(s1, k)) + _node(s2, k))
+            q[p] = mean if is_certain else np.nan
+            r[p] = sqrt(least / most) if is_certain else np.nan
+        _store(q, r, means, ratios, first, n)
+
+
+@fused_kernel
+def quad(
+    points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float, up: float
+) -> None:
+    """``up``, and when a sign is certain: see `fast.quad`."""
+    widest()
+    m = len(means)
+    x, q, r = np.zeros(4 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, m, BLOCK):
+        n = min(BLOCK, m - first)
+        _gather(points, connectivity, means, 4, first, n, x)
+        for lane in range(BLOCK):
+            p = U(lane)
+            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
+            ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
+            eg, eh = _edge(x0, x2), _edge(x1, x3)
+            own = _cross(eg, eh)
+            in_space = 1.0 if up == 0.0 else 0.0
+            nx, ny, nz = own[0] * in_space, own[1] * in_space, own[2] * in_space + up
+            size = nx * nx + ny * ny + nz * nz
+            ca, cb, cc, cd = _cross(ed, ea), _cross(ea, eb), _cross(eb, ec), _cross(ec, ed)
+            da, db = nx * ca[0] + ny * ca[1] + nz * ca[2], nx * cb[0] + ny * cb[1] + nz * cb[2]
+            dc, dd = nx * cc[0] + ny * cc[1] + nz * cc[2], nx * cd[0] + ny * cd[1] + nz * cd[2]
+            a, b, c, d = _square(ea), _square(eb), _square(ec), _square(ed)
+            s0, s1 = _squares(da, d * a, db, a * b)
+            s2, s3 = _squares(dc, b * c, dd, c * d)
+            inverse = 1.0 / size  # each is J_S², but for the length of the normal
+            s0, s1, s2, s3 = s0 * inverse, s1 * inverse, s2 * inverse, s3 * inverse
+            flattest = min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3)))
+            least, most = min(min(a, b), min(c, d)), max(max(a, b), max(c, d))
+            total = (a + b) + (c + d)  # NaN if any is: min may drop it
+            span = _square(eg) * _square(eh) if up == 0.0 else 1.0
+            is_certain = (flattest * size > FLAT * span) and (least > SMALL) and (total < LARGE)
+            mean = 0.25 * ((_node(s0, k) + _node(s1, k)) + (_node(s2, k) + _node(s3, k)))
+            q[p] = mean if is_certain else np.nan
+            r[p] = sqrt(least / most) if is_certain else np.nan
+        _store(q, r, means, ratios, first, n)
+
+
 BY_SHAPE = {TETRA.name: tetra, PYRAMID.name: pyramid, WEDGE.name: wedge, HEXAHEDRON.name: hexahedron}
 """The kernels by the name of the shape."""
+
+SURFACES = {TRIANGLE.name: triangle, QUAD.name: quad}
+"""The kernels of surface cells by the name of the shape, which take ``up`` beside."""

@@ -93,21 +93,28 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
 
 
-def companions(points: Points, connectivity: Cells, row: CellType, means: Values, ratios: Values) -> bool:
+def companions(points: Points, connectivity: Cells, row: CellType, means: Values, ratios: Values, up: int = 0) -> bool:
     """Mean of the node J_ENS and shortest over longest edge of each cell, by a kernel; False if there is none.
 
     Parameters
     ----------
-    points, connectivity, row
+    points, connectivity, row, up
         As for `cell_jens`; ids are those of points.
     means, ratios
         ``(n_cells,)`` contiguous; receive values in [-1, 1] and [0, 1], or both NaN where the robust path has to look.
     """
-    if uses_all_nodes(row) or _fast(shape_of(row).name) is None:
+    if uses_all_nodes(row):
         return False
-    from .companions import BY_SHAPE
+    from .companions import BY_SHAPE, SURFACES
 
-    BY_SHAPE[shape_of(row).name](as_flat(points), as_flat(connectivity), means, ratios, shape_of(row).k)
+    shape = shape_of(row)
+    arrays = as_flat(points), as_flat(connectivity), means, ratios, shape.k
+    if shape.name in BY_SHAPE:
+        BY_SHAPE[shape.name](*arrays)
+    elif shape.name in SURFACES:
+        SURFACES[shape.name](*arrays, float(up))
+    else:
+        return False
     return True
 
 

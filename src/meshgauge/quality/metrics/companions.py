@@ -35,7 +35,7 @@ def mean_and_ratio(cells: Cells, out: tuple[Values, Values] | None = None) -> tu
     """`jens_mean` and `edge_ratio`, from one look at the cells; ``out``, contiguous, receives them if given."""
     means, ratios = (np.empty(cells.n_cells), np.empty(cells.n_cells)) if out is None else out
     left: slice | NDArray[np.intp] = slice(None)
-    if cells.compiled and driver.companions(cells.points, cells.nodes, cells.type, means, ratios):
+    if cells.compiled and driver.companions(cells.points, cells.nodes, cells.type, means, ratios, cells.up):
         left = np.flatnonzero(np.isnan(means))
     some = replace(cells, nodes=cells.nodes[left])
     if some.n_cells:
