@@ -13,6 +13,7 @@ from vtkmodules.vtkCommonCore import vtkVersion
 
 from meshgauge import io
 from meshgauge.cells import type_name
+from meshgauge.io.patching import patch_of
 
 ROOT = Path(__file__).resolve().parents[2]
 _SPEC = importlib.util.spec_from_file_location("benchmark_formats", ROOT / "benchmarks" / "formats.py")
@@ -92,3 +93,20 @@ def test_mixed_mesh_survives_a_round_trip(shared: Path, tmp_path: Path, extensio
     assert back.notes == ()  # written in our order: nothing to turn
     assert [type_name(t) for t in back.types[:3]] == [type_name(t) for t in mesh.types[:3]]
     assert back.connectivity.tolist() == mesh.connectivity.tolist()
+
+
+@pytest.mark.long
+def test_a_real_mesh_of_which_nothing_moves_comes_back_to_the_last_byte(shared: Path, tmp_path: Path) -> None:
+    """Every file of the manifest that is patched."""
+    n = 0
+    for path in [shared / "meshes" / row["path"] for row in manifest(shared)]:
+        mesh = io.read(path, step="first")
+        folder = tmp_path / str(n)
+        folder.mkdir(exist_ok=True)
+        patch = patch_of(mesh, folder / path.name, step="first")
+        if patch is None:
+            continue
+        n += 1
+        patch.write(mesh)
+        assert patch.target.read_bytes() == path.read_bytes(), path
+    assert n > 20

@@ -472,6 +472,14 @@ def test_points_of_instances_that_are_moved_or_shared_stay(instances: str, fixed
     assert fixed_labels(path) == fixed
 
 
+def test_a_part_with_several_instances_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.inp"
+    path.write_text(f"{PART}*End Part\n*Assembly, name=A\n{FIRST}*End Instance\n{SECOND}*End Assembly\n")
+    done = command_line.run("improve", path, "-o", tmp_path / "b.inp", "--everywhere")
+    assert done.returncode == 2
+    assert "part 'P' has 2 instances: flatten it" in done.stderr
+
+
 def test_nodes_in_another_system_of_abaqus_stay(tmp_path: Path) -> None:
     deck = "*Node\n1,0.,0.,0.\n2,1.,0.,0.\n3,0.,1.,0.\n*Node, system=C\n4,1.,0.,1.\n*Element, type=C3D4\n1,1,2,3,4\n"
     (tmp_path / "a.inp").write_text(f"{deck}*Orientation, name=O, definition=nodes\n2, 3\n")

@@ -100,14 +100,15 @@ class ChangedMesh:
                 raise MeshgaugeError(f"{undo}: no undo of a folder that is converted: keep the folder")
         elif changes == "points" and patch.is_fixed.any():
             n = int(np.count_nonzero(patch.is_fixed))
+            why = f" ({'; '.join(patch.places.why)})" if patch.places.why else ""
             if n == before.n_points:
                 raise WriteError(
                     f"{source}: no point has a place of its own in a file that may change: they are of instances that "
-                    "are moved, of other coordinate systems, or in files outside of its folder; --convert writes the "
-                    "mesh anew, without what the file holds beside it"
+                    f"are moved, of other coordinate systems, or in files outside of its folder{why}; --convert writes "
+                    "the mesh anew, without what the file holds beside it"
                 )
             what = number_of(n, "point has", "points have")
-            terminal.warn("note", f"{source}: {what} no place in a file that may change, and will not move")
+            terminal.warn("note", f"{source}: {what} no place in a file that may change, and will not move{why}")
         if patch is not None and patch.left_out:
             are = "is" if len(patch.left_out) == 1 else "are"
             note = f"{', '.join(patch.left_out)} {are} of the mesh as it was, and not copied"

@@ -49,6 +49,7 @@ class Places:
     labels: Ints | None = None
     copies: Places | None = None
     lines: Ints | None = None  #: ``(n, 2)`` the bytes of lines that can be given wider fields; -1 for others
+    why: tuple[str, ...] = ()  #: what keeps points from having a place, a phrase each
     width: int = 3  #: coordinates that the file gives for each point; of two the third is 0
 
     @classmethod
@@ -72,6 +73,7 @@ class Places:
             np.concatenate([_NONE, *(part.piece + shift for part, shift in zip(parts, shifts, strict=True))]),
             np.concatenate([_NONE, *labels]) if len(labels) == len(parts) > 0 else None,
             lines=np.concatenate([_NO_LINES, *(part._lines for part in parts)]),
+            why=tuple(dict.fromkeys(one for part in parts for one in part.why)),
             width=max((part.width for part in parts), default=3),
         )
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +37,9 @@ def places(path: Path) -> Places:
     model = model_of(given)
     uses = Counter(id(deck) for deck, _, _ in model.decks)
     fixed = {label for keyword in given if _defines_a_system(keyword) for label in _integers(keyword)}
-    return Places.joined([_of_deck(path, deck, fixed, is_shared=uses[id(deck)] > 1) for deck, _, _ in model.decks])
+    whole = Places.joined([_of_deck(path, deck, fixed, is_shared=uses[id(deck)] > 1) for deck, _, _ in model.decks])
+    shared = {deck.name: uses[id(deck)] for deck, _, _ in model.decks if uses[id(deck)] > 1}
+    return replace(whole, why=tuple(f"part {name!r} has {n} instances: flatten it" for name, n in shared.items()))
 
 
 def _defines_a_system(keyword: Keyword) -> bool:
