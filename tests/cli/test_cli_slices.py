@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 
@@ -14,6 +15,7 @@ from meshgauge import Mesh, io
 from meshgauge.cli import batch, slices
 from meshgauge.cli.main import main
 from meshgauge.errors import OptionError
+from meshgauge.io.adding import CannotAdd
 from meshgauge.slices import run
 
 Captured = pytest.CaptureFixture[str]
@@ -118,6 +120,83 @@ def test_what_finite_volumes_ask_takes_all_cells(large: Path, sliced: list[int],
     assert "is read whole: what finite volumes ask depends on the cells beside" in err
     assert "non_orthogonality" in out
     assert not sliced
+
+
+def added(path: Path) -> dict[str, bytes]:
+    """All arrays of a file, to the bit."""
+    with h5py.File(path) as file:
+        arrays: dict[str, bytes] = {}
+        file["VTKHDF"].visititems(
+            lambda name, one: arrays.update({name: one[...].tobytes()}) if isinstance(one, h5py.Dataset) else None
+        )
+    return arrays
+
+
+@pytest.mark.parametrize(
+    "more", [("--metric", "shape"), ("--threads", "2"), pytest.param(("--scheduler", "2"), marks=pytest.mark.long)]
+)
+def test_what_is_added_is_that_of_the_whole(large: Path, more: tuple[str, ...], sliced: list[int]) -> None:
+    whole, made = large.with_name("whole.vtkhdf"), large.with_name("made.vtkhdf")
+    assert main(["report", str(large), "-o", str(whole), "-q", *(more if "--metric" in more else ())]) == 0
+    assert not sliced
+    assert main(["report", str(large), "-o", str(made), "-q", *LITTLE, *more]) == 0
+    assert len(sliced) == 4
+    assert added(made) == added(whole)
+    assert {"CellData/zone", "CellData/jens", "CellData/status", "PointData/jens_node"} <= {*added(made)}
+    assert {path.name for path in large.parent.iterdir()} == {"large.vtkhdf", "whole.vtkhdf", "made.vtkhdf"}
+    assert main(["report", str(large), "--in-place", "-q", *LITTLE, *more]) == 0
+    assert added(large) == added(whole)
+
+
+def test_points_of_few_and_of_many_cells_are_evaluated_as_in_the_whole(
+    large: Path, sliced: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of cells that are many in the whole a slice has few; they share points with those of other slices."""
+    monkeypatch.setattr("meshgauge.kernels.path.NUMPY_UP_TO", 100)
+    points, cells = (
+        np.random.default_rng(1).random((90, 3)),
+        np.random.default_rng(2).permuted(np.tile(np.arange(90), (300, 1)), axis=1),
+    )
+    mesh = Mesh.from_arrays(
+        np.vstack([points, np.full((1, 3), np.nan)]),
+        [("tetra", np.vstack([cells[:200, :4], [[1, 2, 3, 90]]])), ("hexahedron", cells[200:230, :8])],
+    )
+    io.write(large, mesh)
+    whole, made = large.with_name("whole.vtkhdf"), large.with_name("made.vtkhdf")
+    main(["report", str(large), "-o", str(whole), "-q", "--no-diagnosis"])
+    main(["report", str(large), "-o", str(made), "-q", *LITTLE])
+    assert sliced
+    assert added(made) == added(whole)
+    values = np.frombuffer(added(made)["PointData/jens_worst"])
+    assert np.isnan(values[[1, 2, 3, 90]]).all()
+    assert np.isfinite(values).any()
+
+
+def test_nothing_is_left_of_an_output_that_is_not_made(
+    large: Path, sliced: list[int], monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    """A copy that is not as it should be takes the place of nothing."""
+    monkeypatch.setattr("meshgauge.io.adding._same", lambda *_: False)
+    before = large.read_bytes()
+    assert main(["report", str(large), "--in-place", "-q", *LITTLE]) == 2
+    assert sliced
+    assert "does not read back as it was to be: points differ" in capsys.readouterr().err
+    assert large.read_bytes() == before
+    assert [path.name for path in large.parent.iterdir()] == ["large.vtkhdf"]
+
+
+def test_a_file_whose_grid_moves_is_read_whole(large: Path, sliced: list[int], capsys: Captured) -> None:
+    reason = "holds time steps of which each has points or cells of its own"
+
+    def cannot(*_: object, **__: object) -> None:
+        raise CannotAdd(reason)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("meshgauge.cli.batch.add_to_pieces", cannot)
+        assert main(["report", str(large), "-o", str(large.with_name("out.vtkhdf")), *LITTLE]) == 0
+    assert sliced
+    assert f"nothing is added in slices to a file that {reason}" in capsys.readouterr().err
+    assert "CellData/jens" in added(large.with_name("out.vtkhdf"))
 
 
 def test_outputs_of_all_cells_are_made_of_the_whole(large: Path, sliced: list[int], tmp_path: Path) -> None:

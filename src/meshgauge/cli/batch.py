@@ -15,7 +15,7 @@ from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteEr
 from ..files.resources import free_memory
 from ..io import Limits, pieces_as_one, read_as_one, steps, write
 from ..io import Step as TimeStep
-from ..io.adding import add_data
+from ..io.adding import add_data, add_to_pieces, takes_rows
 from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ..quality.one_cell import OneCell
     from ..report import FileReport
     from ..report.record import StepOf
+    from ..report.values_on_disk import ValuesOnDisk
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
     from .groups.report import Contents
@@ -368,6 +369,24 @@ class Batch:
                 step=_choice(self.reading.step),
                 wedge_order=self.wedge_order.value,
             )
+
+    def adds_rows(self, path: str, target: Path) -> bool:
+        """Whether values can be added to a mesh slice by slice, so that the output comes of it."""
+        return not isinstance(path, State | inputs.Joined) and takes_rows(
+            path, target, file_format=self.reading.file_format
+        )
+
+    def add_rows(self, listed: Pieces, target: Path, values: ValuesOnDisk, *, overwrite: bool) -> None:
+        """`add` of a mesh that is not in memory. Raises `CannotAdd` and `WriteError`."""
+        add_to_pieces(
+            listed,
+            target,
+            cells=values.cells(),
+            points=values.points(),
+            overwrite=overwrite,
+            file_format=self.reading.file_format,
+            step=_choice(self.reading.step),
+        )
 
     def write_bad(self, target: Path, quality: Quality) -> int:
         """Write the cells that are not valid, or poor, see `report.bad_cells`; returns how many. A mesh of none is not

@@ -23,6 +23,7 @@ from .batch import Batch
 
 if TYPE_CHECKING:
     from ..quality.measure import Quality
+    from ..slices import Ask, Job, Partial
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +160,26 @@ def write_report(batch: Batch, quality: Quality, target: Path, *, in_place: bool
         how = "the mesh is written anew, without what the file holds beside it"
         terminal.warn("note", f"{target}: nothing is added to a file that {reason}: {how}")
     batch.write(target, quality.with_data(), overwrite=in_place)
+
+
+def add_in_slices(batch: Batch, path: str, ask: Ask, target: Path, *, in_place: bool) -> tuple[Job, Partial] | None:
+    """Measure a mesh slice by slice and add the values to its file, see `Batch.in_slices`; None if that cannot be."""
+    from ..report.values_on_disk import ValuesOnDisk
+
+    listed = batch.pieces(path)
+    if listed is None:
+        return None
+    with ValuesOnDisk(target, listed.n_cells, listed.n_points) as values:
+        done = batch.in_slices(path, replace(ask, keeps_rows=True, keeps_points=True), values.take)
+        if done is None:
+            return None
+        try:
+            with batch.progress(f"writing {target}"):
+                batch.add_rows(done[0].pieces, target, values, overwrite=in_place)
+        except CannotAdd as reason:
+            terminal.warn("note", f"{target}: is read whole: nothing is added in slices to a file that {reason}")
+            return None
+    return done
 
 
 _GIVE = "give -o OUT in a format that can be written, such as .vtu: a conversion"

@@ -84,7 +84,7 @@ def report(
     from ..report.stream import file_report
     from ..slices import Ask
     from .batch import Batch, State
-    from .changed import write_report
+    from .changed import add_in_slices, write_report
     from .printer import printer
     from .terminal import Output, emit
 
@@ -120,7 +120,7 @@ def report(
 
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
-        if target is None and page is None and bad is None:
+        if page is None and bad is None and (target is None or (table is None and batch.adds_rows(path, target))):
             beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
             counter = MarkCounter() if contents.diagnosis else None
             ask = Ask(
@@ -132,7 +132,10 @@ def report(
                 counter=counter,
                 whole=beside,
             )
-            done = batch.in_slices(path, ask, partial(add_rows, path))
+            if target is None:
+                done = batch.in_slices(path, ask, partial(add_rows, path))
+            else:
+                done = add_in_slices(batch, path, ask, target, in_place=in_place)
             if done is not None:
                 with batch.progress(f"diagnosing {path}"):
                     return file_report(*done, path=path, with_diagnosis=contents.diagnosis, memory=batch.allowed_memory)

@@ -12,14 +12,15 @@ import numpy as np
 from ..errors import ReadError, WriteError
 from ..files.output import replacing
 from ..mesh import Mesh
-from .patching import format_if_same
+from .patching import format_if_same, same_format
 from .plumbing import files, verify
 from .plumbing.added import Added, Array, CannotAdd
 from .plumbing.isolate import Limits
+from .plumbing.pieces import Pieces, Rows
 from .plumbing.steps import StepChoice
-from .reading import read
+from .reading import pieces, read
 
-__all__ = ["CannotAdd", "add_data"]
+__all__ = ["CannotAdd", "add_data", "add_to_pieces", "takes_rows"]
 
 StrPath = str | os.PathLike[str]
 
@@ -90,3 +91,97 @@ def add_data(
         except (ReadError, WriteError) as error:
             raise WriteError(f"{target}: what was added does not read back as it was to be: {error}") from error
     return True
+
+
+def takes_rows(source: StrPath, target: StrPath, *, file_format: str | None = None) -> bool:
+    """Whether arrays that are not in memory can be added to a file so that an output comes of it."""
+    source = Path(source)
+    if not source.is_file() or files.is_packed(source):
+        return False
+    chosen = same_format(source, Path(target), file_format=file_format)
+    return chosen is not None and chosen.add_rows is not None
+
+
+def add_to_pieces(
+    listed: Pieces,
+    target: StrPath,
+    *,
+    cells: Mapping[str, Rows],
+    points: Mapping[str, Rows],
+    overwrite: bool = False,
+    file_format: str | None = None,
+    step: StepChoice = None,
+) -> None:
+    """`add_data` to a file that is read in pieces, some rows at a time; see `takes_rows`.
+
+    Parameters
+    ----------
+    listed
+        The mesh, as `meshgauge.io.pieces` tells it.
+    target, overwrite, file_format, step
+        As for `add_data`.
+    cells, points
+        By name, ``(n_cells,)`` and ``(n_points,)`` numbers.
+
+    Raises
+    ------
+    CannotAdd
+        If this file cannot take them; the message says why.
+    WriteError
+        If it cannot be written, or does not read back as it should.
+    """
+    source, target = Path(listed.path), Path(target)
+    chosen = same_format(source, target, file_format=file_format)
+    if chosen is None or chosen.add_rows is None:
+        raise CannotAdd("is read in pieces, but not added to")
+    if {os.path.realpath(known[0]) for known in listed.stamps} - {os.path.realpath(source)}:
+        raise CannotAdd("is spread over several files")
+    if not overwrite and os.path.realpath(target) == os.path.realpath(source):
+        raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
+    with replacing(target, overwrite=overwrite) as staged:
+        chosen.add_rows(source, staged, cells, points, (listed.n_points, listed.n_cells))
+        listed.check_unchanged()
+        try:
+            back = pieces(staged, file_format=chosen.name, step=step)
+        except ReadError as error:
+            raise WriteError(f"{target}: what was added does not read back as it was to be: {error}") from error
+        wrong = _difference(listed, back, cells, points)
+        if wrong:
+            raise WriteError(f"{target}: what was added does not read back as it was to be: {wrong} differ")
+
+
+_AT_ONCE = 1 << 18
+"""Rows that are compared at a time."""
+
+
+def _difference(listed: Pieces, back: Pieces | None, cells: Mapping[str, Rows], points: Mapping[str, Rows]) -> str:
+    """The name of an array that is not read back; empty if all are."""
+    if back is None or len(back.pieces) != len(listed.pieces):
+        return "pieces"
+    for number, (old, new) in enumerate(zip(listed.pieces, back.pieces, strict=True)):
+        for name in ("points", "types", "offsets", "connectivity"):
+            if not _same(getattr(old, name), getattr(new, name)):
+                return name
+        for held, read_back, added, start in (
+            (old.cell_data, new.cell_data, cells, listed.cell_starts[number]),
+            (old.point_data, new.point_data, points, listed.point_starts[number]),
+        ):
+            for name in {*held, *added}:
+                if name not in read_back:
+                    return repr(name)
+                if not (
+                    _same(added[name], read_back[name], start) if name in added else _same(held[name], read_back[name])
+                ):
+                    return repr(name)
+    return ""
+
+
+def _same(old: Rows, new: Rows, start: int = 0) -> bool:
+    """Whether rows, of the first array from ``start`` on, are the same to the last bit."""
+    if old.dtype.newbyteorder("=") != new.dtype.newbyteorder("=") or old.shape[1:] != new.shape[1:]:
+        return False
+    n = new.shape[0]
+    if old.shape[0] < start + n:
+        return False
+    blocks = ((at, min(at + _AT_ONCE, n)) for at in range(0, n, _AT_ONCE))
+    return all(old.read(start + a, start + b).tobytes() == new.read(a, b).tobytes() for a, b in blocks)

@@ -130,13 +130,19 @@ def _status(values: Values) -> NDArray[np.uint8]:
     )
 
 
-def node_scaled_jacobian(mesh: Mesh, threads: int | None) -> Values:
-    """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
+def node_scaled_jacobian(
+    mesh: Mesh, threads: int | None, count_of: Callable[[CellType, int], int] | None = None
+) -> Values:
+    """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner.
+
+    ``count_of``: cells of a type in the whole, of which this is a part; None: this is the whole.
+    """
     out = np.full(len(mesh.connectivity), np.nan)
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
         n = connectivity.count(cells)
+        n = n if count_of is None else count_of(row, n)
         driver.prepare(row, mesh.points, n, with_nodes=True)
 
         def work(part: CellIds, row: CellType = row, n: int = n) -> None:

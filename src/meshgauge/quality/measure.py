@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any, Literal
@@ -69,6 +69,8 @@ class Quality:
         The mesh that was given, if it has collapsed cells, see `meshgauge.mesh.collapsed`; else None.
     faces
         Faces with their two cells, and what finite volumes ask of them, if a metric of these was measured; else None.
+    count_of
+        Of a part of a mesh: cells of a type in the whole, by which nodes are evaluated as in the whole; else None.
     """
 
     mesh: Mesh
@@ -79,6 +81,7 @@ class Quality:
     rows: Mapping[str, Metric] = field(default_factory=lambda: METRICS)
     collapsed_from: Mesh | None = None
     faces: FaceQuality | None = None
+    count_of: CountOf | None = field(default=None, repr=False)
 
     @property
     def n_cells(self) -> int:
@@ -106,7 +109,7 @@ class Quality:
     @cached_property
     def node_scaled_jacobian(self) -> Values:
         """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
-        values = evaluate.node_scaled_jacobian(self._measured, None)
+        values = evaluate.node_scaled_jacobian(self._measured, None, self.count_of)
         return values if self.polyhedra is None else self._with_polyhedra(values, self.polyhedra.node_scaled_jacobian)
 
     @cached_property
@@ -140,6 +143,13 @@ class Quality:
     def point_node_values(self) -> Values:
         """``(n_points,)``: the worst J_ENS that the point has as a node of its cells; NaN as for `point_values`."""
         return worst_at_points(self.mesh, self.node_jens, self._is_corner)
+
+    @property
+    def corner_points(self) -> NDArray[np.int64]:
+        """Ids, ascending, of the points that are corners of measured cells."""
+        is_there = np.zeros(self.mesh.n_points, np.bool_)
+        is_there[self.mesh.connectivity[self._is_corner]] = True
+        return np.flatnonzero(is_there)
 
     @cached_property
     def _is_corner(self) -> NDArray[np.bool_]:
@@ -434,7 +444,7 @@ def measure_part(
     """
     count = count_of or (lambda row, n: n)
     total = mesh.n_cells if n_cells is None else n_cells
-    quality = _measure_all(mesh, rows, threads, count, beyond)
+    quality = replace(_measure_all(mesh, rows, threads, count, beyond), count_of=count_of)
     if keep_bricks or mesh.dimension == 2:
         return quality
     # How many are collapsed is not known before all are measured: that there are many cells is.

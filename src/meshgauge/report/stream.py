@@ -33,6 +33,10 @@ UNKNOWN_MEMORY = 1 << 30
 """Bytes that points may take where the system does not say what is free."""
 
 
+POINTS_BESIDE = 64 << 20
+"""Bytes that points may take where each slice has values at its points."""
+
+
 def default_memory() -> int:
     """Bytes that points may take: a quarter of what is free or allowed."""
     left = free_memory()
@@ -69,6 +73,8 @@ def job_of(
         raise ReadWhole("not all that its polyhedra depend on is known before they are measured")
     ask = replace(ask, counter=with_marks(listed, ask.counter, memory))
     memory = default_memory() if memory is None else memory
+    if ask.keeps_points:  # a slice is to have few points beside its own
+        memory = min(memory, POINTS_BESIDE)
     points = share(listed, memory)
     with_regions = ask.counter is not None and ask.counter.needs_regions
     facts = facts_of(listed, points, wedge_order=wedge_order, with_regions=ask.by_region or with_regions)

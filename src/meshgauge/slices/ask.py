@@ -50,6 +50,8 @@ class Ask:
         Below which J_ENS cells are poor.
     keeps_rows
         Every partial result carries types, status and values of its cells.
+    keeps_points
+        These rows have values at points as well.
     counter
         Something else to be counted.
     whole
@@ -65,5 +67,6 @@ class Ask:
     keep_bricks: bool = False
     poor_below: PoorBelow = USUAL
     keeps_rows: bool = False
+    keeps_points: bool = False
     counter: Counter | None = None
     whole: str = ""

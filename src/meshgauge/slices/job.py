@@ -22,7 +22,7 @@ from ..quality.worst import WorstCell
 from ..status import Purpose
 from .ask import Ask
 from .facts import Facts
-from .partial import CellRows, Partial
+from .partial import CellRows, Partial, PointRows
 from .points import Points
 from .read import Place, Slice, read_slice
 
@@ -93,8 +93,19 @@ def partial_of(quality: Quality, part: Slice, region_ids: NDArray[np.int64], ask
         regions=_by_region(quality, region_ids) if with_regions else {},
         collapsed=_collapsed(quality),
         counted=None if ask.counter is None else ask.counter.count(quality, part, region_ids, facts),
-        rows=CellRows(mesh.types, quality.status, dict(quality.metrics), labels) if ask.keeps_rows else None,
+        rows=_rows(quality, part, labels, ask) if ask.keeps_rows else None,
     )
+
+
+def _rows(quality: Quality, part: Slice, labels: NDArray[np.int64] | None, ask: Ask) -> CellRows:
+    points = None
+    if ask.keeps_points:
+        if quality.collapsed_from is not None:
+            raise ReadWhole("how its collapsed cells are evaluated at points depends on how many there are")
+        at = quality.corner_points
+        ids = part.origins.all(quality.mesh.n_points)[at] + part.first_point
+        points = PointRows(ids, quality.point_values[at], quality.point_node_values[at])
+    return CellRows(quality.mesh.types, quality.status, dict(quality.metrics), labels, points)
 
 
 def _of_whole(cell: WorstCell, part: Slice) -> WorstCell:

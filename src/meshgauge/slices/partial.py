@@ -22,6 +22,18 @@ Span = tuple[int, int]
 
 
 @dataclass(frozen=True, eq=False)
+class PointRows:
+    """Of the points that are corners of some cells: ids in the whole, and the worst of these cells, see
+    `Quality.point_values` and `Quality.point_node_values`; the least of several is that of all their cells."""
+
+    ids: NDArray[np.int64]
+    worst: NDArray[np.float64]
+    as_node: NDArray[np.float64]
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True, eq=False)
 class CellRows:
     """Type, status and values of some cells, in file order; not kept when results are merged."""
 
@@ -29,6 +41,7 @@ class CellRows:
     status: NDArray[np.uint8]
     values: Mapping[str, NDArray[np.float64]]
     labels: NDArray[np.int64] | None
+    points: PointRows | None = None
 
     __repr__ = brief
 

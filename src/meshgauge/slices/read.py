@@ -27,7 +27,7 @@ SIZE = 1 << 18
 LEAST = 1 << 16
 """Cells of a slice, where memory is scarce."""
 
-PER_CELL = 2048
+PER_CELL = 1024
 """Bytes that points may take, for each cell of a slice: where they may take less, slices are smaller."""
 
 Ids = NDArray[np.int64]

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import IS_SOLID
+from ...files.resources import give_back
 from ...kernels.arrays import read_only
 from ...kernels.topology import driver, open_faces
 from ...kernels.topology.open_faces import SHARED, SOLID, USED
@@ -111,6 +112,7 @@ class _Conclusion:
     is_strict: bool
 
     def diagnosis(self) -> Diagnosis:
+        give_back()
         few, seen, source = self.few, self.seen, self.source
         sizes = part_sizes(source, seen, self.matched.parent)
         n_of = counts_of(seen.types)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import IS_SOLID
+from ...files.resources import give_back
 from ...kernels.topology import driver, open_faces
 from ...kernels.topology.open_faces import DOUBLE, FACED, SOLID, SURFACE, USED
 from ...mesh import Mesh
@@ -185,16 +186,18 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
         ids = nodes[ragged_positions(_offsets(mesh)[at], sizes)]
         parts.append((at + first, mesh.types[at], sizes, ids, is_suspect[wanted[half.cells]]))
     ids = np.concatenate([part[3] for part in parts])
-    points = np.unique(np.concatenate([ids, np.flatnonzero(seen.flags & DOUBLE)]))
+    points = np.union1d(np.unique(ids), np.flatnonzero(seen.flags & DOUBLE))
     few = Mesh(
         points=source.points_of(points),
         types=np.concatenate([part[1] for part in parts]),
         offsets=np.concatenate([[0], np.cumsum(np.concatenate([part[2] for part in parts]))]),
-        connectivity=np.searchsorted(points, ids),
+        connectivity=np.searchsorted(points, ids).astype(width),
         stored=source.stored,
         purpose=source.purpose,
         copy=False,
     )
+    del ids
+    give_back()
     faces = topology(few)
     mates = faces.mates.copy()
     mates[(mates == BOUNDARY) & ~np.concatenate([part[4] for part in parts])] = ELSEWHERE

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...errors import MeshgaugeError
 from ...mesh import Mesh
+from .pieces import Rows
 
 Array = NDArray[np.generic]
 
@@ -45,6 +46,9 @@ class Added:
         """The same of points."""
         return {name: np.asarray(values, np.float64) for name, values in self.points.items()}
 
+
+RowsAdder = Callable[[Path, Path, Mapping[str, Rows], Mapping[str, Rows], tuple[int, int]], None]
+"""The same with arrays that are not in memory: of cells, of points, and the numbers of points and cells there are."""
 
 Adder = Callable[[Path, Path, Added], NDArray[np.bool_] | None]
 """Writes a copy of the first file to the second, with arrays added; returns which cells can have values there, None if

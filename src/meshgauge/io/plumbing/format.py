@@ -10,7 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ...mesh import Mesh
-from .added import Adder
+from .added import Adder, RowsAdder
 from .patch import Places
 from .patch_faces import Faces
 from .patch_nodes import Nodes
@@ -115,6 +115,8 @@ class Format:
         Where the nodes of cells stand, so that cells can be renumbered in the file; None where that is not done.
     add
         Adds arrays of cells and points to a copy of a file; None if the format has no place for them.
+    add_rows
+        The same with arrays that are not in memory; None if they have to be.
     included
         Where files name others that they include, so that a new file can name others; None if the format has no such.
     is_stale
@@ -147,6 +149,7 @@ class Format:
     step_places: StepPlacesFinder | None = None
     nodes: NodesFinder | None = None
     add: Adder | None = None
+    add_rows: RowsAdder | None = None
     included: IncludedNames | None = None
     is_stale: Callable[[str], bool] | None = None
     parts: Callable[[Path], tuple[Path, ...]] | None = None

@@ -47,6 +47,24 @@ def row_bytes(rows: Rows) -> int:
 
 
 @dataclass(frozen=True, slots=True)
+class ArrayRows:
+    """An array in memory."""
+
+    array: NDArray[Any]
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.array.dtype
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.array.shape
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        return self.array[start:stop]
+
+
+@dataclass(frozen=True, slots=True)
 class FileRows:
     """An array that lies in a file as it is in memory."""
 

@@ -27,7 +27,7 @@ from ...plumbing.ids import drop_counts, label_source, with_labels
 from ...plumbing.merge import Part, merge_parts
 from ...plumbing.messages import is_out_of_memory
 from ...plumbing.patch import Places
-from ...plumbing.pieces import Piece, Pieces, ReadWhole, Rows, hdf_rows
+from ...plumbing.pieces import ArrayRows, Piece, Pieces, ReadWhole, Rows, hdf_rows
 from ...plumbing.steps import Step, number_steps
 from .places import NONE, places_of_rows
 
@@ -371,6 +371,14 @@ def places(path: Path, at: int) -> Places:
 
 def add(old: Path, new: Path, added: Added) -> None:
     """Arrays of each grid, its partitions one after another."""
+    cells, points = ({name: ArrayRows(one) for name, one in arrays.items()} for arrays in (added.cells, added.points))
+    add_rows(old, new, cells, points, (added.mesh.n_points, added.mesh.n_cells))
+
+
+def add_rows(
+    old: Path, new: Path, cells: Mapping[str, Rows], points: Mapping[str, Rows], sizes: tuple[int, int]
+) -> None:
+    """The same, some rows at a time."""
     import h5py
 
     with _open(old, held=False) as root:
@@ -380,23 +388,25 @@ def add(old: Path, new: Path, added: Added) -> None:
         ):
             raise CannotAdd("holds other grids than unstructured ones")
         groups = [root] if kind == "UnstructuredGrid" else [group for _, group in _grids(root)]
-        n_held = [sum(int(group[size][...].sum()) for group in groups) for size in _SIZES[:2]]
+        n_held = tuple(sum(int(group[size][...].sum()) for group in groups) for size in _SIZES[:2])
         moves = any(len(set(_step_table(group, _n_steps(group)))) > 1 for group in groups)
-        if moves or n_held != [added.mesh.n_points, added.mesh.n_cells]:
+        if moves or n_held != sizes:
             raise CannotAdd("holds time steps of which each has points or cells of its own")
     shutil.copyfile(old, new)
     with h5py.File(new, "r+") as file:
         root = file["VTKHDF"]
         grids = [root] if kind == "UnstructuredGrid" else [group for _, group in _grids(root)]
-        for which, name, arrays in ((0, "PointData", added.points), (1, "CellData", added.cells)):
+        for which, name, arrays in ((0, "PointData", points), (1, "CellData", cells)):
             at = 0
             for group in grids:
                 n = int(group[_SIZES[which]][...].sum())
                 held = group[name] if name in group else group.create_group(name, track_order=True)
-                for key, values in arrays.items():
+                for key, rows in arrays.items():
                     if key in held:
                         del held[key]
-                    held.create_dataset(key, data=values[at : at + n])
+                    made = held.create_dataset(key, (n, *rows.shape[1:]), rows.dtype)
+                    for start in range(0, n, _ROWS):
+                        made[start : start + _ROWS] = rows.read(at + start, min(at + start + _ROWS, at + n))
                 if "Steps" in group:
                     _at_all_steps(group, f"{name}Offsets", arrays)
                 at += n
@@ -470,5 +480,5 @@ def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -
 VTKHDF = Format(
     "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk, pieces=pieces,
-    step_places=places, add=add,
+    step_places=places, add=add, add_rows=add_rows,
 )  # fmt: skip
