@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..quality.measure import Quality
 from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is_usable
 from .hanging import NONE, Hanging
+from .hard_faces import cells_at_hard_faces, n_hard_faces, newly_hard
 from .polyhedral import is_warped
 from .remeasure import remeasured
 
@@ -41,7 +42,8 @@ def accept(
     """The quality of the mesh with new points, after putting back those that cost some cell what it may not lose.
 
     No cell that was valid is invalid after it, inside too; none is below the worst that there was; with ``strict`` none
-    is below what it had. A point that is put back may cost its other cells theirs, so this is repeated.
+    is below what it had. Of a mesh for finite volumes no face passes a limit that did not before.
+    A point that is put back may cost its other cells theirs, so this is repeated.
 
     Parameters
     ----------
@@ -71,7 +73,7 @@ def accept(
     after = back
     for _ in range(ROUNDS):
         after = remeasured(after, points, threads=threads)
-        cells = violations(before, after, strict=strict) | is_warped(before, points)
+        cells = violations(before, after, strict=strict) | is_warped(before, points) | newly_hard(mesh, after.mesh)
         if sizes is not None:
             cells |= sizes.passed(points)
         if not cells.any():
@@ -107,13 +109,16 @@ def _soundness(status: NDArray[np.uint8], purpose: Purpose) -> NDArray[np.int8]:
 
 
 def is_better(after: Quality, before: Quality, target: float | None = None) -> bool:
-    """Fewer cells that are not usable; of as many fewer below a target, if there is one; of as many a better worst; of
-    an equal worst a better mean."""
+    """Fewer cells that are not usable; for finite volumes, of as many fewer faces that pass a limit; of as many fewer
+    cells below a target, if there is one; of as many a better worst; of an equal worst a better mean."""
     counts = n_unusable(after), n_unusable(before)
     worst = float(np.nanmin(after.values)), float(np.nanmin(before.values))
     mean = float(np.nanmean(after.values)), float(np.nanmean(before.values))
     if counts[0] != counts[1]:
         return counts[0] < counts[1]
+    n_hard = n_hard_faces(after.mesh), n_hard_faces(before.mesh)
+    if n_hard[0] != n_hard[1]:
+        return n_hard[0] < n_hard[1]
     if target is not None:
         below = (int(np.count_nonzero(is_below(quality, target))) for quality in (after, before))
         if (difference := next(below) - next(below)) != 0:
@@ -139,6 +144,11 @@ def bad_among(
     below[odd] |= ~is_usable(status[odd], purpose)
     below[odd] &= is_solid(status[odd])
     return np.asarray(below)
+
+
+def is_to_mend(quality: Quality, target: float) -> NDArray[np.bool_]:
+    """``(n_cells,)`` True for cells as for `is_below`, and for those of faces that pass a limit of finite volumes."""
+    return is_below(quality, target) | cells_at_hard_faces(quality)
 
 
 def n_unusable(quality: Quality) -> int:

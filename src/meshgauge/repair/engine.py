@@ -16,12 +16,13 @@ from ..kernels.path import NUMPY_UP_TO, numpy_up_to
 from ..look.bands import POOR
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
-from .acceptance import is_below, status_counts
+from .acceptance import is_to_mend, status_counts
 from .alternate import Way, alternate
 from .ceiling import ceiling
 from .constraints import Mask, constraints_of, fixed_mask
 from .descent import workers
 from .flat import improve_flat
+from .hard_faces import n_hard_faces
 from .near_bad import Attempt, Attempting, repair_near_bad
 from .patch import PatchOfMesh, WholeMesh, whole_patch
 from .patch_report import Known, patch_report
@@ -251,7 +252,7 @@ def _improve(
         if options.everywhere:
             best = attempt(whole, before, options)
         else:
-            bad = np.flatnonzero(is_below(before, options.target))
+            bad = np.flatnonzero(is_to_mend(before, options.target))
             best = repair_near_bad(WholeMesh(whole, threads), attempt, bad, options)
     return _result(best, whole, held, options)
 
@@ -317,6 +318,7 @@ def _result(best: Attempt[PatchOfMesh], whole: PatchOfMesh, held: Mask, options:
         before.mesh.n_points,
         extent(before.mesh.points)[1],
         patch.claims(after),
+        (n_hard_faces(before.mesh), n_hard_faces(after.mesh)),
     )
     report = patch_report(best, known, options, _ceiling(patch, whole, held, best.outcome))
     given = before.source

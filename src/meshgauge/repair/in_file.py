@@ -88,6 +88,8 @@ def measured_file(
     """
     if listed.n_cells <= LEAST:
         raise ReadWhole("it is small")
+    if purpose == "fv":
+        raise ReadWhole("for finite volumes its faces are looked at as well")
     ask = Ask(n_worst=0, n_findings=0, by_region=True, purpose=purpose, keep_bricks=keep_bricks, keeps_rows=True)
     memory = min(default_memory(), MOST_POINTS) if memory is None else memory
     source = FileMesh(job_of(listed, ask, memory=memory, wedge_order=wedge_order), target, threads)

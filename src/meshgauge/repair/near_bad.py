@@ -12,7 +12,7 @@ from ..files import resources
 from ..io.plumbing.pieces import ReadWhole
 from ..look.style import number_of
 from ..quality.measure import Quality
-from .acceptance import is_below, is_better, n_unusable
+from .acceptance import is_better, is_to_mend, n_unusable
 from .constraints import Constraints, Mask, constraints_of
 from .descent import Workers
 from .patch import RINGS, Patch, back_near
@@ -128,7 +128,7 @@ def repair_near_bad(source: Source[AnyPatch], attempt: Attempting, bad: Ids, opt
     first = RINGS[-1] if len(bad) > MUCH * source.n_cells else RINGS[0]
     around = _required(source.patch(bad, first))
     best = attempt(around, around.quality, options, is_brief=first < RINGS[-1])
-    left = best.patch.ids(is_below(best.outcome.quality, target))
+    left = best.patch.ids(is_to_mend(best.outcome.quality, target))
     if first == RINGS[-1] or best.is_stopped or not len(left):
         return best
 
@@ -141,7 +141,7 @@ def repair_near_bad(source: Source[AnyPatch], attempt: Attempting, bad: Ids, opt
     # What is bad still is worth more rings, from where all near it was.
     near = best.patch.of_points(source.near(left, RINGS[-1] + 1))
     begin = back_near(best.patch.quality, best.outcome.quality, near, threads=threads)
-    wider = source.patch(best.patch.ids(is_below(begin, target)), RINGS[-1], beside=best.patch)
+    wider = source.patch(best.patch.ids(is_to_mend(begin, target)), RINGS[-1], beside=best.patch)
     if wider is None:
         return best
     best = better(best, wider, wider.taking(best.patch, begin, threads=threads))

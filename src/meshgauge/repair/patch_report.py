@@ -11,8 +11,9 @@ from ..doctor.points import extent
 from ..quality.measure import Quality
 from ..quality.summary import Summary
 from . import report as records
-from .acceptance import is_below
+from .acceptance import is_below, is_to_mend
 from .claims import Promise, within
+from .hard_faces import faces_text
 from .kept import unkept
 from .near_bad import AnyPatch, Attempt
 from .patch import Patch
@@ -36,6 +37,8 @@ class Known:
         Of the mesh.
     elsewhere
         Claims on what is not in the patch.
+    n_hard
+        Inner faces that pass a limit of finite volumes, before and after.
     """
 
     summaries: tuple[Summary, Summary]
@@ -43,6 +46,7 @@ class Known:
     n_points: int
     diagonal: float
     elsewhere: tuple[Claim, ...]
+    n_hard: tuple[int, int] = (0, 0)
 
 
 def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: float) -> RepairReport:
@@ -95,6 +99,7 @@ def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: 
             *constraints.notes,
             *best.faults,
             *outcome.notes,
+            *([faces_text(*known.n_hard)] if any(known.n_hard) else []),
             *_of_unkept(patch),
             *_hints(near, near_after, options),
         ),
@@ -114,10 +119,10 @@ def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]
     """What else could help."""
     if options.everywhere:
         return ()
-    if not is_below(before, options.target).any():
+    if not is_to_mend(before, options.target).any():
         what = "invalid" if options.target == 0.0 else f"invalid or below {options.target:g}"
         return (f"No cell is {what}: nothing is to be mended. To raise the worst and the mean of all: --everywhere.",)
-    if not is_below(after, options.target).any():
+    if not is_to_mend(after, options.target).any():
         return ()
     hints = ["moving all points (--everywhere)", f"sizes that may change by more than {100 * options.size_change:g} %"]
     if not options.slides:

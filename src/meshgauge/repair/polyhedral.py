@@ -13,11 +13,13 @@ from ..mesh.beyond import beyond
 from ..mesh.polyhedra import Polyhedra, ragged_positions
 from ..quality.measure import Quality
 from ..quality.polyhedral_corners import corner_triples
+from ..status import Purpose
 from .faces import next_in_face
 from .problem import Ids, Points
 
-WARP = 0.01
-"""How far a point of a face may be from its mean plane, in mean radii of the face, if it was not further before."""
+WARP: dict[Purpose, float] = {"fem": 0.01, "fv": 0.2}
+"""How far a point of a face may be from its mean plane, in mean radii of the face, if it was not further before. For
+finite volumes that is a flatness of about .95, of which .8 is asked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +70,14 @@ def _is_flat(points: Points, ends: Ids) -> NDArray[np.bool_]:
 
 
 def is_warped(before: Quality, points: Points) -> NDArray[np.bool_]:
-    """``(n_cells,)`` True for polyhedra with a face that is further from flat than it was, and than `WARP`."""
+    """``(n_cells,)`` True for polyhedra with a face that is further from flat than it was, and than `WARP` allows."""
     mesh = before.mesh
     out = np.zeros(mesh.n_cells, bool)
     poly = mesh.polyhedra
     if poly is None:
         return out
     now, was = _warps(poly, points), _warps(poly, np.asarray(mesh.points, np.float64))
-    bad = now > np.maximum(was, WARP)
+    bad = now > np.maximum(was, WARP[mesh.purpose])
     ends = np.asarray(poly.cell_offsets, np.int64)
     cells = np.repeat(np.arange(mesh.n_cells), ends[1:] - ends[:-1])
     out[cells[bad[np.asarray(poly.cell_faces, np.int64)]]] = True

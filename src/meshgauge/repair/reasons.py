@@ -140,6 +140,6 @@ def verdict(
     text = f"{'The one cell is' if n_solid == 1 else f'All {n_solid:,} cells are'} valid: {went}."
     if bad[0]:
         text = f"{number_of(bad[0], f'{flaw[0]} cell was', f'{flaw[0]} cells were')} repaired. {text}"
-    if not slides and worst[1] > ceiling - 1e-3 and ceiling < 1.0:
+    if not slides and abs(worst[1] - ceiling) < 1e-3 and ceiling < 1.0:
         text += f" The worst is at the ceiling that the fixed boundary sets ({ceiling:.3f})."
     return "improved", text + price

@@ -20,6 +20,7 @@ from .constraints import Constraints
 from .curved import move_nodes_between
 from .descent import Workers
 from .faces import mask_of
+from .hard_faces import cells_at_hard_faces
 from .phases.mean import raise_mean
 from .phases.mend import mend, values_of
 from .phases.strict import keep_every_cell
@@ -110,6 +111,8 @@ class Outcome:
         Of the boundary from the surface that it was, where it slid.
     sizes
         What good cells had, and must keep; None if nothing must be kept.
+    hard
+        ``(n_cells,)`` cells of faces that pass a limit of finite volumes, which are to be mended as well.
     """
 
     quality: Quality
@@ -119,6 +122,7 @@ class Outcome:
     broken: list[str] = field(default_factory=list)
     deviation: float = 0.0
     sizes: SizeLimits | None = None
+    hard: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
 
     def take(self, quality: Quality, promise: Promise) -> bool:
         """Let a mesh stand if it holds what is promised, else note why it was taken back."""
@@ -172,6 +176,7 @@ def repair(
         _take_moved(outcome, promise, _phases(run, points, limit, strict=options.strict), options)
     else:
         outcome.sizes = size_limits(before, constraints.topology, whole, options.size_change)
+        outcome.hard = cells_at_hard_faces(before)
         constraints = replace(constraints, sizes=outcome.sizes)
         promise = Promise(before, constraints, strict=options.strict)
         _mend(outcome, promise, points, options, is_brief=is_brief)
@@ -226,7 +231,7 @@ def _near_bad(outcome: Outcome, constraints: Constraints, options: Options) -> C
 def _mend(outcome: Outcome, promise: Promise, points: Points, options: Options, *, is_brief: bool) -> None:
     """Mend what is bad; where that is much of the mesh, or cells stay invalid, all near them is improved first."""
     run = outcome.run
-    bad = values_of(run.moving, points) < options.target
+    bad = (values_of(run.moving, points) < options.target) | outcome.hard[run.moving.cell_ids]
     is_much = not is_brief and bool(np.count_nonzero(bad) > MUCH * run.whole.n_cells)
     _improve_and_mend(outcome, promise, points, options, improves_first=is_much)
     n_left = n_unusable(outcome.quality)
@@ -247,7 +252,8 @@ def _improve_and_mend(
         points = np.asarray(outcome.quality.mesh.points, np.float64)[run.whole.point_ids[run.points_of_moving]]
     if not run.stopped:
         run.phase_end = np.inf
-        moved = mend(run, points, promise.constraints.topology, sizes, strict=options.strict)
+        hard = outcome.hard[run.moving.cell_ids]
+        moved = mend(run, points, promise.constraints.topology, sizes, strict=options.strict, hard=hard)
         _take_moved(outcome, promise, moved, options)
         run.raised = None  # sliding goes on from what was mended
 

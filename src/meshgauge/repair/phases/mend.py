@@ -49,6 +49,9 @@ WORTH = 64
 ROUNDING = 1e-9
 """What floors are below the values that they keep."""
 
+EASY = 0.5
+"""What cells are to reach of which a face is too far from orthogonal, or too skew: a box sheared by 60 degrees."""
+
 LEAST_TARGET = 1e-9
 """Cells below it are bad, if only those that are invalid are to be mended."""
 
@@ -67,6 +70,7 @@ class _Local:
     is_free: Mask
     had: Points  #: what each cell had in the mesh given
     enough: Points  #: ``(n_cells,)`` cells below it are bad: what bad ones are to reach, and others to keep
+    least: Points  #: ``(n_cells,)`` what cells keep that are bad for a face of theirs
 
     def values(self, points: Points) -> Points:
         """See `values_of`."""
@@ -75,7 +79,8 @@ class _Local:
     def floors(self, values: Points) -> Points:
         """``(n_cells,)`` what each cell may fall to while the worst are raised."""
         worst = float(self.had.min(initial=1.0))
-        return np.where(values >= self.enough, self.enough, np.minimum(values, worst)) - ROUNDING
+        below = np.minimum(values, np.maximum(worst, self.least))
+        return np.where(values >= self.enough, self.enough, below) - ROUNDING
 
     def ascend(self, points: Points, ids: Ids, floors: Points, sharpness: float, sweeps: int, phase: str) -> None:
         """Rounds over some points, in place, until none moves; after the first over those at cells that changed."""
@@ -185,7 +190,7 @@ def values_of(part: Problem, points: Points) -> Points:
     return np.where(lowest <= 0.0, lowest, folded)
 
 
-def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, strict: bool) -> Points:
+def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, strict: bool, hard: Mask) -> Points:
     """Points of ``run.moving`` with its bad cells better, if they can be; as few as need be have moved.
 
     First the points move that would mend the most bad cells alone; then all points of bad cells; then those of rings
@@ -206,11 +211,15 @@ def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, st
         Of the sizes of good cells.
     strict
         True if no cell may have less than it has.
+    hard
+        ``(n_cells,)`` cells that are to reach `EASY`, since a face of theirs passes a limit of finite volumes.
     """
     part = run.moving
     if part.n_cells == 0 or run.is_over():
         return points
     had, well = values_of(part, points), max(run.target, POOR)
+    kept = np.minimum(had, well)
+    enough = np.where(had < max(run.target, LEAST_TARGET), well, kept)
     local = _Local(
         run=run,
         part=part,
@@ -219,7 +228,8 @@ def mend(run: Run, points: Points, topology: Topology, limits: SizeLimits, *, st
         limits=limits,
         is_free=run.moves_alone,
         had=had,
-        enough=np.where(had < max(run.target, LEAST_TARGET), well, np.minimum(had, well)) - ROUNDING,
+        enough=np.where(hard, np.maximum(enough, EASY), enough) - ROUNDING,
+        least=np.where(hard & (had >= run.target), kept, -np.inf),
     )
     given, points = points, points.copy()
     _grow(local, points, 0)
