@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -95,3 +96,12 @@ def test_metrics_are_listed_by_purpose(capsys: pytest.CaptureFixture[str]) -> No
     assert "scaled_jacobian" not in fv
     assert main(["metrics", "--for", "fem"]) == 0
     assert "non_orthogonality" not in capsys.readouterr().out
+
+
+def test_the_page_lists_the_worst_faces(sheared: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    assert main(["report", str(sheared), "--for", "fv", "--html", str(page), "-q"]) == 0
+    (table,) = re.findall(r"data-faces>(.*?)</table>", page.read_text(encoding="utf-8"), re.DOTALL)
+    rows = re.findall(r'<th scope="row">non_orthogonality</th><td>75.964</td><td class="text"><bdi>(.*?)</bdi>', table)
+    assert len(rows) == 3
+    assert all(re.fullmatch(r"cells \d, \d", row) for row in rows)

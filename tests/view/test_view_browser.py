@@ -174,7 +174,7 @@ def test_a_link_brings_the_view_back(page: Any, server: Server) -> None:
     page.reload()
     page.wait_for_selector('[data-card="584"]')
     assert view(page.url) == view(link)
-    visit(page, server.address + "#colour=red")
+    visit(page, server.address + "#hue=red")
     page.wait_for_selector('[role="status"]:has-text("not understood")')
 
 

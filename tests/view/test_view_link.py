@@ -70,7 +70,7 @@ def test_the_plain_view_has_an_empty_link() -> None:
         "camera=1,2,3",
         "camera=0,0,0,0,0,0,0,0,1",
         "camera=inf,0,0,0,0,0,0,0,1",
-        "colour=red",
+        "hue=red",
         "__import__=os",
         "x" * 30_000,
     ],
@@ -90,6 +90,7 @@ def test_what_is_no_link(link: str) -> None:
         "regions=region+2",
         "plane=x,0.25",
         "peel=3&edges=0",
+        "colour=region",
     ],
 )
 def test_the_controls_of_the_page_give_the_view_back(bracket: Model, link: str) -> None:

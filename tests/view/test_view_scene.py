@@ -13,8 +13,10 @@ import pytest
 from numpy.typing import NDArray
 from view_meshes import cubes
 
+import meshgauge
 from meshgauge.cli.main import main
-from meshgauge.view import actors, opengl
+from meshgauge.look.colours import INVALID, POOR, rgb
+from meshgauge.view import actors, controls, opengl
 from meshgauge.view.filters import Filters, Plane, ViewError
 from meshgauge.view.link import _READ, View, view
 from meshgauge.view.model import Model
@@ -206,7 +208,7 @@ def test_the_documentation_holds(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--link", "colour=red"], "'colour=red' in a link is not understood"),
+        (["--link", "hue=red"], "'hue=red' in a link is not understood"),
         (["--link", "cell=9999"], "no cell 9999"),
         (["--size", "big"], "--size is 'big'"),
         (["--size", "9x9"], "expected 200 to 8000"),
@@ -254,3 +256,46 @@ def test_names_that_are_none_show_no_empty_scene(
     assert main(["view", mesh, *arguments]) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_cells_are_coloured_by_status_region_and_other_metrics() -> None:
+    """By status first where the colour is of a value; the scene shows what the model says."""
+    mesh = cubes(4, noise=0.2).mesh
+    data = {"region": np.arange(mesh.n_cells) % 3}
+    made = Model.of(meshgauge.measure(mesh.replace(cell_data=data), metrics=("shape", "edge_ratio")), "a")
+    assert made.colourings == ("quality", "status", "region", "shape", "edge_ratio")
+    cells, quality = np.arange(made.n_cells), made.quality
+    invalid = meshgauge.status.is_invalid(quality.status)
+    assert 0 < invalid.sum() < 40
+    for by in ("quality", "status", "shape"):
+        is_red = (made.colours(cells, by) == (255 * rgb(INVALID)).round()).all(axis=1)
+        np.testing.assert_array_equal(is_red, invalid, by)
+    is_orange = (made.colours(cells, "shape") == (255 * rgb(POOR)).round()).all(axis=1)
+    low, _ = quality.rows["shape"].acceptable
+    np.testing.assert_array_equal(is_orange, ~invalid & (quality.values_of("shape") < low))
+    by_region = made.colours(cells, "region")
+    assert len(np.unique(by_region, axis=0)) == 3
+    assert all(len(np.unique(by_region[made.region_ids == one], axis=0)) == 1 for one in range(3))
+    scene = Scene([made], size=SIZE)
+    pictures = []
+    for by in made.colourings:
+        scene.show(view("" if by == "quality" else f"colour={by}"))
+        pictures.append(scene.picture())
+        assert made.legend(by) or by == "quality"
+    assert len({picture.tobytes() for picture in pictures}) == len(pictures)
+    with pytest.raises(ViewError, match="did you mean 'shape'"):
+        scene.show(view("colour=shap"))
+    assert scene.view.colour == "edge_ratio", "what cannot be changes nothing"
+    # Neighbours share a face; the list of the worst is of what is shown.
+    for cell in (0, 21):
+        own = set(mesh.nodes(cell).tolist())
+        expected = [other for other in range(made.n_cells) if len(own & set(mesh.nodes(other).tolist())) == 4]
+        assert made.neighbours(cell) == expected
+    among = np.zeros(made.n_cells, np.bool_)
+    among[40:] = True
+    rows = controls.worst(made, 5, among)
+    assert [row["cell"] for row in rows] == [cell.cell for cell in made.quality.worst(made.n_cells) if cell.cell >= 40][
+        :5
+    ]
+    with pytest.raises(meshgauge.OptionError):
+        made.place_in("64")

@@ -23,6 +23,8 @@ def view(
     meshes: Annotated[list[str], typer.Argument(metavar="MESH [AFTER]", help="A mesh file, or two to compare.")],
     *,
     window: Window,
+    metric: options.Metrics = None,
+    purpose: options.Purpose = None,
     quiet: options.Quiet = False,
     threads: options.Threads = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
@@ -51,12 +53,12 @@ def view(
 
         require_packages()
     start = parse(window.link)  # before the work
-    batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
+    batch = Batch(reading=reading, wedge_order=wedge_order, purpose=purpose, threads=threads, quiet=quiet)
     paths = batch.states(paths)
     _require_one_or_two(paths, "time steps")
     models: list[Model] = []
     for path in paths:
-        quality = batch.measure(path)
+        quality = batch.with_faces(path, batch.measure(path, ("jens", *(metric or ()))))
         with batch.progress(f"preparing {path}"):
             try:
                 models.append(Model.of(quality, Path(path).name, frame=models[0].frame if models else None))

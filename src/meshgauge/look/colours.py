@@ -38,6 +38,7 @@ SKIN, GHOST, EDGE = "#cfd6dc", "#66788f", "#334052"
 """Of shapes: the boundary of a mesh, cells that stand aside, and edges."""
 
 SERIES = ("#14456f", "#d9730d", "#009e73", "#8a4fb0", "#5f6368", "#b8870b", "#56b4e9", "#b03060")
+SERIES_NAMES = ("blue", "orange", "green", "purple", "grey", "ochre", "light blue", "pink")
 DASHES = ((), (6, 2), (2, 1.5), (8, 2, 2, 2), (4, 1), (1, 1), (10, 3), (3, 3))
 """Of meshes side by side: each has both a colour and a dash of its own."""
 
@@ -142,6 +143,10 @@ def cell_colours(
 
 STATUS = {"invalid": INVALID, "degenerate": DEGENERATE, "undecided": UNKNOWN}
 """Of the parts of a bar that are no valid cells, whatever their value, worst first."""
+
+
+OF_CATEGORY = (GOOD, INVALID, DEGENERATE, UNKNOWN, UNKNOWN, UNKNOWN)
+"""By `meshgauge.status.Category`: where cells are coloured by what they count as, whatever their value."""
 
 
 def bar_fill(values: NDArray[np.float64]) -> list[str]:

@@ -9,20 +9,11 @@ import json
 from typing import Any
 
 from ..look.bands import BANDS
-from ..look.colours import DEGENERATE, GOOD, INVALID, STOPS, UNKNOWN, rgb
-from ..status import STATUSES, Category
+from ..look.colours import INVALID, OF_CATEGORY, STOPS, UNKNOWN, rgb
+from ..status import STATUSES
 
 EDGE = 1e-6
 """Between two values of different bands, where the colour changes at once."""
-
-_OF_CATEGORY = {
-    Category.VALID: GOOD,
-    Category.INVALID: INVALID,
-    Category.DEGENERATE: DEGENERATE,
-    Category.UNDECIDED: UNKNOWN,
-    Category.UNMEASURED: UNKNOWN,
-    Category.APART: UNKNOWN,
-}
 
 
 def presets() -> list[dict[str, Any]]:
@@ -39,7 +30,7 @@ def presets() -> list[dict[str, Any]]:
     status: dict[str, Any] = {"Name": "meshgauge status", "Annotations": [], "IndexedColors": []}
     for row in sorted(STATUSES.values(), key=lambda row: row.status):
         status["Annotations"] += [str(int(row.status)), row.name]
-        status["IndexedColors"] += [round(float(channel), 6) for channel in rgb(_OF_CATEGORY[row.category])]
+        status["IndexedColors"] += [round(float(channel), 6) for channel in rgb(OF_CATEGORY[row.category])]
     return [quality, status]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -100,3 +101,8 @@ def keeps(one: FiniteVolumeMeasure, value: float) -> bool:
     """True if a value is within the limit of a measure."""
     comparison, bound = one.limit.split()
     return bool(HOLDS[comparison](value, float(bound)))
+
+
+def worst_faces(measures: Sequence[FiniteVolumeMeasure]) -> list[WorstFace]:
+    """The worst faces of the measures that have any beyond their limits."""
+    return [face for one in measures if one.n_beyond for face in one.faces if not keeps(one, face.value)]

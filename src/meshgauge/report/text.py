@@ -22,7 +22,7 @@ from ..quality.poor import limit_of
 from ..quality.summary import UNDEFINED, Summary, Tally
 from ..quality.worst import WorstCell
 from ..status import STATUSES, Category
-from .finite_volume import FiniteVolumeMeasure, face_text, keeps, place
+from .finite_volume import FiniteVolumeMeasure, face_text, place, worst_faces
 from .record import FileReport
 from .verdict import verdict
 
@@ -386,7 +386,7 @@ def finite_volume_text(measures: tuple[FiniteVolumeMeasure, ...]) -> Iterator[Re
             place(one),
         )
     yield table
-    beyond = [face for one in measures if one.n_beyond for face in one.faces if not keeps(one, face.value)]
+    beyond = worst_faces(measures)
     if beyond:
         yield _title("the worst faces beyond their limits")
         faces = new_table("measure", "value", "face of", "x", "y", "z")

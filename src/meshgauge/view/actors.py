@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..look.colours import FAINT, HALO, INK, rgb
-from .model import Model
+from .model import QUALITY, Model
 from .surface import Surface
 
 BUDGET = 25_000
@@ -21,7 +21,9 @@ LOOSE = 0.1
 """Ends of lines for each sharp edge above which the edges are dashes that say nothing."""
 
 
-def cells(surface: Surface, points: NDArray[np.float32], model: Model, *, culled: bool = False) -> Any:
+def cells(
+    surface: Surface, points: NDArray[np.float32], model: Model, *, culled: bool = False, by: str = QUALITY
+) -> Any:
     """An actor of polygons in the colours of their cells.
 
     ``points`` are those of the surface; culled, faces turned away are not drawn.
@@ -29,7 +31,7 @@ def cells(surface: Surface, points: NDArray[np.float32], model: Model, *, culled
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
     data = _polydata(points, surface.offsets, surface.connectivity)
-    data.GetCellData().SetScalars(numpy_to_vtk(model.colours(surface.cells), deep=True))
+    data.GetCellData().SetScalars(numpy_to_vtk(model.colours(surface.cells, by), deep=True))
     actor = _actor(data)
     actor.GetMapper().SetScalarModeToUseCellData()
     actor.GetMapper().SetColorModeToDirectScalars()

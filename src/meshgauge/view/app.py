@@ -21,7 +21,8 @@ from .model import Model
 from .picture import png
 from .scene import Scene
 
-CONTROLS = ("quality", "with_undefined", "types", "statuses", "regions", "axis", "flipped", "at", "peel", "edges")
+_FILTERS = ("quality", "with_undefined", "types", "statuses", "regions", "axis", "flipped", "at", "peel")
+CONTROLS = (*_FILTERS, "edges", "colour_by")
 """State that the browser may set; everything else there is only shown."""
 
 PAUSE = 0.01
@@ -60,11 +61,14 @@ class App:
                 "link": "",
                 "note": "",
                 "card": None,
-                "worst": [controls.worst(model, controls.WORST // len(models)) for model in models],
+                "worst": [],
+                "colourings": [name for name in models[0].colourings if all(name in m.colourings for m in models)],
+                "wanted_cell": "",
             }
         )
         self._update_page()
-        for action in (self.pick, self.fly, self.forget, self.whole, self.reset, self.open_link, self.picture):
+        moves = (self.pick, self.fly, self.find, self.forget, self.whole, self.reset)
+        for action in (*moves, self.open_link, self.picture):
             self.server.controller.trigger(action.__name__)(self._with_errors_shown(action))
         self._push = page.build(self.server, models, self.choices, self.scene.window)
         state.change(*CONTROLS)(self._on_change)
@@ -158,6 +162,10 @@ class App:
         camera = self.scene.camera.looking_at(centre, size)
         self._show(replace(self.scene.view, mesh=models.index(model), cell=int(cell), camera=camera))
 
+    def find(self, text: str) -> None:
+        """Fly to a cell of the first mesh by its number in the file, or its position if it has none."""
+        self.fly(0, self.scene.models[0].place_in(str(text).strip()))
+
     def open_link(self, link: str) -> None:
         """Make the view that of a link; that of the command line if the page was opened without one."""
         given = str(link).lstrip("#") or self._start
@@ -197,6 +205,10 @@ class App:
         state.shown = [
             f"{n:,} of {model.n_cells:,} cells" for n, model in zip(scene.n_shown, scene.models, strict=True)
         ]
+        n_worst = controls.WORST // len(scene.models)
+        pairs = zip(scene.models, scene.masks, strict=True)
+        state.worst = [controls.worst(model, n_worst, mask) for model, mask in pairs]
+        state.legend = scene.models[0].legend(wanted.colour)
         state.bins = controls.bins(scene.models, wanted)
         state.card = None
         if wanted.cell is not None:

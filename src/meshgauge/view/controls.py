@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ..look.colours import STATUS, bar_fill, css, css_of, shade
 from ..look.names import cell_entry, cell_name, point_entry
 from ..look.style import plural
+from ..mesh.labels import cell_label
+from ..quality.worst import worst_first
 from .camera import Camera, Vector
 from .card import Card, coordinates, number
 from .filters import AXES, Filters, Plane, others
@@ -66,6 +68,7 @@ def controls(view: View, choices: Choices) -> dict[str, Any]:
         "at": plane.at if plane is not None else 0.5,
         "peel": filters.peel,
         "edges": view.edges,
+        "colour_by": view.colour,
     }
 
 
@@ -130,8 +133,11 @@ def _counted(parts: Mapping[str, NDArray[np.int64]], at: int) -> str:
     return ", ".join([plural(int(sum(of_name[at] for of_name in parts.values())), "cell"), *names])
 
 
-def worst(model: Model, n: int) -> list[dict[str, Any]]:
-    """Rows of the list of the n worst cells."""
+def worst(model: Model, n: int, among: NDArray[np.bool_] | None = None) -> list[dict[str, Any]]:
+    """Rows of the list of the n worst cells, of all or of those that are shown."""
+    quality = model.quality
+    values = model.values if among is None else np.where(among, model.values, np.nan)
+    cells = worst_first(values, quality.status, n, model.mesh.purpose)
     return [
         {
             "cell": cell.cell,
@@ -141,7 +147,7 @@ def worst(model: Model, n: int) -> list[dict[str, Any]]:
             "status": "" if cell.status == "ok" else cell.status.replace("_", " "),
             "colour": css_of(model.colours(np.array([cell.cell])))[0],
         }
-        for cell in model.quality.worst(n)
+        for cell in (quality.worst_node(int(one)) for one in cells)
     ]
 
 
@@ -160,6 +166,15 @@ def details(model: Model, card: Card, mesh: int, name: str) -> dict[str, Any]:
         "text": card.text,
         "region": card.region,
         "layer": card.layer,
+        "neighbours": [
+            {
+                "cell": other,
+                "name": cell_entry(other, cell_label(model.mesh, other)),
+                "quality": number(float(model.values[other])),
+                "colour": css_of(model.colours(np.array([other])))[0],
+            }
+            for other in model.neighbours(card.cell)
+        ],
         "nodes": [
             {
                 "node": row.node,
@@ -181,7 +196,12 @@ def view_from(view: View, values: Mapping[str, Any], choices: Choices, camera: C
     kept = plane is not None and controls(view, choices)["axis"] == OBLIQUE and values["axis"] == OBLIQUE
     x, y, z = (round(-float(v), 6) for v in camera.forward)
     sight = plane.normal if kept and plane is not None else (x, y, z)
-    return replace(view, filters=filters(values, choices, sight=sight), edges=bool(values["edges"]))
+    return replace(
+        view,
+        filters=filters(values, choices, sight=sight),
+        edges=bool(values["edges"]),
+        colour=str(values["colour_by"]),
+    )
 
 
 def _choice(names: frozenset[str] | None, known: Mapping[str, int]) -> list[str]:

@@ -22,6 +22,7 @@ class View:
     cell: int | None = None  #: the cell that is picked
     mesh: int = 0  #: of which mesh: 0, or 1 for the second
     edges: bool = True  #: whether the edges of cells are drawn
+    colour: str = "quality"  #: by what cells are coloured: one of `Model.colourings`
 
 
 def fragment(view: View) -> str:
@@ -44,6 +45,8 @@ def fragment(view: View) -> str:
         parts.append(("cell", f"{view.cell},{view.mesh}" if view.mesh else str(view.cell)))
     if not view.edges:
         parts.append(("edges", "0"))
+    if view.colour != "quality":
+        parts.append(("colour", quote(view.colour, safe="")))
     if view.camera is not None:
         parts.append(("camera", _numbers((*view.camera.position, *view.camera.focus, *view.camera.up))))
     return "&".join(f"{key}={value}" for key, value in parts)
@@ -134,5 +137,6 @@ _READ: dict[str, Callable[[View, str], View]] = {
     "peel": _filter("peel", int),
     "cell": _cell,
     "edges": lambda state, text: replace(state, edges=_flag(text)),
+    "colour": lambda state, text: replace(state, colour=unquote(text)),
     "camera": lambda state, text: replace(state, camera=_camera(text)),
 }

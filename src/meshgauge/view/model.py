@@ -10,16 +10,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
-from ..look.colours import cell_colours, shade
+from ..look.colours import (
+    DEGENERATE,
+    INVALID,
+    OF_CATEGORY,
+    SERIES,
+    SERIES_NAMES,
+    cell_colours,
+    colours,
+    rgb,
+    shade,
+)
 from ..mesh import Mesh
 from ..mesh.connectivity import polygons
+from ..mesh.labels import find_cell
 from ..mesh.regions import regions
 from ..mesh.topology import Topology, topology
 from ..quality.measure import Quality, measure
-from ..status import STATUSES, Status, is_degenerate, is_invalid, is_solid
+from ..status import STATUSES, Category, Status, is_degenerate, is_invalid, is_solid
+from ..status import category as category_of
 from .filters import ViewError
 from .layers import layers
 from .surface import Surface, drawn, seen_faces, surface
+
+QUALITY = "quality"
+"""The colouring by J_ENS."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,12 +107,55 @@ class Model:
     def is_solid(self) -> NDArray[np.bool_]:
         return is_solid(self.quality.status)
 
-    def colours(self, cells: NDArray[np.integer]) -> NDArray[np.uint8]:
-        """``(n, 3)`` red, green and blue of some cells: by status first, by quality where they are usable."""
-        status = self.quality.status[cells]
-        values = shade(self.values[cells], self.quality.poor_limits(cells))
-        of_cells = cell_colours(values, is_invalid(status, self.mesh.purpose), is_degenerate(status))
+    @cached_property
+    def colourings(self) -> tuple[str, ...]:
+        """By what cells can be coloured: quality, status, region, and the other metrics that were measured."""
+        others = tuple(name for name in self.quality.metrics if name != "jens")
+        return (QUALITY, "status", *(("region",) if len(self.region_names) > 1 else ()), *others)
+
+    def colours(self, cells: NDArray[np.integer], by: str = QUALITY) -> NDArray[np.uint8]:
+        """``(n, 3)`` red, green and blue of some cells, by one of `colourings`: by status first where it is a value."""
+        status, quality = self.quality.status[cells], self.quality
+        if by == "region":
+            of_cells = np.array([rgb(code) for code in SERIES])[self.region_ids[cells] % len(SERIES)]
+        elif by == "status":
+            codes = np.array([rgb(OF_CATEGORY[category]) for category in Category])
+            of_cells = codes[category_of(status, self.mesh.purpose)]
+        else:
+            bad = is_invalid(status, self.mesh.purpose), is_degenerate(status)
+            values = shade(self.values[cells], quality.poor_limits(cells))
+            of_cells = cell_colours(values, *bad)
+            if by != QUALITY:
+                row = quality.rows[by]
+                of_cells = colours(
+                    quality.values_of(by)[cells], row.acceptable, is_signed=False, lower_is_better=row.better == "lower"
+                )
+                of_cells[bad[0]], of_cells[bad[1]] = rgb(INVALID), rgb(DEGENERATE)
         return np.asarray((255 * of_cells).round(), np.uint8)
+
+    def legend(self, by: str) -> str:
+        """What the colours of a colouring say, in words; empty for quality, which has a legend of its own."""
+        if by == QUALITY:
+            return ""
+        if by == "region":
+            pairs = zip(self.region_names, SERIES_NAMES, strict=False)
+            names = [f"{name} {colour}" for name, colour in pairs]
+            return ", ".join(names) + (", ..." if len(self.region_names) > len(SERIES_NAMES) else "")
+        if by == "status":
+            return "valid blue, invalid red, degenerate purple, others grey"
+        row = self.quality.rows[by]
+        low, high = (f"{end:g}" for end in row.acceptable)
+        return f"{by}: blue within {low} to {high}, light is best; orange outside; invalid cells red"
+
+    def neighbours(self, cell: int) -> list[int]:
+        """The cells that share a face with one, ascending; of surface cells an edge."""
+        own = slice(int(self.topology.starts[cell]), int(self.topology.starts[cell + 1]))
+        mates = self.topology.mates[own]
+        return sorted({int(other) for other in self.topology.cells[mates[mates >= 0]].tolist()} - {cell})
+
+    def place_in(self, text: str) -> int:
+        """The cell that a text means, see `mesh.labels.find_cell`. Raises `OptionError` if there is none."""
+        return find_cell(self.mesh, text)
 
     @property
     def type_ids(self) -> NDArray[np.uint8]:

@@ -203,6 +203,16 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: 
                 classes="text-none",
                 **_raw(data_range="undefined"),
             )
+    html.H2("Colour by")
+    v.VSelect(
+        v_model=("colour_by",),
+        items=("colourings",),
+        density="compact",
+        variant="outlined",
+        hide_details=True,
+        **_raw(aria_label="Colour by", data_control="colour_by"),
+    )
+    html.Div("{{ legend }}", v_if="legend", classes="faint small", **_raw(data_legend=""))
     html.Div(
         "Bar heights grow as the square root." + (" The line is the second mesh." if n_models > 1 else ""),
         classes="faint small",
@@ -274,6 +284,16 @@ def _filters(v: Any, html: Any, choices: Choices, n_layers: int) -> None:
 
 
 def _buttons(v: Any, html: Any) -> None:
+    v.VTextField(
+        v_model=("wanted_cell",),
+        density="compact",
+        variant="outlined",
+        hide_details=True,
+        placeholder="Go to a cell by its number",
+        append_inner_icon="mdi-crosshairs-gps",
+        classes="mb-2",
+        raw_attrs=["@keydown.enter=\"trigger('find', [wanted_cell])\"", 'aria-label="Go to a cell by its number"'],
+    )
     with html.Div(classes="d-flex", style="gap: 4px; flex-wrap: wrap"):
         for icon, text, action in (
             ("mdi-fit-to-page-outline", "Whole mesh", "trigger('whole')"),
@@ -331,6 +351,15 @@ def _card(v: Any, html: Any, n_models: int) -> None:
                 html.Td("{{ row.point_name }}")
                 for n in range(3):
                     html.Td(f"{{{{ row.x[{n}] }}}}")
+        with html.Div(classes="mt-2 small", v_if="card.neighbours.length"):
+            html.Span("neighbours ", classes="faint")
+            with html.Span(v_for="one in card.neighbours", key=("one.cell",), classes="mr-2"):
+                html.Span(classes="mg-dot", style=("{background: one.colour}",))
+                html.Button(
+                    "{{ one.name }} ({{ one.quality }})",
+                    click="trigger('fly', [card.mesh, one.cell])",
+                    **_raw(data_neighbour="{one.cell}"),
+                )
         html.Div(
             "The worst node is in bold here, and ringed in the picture.", classes="faint mt-1", style="font-size: 11px"
         )

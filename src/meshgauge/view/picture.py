@@ -16,7 +16,7 @@ from ..look.colours import DEGENERATE, FAINT, as_bytes, rgb
 from ..look.theme import DARK, LIGHT
 from ..status import is_degenerate
 from .link import View
-from .model import Model
+from .model import QUALITY, Model
 from .scene import Scene
 
 STRIP = 0.075
@@ -73,6 +73,7 @@ def captions(scene: Scene) -> list[str]:
     """Of each mesh its name, and how many of its solid cells are shown."""
     return [
         f"{model.name}   {shown:,} of {model.n_cells:,} cells"
+        + (f"   by {scene.view.colour}" if scene.view.colour != QUALITY else "")
         for model, shown in zip(scene.models, scene.n_shown, strict=True)
     ]
 
@@ -105,6 +106,9 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
     y, tall = height - margin - size * 2, round(size * 0.8)
     x = float(margin)
     poor = scene.models[0].quality.poor_below.text
+    if text := scene.models[0].legend(scene.view.colour):
+        draw.text((margin, y), text, fill=ink, font=font)
+        return
     entries: list[tuple[str, NDArray[Any]]] = [
         ("invalid", as_bytes(np.array([-1.0]))),
         *([("degenerate", 255 * rgb(DEGENERATE)[None])] if has_degenerate(scene) else []),

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..look.colours import rgb
+from ..look.names import meant_or_known
 from ..look.theme import DARK, LIGHT
 from ..status import is_usable
 from . import actors, opengl
@@ -131,8 +132,12 @@ class Scene:
             if view.mesh >= len(self._panes):
                 raise ViewError("the link is to a cell of a second mesh; there is one mesh here")
             self._panes[view.mesh].model.place_of(view.cell)
+        for pane in self._panes:
+            if view.colour not in pane.model.colourings:
+                known = meant_or_known(view.colour, pane.model.colourings)
+                raise ViewError(f"{pane.model.name} has no {view.colour!r} to colour by{known}")
         old, self.view = self.view, view
-        if view.filters != old.filters:
+        if (view.filters, view.colour) != (old.filters, old.colour):
             for pane in self._panes:
                 self._draw(pane)
         if (view.cell, view.mesh) != (old.cell, old.mesh):
@@ -228,9 +233,9 @@ class Scene:
         pane.points = model.points[pane.surface.points]
         for actor in (*pane.fine, *pane.coarse):
             pane.renderer.RemoveActor(actor)
-        pane.fine = _bodies(pane)
+        pane.fine = _bodies(pane, self.view.colour)
         few, points = actors.coarse(pane.surface, pane.points)
-        pane.coarse = [] if few is pane.surface else [actors.cells(few, points, model)]
+        pane.coarse = [] if few is pane.surface else [actors.cells(few, points, model, by=self.view.colour)]
         for actor in (*pane.fine, *pane.coarse):
             pane.renderer.AddActor(actor)
         self._choose(pane)
@@ -264,14 +269,14 @@ class Scene:
         self._camera.SetClippingRange(near, distance + self._reach)
 
 
-def _bodies(pane: _Pane) -> list[Any]:
+def _bodies(pane: _Pane, by: str) -> list[Any]:
     """Actors of the shown cells. Of many, the backs of the valid cells' faces are left out: half of the work."""
     faces, model = pane.surface, pane.model
     if faces.n_faces <= SMOOTHED or model.mesh.dimension == 2:  # a surface has both sides to be seen
-        return [actors.cells(faces, pane.points, model)] if faces.n_faces else []
+        return [actors.cells(faces, pane.points, model, by=by)] if faces.n_faces else []
     outward = is_usable(model.quality.status[faces.cells], model.mesh.purpose)  # others may be turned inside out
     parts = [(faces.some(np.flatnonzero(outward)), True), (faces.some(np.flatnonzero(~outward)), False)]
-    return [actors.cells(part, pane.points, model, culled=culled) for part, culled in parts if part.n_faces]
+    return [actors.cells(part, pane.points, model, culled=culled, by=by) for part, culled in parts if part.n_faces]
 
 
 def _corners(model: Model) -> NDArray[np.float32]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...look import style
-from ...look.colours import DASHES, SERIES, STATUS, bar_fill, shade
+from ...look.colours import DASHES, ON_ANY, SERIES, STATUS, bar_fill, shade
 from ...quality.summary import Summary, Tally
 
 WIDTH, HEIGHT = 960.0, 190.0
@@ -229,6 +229,6 @@ def overlay(summaries: Sequence[tuple[str, Summary]], bins: int) -> Overlay | No
         dash = " ".join(map(str, DASHES[n % len(DASHES)]))
         bad = [f"{k:,} {what}" for k, what in ((tally.n_invalid, "invalid"), (tally.n_poor, "poor")) if k]
         note = ", ".join([f"{tally.n_cells:,} cells", *bad])
-        outlines.append(Outline(name, SERIES[n % len(SERIES)], dash, points, note))
+        outlines.append(Outline(name, ON_ANY["good"] if n == 0 else SERIES[n % len(SERIES)], dash, points, note))
     first = _histogram("all", "", there[0][1], bins, start)
     return Overlay(outlines, first.zero, first.poor, first.ticks, style.percent(round(1e6 * top), 1_000_000))

@@ -19,7 +19,7 @@ from ...files import output
 from ...look import bands, colours, style, theme
 from ...look.names import cell_entry, listed, point_entry, point_name
 from ...quality.poor import limit_of
-from ..finite_volume import place
+from ..finite_volume import face_text, place, worst_faces
 from ..record import FileReport
 from . import charts
 from .section import BUDGET, Section, section
@@ -168,6 +168,8 @@ def _environment(package: str | None) -> jinja2.Environment:
         "number": style.number,
         "quality": style.quality,
         "place": place,
+        "worst_faces": worst_faces,
+        "face_text": face_text,
         "percent": style.percent,
         "plural": style.plural,
         "spark": charts.spark,
