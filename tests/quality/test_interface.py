@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import meshgauge
-from meshgauge import io
+from meshgauge import Quality, io
 from meshgauge.check import check
 from meshgauge.cli.main import main
 from meshgauge.doctor import diagnosis
@@ -41,6 +41,13 @@ def test_they_are_in_no_count_and_no_finding(layered: Mesh) -> None:
     assert quality.findings() == []
     _, regions = by_region(quality)
     assert [summary.n_cells for _, summary in regions] == [2, 0]
+
+
+def test_other_cells_are_found_though_all_of_one_status_are_apart(layered: Mesh) -> None:
+    status = np.array([Status.OK, Status.NON_FINITE, Status.INVERTED, Status.INVERTED], np.uint8)
+    values = np.array([1.0, np.nan, -1.0, -1.0])
+    findings = Quality(layered, values, status, {"jens": values}).findings()
+    assert [(one.status, one.cells) for one in findings] == [("non_finite", (1,))]
 
 
 def test_the_gate_does_not_see_them(layered: Mesh, tmp_path: Path) -> None:

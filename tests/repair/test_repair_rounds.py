@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from repair_meshes import shaken
@@ -12,6 +14,7 @@ from meshgauge import Mesh
 from meshgauge.quality.measure import measure
 from meshgauge.repair.constraints import constraints_of
 from meshgauge.repair.descent import workers
+from meshgauge.repair.energies import QualityEnergy
 from meshgauge.repair.phases import mean, strict, worst
 from meshgauge.repair.phases.mean import raise_mean
 from meshgauge.repair.phases.rounds import Rounds
@@ -125,3 +128,51 @@ def test_a_round_takes_all_points_however_many_at_a_time(monkeypatch: pytest.Mon
     few = meshgauge.improve(mesh, strict=True, everywhere=True)
     assert whole.report.displacement.n_points > 3
     assert whole.mesh.points.tobytes() == few.mesh.points.tobytes()
+
+
+def test_when_the_worst_are_set_aside_the_others_have_half_as_many_evaluations_again() -> None:
+    """Of descents that reach nothing: as many as it takes to see that, ten evaluations each, and then half as many."""
+    mesh = shaken("hexahedron", 3, 0.3)
+    part, n_aside = problem(mesh, np.ones(mesh.n_cells, bool)), []
+    points = np.asarray(mesh.points)[part.point_ids]
+
+    def descend(energy: QualityEnergy, points: np.ndarray, **_: object) -> SimpleNamespace:
+        n_aside.append(np.count_nonzero(energy.thresholds != energy.thresholds.max()))
+        return SimpleNamespace(points=points, evaluations=10)
+
+    run = SimpleNamespace(
+        moving=part,
+        target=0.2,
+        evaluations=0,
+        is_over=lambda: False,
+        record=lambda *_: None,
+        problem_here=lambda _: (part, np.arange(part.n_points), None),
+        descent=lambda *_: SimpleNamespace(run=descend),
+    )
+    worst._descend(run, points, part.reference_lengths(points), 0.9999, "worst")  # type: ignore[arg-type]
+    n_first = n_aside.count(0)
+    assert n_first // 2 < len(n_aside) - n_first <= n_first // 2 + 2
+
+
+@pytest.mark.parametrize("kind", ["tetra", "hexahedron"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_point_alone_gets_where_the_least_of_its_cells_is_highest(kind: str, seed: int) -> None:
+    """In one visit, to within what the smooth minimum blurs: SciPy finds nothing better by more."""
+    optimize = pytest.importorskip("scipy.optimize")
+    mesh = shaken(kind, 2, 0.3, seed=seed)
+    mesh = mesh.replace(points=mesh.points + np.random.default_rng(seed).uniform(-0.2, 0.2, mesh.points.shape))
+    with workers(1) as team:
+        run = run_of(mesh, team)
+        points = np.ascontiguousarray(mesh.points[run.whole.point_ids[run.points_of_moving]])
+        (free,) = np.flatnonzero(run.freedom.kind == 3)
+        least = run.moving.qualities(points)[0].min()
+        which, floors = np.ones(len(points), bool), np.full(mesh.n_cells, least - 1e-9)
+        Rounds(run).visit(points, which, floors, 400.0, 1e-5)
+
+        def loss(place: np.ndarray) -> float:
+            trial = points.copy()
+            trial[free] = place
+            return -float(run.moving.qualities(trial)[0].min())
+
+        best = -optimize.minimize(loss, points[free], method="Nelder-Mead", tol=1e-5).fun
+        assert least + 0.05 < best < run.moving.qualities(points)[0].min() + 2e-3
