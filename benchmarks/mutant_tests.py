@@ -106,20 +106,30 @@ def _uses(copy: Path, file: Path, line: int) -> Lines:
     others if need be.
     """
     places: Lines = {}
+    for path, number in _reached(copy, file, line):
+        if seen := _seen(copy, path, number)[0]:
+            places.setdefault(path, set()).update(seen)
+    return places
+
+
+def compiled_of(copy: Path, file: Path, line: int) -> set[Path]:
+    """The files whose kernels may be others if a line is."""
+    return {path for path, number in _reached(copy, file, line) if _seen(copy, path, number)[1]}
+
+
+def _reached(copy: Path, file: Path, line: int) -> Iterator[tuple[Path, int]]:
+    """A line, and those that use what it defines outside of Python functions, and so on."""
     waiting, done = [(file, line)], set()
     while waiting:
         path, number = waiting.pop()
-        seen, names = _seen(copy, path, number)
-        if seen:
-            places.setdefault(path, set()).update(seen)
-        for name in names:
+        yield path, number
+        for name in _seen(copy, path, number)[1]:
             if (path, name) in done:
                 continue
             done.add((path, name))
             for other in sources(copy):
                 if other == path or path in imported(copy, other):
                     waiting += [(other, at) for at in _names(copy / other).get(name, ())]
-    return places
 
 
 @cache

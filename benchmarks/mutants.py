@@ -8,9 +8,9 @@
     python benchmarks/mutants.py --contexts FOLDER --only 17,120    numbers 17 and 120 of that draw again
 
 Cosmic Ray makes the mutants. Each is written into a copy of the checkout and meets the tests of its folder until one
-fails, first the files that name what was changed; a mutant that hangs is caught. Compiled kernels are cached by file,
-so the caches of the mutated file and of all that import it are set aside. A survivor is a line that no test holds:
-write the test, or show that the change is none.
+fails, first the files that name what was changed; a mutant that hangs is caught. Numba caches kernels by file; those of
+the mutated line and of all that use what it defines are set aside. A survivor is a line that no test holds: write the
+test, or show that the change is none.
 
 With ``--contexts`` the tests of all folders run once with coverage.py, which notes the test that runs each line; the
 folder keeps that, the copy and what was compiled in it for the next call (empty it when code or tests have changed). A
@@ -42,12 +42,17 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from mutant_tests import PACKAGE, Contexts, imported, sources
+from mutant_tests import PACKAGE, Contexts, compiled_of, imported, sources
 
 ROOT = Path(__file__).resolve().parent.parent
 
 TESTS = {
-    "quality": ("tests/quality", "tests/test_python_api.py", "tests/test_status.py"),
+    "quality": (
+        "tests/quality",
+        "tests/test_python_api.py",
+        "tests/test_status.py",
+        "tests/integrations/test_integration_jupyter.py",
+    ),
     "check": ("tests/check",),
     "repair": ("tests/repair", "tests/cli/test_cli_improve.py"),
     "io/plumbing": ("tests/io", "tests/integrations/test_integration_vtk.py", "tests/quality/polyhedra"),
@@ -258,16 +263,20 @@ def _lines_that_act(code: str) -> set[int]:
 def fate_of(mutant: Mutant, copy: Path, tests: list[str], seconds: int) -> Fate:
     """Whether tests pass with the error in, fail, or are not done in time."""
     path, original = copy / PACKAGE / mutant.file, ROOT / PACKAGE / mutant.file
-    compiled = [cached for cached in (copy / "numba").rglob("*.nb?") if _is_stale(cached, copy, mutant.file)]
-    aside = [cached.rename(cached.with_name(f"{cached.name}.aside")) for cached in compiled]
+    stale = {one.stem for one in compiled_of(copy, PACKAGE / mutant.file, mutant.line)}
+
+    def compiled() -> list[Path]:
+        return [cached for cached in (copy / "numba").rglob("*.nb?") if cached.name.split(".")[0] in stale]
+
+    aside = [cached.rename(cached.with_name(f"{cached.name}.aside")) for cached in compiled()]
     path.write_text(mutant.code, encoding="utf-8")
+    os.utime(path, ns=(original.stat().st_atime_ns, original.stat().st_mtime_ns))  # by which Numba knows it
     try:
         fate = _run(copy, tests, seconds)
     finally:
-        shutil.copy2(original, path)  # with its time, by which Numba knows it
-        for cached in (copy / "numba").rglob("*.nb?"):
-            if _is_stale(cached, copy, mutant.file):
-                cached.unlink()
+        shutil.copy2(original, path)
+        for cached in compiled():
+            cached.unlink()
         for cached in aside:
             cached.rename(cached.with_suffix(""))
     if fate.state == CAUGHT and "::" not in fate.by and _run(copy, tests, seconds).state != SURVIVED:
@@ -329,20 +338,6 @@ def _copy(folder: Path) -> Path:
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, folder / name)
     return folder
-
-
-def _is_stale(cached: Path, copy: Path, file: Path) -> bool:
-    """Whether Numba compiled it of a file or of one that imports it, directly or not."""
-    return cached.name.split(".")[0] in _stems_of_importers(copy, PACKAGE / file)
-
-
-@cache
-def _stems_of_importers(copy: Path, file: Path) -> set[str]:
-    found, new = {file}, {file}
-    while new:
-        new = {path for path in sources(copy) if imported(copy, path) & new} - found
-        found |= new
-    return {path.stem for path in found}
 
 
 if __name__ == "__main__":

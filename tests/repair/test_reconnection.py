@@ -306,25 +306,36 @@ def test_an_edge_that_is_there_is_not_made_again(is_taken: bool) -> None:
     assert done[1] == (0 if is_taken else 1)
 
 
-def test_a_point_goes_on_while_it_gains() -> None:
-    """To the middle of an octahedron, further than all steps together if each were the last of its length."""
+OCTANTS = [
+    [6, a, b, c] if (a < 3) ^ (b < 3) ^ (c < 3) else [6, b, a, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)
+]
+"""Cells of an octahedron about a point inside: node 3 is opposite to 0, 4 to 1 and 5 to 2."""
+
+
+def octahedron(x: float) -> Tetrahedra:
+    """Its state, with the point inside on the first axis; all others are fixed."""
     from meshgauge.repair import reconnection as driver
 
-    points = np.array([*np.eye(3), *-np.eye(3), [0.75, 0.0, 0.0]])
-    cells = [[6, a, b, c] if s > 0 else [6, b, a, c] for a, b, c, s in OCTANTS]
-    mesh = Mesh.from_arrays(points, {"tetra": cells})
+    mesh = Mesh.from_arrays(np.array([*np.eye(3), *-np.eye(3), [x, 0.0, 0.0]]), {"tetra": OCTANTS})
     constraints = constraints_of(mesh, meshgauge.measure(mesh), np.arange(6))
-    state, done = driver._state(mesh, constraints, np.ones(8, bool), 0), np.zeros(5, np.int64)
-    state.regions[:8] = np.arange(8)  # so that no two are joined anew
+    state = driver._state(mesh, constraints, np.ones(8, bool), 0)
     state.counts[NOW] += 1
+    return state
+
+
+def test_a_point_goes_on_while_it_gains() -> None:
+    """To the middle of an octahedron, further than all steps together if each were the last of its length."""
+    state, done = octahedron(0.75), np.zeros(5, np.int64)
+    state.regions[:8] = np.arange(8)  # so that no two are joined anew
     reconnection.raise_least(state, tetrahedra.scratch(), np.argsort(state.quality[:8])[:1], 1.0, 1e-3, done)
     assert done.tolist() == [0, 0, 1, 0, 0]
     assert np.abs(state.points[6]).max() < 0.03
 
 
-OCTANTS = [
-    (x, y, z, (1 if x < 3 else -1) * (1 if y < 3 else -1) * (1 if z < 3 else -1))
-    for x in (0, 3)
-    for y in (1, 4)
-    for z in (2, 5)
-]
+@pytest.mark.parametrize(("size", "n"), [(1.26, 1), (1.24, 0)])
+def test_a_collapse_makes_no_edge_longer_than_1_6_of_those_around(size: float, n: int) -> None:
+    """The point inside goes to the corner beside it, which then has an edge of length 2."""
+    state, done = octahedron(0.95), np.zeros(5, np.int64)
+    state.sizes[:] = size
+    reconnection.raise_mean(state, tetrahedra.scratch(), np.argsort(state.quality[:8])[:1], 0.3, 0.0, 1e-3, done)
+    assert done.tolist() == [0, 0, 0, n, 0]
