@@ -77,7 +77,25 @@ def test_a_step_that_makes_a_face_hard_is_taken_back(purpose: str) -> None:
 
 
 def test_fewer_hard_faces_are_better_than_a_better_worst() -> None:
-    hard, easy = measure(sheared()), measure(sheared(slope=2.0))
+    hard, easy = measure(sheared()), sheared(slope=2.0)
+    points = np.array(easy.points)
+    points[np.flatnonzero(((points > 0) & (points < (32, 8, 2))).all(axis=1))[0], 2] += 0.235
+    easy = measure(easy.replace(points=points))
+    assert easy.values.min() < 0.1 < 0.2 < hard.values.min()
     assert is_better(easy, hard, 0.2)
     assert not is_better(hard, easy, 0.2)
     assert n_hard_faces(hard.mesh) > n_hard_faces(easy.mesh)
+
+
+def test_few_are_mended_by_the_points_near_them() -> None:
+    mesh = sheared(slope=2.6)
+    points = np.array(mesh.points)
+    at = np.flatnonzero(((points > 0) & (points < (32, 8, 2))).all(axis=1))[171]
+    points[at, 0] += 0.3
+    mesh = mesh.replace(points=points)
+    assert measure(mesh).values.min() > 0.2
+    assert n_hard_faces(mesh) == 12
+    result = meshgauge.improve(mesh)
+    assert n_hard_faces(result.mesh) == 0
+    assert np.flatnonzero((bits(result.mesh) != bits(mesh)).any(axis=1)).tolist() == [at]
+    assert result.report.holds
