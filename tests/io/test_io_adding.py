@@ -328,6 +328,9 @@ def test_time_steps_of_a_vtkhdf(moves: bool, tmp_path: Path) -> None:
     for step in ("first", "last") if not moves else ("last",):
         mesh = meshgauge.read(target, step=step)
         np.testing.assert_array_equal(mesh.cell_data["jens"], meshgauge.measure(mesh).values)
+    done = command_line.run("improve", path, "-o", tmp_path / "c.vtkhdf", "--quiet", "--step", "last")
+    assert done.returncode in (0, 1), done.stderr
+    assert ("step 1 (time 0.5) has the same points, which move there, too" in done.stderr) == (not moves)
 
 
 def test_time_steps_of_a_vtu(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from ..io import Step as TimeStep
 from ..io.adding import add_data, add_to_pieces, takes_rows
 from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
-from ..io.plumbing.steps import StepChoice
+from ..io.plumbing.steps import StepChoice, position
 from ..look.bands import PoorBelow
 from ..mesh import Mesh
 from . import inputs, scheduler, slices, terminal
@@ -161,6 +161,14 @@ class Batch:
             n = len(steps(path, file_format=self.reading.file_format, limits=self._limits))
             if n > 1:
                 raise ReadError(f"{path}: holds {n} time steps; --step says which one is to be changed")
+
+    def steps_with_the_same_points(self, path: str) -> list[str]:
+        """The other time steps of a file that have the points of the one that is read."""
+        states = steps(path, file_format=self.reading.file_format, limits=self._limits)
+        if len(states) < 2:
+            return []
+        own = states[position(states, _choice(self.reading.step), Path(path))]
+        return [str(one) for one in states if one.geometry == own.geometry and one is not own]
 
     def read(self, path: str) -> Mesh:
         """The mesh in a file. Raises `ReadError`."""

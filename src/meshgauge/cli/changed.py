@@ -16,7 +16,7 @@ from ..io import Format
 from ..io.adding import CannotAdd
 from ..io.patching import Changes, Patch, format_if_same
 from ..io.registry import for_writing
-from ..look.style import number_of
+from ..look.style import enumeration, number_of
 from ..mesh import Mesh
 from . import terminal
 from .batch import Batch
@@ -24,6 +24,10 @@ from .batch import Batch
 if TYPE_CHECKING:
     from ..quality.measure import Quality
     from ..slices import Ask, Job, Partial
+
+
+MANY = 6
+"""Time steps from which on they are counted, not named."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +114,10 @@ class ChangedMesh:
                 )
             what = number_of(n, "point has", "points have")
             terminal.warn("note", f"{source}: {what} no place in a file that may change, and will not move{why}")
+        if patch is not None and changes == "points" and (same_points := batch.steps_with_the_same_points(str(source))):
+            have = "has" if len(same_points) == 1 else "have"
+            named = enumeration(same_points) if len(same_points) < MANY else f"{len(same_points)} other steps"
+            terminal.warn("note", f"{source}: {named} {have} the same points, which move there, too")
         if patch is not None and patch.left_out:
             are = "is" if len(patch.left_out) == 1 else "are"
             note = f"{', '.join(patch.left_out)} {are} of the mesh as it was, and not copied"
