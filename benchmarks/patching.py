@@ -135,7 +135,7 @@ def by_others(old: Path, new: Path, before: Mesh, after: Mesh) -> str:
             for one in (str(old), str(new))
         ]
         ends = ["Mesh OK" if "Mesh OK" in text else "Failed" if "Failed" in text else "no" for text in texts]
-        return f"checkMesh ({ends[0]} -> {ends[1]})"
+        return "-" if "no" in ends else f"checkMesh ({ends[0]} -> {ends[1]})"  # no: it has no settings for it
     names = []
     sorted_points = [
         np.asarray(mesh.points, np.float64)[np.lexsort(np.asarray(mesh.points).T)] for mesh in (before, after)

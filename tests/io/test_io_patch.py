@@ -550,3 +550,21 @@ def test_a_grid_keeps_its_fields_where_they_do_or_the_card_goes_on(narrow: str, 
     old, new = (one.read_bytes().splitlines() for one in (path, better))
     assert sum(a != b for a, b in zip(old, new, strict=True)) == (narrow == FITS)
     assert not any("wider" in note for note in json.loads(done.stdout)["notes"])
+
+
+@pytest.mark.parametrize(
+    ("name", "added", "lost"),
+    [
+        ("abaqus", "*Dload\r\nE, GRAV, 9.81, 0., 0., 1.\r\n", "*HEADING, *NSET, *STEP, *STATIC, *BOUNDARY, *CLOAD"),
+        ("gmsh 2.2", "$Periodic\n0\n$EndPeriodic\n", "$PERIODIC"),
+        ("medit", "Corners\n1\n1\nEnd\n", "CORNERS"),
+    ],
+)
+def test_what_is_lost_where_cells_change_is_listed(name: str, added: str, lost: str, tmp_path: Path) -> None:
+    path = PATCHED[name][1](tmp_path)
+    text = path.read_text().replace("\nEnd\n", "\n") if name == "medit" else path.read_text()
+    path.write_text(text + added)
+    done = command_line.run("improve", path, "-o", path.with_stem("other"), "--split-hopeless", "--quiet")
+    assert done.returncode in (0, 1), done.stderr
+    line = next(line for line in done.stderr.splitlines() if "without what the file holds beside it" in line)
+    assert f"beside it: {lost}" in line

@@ -15,6 +15,7 @@ from ..files import undo
 from ..io import Format
 from ..io.adding import CannotAdd
 from ..io.patching import Changes, Patch, format_if_same
+from ..io.plumbing.beside import beside
 from ..io.registry import for_writing
 from ..look.style import enumeration, number_of
 from ..mesh import Mesh
@@ -99,7 +100,9 @@ class ChangedMesh:
                         "extension: nothing is replaced; give -o OUT: a conversion, without what the file holds beside "
                         "the mesh, or --convert"
                     )
+                lost = beside(same.name, source)
                 note = f"{same.title} {why}: the mesh is written {how}, without what the file holds beside it"
+                note += f": {lost}" if lost else ""
                 terminal.warn("note", f"{target}: {note}")
             if undo is not None and source.is_dir():
                 raise MeshgaugeError(f"{undo}: no undo of a folder that is converted: keep the folder")
