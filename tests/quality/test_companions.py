@@ -79,6 +79,22 @@ def test_polyhedra_have_the_values_of_the_cells_that_they_are(shape: str) -> Non
     assert quality.values_of("warpage")[0] == pytest.approx(expected, rel=1e-12, nan_ok=True)
 
 
+def test_the_edge_ratio_of_polyhedra_that_are_no_solids_or_very_small() -> None:
+    tetra = np.array(SHAPES["tetra"].points) * [1.0, 1.0, 3.0]
+    wrong = tetra.copy()
+    wrong[0, 0] = np.inf
+    points = np.vstack([tetra, wrong, np.zeros((4, 3)), 1e-310 * tetra])
+    faces = np.array(SHAPES["tetra"].faces)
+    face_points = np.concatenate([faces + 4 * cell for cell in range(4)]).reshape(-1)
+    cells = np.array([0, 4, 4, 8, 12, 16])  # the second has no faces
+    poly = Polyhedra(cells, np.arange(16), np.arange(0, 49, 3), face_points)
+    ids = np.r_[np.arange(4), 0, np.arange(4, 16)]
+    mesh = Mesh(points, np.full(5, 42, np.uint8), np.array([0, 4, 5, 9, 13, 17]), ids, poly)
+    values = meshgauge.measure(mesh, metrics="edge_ratio").values_of("edge_ratio")
+    expected = of("edge_ratio", tetra, "tetra")
+    assert values == pytest.approx([expected, np.nan, np.nan, 0.0, expected], rel=1e-9, nan_ok=True)
+
+
 def test_a_hanging_node_does_not_hide_that_a_face_is_a_quadrilateral() -> None:
     # A node in the middle of the edge 0-1, in both of its faces.
     cube = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1.4), (0, 1, 1.0)])

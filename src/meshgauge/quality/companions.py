@@ -19,6 +19,7 @@ from ..mesh import CellIds, connectivity
 from ..mesh.ghosts import without_ghosts
 from ..mesh.interface import is_interface
 from ..status import is_unmeasured
+from . import evaluate
 from .metrics import METRICS, Cells, PolyhedralCells
 from .metrics.companions import mean_and_ratio
 from .summary import Summary, Tally
@@ -82,15 +83,17 @@ def companions(quality: Quality, *, n_cells: int | None = None, threads: int | N
         elif quality.polyhedra is not None and row is POLYHEDRON:
             assert mesh.polyhedra is not None
             given = PolyhedralCells(mesh.points, mesh.polyhedra, quality.polyhedra)
-            both = METRICS[NAMES[0]].of_polyhedra(given), METRICS[NAMES[1]].of_polyhedra(given)
-            found = [tallied(both, quality.polyhedra.cells)]
+            means, ratios = (evaluate.of_polyhedra(METRICS[name], given, threads) for name in NAMES)
+            found = [tallied((means, ratios), quality.polyhedra.cells)]
         else:
             continue
         merged = tuple(  # type: ignore[assignment]  # two
             merge_tallies([before, *(one[k] for one in found)]) for k, before in enumerate(merged)
         )
-    means, ratios = (Summary(Scale.of(METRICS[name]), of, mesh.purpose) for name, of in zip(NAMES, merged, strict=True))
-    return means, ratios
+    of_means, of_ratios = (
+        Summary(Scale.of(METRICS[name]), of, mesh.purpose) for name, of in zip(NAMES, merged, strict=True)
+    )
+    return of_means, of_ratios
 
 
 def _cells(quality: Quality, row: CellType, cells: CellIds, *, compiled: bool) -> Cells:

@@ -77,19 +77,20 @@ def edge_ratio_of_polyhedra(cells: PolyhedralCells) -> Values:
     ends = np.cumsum(faces.sizes)
     following = np.arange(len(faces.points)) + 1
     following[ends - 1] = ends - faces.sizes
-    x = 0.25 * np.asarray(cells.points[faces.points], np.float64)
-    edges = np.abs(x[following] - x)
-    cell_of = np.repeat(np.repeat(np.arange(n), faces.counts), faces.sizes)
-    largest = np.zeros(n)
-    with np.errstate(all="ignore"):
-        np.maximum.at(largest, cell_of, edges.max(axis=1, initial=0.0))
-        scale = np.where(largest > 0.0, largest, 1.0)[cell_of]
-        lengths = np.sqrt(((edges / scale[:, None]) ** 2).sum(axis=1))
-        longest, shortest = np.zeros(n), np.full(n, np.inf)
-        np.maximum.at(longest, cell_of, lengths)
-        np.minimum.at(shortest, cell_of, lengths)
-        ratio = np.where(largest == 0.0, 0.0, shortest / longest)
-    return np.where(np.isnan(cells.quality.values) | ~np.isfinite(largest), np.nan, ratio)
+    of_cells = np.concatenate([[0], ends])[np.concatenate([[0], np.cumsum(faces.counts)])]
+    sizes, ratio = np.diff(of_cells), np.full(n, np.nan)
+    some, starts = np.flatnonzero(sizes), of_cells[:-1][sizes > 0]
+    if len(some):
+        with np.errstate(all="ignore"):
+            x = 0.25 * np.asarray(cells.points[faces.points], np.float64)
+            dx, dy, dz = (x[following] - x).T.copy()
+            largest = np.maximum.reduceat(np.maximum(np.maximum(np.abs(dx), np.abs(dy)), np.abs(dz)), starts)
+            scale = np.repeat(np.where(largest > 0.0, largest, 1.0), sizes[some])
+            dx, dy, dz = dx / scale, dy / scale, dz / scale
+            squares = dx * dx + dy * dy + dz * dz
+            found = np.sqrt(np.minimum.reduceat(squares, starts) / np.maximum.reduceat(squares, starts))
+        ratio[some] = np.where(largest == 0.0, 0.0, np.where(np.isfinite(largest), found, np.nan))
+    return np.where(np.isnan(cells.quality.values), np.nan, ratio)
 
 
 def shape(cells: Cells) -> Values:
