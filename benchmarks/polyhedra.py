@@ -31,11 +31,11 @@ Cells = NDArray[np.int64]
 
 COMPILING = """
 import time
-from meshgauge._jit import warm_up
-from meshgauge.kernels import polyhedra
+from meshgauge.kernels.jit import warm_up
+from meshgauge.kernels.polyhedra import driver
 warm_up()
 start = time.process_time(), time.perf_counter()
-polyhedra.prepare("<f8")
+driver.prepare()
 print(time.process_time() - start[0], time.perf_counter() - start[1])
 """
 

@@ -187,13 +187,19 @@ class Batch:
             raise ReadError(f"{path}: --for fv asks for solid cells, and its surface cells are measured")
         return mesh
 
-    def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
-        """What is measured on the mesh in a file. Raises `ReadError` and `MetricError`."""
+    def read_to_measure(self, path: str) -> Mesh:
+        """As `read`; what measuring needs is loaded meanwhile, if the file is large."""
         loading = terminal.in_background(_load) if _size(path) > LARGE else None
         mesh = self.read(path)
-        with self.progress(f"measuring {path}"):
-            if loading is not None:
+        if loading is not None:
+            with self.progress(f"measuring {path}"):
                 loading.join()
+        return mesh
+
+    def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
+        """What is measured on the mesh in a file. Raises `ReadError` and `MetricError`."""
+        mesh = self.read_to_measure(path)
+        with self.progress(f"measuring {path}"):
             from ..quality.measure import measure
 
             return measure(

@@ -43,7 +43,7 @@ def doctor(
     paths = batch.states(paths)
 
     def examine(path: str) -> Diagnosis:
-        mesh = batch.read(path)
+        mesh = batch.read_to_measure(path)
         with batch.progress(f"diagnosing {path}"):
             return diagnosis(mesh, tolerance=tolerance, keep_bricks=keep_bricks)
 
