@@ -23,10 +23,12 @@ from meshgauge.errors import MeshgaugeError, ReadError
 from meshgauge.io.plumbing import wedge_order
 from meshgauge.io.plumbing.pieces import Pieces, ReadWhole
 from meshgauge.kernels import path as kernels_path
+from meshgauge.quality.measure import Quality
 from meshgauge.report import FileReport
 from meshgauge.report.json import report_dict
 from meshgauge.report.stream import job_of, report_on
 from meshgauge.slices import Ask, facts
+from meshgauge.slices.job import Lowest
 from meshgauge.slices.points import Points
 from meshgauge.slices.read import places
 
@@ -280,6 +282,26 @@ def test_a_file_that_changes_is_an_error(tmp_path: Path) -> None:
 
     with pytest.raises(ReadError, match="was changed while it was read"):
         streamed(path, progress=touch)
+
+
+def test_nodes_are_looked_at_of_cells_that_may_be_the_worst(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To list the ten worst of each slice would take longer than to measure it."""
+    path, looked_at = write(tmp_path, garden(), ".vtkhdf"), []
+    worst_node = Quality.worst_node
+    monkeypatch.setattr(Quality, "worst_node", lambda *of: looked_at.append(of) or worst_node(*of))
+    made = streamed(path, size=20, threads=1)
+    n_cells = len(looked_at)
+    assert_same(made, whole(path))
+    assert 10 <= n_cells < made.n_cells // 20 * 5  # of some, and not ten of each
+
+
+def test_the_lowest_of_several_looks_are_the_lowest_of_all() -> None:
+    lowest = Lowest()
+    assert lowest.take([(0, 0.5, 1), (0, 0.5, 7)], 2) == 2
+    assert lowest.take([(0, 0.5, 1), (0, 0.5, 7)], 2) == 2  # the same once more: a slice that was measured again
+    assert lowest.take([(0, 0.5, 3), (1, 0.1, 9)], 2) == 1
+    assert lowest.take([(0, 0.5, 4)], 2) == 0
+    assert lowest.take([(0, -0.5, 99)], 2) == 1
 
 
 def test_cells_are_covered_once(tmp_path: Path) -> None:

@@ -18,8 +18,8 @@ from ..quality.companions import companions
 from ..quality.measure import JENS, Quality, measure_part
 from ..quality.poor import rows_of
 from ..quality.summary import Summary, summarise
-from ..quality.worst import WorstCell
-from ..status import Purpose
+from ..quality.worst import WorstCell, worst_first
+from ..status import Purpose, rank
 from .ask import Ask
 from .facts import Facts
 from .partial import CellRows, Partial, PointRows
@@ -57,7 +57,7 @@ class Job:
             beyond=unknown,
         )
         region_ids = self.facts.regions.ids(place.piece, quality.mesh.cell_data, quality.mesh.n_cells)
-        return partial_of(quality, part, region_ids, self.ask, self.facts)
+        return partial_of(quality, part, region_ids, self.ask, self.facts, _worst.setdefault(self.key, Lowest()))
 
     @cached_property
     def purpose(self) -> Purpose:
@@ -65,13 +65,44 @@ class Job:
         return self.ask.purpose or "fem"
 
 
-def partial_of(quality: Quality, part: Slice, region_ids: NDArray[np.int64], ask: Ask, facts: Facts) -> Partial:
+class Lowest:
+    """The places of the worst cells among those that were seen: cells beyond them are not among the worst of all.
+
+    That holds whatever becomes of the results, and whichever slices were seen. What one of several threads adds may be
+    forgotten.
+    """
+
+    def __init__(self) -> None:
+        self._keys: list[tuple[int, float, int]] = []
+
+    def take(self, keys: list[tuple[int, float, int]], n: int) -> int:
+        """How many of some keys, ascending, may be among the lowest n."""
+        self._keys = known = sorted({*self._keys, *keys})[:n]
+        return sum(key <= known[-1] for key in keys)
+
+
+def partial_of(
+    quality: Quality,
+    part: Slice,
+    region_ids: NDArray[np.int64],
+    ask: Ask,
+    facts: Facts,
+    lowest: Lowest | None = None,
+) -> Partial:
     """What was measured on a slice, as far as it was asked for; ``region_ids`` ``(n,)`` of its cells.
+
+    Cells that ``lowest`` knows not to be among the worst of all are not listed: to find the node of one takes longer
+    than to measure a thousand.
 
     The file's own numbers of cells and points are left to be looked up at the end, of the few that are listed.
     """
     mesh, first = quality.mesh, part.first_cell
-    worst = quality.worst(ask.n_worst) if ask.n_worst else []
+    cells = worst_first(quality.values, quality.status, ask.n_worst, mesh.purpose)
+    if lowest is not None and len(cells):
+        ranks = rank(quality.status[cells], mesh.purpose).tolist()
+        keys = list(zip(ranks, quality.values[cells].tolist(), (cells + first).tolist(), strict=True))
+        cells = cells[: lowest.take(keys, ask.n_worst)]
+    worst = [quality.worst_node(int(cell)) for cell in cells]
     findings = (
         replace(one, cells=tuple(cell + first for cell in one.cells), labels=())
         for one in quality.findings(ask.n_findings)
@@ -139,6 +170,9 @@ def unknown(entries: NDArray[np.int64]) -> NDArray[np.int64]:
     raise ReadWhole("whether points of its polyhedra hang depends on the cells beside them")
 
 
+_worst: dict[str, Lowest] = {}
+"""The worst cells that this process saw of a job."""
+
 _points: dict[str, list[Points]] = {}
 """The points of the job that this process works on."""
 
@@ -160,6 +194,7 @@ def keep_points(job: Job, points: list[Points]) -> None:
 def forget_points() -> None:
     """Give their memory back."""
     _points.clear()
+    _worst.clear()
 
 
 def share(pieces: Pieces, memory: int) -> list[Points]:
