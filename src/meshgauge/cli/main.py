@@ -23,6 +23,7 @@ _COMMANDS = (
     "merge",
     "check",
     "compare",
+    "trend",
     "doctor",
     "improve",
     "orient",

@@ -89,6 +89,18 @@ Exit codes: 0 done, 2 some file could not be read, or fewer than two are left, 1
             "meshgauge compare before.vtu after.vtu --json   [dim]for programs[/dim]",
         ),
     ),
+    "trend": Text(
+        "Show how meshes went over a history of reports.",
+        """Show how meshes went over a history of stored reports: what became worse, and when.
+
+Reports are what [bold]report --json[/bold] and [bold]check --write-baseline[/bold] write, oldest first; of a folder its .json files in the order of the numbers in their names. Of each mesh, by its path, the numbers of invalid and degenerate cells, the share that is not good, the least value, 1 % quantile and mean. [bold]--html[/bold] writes charts.
+
+Exit codes: 0 done, 2 some file is no report, 130 interrupted.""",
+        (
+            "meshgauge report wing.vtu --json > history/2026-03-01.json",
+            "meshgauge trend history --html trend.html",
+        ),
+    ),
     "doctor": Text(
         "Say what is wrong with a mesh beside the shapes of its cells.",
         """Say what is wrong with a mesh beside the shapes of its cells.

@@ -1,0 +1,38 @@
+"""``meshgauge trend``: how meshes went over a history of stored reports."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from . import inputs, options
+
+
+def trend(
+    reports: Annotated[
+        list[str],
+        typer.Argument(metavar="REPORT", help="JSON of 'meshgauge report --json', oldest first, or folders of them."),
+    ],
+    *,
+    as_json: options.Json = False,
+    html: options.Html = None,
+) -> int:
+    """Read the reports and show each mesh over them; returns the exit code."""
+    from ..compare.trend import TrendText, dumps, files_of, trend_page, trends
+    from ..files.output import write_text
+    from .terminal import DONE, Output, emit
+
+    files = files_of(reports)
+    inputs.check_targets(map(str, files), texts=(html,))
+    found = trends(files)
+    if html is not None:
+        write_text(html, trend_page(found))
+    if as_json:
+        emit(dumps(found))
+    elif html != Path("-"):
+        output = Output()
+        for one in found:
+            output.show(TrendText(one))
+    return DONE
