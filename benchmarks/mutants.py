@@ -263,18 +263,17 @@ def _lines_that_act(code: str) -> set[int]:
 def fate_of(mutant: Mutant, copy: Path, tests: list[str], seconds: int) -> Fate:
     """Whether tests pass with the error in, fail, or are not done in time."""
     path, original = copy / PACKAGE / mutant.file, ROOT / PACKAGE / mutant.file
-    stale = {one.stem for one in compiled_of(copy, PACKAGE / mutant.file, mutant.line)}
+    stale = {one.stem for one in compiled_of(copy, PACKAGE / mutant.file, mutant.line)} | {mutant.file.stem}
 
     def compiled() -> list[Path]:
         return [cached for cached in (copy / "numba").rglob("*.nb?") if cached.name.split(".")[0] in stale]
 
     aside = [cached.rename(cached.with_name(f"{cached.name}.aside")) for cached in compiled()]
     path.write_text(mutant.code, encoding="utf-8")
-    os.utime(path, ns=(original.stat().st_atime_ns, original.stat().st_mtime_ns))  # by which Numba knows it
     try:
         fate = _run(copy, tests, seconds)
     finally:
-        shutil.copy2(original, path)
+        shutil.copy2(original, path)  # with its time, by which Numba and Python know it
         for cached in compiled():
             cached.unlink()
         for cached in aside:
