@@ -9,6 +9,7 @@ import pytest
 from polyhedral_meshes import CUBE, CUBE_FACES, TETRA_FACES, measured
 
 import meshgauge
+from meshgauge.kernels.polyhedra.nodes import winds_once
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.quality.polyhedra import ReferenceKind, measure_polyhedra
 from meshgauge.quality.reference import antiprism, solid
@@ -72,3 +73,20 @@ def test_a_real_mesh_of_perpendicular_bisectors(shared: Path) -> None:
     assert np.isfinite(quality.values).all()
     assert quality.is_star_shaped.all()
     np.testing.assert_array_equal(np.diff(quality.node_offsets), np.diff(mesh.offsets))
+
+
+def test_a_link_winds_once_if_it_turns_by_less_than_half_a_turn_about_its_first_neighbour() -> None:
+    """Against angles in a plane across that neighbour, of links to all sides."""
+    rng = np.random.default_rng(0)
+    sizes = rng.integers(4, 8, 200)
+    starts = np.cumsum(sizes) - sizes
+    points = np.concatenate([np.zeros((1, 3)), rng.normal(size=(int(sizes.sum()), 3))])
+    points.flags.writeable = False  # as those of a mesh
+    out = np.zeros(len(sizes), np.uint8)
+    link_points = np.arange(1, len(points))
+    winds_once(points, np.zeros(len(sizes), np.int64), starts, sizes, out, link_points)
+    for start, size, once in zip(starts, sizes, out, strict=True):
+        first, *others = points[1 + start : 1 + start + size]
+        u, v, _ = np.linalg.svd(first[:, None])[0].T[[1, 2, 0]]
+        angles = np.unwrap([np.arctan2(x @ v, x @ u) for x in others])
+        assert once == (np.abs(np.diff(angles)).sum() < np.pi)
