@@ -162,7 +162,7 @@ def _write_baseline(batch: Batch, paths: Sequence[str], metrics: Sequence[str], 
     from ..slices import Ask
 
     def examine(path: str) -> FileReport:
-        done = batch.in_slices(path, Ask(tuple(metrics), n_worst=0))
+        done = batch.in_slices(path, Ask(tuple(metrics), n_worst=0, companions=True))
         if done is not None:
             return file_report(*done, path=path)
         return FileReport.of(batch.measure(path, metrics), path=path, worst=0, threads=batch.threads)
