@@ -167,3 +167,11 @@ def test_cells_that_were_not_written_are_counted() -> None:
     want = Mesh.from_arrays(points, {"tetra": [(0, 1, 2, 3), (4, 5, 6, 7), (3, 2, 1, 0)]})
     with pytest.raises(WriteError, match=r"cannot hold these cells: 2 tetra$"):
         bridge._losses(want, want[np.array([0])])
+
+
+def test_arrays_behind_one_that_vtk_cannot_hold_are_kept() -> None:
+    mesh = mesh_of("tetra")
+    values = np.arange(mesh.n_cells)
+    grid, lost = vtk.grid(mesh.replace(cell_data={"before": values, "wave": values * 1j, "behind": 2 * values}))
+    assert lost == ("The cell data 'wave' (of type complex128) cannot be held by VTK's formats.",)
+    assert set(vtk.mesh(grid).cell_data) == {"before", "behind"}
