@@ -368,6 +368,7 @@ def test_of_what_was_untangled_that_stays_which_keeps_the_sizes(monkeypatch: pyt
         run=None,
         had=points[:, 0],
         enough=np.full(3, 0.2),
+        is_free=np.ones(3, bool),
         values=lambda at: at[:, 0],
         passed=lambda at: at[:, 1] > 0.0,
         ascend=lambda *_: None,
