@@ -88,5 +88,5 @@ def test_one_mesh_is_held_at_a_time(batch: Batch, good: Path, bad: Path) -> None
 def test_the_purpose_asked_for_replaces_that_of_the_format(batch: Batch, good: Path, purpose: Purposes) -> None:
     assert batch.read(str(good)).purpose == "fem"
     batch.purpose = purpose
-    assert batch.read(str(good)).purpose == purpose.value
-    assert batch.measure(str(good)).mesh.purpose == purpose.value
+    assert batch.read(str(good)).purpose == purpose.of_mesh
+    assert batch.measure(str(good)).mesh.purpose == purpose.of_mesh

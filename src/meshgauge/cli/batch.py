@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Literal, TypeVar
 from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
 from ..files.resources import free_memory
 from ..io import Limits, pieces_as_one, read_as_one, steps, write
-from ..io import Step as TimeStep
 from ..io.adding import add_data, add_to_pieces, takes_rows
 from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
     from ..quality.measure import Quality
     from ..quality.one_cell import OneCell
     from ..report import FileReport
-    from ..report.record import StepOf
     from ..report.values_on_disk import ValuesOnDisk
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
@@ -54,27 +52,6 @@ OFTEN = 2.0
 
 AS_STORED = WedgeOrders.gmsh
 """Wedges are not renumbered while reading: for commands that find out which cells are numbered in reverse."""
-
-
-class State(str):
-    """One time step of a file, as a path that names both: ``run.pvd, step 2 (time 0.5)``."""
-
-    file: str
-    step: int
-    time: float | None
-
-    @classmethod
-    def of(cls, file: str, step: TimeStep) -> State:
-        state = cls(f"{file}, {step}")
-        state.file, state.step, state.time = file, step.number, step.time
-        return state
-
-    @property
-    def of_file(self) -> StepOf:
-        """Which step it is, for reports."""
-        from ..report.record import StepOf
-
-        return StepOf(self.file, self.step, self.time)
 
 
 @dataclass(kw_only=True)
@@ -148,7 +125,7 @@ class Batch:
                 states.append(path)
                 continue
             kept = {step.geometry if self.reading.displacement is None else step.number: step for step in held[::-1]}
-            states += [State.of(path, step) for step in reversed(kept.values())]
+            states += [inputs.State.of(path, step) for step in reversed(kept.values())]
         return states
 
     def require_one_state(self, path: str) -> None:
@@ -177,7 +154,7 @@ class Batch:
                 _files(path),
                 file_format=self.reading.file_format,
                 wedge_order=self.wedge_order.value,
-                step=path.step if isinstance(path, State) else _choice(self.reading.step),
+                step=path.step if isinstance(path, inputs.State) else _choice(self.reading.step),
                 displacement=self.reading.displacement,
                 limits=self._limits,
             )
@@ -297,7 +274,7 @@ class Batch:
     ) -> Iterator[Callable[[str], FileReport] | None]:
         """What reports on time steps that are measured in several processes at a time, if ``--scheduler`` asks for it;
         None if not, or there are no steps."""
-        steps = [path for path in paths if isinstance(path, State)]
+        steps = [path for path in paths if isinstance(path, inputs.State)]
         if self.scheduler is None or len(steps) < 2 or len(steps) < len(paths):
             yield None
             return
@@ -328,7 +305,7 @@ class Batch:
 
     def pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""
-        step = path.step if isinstance(path, State) else _choice(self.reading.step)
+        step = path.step if isinstance(path, inputs.State) else _choice(self.reading.step)
         try:
             return pieces_as_one(_files(path), file_format=self.reading.file_format, step=step)
         except ReadError:
@@ -386,7 +363,7 @@ class Batch:
 
     def adds_rows(self, path: str, target: Path) -> bool:
         """Whether values can be added to a mesh slice by slice, so that the output comes of it."""
-        return not isinstance(path, State | inputs.Joined) and takes_rows(
+        return not isinstance(path, inputs.State | inputs.Joined) and takes_rows(
             path, target, file_format=self.reading.file_format
         )
 
@@ -463,7 +440,7 @@ def _files(path: str) -> Sequence[str]:
     """The files that a path stands for."""
     if isinstance(path, inputs.Joined):
         return path.files
-    return (path.file if isinstance(path, State) else path,)
+    return (path.file if isinstance(path, inputs.State) else path,)
 
 
 def _size(path: str) -> int:
@@ -498,7 +475,7 @@ def _reason(path: str, error: BaseException) -> str:
         return error.strerror or str(error)
     if isinstance(path, inputs.Joined):
         return str(error)
-    name = path.file if isinstance(path, State) else path
+    name = path.file if isinstance(path, inputs.State) else path
     return re.sub(rf"\A{re.escape(name)}(?:: |, |{re.escape(os.sep)})", "", str(error))
 
 

@@ -13,7 +13,7 @@ from ..errors import MeshgaugeError, OptionError, WriteError
 from ..files import output
 from ..look import style
 from . import inputs, terminal
-from .batch import Batch, State
+from .batch import Batch
 from .changed import ChangedMesh
 
 ORIENTED = ".oriented"
@@ -34,7 +34,7 @@ def require_alone(paths: Sequence[str], folder: Path) -> None:
         raise WriteError(f"{folder}: is no folder; --fix takes one, for the meshes")
     names: dict[str, str] = {}
     for path in paths:
-        if isinstance(path, (State, inputs.Joined)):
+        if isinstance(path, (inputs.State, inputs.Joined)):
             raise OptionError(f"{path}: --fix takes meshes of one file and one time step")
         name = Path(path).name
         if name in names:

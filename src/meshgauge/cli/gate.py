@@ -20,7 +20,6 @@ from ..look import style
 from ..look.bands import USUAL
 from . import inputs, terminal
 from .batch import Batch
-from .batch import State as TimeState
 from .groups.check import PipelineOptions, RuleOptions
 from .options import Purposes, Reading
 
@@ -132,7 +131,7 @@ class Gate:
         output, is_read = terminal.Output(), not (self.as_json or with_statistics)
         checks: list[Check] = []
         for path, one in batch.each(paths, examine):
-            if isinstance(path, TimeState):
+            if isinstance(path, inputs.State):
                 one = replace(one, step=path.of_file)
             checks.append(one)
             if is_read:

@@ -7,9 +7,14 @@ import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import ReadError, WriteError
 from ..look.names import natural, of_files
+
+if TYPE_CHECKING:
+    from ..io import Step
+    from ..report.record import StepOf
 
 _PIECE = re.compile(r".*\.\d+\.\d+")
 
@@ -148,3 +153,24 @@ def size(path: str) -> int:
         return os.stat(path).st_size
     except OSError:
         return 0
+
+
+class State(str):
+    """One time step of a file, as a path that names both: ``run.pvd, step 2 (time 0.5)``."""
+
+    file: str
+    step: int
+    time: float | None
+
+    @classmethod
+    def of(cls, file: str, step: Step) -> State:
+        state = cls(f"{file}, {step}")
+        state.file, state.step, state.time = file, step.number, step.time
+        return state
+
+    @property
+    def of_file(self) -> StepOf:
+        """Which step it is, for reports."""
+        from ..report.record import StepOf
+
+        return StepOf(self.file, self.step, self.time)

@@ -83,7 +83,7 @@ def report(
     from ..report.one_cell import OneCellText, dumps
     from ..report.stream import file_report
     from ..slices import Ask
-    from .batch import Batch, State
+    from .batch import Batch
     from .changed import add_in_slices, write_report
     from .printer import printer
     from .terminal import Output, emit
@@ -172,7 +172,7 @@ def report(
     ):
         batch.on_failure = page.fail if page is not None else None
         for path, one in batch.each(paths, in_processes or examine):
-            if isinstance(path, State):
+            if isinstance(path, inputs.State):
                 one = replace(one, step=path.of_file)
             reports.append(one)
             if not printing.file(one) and table is None and page is None:

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lazy import find
-from ..cells import POLYHEDRON, CellType, Shape, type_name
+from ..cells import POLYHEDRON, CellType, type_name
 from ..errors import MetricError, OptionError
-from ..kernels.cells import aggregate, driver
+from ..kernels.cells import aggregate
 from ..kernels.threads import thread_count
 from ..look import notebook, style
 from ..look.bands import PoorBelow
@@ -39,7 +39,7 @@ from .neighbours import with_neighbours
 from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
 from .validity import Certificate, certify
-from .worst import StatusCells, WorstCell, spacing, worst_at_points, worst_first
+from .worst import StatusCells, WorstCell, corner_values, spacing, worst_at_points, worst_first
 
 Values = NDArray[np.float64]
 
@@ -315,7 +315,7 @@ class Quality:
         """Position in the cell, point id and J_ENS of the node with the lowest J_ENS."""
         nodes = self.mesh.nodes(cell)
         if row.shape is not None:
-            values = self._corner_values(cell, row)
+            values = corner_values(self.mesh, cell, row)
             corner = int(np.argmin(values))
             node = row.corners[corner]
             return node, int(nodes[node]), float(values[corner])
@@ -327,14 +327,6 @@ class Quality:
         point = int(self.polyhedra.node_points[mine][corner])
         places = np.flatnonzero(nodes == point)
         return (int(places[0]) if len(places) else corner), point, float(values[corner])
-
-    def _corner_values(self, cell: int, row: CellType) -> Values:
-        """J_ENS of the corners of one cell."""
-        shape = _shape(row)
-        ids = connectivity.pick(self.mesh, row, slice(cell, cell + 1), driver.columns(row))
-        values = np.empty((1, shape.n_nodes))
-        driver.node_scaled_jacobian(self.mesh.points, ids, row, values, self.mesh.up or 0, compiled=False)
-        return aggregate.jens(values[0], shape.k)
 
     def __repr__(self) -> str:
         counts = np.bincount(self.status, minlength=len(Status))
@@ -507,8 +499,3 @@ def _measure_all(
         polyhedra=polyhedra,
         rows=MappingProxyType(rows),
     )
-
-
-def _shape(row: CellType) -> Shape:
-    assert row.shape is not None
-    return row.shape

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cells import CellType
+from ..kernels.cells import aggregate, driver
 from ..look.records import brief
 from ..mesh import Mesh, connectivity
 from ..mesh.cast import frozen
@@ -73,6 +75,15 @@ def worst_at_points(mesh: Mesh, values: Values, is_corner: NDArray[np.bool_]) ->
             np.minimum.at(worst, mesh.connectivity[here][measured], values[here][measured])
     worst[np.isinf(worst)] = np.nan
     return frozen(worst)
+
+
+def corner_values(mesh: Mesh, cell: int, row: CellType) -> Values:
+    """J_ENS of the corners of one cell of a shape."""
+    assert row.shape is not None
+    ids = connectivity.pick(mesh, row, slice(cell, cell + 1), driver.columns(row))
+    values = np.empty((1, row.shape.n_nodes))
+    driver.node_scaled_jacobian(mesh.points, ids, row, values, mesh.up or 0, compiled=False)
+    return aggregate.jens(values[0], row.shape.k)
 
 
 def worst_first(values: Values, status: NDArray[np.uint8], n: int, purpose: Purpose = "fem") -> NDArray[np.int64]:
