@@ -115,6 +115,11 @@ def test_fix_writes_new_files_and_leaves_the_inputs(here: Path, capsys: Captured
     assert not Path("new").exists()
 
 
+def test_fix_says_why_a_folder_cannot_be_made(here: Path, capsys: Captured) -> None:
+    assert main(["check", "fine", "--fix", "fine/good.vtu/new", "-q"]) == 1
+    assert "bad.vtu: not fixed: fine/good.vtu/new: Not a directory\n" in capsys.readouterr().err
+
+
 def test_watching_checks_again_when_a_file_changes(
     here: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -162,6 +162,7 @@ def test_fixed_points_by_data_region_and_box(tmp_path: Path) -> None:
     [
         (["--fixed-points", "right"], "no point data 'right'"),
         (["--fixed-region", "hexahedra"], "no region"),
+        (["--fixed-ids", "1-99999"], "has no point 99999 for --fixed-ids; it has points 0 to "),
         (["--fixed-box", "1,2,3"], "expected xmin"),
         (["--fixed-box", "2,1,0,1,0,1"], "lower end"),
         (["--target", "2"], "target"),

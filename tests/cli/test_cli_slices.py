@@ -227,6 +227,12 @@ def test_ctrl_c_says_how_far_it_was(large: Path, monkeypatch: pytest.MonkeyPatch
     assert "large.vtkhdf: stopped, 100 of 170 cells were measured" in capsys.readouterr().err
 
 
+def test_stopped_before_any_slice_there_are_no_counts(capsys: Captured) -> None:
+    with pytest.raises(KeyboardInterrupt), slices.progress("a.vtu", shown=False):
+        raise KeyboardInterrupt
+    assert capsys.readouterr().err == "meshgauge: a.vtu: stopped, none measured\n"
+
+
 def test_progress_tells_the_time_left(monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(slices, "PATIENCE", 0.0)

@@ -81,6 +81,7 @@ def test_an_id_that_is_no_points_is_named(name: str, dtype: type) -> None:
         ids = cells.copy()
         ids.flat[at] = wrong
         with pytest.raises(
-            meshgauge.MeshError, match=rf"^{name}: point id {wrong} at position {at} is outside 0..{n - 1}$"
+            meshgauge.MeshError,
+            match=rf"^{name}: point id {wrong} of cell {at // n}, node {at % n}, is outside 0..{n - 1}$",
         ):
             meshgauge.jens(points, ids, name)

@@ -107,7 +107,7 @@ def test_shades_are_monotone_and_end_poor_where_the_colours_do(limit: float) -> 
     assert np.isnan(shade(np.array([np.nan]), limit)).all()
 
 
-@pytest.mark.parametrize("wrong", [0.0, 1.0, -0.1, float("nan"), {"tetra": 2.0}, {"tetrahedron": 0.3}])
+@pytest.mark.parametrize("wrong", [0.0, 1.0, -0.1, float("nan"), {"tetra": 2.0}, {"tetrahedron": 0.3}, {"foo": 0.2}])
 def test_wrong_limits_are_refused(wrong: float) -> None:
     with pytest.raises(OptionError, match="poor_below"):
         meshgauge.measure(mesh(2), poor_below=wrong)

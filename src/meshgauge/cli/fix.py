@@ -49,13 +49,15 @@ def fix(
 ) -> Check | None:
     """Write a mesh anew, oriented and improved, check it, and say what came of it; None if it could not be."""
     target = folder / Path(path).name
-    folder.mkdir(parents=True, exist_ok=True)
     try:
+        folder.mkdir(parents=True, exist_ok=True)
         with terminal.activity(f"fixing {path}", shown=not batch.quiet):
             n = _mend(batch, path, target)
         after = examine(str(target), path)
     except (MeshgaugeError, OSError, MemoryError) as error:
-        terminal.warn("error", f"{path}: not fixed: {error}")
+        is_bare = isinstance(error, OSError) and not isinstance(error, MeshgaugeError)
+        why = f"{error.filename}: {error.strerror}" if is_bare else str(error)  # type: ignore[union-attr]
+        terminal.warn("error", f"{path}: not fixed: {why}")
         return None
     if not is_silent:
         turned = f"{style.number_of(n, 'cell', 'cells')} renumbered, " if n else ""

@@ -34,17 +34,17 @@ def improve_large(batch: Batch, path: str, target: Path, goal: Goal) -> tuple[Mo
     try:
         with live.early():
             check_movable(listed, target, file_format=file_format)
-            with slices.progress(path, shown=not batch.quiet) as measuring:
-                source = measured_file(
-                    listed,
-                    target=goal.aim(batch.poor),
-                    wedge_order=batch.wedge_order.value,
-                    purpose=None if batch.purpose is None else batch.purpose.of_mesh,
-                    keep_bricks=batch.keep_bricks,
-                    memory=batch.allowed_memory,
-                    threads=batch.threads,
-                    progress=measuring,
-                )
+        with slices.progress(path, shown=not batch.quiet) as measuring:
+            source = measured_file(
+                listed,
+                target=goal.aim(batch.poor),
+                wedge_order=batch.wedge_order.value,
+                purpose=None if batch.purpose is None else batch.purpose.of_mesh,
+                keep_bricks=batch.keep_bricks,
+                memory=batch.allowed_memory,
+                threads=batch.threads,
+                progress=measuring,
+            )
         with live.stoppable() as stop, live.ProgressLine(shown=not batch.quiet) as progress:
             moved = improve_file(
                 source,

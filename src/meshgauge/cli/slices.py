@@ -71,10 +71,10 @@ def progress(path: str, *, shown: bool) -> Iterator[Progress]:
     except KeyboardInterrupt:
         with contextlib.suppress(OSError, ValueError, RuntimeError):
             done, total = at
-            print(
-                f"meshgauge: {path}: stopped, {number(done)} of {number_of(total, 'cell was', 'cells were')} measured",
-                file=sys.stderr,
+            far = (
+                f"{number(done)} of {number_of(total, 'cell was', 'cells were')} measured" if total else "none measured"
             )
+            print(f"meshgauge: {path}: stopped, {far}", file=sys.stderr)
         raise
     finally:
         if status is not None:

@@ -92,7 +92,7 @@ class Diagnosis:
             "findings": [finding.to_dict() for finding in self.findings],
             "orientation": self.orientation.to_dict() if self.orientation else None,
             "dimension": self.dimension,
-            "n_parts": self.n_parts,
+            "n_parts": None if self.n_interior_faces is None else self.n_parts,
             "part_sizes": list(self.part_sizes[:100]),
             "n_interior_faces": self.n_interior_faces,
             "n_boundary_faces": self.n_boundary_faces,

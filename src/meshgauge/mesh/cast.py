@@ -142,7 +142,15 @@ def check_ids(ids: IndexArray, n_points: int, what: str) -> None:
         >= n_points
     ):
         at = int(np.argmax((flat < 0) | (flat >= n_points)))
-        raise MeshError(f"{what}: point id {int(flat[at])} at position {at} is outside 0..{n_points - 1}")
+        raise MeshError(f"{what}: point id {int(flat[at])} {_place(ids, at)} is outside 0..{n_points - 1}")
+
+
+def _place(ids: NDArray[np.integer], at: int) -> str:
+    """Where an id stands, for messages: in a table of cells its cell and the node, else its position."""
+    if ids.ndim != 2:
+        return f"at position {at}"
+    cell, node = divmod(at, ids.shape[1])
+    return f"of cell {cell}, node {node},"
 
 
 def check_cells(types: NDArray[np.uint8], offsets: IndexArray, nodes: IndexArray, n_points: int) -> None:
@@ -232,5 +240,6 @@ def _integers(array: NDArray[Any], what: str) -> IndexArray:
         raise MeshError(f"{what} has dtype {array.dtype}, expected integers")
     dtype = np.int32 if array.dtype.kind == "i" and array.dtype.itemsize == 4 else np.int64
     if array.dtype.kind == "u" and array.dtype.itemsize == 8 and array.size and int(array.max()) > 2**63 - 1:
-        raise MeshError(f"{what}: id {int(array.max())} does not fit a signed integer")
+        at = int(np.argmax(array))
+        raise MeshError(f"{what}: id {int(array.flat[at])} {_place(array, at)} does not fit a signed integer")
     return np.ascontiguousarray(array, dtype=dtype)

@@ -20,7 +20,8 @@ def checked(given: float | Mapping[str, float] | PoorBelow | None) -> PoorBelow:
     """Limits by shape. Raises `OptionError` if there is no such limit or shape."""
     limits = PoorBelow.of(given)
     shapes = (*ALL_SHAPES, POLYHEDRON.name)
-    for name, limit in limits.to_dict().items():
+    own = given if isinstance(given, Mapping) else {}  # `limits` leaves out those of the value of all
+    for name, limit in {**limits.to_dict(), **own}.items():
         if name != "all" and name not in shapes:
             known = meant_or_known(name, ("all", *shapes), "docs/metrics.md")
             raise OptionError(f"poor_below names {name!r}, which is no shape of cells{known}")

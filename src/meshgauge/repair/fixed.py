@@ -65,9 +65,9 @@ def _of_ids(mesh: Mesh, text: str) -> Mask:
     mask = np.zeros(mesh.n_points, np.bool_)
     for first, last in _ranges(text):
         chosen = (numbers >= first) & (numbers <= last)
-        if not chosen.any():
-            named = f"{first}" if first == last else f"{first} to {last}"
-            what = f"points 0 to {mesh.n_points - 1:,}" if labels is None else "other numbers"
+        if not chosen.any() or last > numbers.max():
+            named = f"{first}" if first == last else f"{first} to {last}" if not chosen.any() else f"{last}"
+            what = f"points 0 to {mesh.n_points - 1:,}" if labels is None else f"numbers up to {numbers.max(initial=0)}"
             raise MeshgaugeError(f"{mesh.path}: the mesh has no point {named} for --fixed-ids; it has {what}")
         mask |= chosen
     return mask
