@@ -290,7 +290,7 @@ ERRORS = {
     "b.su2": ("NDIME= 3\nNELEM= 999999999\n10 0 1 2 3\n", "line 2: 999999999 elements are stated, but 1 lines follow"),
     "c.su2": ("NDIME= 3\nNPOIN= 1\n0 0\n", "line 3: 2 numbers where coordinates have 3"),
     "a.mesh": ("MFEM mesh v1.0\n\ndimension\n3\n\nelements\n1\n1 9 0 1\n", "line 8: element type 9 is not known"),
-    "b.mesh": ("MFEM NURBS mesh v1.0\n", "only MFEM mesh v1.0 to v1.3"),
+    "b.mesh": ("MFEM mesh v0.9\n", "only MFEM mesh v1.0 to v1.3"),
     "a.hedra": ("1 1 1\n0 0 0\n3 1 1\n", "line 3: states 3 points, but lists 2"),
     "a.unv": ("    -1\n  2411\n 1 1 1 11\n", "line 2: the file ends within a data set; it is truncated"),
     "b.unv": ("    -1\n  2412\n 1 999 1 1 7 1\n 1\n    -1\n", "no elements were found in it, but 1 of type 999"),
