@@ -102,6 +102,11 @@ class Problem:
         """True if all cells are tetrahedra with straight edges."""
         return not len(self.bends) and bool(np.isin(self.kinds, _kinds()[TETRA.name]).all())
 
+    @cached_property
+    def has_tetrahedra(self) -> bool:
+        """True if some cell is a tetrahedron."""
+        return bool(np.isin(self.kinds, _kinds()[TETRA.name]).any())
+
     def qualities(self, points: Points) -> tuple[Points, Points]:
         """``(n_cells,)`` the least J_S/k of each cell's corners, and its J_ENS."""
         lowest, folded = np.empty(self.n_cells), np.empty(self.n_cells)

@@ -88,7 +88,9 @@ def raise_worst(
     if run.moving.n_cells == 0 or run.is_over():
         return points
     # An edge that shrinks to nothing would raise what is negative, to 0: only what is valid is raised point by point.
-    if offsets is None and constraint is None and float(run.moving.qualities(points)[0].min()) > 0.0:
+    # Without tetrahedra cells hang together in layers: a point alone is stuck where all together are not.
+    is_alone = offsets is None and constraint is None and run.moving.has_tetrahedra
+    if is_alone and float(run.moving.qualities(points)[0].min()) > 0.0:
         rounds = Rounds(run)
         for rings in RINGS:
             before = float(run.moving.qualities(points)[0].min())
