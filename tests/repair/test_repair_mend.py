@@ -303,7 +303,8 @@ def test_points_that_would_mend_the_most_are_those_of_trials_of_all(kind: str, m
         return chosen
 
     monkeypatch.setattr(local, "culprits", compared)
-    mended(shaken(kind, 8, 0.3, seed=1), target=0.3)
+    # Where more of a mesh is bad, as pyramids are at 0.3, points are not chosen.
+    mended(shaken(kind, 8, 0.24 if kind == "pyramid" else 0.3, seed=1), target=0.3)
     assert 0 < n_tried[0] < n_all[0]
 
 
