@@ -53,7 +53,7 @@ sphinx_gallery_conf: dict[str, Any] = {
     "gallery_dirs": "generated/gallery",
     "filename_pattern": "/",
     "within_subsection_order": "FileNameSortKey",
-    "image_scrapers": ("generate.figures", "pyvista", "matplotlib"),
+    "image_scrapers": ("generate.figures", "generate.scenes", "matplotlib"),
     "default_thumb_file": str(HERE / "pictures" / "plot-histogram.png"),
     "abort_on_example_error": True,
     "download_all_examples": False,
@@ -88,4 +88,5 @@ html_sidebars: dict[str, list[str]] = {"index": [], "start": []}
 
 def setup(app: Any) -> None:
     generate.write_all(HERE / "generated")
+    pyvista.close_all()
     app.connect("source-read", generate.on_source_read)

@@ -117,6 +117,19 @@ def figures(_block: Any, variables: dict[str, Any], conf: dict[str, Any]) -> str
     return str(figure_rst(paths, conf["src_dir"])) if paths else ""
 
 
+def scenes(block: Any, variables: dict[str, Any], conf: dict[str, Any]) -> str:
+    """For sphinx-gallery: PyVista's scraper where a program has plotters of its own.
+
+    Those that `meshgauge.plot` drew with are forgotten: their pictures are in its figures.
+    """
+    import pyvista
+
+    if any(isinstance(value, pyvista.Plotter) for value in variables["example_globals"].values()):
+        return str(pyvista.Scraper()(block, variables, conf))
+    pyvista.close_all()
+    return ""
+
+
 def write_api(folder: Path) -> None:
     homes: dict[str, str] = meshgauge._HOME
     for page, (title, sources) in PAGES.items():
