@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..quality.measure import Quality
 from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is_usable
 from .hanging import NONE, Hanging
-from .hard_faces import cells_at_hard_faces, n_hard_faces, newly_hard
+from .hard_faces import cells_at_hard_faces, hard_faces_of, n_hard_faces, newly_hard
 from .polyhedral import is_warped
 from .remeasure import remeasured
 
@@ -70,10 +70,11 @@ def accept(
     given = np.asarray(mesh.points, np.float64)
     is_back = np.zeros(len(points), bool)
     n_nodes = np.diff(mesh.offsets)
+    was_hard = hard_faces_of(mesh)
     after = back
     for _ in range(ROUNDS):
         after = remeasured(after, points, threads=threads)
-        cells = violations(before, after, strict=strict) | is_warped(before, points) | newly_hard(mesh, after.mesh)
+        cells = violations(before, after, strict=strict) | is_warped(before, points) | newly_hard(was_hard, after.mesh)
         if sizes is not None:
             cells |= sizes.passed(points)
         if not cells.any():

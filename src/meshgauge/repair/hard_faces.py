@@ -41,17 +41,23 @@ def cells_at_hard_faces(quality: Quality) -> Mask:
     return cells_at(faces, hard_faces(faces))
 
 
+def hard_faces_of(mesh: Mesh) -> Mask:
+    """`hard_faces` of a mesh for finite volumes; of another there are no faces to ask for."""
+    return hard_faces(FaceQuality(mesh)) if mesh.purpose == "fv" else np.zeros(0, bool)
+
+
 def n_hard_faces(mesh: Mesh) -> int:
     """How many there are; 0 unless the mesh is for finite volumes."""
-    return int(np.count_nonzero(hard_faces(FaceQuality(mesh)))) if mesh.purpose == "fv" else 0
+    return int(np.count_nonzero(hard_faces_of(mesh)))
 
 
-def newly_hard(before: Mesh, after: Mesh) -> Mask:
-    """``(n_cells,)`` True for cells of faces that pass a limit and did not, of the same cells with other points."""
-    if before.purpose != "fv":
-        return np.zeros(before.n_cells, bool)
-    was, now = FaceQuality(before), FaceQuality(after)
-    return cells_at(now, hard_faces(now) & ~hard_faces(was))
+def newly_hard(was_hard: Mask, after: Mesh) -> Mask:
+    """``(n_cells,)`` True for cells of faces that pass a limit and did not (`hard_faces_of`) with the same cells and
+    other points."""
+    if after.purpose != "fv":
+        return np.zeros(after.n_cells, bool)
+    now = FaceQuality(after)
+    return cells_at(now, hard_faces(now) & ~was_hard)
 
 
 def faces_text(before: int, after: int) -> str:
