@@ -23,7 +23,7 @@ import typer
 
 from meshgauge import check
 from meshgauge.cells import CELL_TYPES, SHAPES
-from meshgauge.cli.main import app
+from meshgauge.cli.main import program
 from meshgauge.io.catalogue import rows as format_rows
 from meshgauge.quality.metrics import METRICS, Metric, Standard
 from meshgauge.status import STATUSES
@@ -151,7 +151,7 @@ def formats() -> str:
 def commands() -> str:
     """A heading, a sentence and a table of arguments and options for each subcommand."""
     parts = []
-    for command in app.registered_commands:
+    for command in program().registered_commands:
         assert command.callback is not None
         parts.append(f"\n## meshgauge {command.name}\n\n{_plain(command.short_help or command.help or '')}\n")
         hints = get_type_hints(command.callback, include_extras=True)

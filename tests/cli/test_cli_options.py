@@ -25,7 +25,7 @@ from meshgauge.io.plumbing import isolate
 
 Captured = pytest.CaptureFixture[str]
 
-COMMANDS = {str(row.name): row.callback for row in main.app.registered_commands if row.callback is not None}
+COMMANDS = {str(row.name): row.callback for row in main.program().registered_commands if row.callback is not None}
 
 READING = {
     "report": [],

@@ -22,8 +22,8 @@ def run(*arguments: str, **options: object) -> subprocess.CompletedProcess[str]:
 
 def test_help_loads_nothing_heavy() -> None:
     code = (
-        "import sys; from meshgauge.cli.main import app, main; main(['--help']);"
-        "[main([row.name, '--help']) for row in app.registered_commands];"
+        "import sys; from meshgauge.cli.main import main, program; main(['--help']);"
+        "[main([row.name, '--help']) for row in program().registered_commands];"
         "print(sorted({'numpy', 'numba', 'vtk', 'vtkmodules', 'pyvista', 'h5py', 'meshio'} & set(sys.modules)))"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True).stdout

@@ -19,7 +19,7 @@ import pytest
 from typer.main import get_command
 
 import meshgauge
-from meshgauge.cli.main import app
+from meshgauge.cli.main import program
 
 yaml = pytest.importorskip("yaml")
 
@@ -27,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[2]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 FORMS = sorted(p for p in (ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml") if p.name != "config.yml")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
+COMMANDS = get_command(program()).commands  # type: ignore[attr-defined]
 
 
 def load(path: Path | str) -> Any:

@@ -253,10 +253,10 @@ def test_a_region_whose_area_changes_is_refused(monkeypatch: pytest.MonkeyPatch)
     mesh = plane(8, "quad", 0.48)
     areas = flat.region_areas
 
-    def grown(held: Held, part: Part, points: np.ndarray) -> np.ndarray:
+    def larger(held: Held, part: Part, points: np.ndarray) -> np.ndarray:
         return np.asarray(areas(held, part, points) + (0.1 if (points != mesh.points).any() else 0.0))
 
-    monkeypatch.setattr(flat, "region_areas", grown)
+    monkeypatch.setattr(flat, "region_areas", larger)
     result = meshgauge.improve(mesh, everywhere=True)
     assert result.report.outcome == "refused"
     assert any("the area of each region is unchanged" in note for note in result.report.notes)

@@ -11,7 +11,9 @@ from ..check import Check
 from ..check.output.text import verdict
 from ..errors import MeshgaugeError, OptionError, WriteError
 from ..files import output
+from ..io.patching import Changes
 from ..look import style
+from ..mesh import Mesh
 from . import inputs, terminal
 from .batch import Batch
 from .changed import ChangedMesh
@@ -95,6 +97,6 @@ def _mend(batch: Batch, path: str, target: Path) -> int:
     return len(changes.cells)
 
 
-def _changed(batch: Batch, mesh: object, target: Path, changes: str) -> ChangedMesh:
+def _changed(batch: Batch, mesh: Mesh, target: Path, changes: Changes) -> ChangedMesh:
     output.check(target)
-    return ChangedMesh.of(batch, mesh, target, in_place=False, undo=None, convert=False, changes=changes)  # type: ignore[arg-type]
+    return ChangedMesh.of(batch, mesh, target, in_place=False, undo=None, convert=False, changes=changes)

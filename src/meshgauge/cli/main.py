@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterable
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -57,24 +57,14 @@ def _program(names: Iterable[str]) -> typer.Typer:
 
 
 @cache
-def _whole() -> typer.Typer:
+def program() -> typer.Typer:
+    """The program with all of its subcommands."""
     return _program(_COMMANDS)
 
 
 def _asked(arguments: list[str]) -> typer.Typer:
     """The program, or what is named first of it: to look at all options takes as long as to read a small mesh."""
-    return _program(arguments[:1]) if arguments and arguments[0] in _COMMANDS else _whole()
-
-
-if TYPE_CHECKING:
-    app: typer.Typer
-    """The program with all of its subcommands."""
-else:
-
-    def __getattr__(name: str) -> Any:
-        if name == "app":
-            return _whole()
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _program(arguments[:1]) if arguments and arguments[0] in _COMMANDS else program()
 
 
 def _version(asked: bool) -> None:
