@@ -461,16 +461,12 @@ def _measure_all(
         if row is None or row.dimension == mesh.dimension:
             status[cells] = Status.UNSUPPORTED
         if row is POLYHEDRON and mesh.polyhedra is not None:
+            faces_know = beyond_faces or partial(beyond, mesh)
             polyhedra = measure_polyhedra(
-                mesh.points,
-                mesh.polyhedra,
-                cells,
-                threads=threads,
-                stored=mesh.stored,
-                beyond=beyond_faces or partial(beyond, mesh),
+                mesh.points, mesh.polyhedra, cells, threads=threads, stored=mesh.stored, beyond=faces_know
             )
             status[cells] = polyhedra.status
-            given = PolyhedralCells(mesh.points, mesh.polyhedra, polyhedra)
+            given = PolyhedralCells(mesh.points, mesh.polyhedra, polyhedra, faces_know)
             for one in rows.values():
                 if one.polyhedra is not None:
                     values[one.name][cells] = evaluate.of_polyhedra(one, given, threads)

@@ -237,7 +237,7 @@ def measure_polyhedra(
     single = points.dtype == np.float32 if stored is None else stored == "single"
     double = _double(points)
     driver.prepare()
-    table = _table()
+    table = solids_table()
     unit = SINGLE if single else 2.0**-53
 
     def chunks(some: NDArray[np.int64]) -> list[NDArray[np.int64]]:
@@ -273,7 +273,7 @@ def measure_polyhedra(
 
 
 @cache
-def _table() -> Solids:
+def solids_table() -> Solids:
     """The solids of `meshgauge.quality.reference`, as the kernels take them."""
     known = solids()
     starts = np.cumsum([0] + [len(one.points) for one in known])

@@ -55,7 +55,7 @@ def corner_triples(
         part = ids[start : start + CHUNK]
         n_nodes = driver.links(double, faces_of(polyhedra, part)).node_counts
         own = slice(at, at + int(n_nodes.sum()))
-        links = _links_left(double, polyhedra, part, hangs[own], n_nodes, beyond)
+        links = links_left(double, polyhedra, part, hangs[own], n_nodes, beyond)
         at = own.stop
         d, first = links.valences, links.starts
         n = np.where(d > 3, d, (d == 3).astype(np.int64)) * (links.is_hanging == 0)
@@ -68,7 +68,7 @@ def corner_triples(
     return np.concatenate(cells), np.concatenate(corners), np.concatenate(constants)
 
 
-def _links_left(
+def links_left(
     points: Values, polyhedra: Polyhedra, cells: Ids, hangs: NDArray[np.bool_], n_nodes: Ids, beyond: Beyond | None
 ) -> Links:
     """The links of some cells without the nodes that hang, as they were found when the cells were measured."""
@@ -97,12 +97,15 @@ def _of_either(one: Links, other: Links, takes_other: NDArray[np.bool_]) -> Link
     valences = np.where(of_nodes, other.valences, one.valences)
     starts = np.where(of_nodes, other.starts + len(one.points), one.starts)
     at = ragged_positions(starts, valences)
+    is_now = np.empty(len(one.points) + len(other.points), np.int64)
+    is_now[at] = np.arange(len(at))
     return replace(
         one,
         valences=valences,
         is_hanging=np.where(of_nodes, other.is_hanging, one.is_hanging),
         points=np.concatenate([one.points, other.points])[at],
         sizes=np.concatenate([one.sizes, other.sizes])[at],
+        twins=is_now[np.concatenate([one.twins, other.twins + len(one.points)])[at]],
     )
 
 

@@ -91,6 +91,7 @@ class Solids:
     darts: Ids
     nodes: Ids
     k: Values
+    diagonals: Values  #: a dart; cosine of the angle between it and the next but one
     links: Links
     node: Ids
 
@@ -263,13 +264,24 @@ def solids(points: Points, faces: Faces, k: Values) -> Solids:
         darts=np.concatenate([of.starts, [len(of.points)]])[nodes],
         nodes=nodes,
         k=k[of.node_ids],
+        diagonals=_diagonals(points, of),
         links=of,
         node=np.repeat(np.arange(len(of.valences)), of.valences),
     )
 
 
-def match(of: Links, table: Solids, k: Values) -> Ids:
-    """Which solid each cell has the form of (see `match`); its constants are written to ``k``."""
+def _diagonals(points: Points, of: Links) -> Values:
+    node = np.repeat(np.arange(len(of.valences)), of.valences)
+    start, valence = of.starts[node], of.valences[node]
+    edges = points[of.points] - points[of.node_ids[node]]
+    edges = edges / np.linalg.norm(edges, axis=1)[:, None]
+    next_but_one = start + (np.arange(len(node)) - start + 2) % valence
+    return np.asarray((edges * edges[next_but_one]).sum(axis=1))
+
+
+def match(of: Links, table: Solids, k: Values, diagonals: Values | None = None) -> Ids:
+    """Which solid each cell has the form of (see `match`); its constants are written to ``k``, and if wanted to
+    ``diagonals``, a dart each."""
     from .match import match as kernel
 
     which, keys = np.empty(len(of.node_counts), np.int64), invariants(of)
@@ -291,8 +303,10 @@ def match(of: Links, table: Solids, k: Values) -> Ids:
         table.links.twins,
         table.node,
         table.k,
+        table.diagonals,
         which,
         k,
+        np.empty(0) if diagonals is None else diagonals,
     )
     return which
 
@@ -318,11 +332,9 @@ def _resolve(points: Points, of: Links, out: Values, nodes: Ids) -> None:
     """The nodes that the kernel left, by the path that is right whatever the coordinates."""
     if len(nodes) == 0:
         return
-    corners, ends = _triples(of, nodes)
+    corners, ends = triples(of, nodes)
     values = robust.node_scaled_jacobian(np.asarray(points[corners], np.float64), TETRA)[:, 0]
-    least = np.minimum.reduceat(values, ends)  # NaN if any is
-    nearest = np.maximum.reduceat(np.where(values < 0.0, values, -np.inf), ends)
-    out[nodes] = np.where(least < 0.0, nearest, least) + 0.0
+    out[nodes] = fold(values, ends) + 0.0
 
 
 def corner_signs(points: Points, of: Links, scaled_jacobian: Values, *, single: bool) -> tuple[Bools, Bools]:
@@ -341,7 +353,7 @@ def corner_signs(points: Points, of: Links, scaled_jacobian: Values, *, single: 
     is_negative, is_flat = is_corner & (scaled_jacobian < 0.0), is_corner & (scaled_jacobian == 0.0)
     near = np.flatnonzero(is_corner & ~is_flat & (np.abs(scaled_jacobian) <= flat.LIMIT) & (of.valences >= 3))
     if len(near):
-        corners, first = _triples(of, near)
+        corners, first = triples(of, near)
         signs = flat.of_corners(np.asarray(points[corners], np.float64), single=single)
         has_flat = np.maximum.reduceat(signs == 0, first)
         is_negative[near[has_flat]] = np.minimum.reduceat(signs, first)[has_flat] < 0
@@ -349,7 +361,7 @@ def corner_signs(points: Points, of: Links, scaled_jacobian: Values, *, single: 
     return _any(is_negative, of), _any(is_flat, of)
 
 
-def _triples(of: Links, nodes: Ids) -> tuple[Ids, Ids]:
+def triples(of: Links, nodes: Ids) -> tuple[Ids, Ids]:
     """``(n, 4)`` some nodes, each with three neighbours that follow one another; and where those of each start."""
     n_triples = np.where(of.valences[nodes] == 3, 1, of.valences[nodes])
     owner = np.repeat(np.arange(len(nodes)), n_triples)
@@ -417,10 +429,17 @@ def cell_jens(scaled_jacobian: Values, k: Values, of: Links) -> tuple[Values, Va
     if len(filled):
         # A hanging node has no say, unless it is nowhere.
         corners = np.where((of.is_hanging == 1) & ~np.isnan(scaled_jacobian), np.inf, nodes)
-        least = np.minimum.reduceat(corners, starts)
-        nearest = np.maximum.reduceat(np.where(corners < 0.0, corners, -np.inf), starts)
-        cells[filled] = np.where(least < 0.0, nearest, least)
+        cells[filled] = fold(corners, starts)
     return cells, nodes
+
+
+def fold(values: Values, starts: Ids) -> Values:
+    """`aggregate.fold` of each run of values, none of which is empty; NaN if any is."""
+    least: Values = np.minimum.reduceat(values, starts)
+    if not (least < 0.0).any():
+        return least
+    nearest = np.maximum.reduceat(np.where(values < 0.0, values, -np.inf), starts)
+    return np.where(least < 0.0, nearest, least)
 
 
 def _jens(scaled_jacobian: Values, k: Values) -> Values:

@@ -113,8 +113,10 @@ def match(
     solid_twins: Int64Array,
     solid_node: Int64Array,
     solid_k: Float64Array,
+    solid_diagonals: Float64Array,
     which: Int64Array,
     k: Float64Array,
+    diagonals: Float64Array,
 ) -> None:
     """For each cell the regular-faced solid whose form it has, and k at each node (left as it is where there is none).
 
@@ -132,10 +134,15 @@ def match(
         For each node of the solids: its first dart, its valence, J_S.
     solid_sizes, solid_twins, solid_node
         For each dart of the solids: as the cells' links, and the node that it is at.
+    solid_diagonals
+        For each dart of the solids: what ``diagonals`` receives.
     which
         Receives for each cell the solid's number, `PRISM`, `ANTIPRISM` or `NO_SOLID`.
     k
         Receives J_S of the solid at each node of the cell.
+    diagonals
+        Receives, for each dart of a cell that has the form of a solid (not of a prism or an antiprism), the cosine of
+        the solid's angle between it and the next but one; empty if that is not wanted.
     """
     most_nodes, most_darts, v, at = np.int64(1), np.int64(1), np.int64(0), np.int64(0)
     for c in range(len(node_counts)):
@@ -215,6 +222,10 @@ def match(
                     for u in range(n):
                         if not is_hanging[first + u]:
                             k[first + u] = solid_k[image[u]]
+                            for i in range(valences[first + u] if len(diagonals) else 0):
+                                # In a mirror the next but one of a dart's image is the last but one.
+                                j = (shift[u] + sense * i - (0 if sense > 0 else 2)) % valences[first + u]
+                                diagonals[starts[u] + i] = solid_diagonals[solid_starts[image[u]] + j]
                     break
 
 

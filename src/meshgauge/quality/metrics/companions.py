@@ -119,6 +119,13 @@ def shape(cells: Cells) -> Values:
     return aggregate.fold(nodes) + 0.0
 
 
+def shape_of_polyhedra(cells: PolyhedralCells) -> Values:
+    """`shape` of polyhedra, see `meshgauge.quality.polyhedral_shape`."""
+    from ..polyhedral_shape import shape_of_polyhedra  # brings in Numba
+
+    return shape_of_polyhedra(cells)
+
+
 def _mean_ratios_in_plane(x: Values, cells: Cells) -> Values:
     r"""``(n_cells, n_corners)`` of surface cells: sign(det M) 2 \|det M\| / \|M\|², M = D W⁻¹ in their plane.
 
@@ -216,6 +223,7 @@ ROWS = (
     Metric(
         name="shape",
         values=shape,
+        polyhedra=shape_of_polyhedra,
         is_signed=True,
         title="shape: mean ratio of the worst corner",
         text="Mean ratio of a corner against that of the ideal cell; the cell takes the worst corner, or the mildest "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -117,11 +118,14 @@ class PolyhedralCells:
     quality
         What was measured on these cells; ``quality.cells`` are their ids, ``quality.node_offsets`` tells which nodes
         are whose.
+    beyond
+        What lies beyond entries of ``polyhedra.cell_faces``, as they were measured; None if that was not known.
     """
 
     points: Points
     polyhedra: Polyhedra
     quality: PolyhedralQuality
+    beyond: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None = None
 
     @property
     def n_cells(self) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .corner import corner_model
+from .corner import corner_cosines, corner_model
 from .table import Solid, antiprism, prism, solid, solids
 
-__all__ = ["Solid", "antiprism", "corner_model", "prism", "solid", "solids"]
+__all__ = ["Solid", "antiprism", "corner_cosines", "corner_model", "prism", "solid", "solids"]

@@ -38,14 +38,49 @@ def corner_model(sizes: NDArray[np.integer], n_nodes: NDArray[np.integer]) -> Va
         ``(n,)`` in (0, 1]: the fold of the consecutive triples, all positive. Where a regular-faced corner exists and
         its deficit is large enough it has d = 3: exactly ``√(1 - cos²a - cos²b - cos²c + 2 cos a cos b cos c)``.
     """
-    sides = np.asarray(sizes, np.float64)
-    angles = _with_room(np.pi * (sides - 2.0) / sides, 2.0 * np.pi / np.asarray(n_nodes, np.float64))
+    angles = _angles(sizes, n_nodes)
     if angles.shape[1] == 3:
         a, b, c = np.cos(np.sort(angles, axis=1)).T
         return np.asarray(np.sqrt(1.0 - a * a - b * b - c * c + 2.0 * a * b * c))
+    edges = _edges(angles)
+    following = np.roll(edges, -1, axis=1)
+    triples = (edges * np.cross(following, np.roll(edges, -2, axis=1))).sum(axis=2)
+    return np.asarray(triples.min(axis=1))
+
+
+def corner_cosines(sizes: NDArray[np.integer], n_nodes: NDArray[np.integer]) -> tuple[Values, Values]:
+    """The angles of the model's corners.
+
+    Parameters
+    ----------
+    sizes, n_nodes
+        As for `corner_model`.
+
+    Returns
+    -------
+    sides : ndarray, shape (n, d)
+        Cosine of the angle of each face, between an edge and the next.
+    diagonals : ndarray, shape (n, d)
+        Cosine of the angle between an edge and the next but one.
+    """
+    angles = _angles(sizes, n_nodes)
+    sides = np.cos(angles)
+    if angles.shape[1] == 3:
+        return sides, np.roll(sides, -2, axis=1)
+    edges = _edges(angles)
+    return sides, (edges * np.roll(edges, -2, axis=1)).sum(axis=2)
+
+
+def _angles(sizes: NDArray[np.integer], n_nodes: NDArray[np.integer]) -> Values:
+    sides = np.asarray(sizes, np.float64)
+    return _with_room(np.pi * (sides - 2.0) / sides, 2.0 * np.pi / np.asarray(n_nodes, np.float64))
+
+
+def _edges(angles: Values) -> Values:
+    """``(n, d, 3)`` unit edges of corners of more than three faces."""
     radius, arcs = _inscribe(angles)
     turn = np.cumsum(arcs, axis=1) - arcs
-    edges = np.stack(
+    return np.stack(
         [
             radius[:, None] * np.cos(turn),
             radius[:, None] * np.sin(turn),
@@ -53,9 +88,6 @@ def corner_model(sizes: NDArray[np.integer], n_nodes: NDArray[np.integer]) -> Va
         ],
         axis=2,
     )
-    following = np.roll(edges, -1, axis=1)
-    triples = (edges * np.cross(following, np.roll(edges, -2, axis=1))).sum(axis=2)
-    return np.asarray(triples.min(axis=1))
 
 
 def _with_room(angles: Values, margin: Values) -> Values:
