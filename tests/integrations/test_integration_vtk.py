@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -16,8 +17,9 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkIdTypeArray, vtkOutputWindow, vtkStringOutputWindow
 
 import meshgauge
-from meshgauge.integrations.vtk import MeshQuality, low_cells, with_quality
+from meshgauge.integrations.vtk import LOW, MOVED, MeshQuality, MeshRepair, low_cells, with_quality
 from meshgauge.io.plumbing import vtk
+from meshgauge.plot.paraview_preset import presets
 
 ROOT = Path(__file__).resolve().parents[2]
 BRACKET = ROOT / "examples" / "meshes" / "bracket.vtu"
@@ -62,6 +64,63 @@ def test_cells_without_a_value_are_low_and_surfaces_are_not() -> None:
     assert found.GetNumberOfCells() == 1
     assert np.isnan(array(found.GetCellData(), "jens")).all()
     assert found.GetCellData().GetNumberOfArrays() == 2
+
+
+def test_metrics_and_statuses_are_chosen(mesh: meshgauge.Mesh, data: Any) -> None:
+    pipe = MeshQuality()
+    pipe.SetInputDataObject(0, data)
+    pipe.Update()
+    cells = pipe.GetOutputDataObject(0).GetCellData()
+    assert [cells.GetArrayName(n) for n in range(cells.GetNumberOfArrays())] == ["region", "jens", "status"]
+    assert pipe.GetOutputDataObject(1).GetNumberOfCells() == 39
+    pipe.GetMetrics().DisableAllArrays()  # jens is what both outputs are made of
+    pipe.GetMetrics().EnableArray("shape")
+    pipe.GetStatuses().DisableArray("inverted")
+    pipe.Update()
+    cells = pipe.GetOutputDataObject(0).GetCellData()
+    shape = meshgauge.measure(mesh, metrics=["shape"]).values_of("shape")
+    np.testing.assert_array_equal(array(cells, "shape"), shape)
+    assert pipe.GetOutputDataObject(1).GetNumberOfCells() == 36
+    assert "ok" not in LOW
+    assert "concave" in LOW
+
+
+def inverted_in_a_block() -> meshgauge.Mesh:
+    """27 hexahedra, a corner inside of them moved too far."""
+    axis = np.arange(4.0)
+    points = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    points[21] += 1.3
+    low = np.stack(np.meshgrid(*[np.arange(3)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    steps = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+    return meshgauge.Mesh.from_arrays(points, {"hexahedron": np.stack([(low + s) @ [16, 4, 1] for s in steps], axis=1)})
+
+
+def test_points_move_in_a_copy() -> None:
+    tangled = inverted_in_a_block()
+    before = vtk.grid(tangled)[0]
+    assert meshgauge.measure(tangled).values.min() < 0
+    pipe = MeshRepair()
+    pipe.SetInputDataObject(0, before)
+    pipe.SetTarget(0.5)
+    pipe.Update()
+    after = pipe.GetOutputDataObject(0)
+    points = vtk_to_numpy(after.GetPoints().GetData())
+    expected = meshgauge.improve(tangled, target=0.5)
+    np.testing.assert_array_equal(points, expected.mesh.points)
+    np.testing.assert_array_equal(array(after.GetPointData(), MOVED), points - tangled.points)
+    assert array(after.GetCellData(), "jens").min() > 0.5
+    np.testing.assert_array_equal(vtk_to_numpy(before.GetPoints().GetData()), tangled.points)
+    said = after.GetFieldData().GetAbstractArray("meshgauge").GetValue(0)
+    assert said == expected.report.verdict
+
+
+def test_what_has_no_points_of_its_own_is_not_repaired() -> None:
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    from meshgauge.integrations.vtk import repaired
+
+    with pytest.raises(meshgauge.MeshgaugeError, match="a vtkImageData has no points of its own"):
+        repaired(vtkImageData())
 
 
 def test_an_image_stays_an_image() -> None:
@@ -152,10 +211,20 @@ print([quality.GetDataInformation(port).GetNumberOfCells() for port in (0, 1)])
 print(quality.CellData["jens"].GetRange(), sorted(quality.PointData.keys()))
 import numpy, vtkmodules
 print([m.__file__.startswith(sys.argv[3]) for m in (numpy, vtkmodules)])
+quality.Metrics, quality.Statuses = ["jens", "shape"], ["degenerate"]
+simple.UpdatePipeline(proxy=quality)
+print(quality.GetDataInformation(1).GetNumberOfCells(), sorted(quality.CellData.keys()))
+simple.Show(quality, simple.CreateView("RenderView"))
+print(simple.GetColorTransferFunction("jens").RGBPoints[:])
+print(simple.GetColorTransferFunction("status").Annotations[:4])
+"""
+REPAIR = """
+simple.XMLUnstructuredGridWriter(FileName=sys.argv[4], Input=MeshgaugeRepair(Input=reader)).UpdatePipeline()
 """
 
 
-def test_the_plugin_in_paraview(tmp_path: Path, mesh: meshgauge.Mesh) -> None:
+@pytest.mark.parametrize("is_repaired", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_the_plugin_in_paraview(tmp_path: Path, mesh: meshgauge.Mesh, is_repaired: bool) -> None:
     program = shutil.which("pvpython")
     if program is None:
         pytest.skip("ParaView is not installed")
@@ -170,11 +239,11 @@ def test_the_plugin_in_paraview(tmp_path: Path, mesh: meshgauge.Mesh) -> None:
     script = tmp_path / "script.py"
     page = (ROOT / "docs" / "integrations.md").read_text(encoding="utf-8")
     (block,) = [b for b in re.findall(r"^```py\n(.*?)^```$", page, re.DOTALL | re.MULTILINE) if "paraview" in b]
-    script.write_text(BEFORE + block + SCRIPT)
+    script.write_text(BEFORE + block + SCRIPT + REPAIR * is_repaired)
     plugin = site / "meshgauge" / "integrations" / "paraview_plugin.py"
     clean = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
     done = subprocess.run(
-        [program, str(script), str(plugin), str(BRACKET), str(site)],
+        [program, str(script), str(plugin), str(BRACKET), str(site), str(tmp_path / "repaired.vtu")],
         capture_output=True,
         text=True,
         timeout=120,
@@ -190,7 +259,15 @@ def test_the_plugin_in_paraview(tmp_path: Path, mesh: meshgauge.Mesh) -> None:
     assert lines[0] == "3", done.stderr
     assert lines[1] == "[6192, 39]"
     assert lines[2] == f"({float(values.min())!r}, {float(values.max())!r}) ['jens_node', 'jens_worst']"
-    assert lines[3:] == ["[False, False]"]
+    assert lines[3] == "[False, False]"
+    assert lines[4] == f"{np.count_nonzero((values >= 0) & (values < 0.2))} ['jens', 'region', 'shape', 'status']"
+    assert json.loads(lines[5]) == presets()[0]["RGBPoints"], "the palette, from -1 to 1, not over the mesh's range"
+    assert lines[6] == "['0', 'ok', '1', 'inverted']"
+    if not is_repaired:
+        return
+    repaired = meshgauge.read(tmp_path / "repaired.vtu")
+    np.testing.assert_array_equal(repaired.cell_data["jens"], meshgauge.measure(repaired).values)
+    assert repaired.cell_data["jens"].min() >= 0.2
 
 
 def test_the_programmable_filter_of_the_page(data: Any) -> None:

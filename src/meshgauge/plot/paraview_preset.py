@@ -12,22 +12,25 @@ from ..look.bands import BANDS
 from ..look.colours import INVALID, OF_CATEGORY, STOPS, UNKNOWN, rgb
 from ..status import STATUSES
 
+QUALITY, STATUS = "meshgauge quality", "meshgauge status"
+"""What the maps are called."""
+
 EDGE = 1e-6
 """Between two values of different bands, where the colour changes at once."""
 
 
 def presets() -> list[dict[str, Any]]:
-    """Colour maps as ParaView imports them: "meshgauge quality", from -1 to 1, and "meshgauge status"."""
+    """Colour maps as ParaView imports them: `QUALITY`, from -1 to 1, and `STATUS`."""
     points: list[float] = []
     for value, colour in ((BANDS[0].start, INVALID), (-EDGE, INVALID), *STOPS):
         points += [round(value, 9), *(round(float(channel), 6) for channel in rgb(colour))]
     quality = {
-        "Name": "meshgauge quality",
+        "Name": QUALITY,
         "ColorSpace": "RGB",
         "RGBPoints": points,
         "NanColor": [round(float(channel), 6) for channel in rgb(UNKNOWN)],
     }
-    status: dict[str, Any] = {"Name": "meshgauge status", "Annotations": [], "IndexedColors": []}
+    status: dict[str, Any] = {"Name": STATUS, "Annotations": [], "IndexedColors": []}
     for row in sorted(STATUSES.values(), key=lambda row: row.status):
         status["Annotations"] += [str(int(row.status)), row.name]
         status["IndexedColors"] += [round(float(channel), 6) for channel in rgb(OF_CATEGORY[row.category])]
