@@ -63,6 +63,8 @@ def pieces_as_one(
     if not paths:
         raise ReadError("no file is given")
     listed = [pieces(path, file_format=file_format, step=step) for path in paths]
+    if len(listed) == 1:
+        return listed[0]
     with contextlib.suppress(ReadWhole):
         joined = join_listed(listed, path=Path(paths[0]))
         if joined is None:

@@ -240,7 +240,7 @@ class FileMesh:
             named.append(first + nodes)
             types.append(piece.types.read(place.start, place.stop)[own])
             columns = _columns(piece.cell_data, place, own, with_labels=facts.cell_labels != "none")
-            regions.append(facts.regions.ids(place.piece, columns, len(own)))
+            regions.append(facts.regions.ids_of_cells(own + self._starts[number], columns))
             for name, values in columns.items():
                 data.setdefault(name, []).append(values)
             used = np.unique(nodes)

@@ -99,7 +99,7 @@ class _Source:
 
     @property
     def stored(self) -> Precision:
-        return "single" if self.job.pieces.pieces[0].points.dtype.itemsize == 4 else "double"
+        return self.job.pieces.precision
 
     @property
     def purpose(self) -> Purpose:
@@ -107,9 +107,7 @@ class _Source:
 
     @property
     def blocks(self) -> Sequence[CellBlock]:
-        pieces = self.job.pieces
-        starts = pieces.cell_starts
-        return [CellBlock(one.name, starts[at], starts[at + 1]) for at, one in enumerate(pieces.pieces)]
+        return self.job.pieces.blocks
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:
         pieces = self.job.pieces

@@ -140,7 +140,8 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
     """A part that is in memory as a whole."""
     if share[1] > 1:
         raise OptionError(
-            f"{mesh.path or 'the mesh'}: is not read in slices, as VTKHDF, VTU and PVTU are: no share of it is measured"
+            f"{mesh.path or 'the mesh'}: is not read in slices, as VTKHDF, VTU, Exodus and CGNS are: no share of it is "
+            "measured"
         )
     if not mesh.n_cells:
         raise MeshError(f"{mesh.path or 'the mesh'}: has no cells")

@@ -143,8 +143,8 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
         counts=dict(counts),
         decision=decision,
         regions=regions_of(pieces) if with_regions else Regions(),
-        cell_labels=_labels([piece.cell_data for piece in pieces.pieces], pieces.cell_starts),
-        point_labels=_labels([piece.point_data for piece in pieces.pieces], pieces.point_starts),
+        cell_labels=_labels([piece.cell_data for piece in pieces.pieces], pieces.cell_starts, pieces.drops_counts),
+        point_labels=_labels([piece.point_data for piece in pieces.pieces], pieces.point_starts, pieces.drops_counts),
         notes=tuple(notes),
     )
 
@@ -187,13 +187,14 @@ def _decision(
     return decision
 
 
-def _labels(data: list[Mapping[str, Rows]], starts: tuple[int, ...]) -> Labels:
-    """How the items are numbered; numbers that were taken from another array and count from 0 are none."""
+def _labels(data: list[Mapping[str, Rows]], starts: tuple[int, ...], drops_counts: bool) -> Labels:
+    """How the items are numbered; numbers that were taken from another array, or are dropped if they only count, and
+    count from 0, are none."""
     rows = [columns.get(LABEL) for columns in data]
     first = rows[0]
     if first is None or len(first.shape) != 1 or first.dtype.kind not in "iu":
         return "none"
-    if is_stored_label(data[0]):
+    if is_stored_label(data[0]) and not drops_counts:
         if first.dtype != np.int64:
             return "none"
         if _count_from([one for one in rows if one is not None], starts) is not None:

@@ -56,7 +56,7 @@ class Job:
             n_cells=self.facts.n_deciding,
             beyond=unknown,
         )
-        region_ids = self.facts.regions.ids(place.piece, quality.mesh.cell_data, quality.mesh.n_cells)
+        region_ids = self.facts.regions.ids(part.first_cell, quality.mesh.cell_data, quality.mesh.n_cells)
         return partial_of(quality, part, region_ids, self.ask, self.facts, _worst.setdefault(self.key, Lowest()))
 
     @cached_property

@@ -116,6 +116,7 @@ def read_slice(
             point_data=_weights(piece, len(xyz), origins),
             cell_data={name: _column(name, rows, place) for name, rows in piece.cell_data.items() if is_needed(name)},
             purpose=purpose,
+            stored=pieces.stored,
             dimension=3,
             copy=False,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ from ..io.plumbing.pieces import Piece, Pieces, Rows
 from ..look.style import printable
 from ..mesh import CellBlock
 from ..mesh.regions import BLOCKS, block_regions, distinct, have_names, ids_of, names_of, place_of
-from .read import Place, places
+from .read import SIZE, Place, places
 
 Ids = NDArray[np.int64]
 
@@ -27,26 +28,37 @@ class Regions:
     ----------
     names
         Of the regions; a mesh without any has one.
-    of_pieces
-        The region of each piece, if they are the regions.
+    starts, of_blocks
+        The first cell of each block, and its region, if they are the regions.
     column, keys
         The cell data that tell them, and their values, one a region.
     """
 
     names: tuple[str, ...] = ("all",)
-    of_pieces: tuple[int, ...] | None = None
+    starts: tuple[int, ...] = ()
+    of_blocks: tuple[int, ...] = ()
     column: str | None = None
     keys: NDArray[Any] | None = None
 
     @property
     def source(self) -> str:
         """What tells them: the name of cell data, ``BLOCKS``, or nothing."""
-        return BLOCKS if self.of_pieces is not None else self.column or ""
+        return BLOCKS if self.of_blocks else self.column or ""
 
-    def ids(self, piece: int, cell_data: Any, n: int) -> Ids:
-        """The region of each of some cells ``(n,)`` of a piece."""
-        if self.of_pieces is not None:
-            return np.full(n, self.of_pieces[piece], np.int64)
+    def ids(self, first: int, cell_data: Any, n: int) -> Ids:
+        """The region of each of some cells ``(n,)`` from the ``first`` of the whole on."""
+        if self.of_blocks:
+            edges = np.clip(np.append(self.starts, first + n), first, first + n)
+            return np.repeat(np.array(self.of_blocks, np.int64), np.diff(edges))
+        return self._of_data(cell_data, n)
+
+    def ids_of_cells(self, cells: Ids, cell_data: Any) -> Ids:
+        """The region of each of some cells ``(n,)`` of the whole."""
+        if self.of_blocks:
+            return np.array(self.of_blocks, np.int64)[np.searchsorted(self.starts, cells, side="right") - 1]
+        return self._of_data(cell_data, len(cells))
+
+    def _of_data(self, cell_data: Any, n: int) -> Ids:
         if self.column is None or self.keys is None:
             return np.zeros(n, np.int64)
         return ids_of(cell_data[self.column], self.keys)
@@ -61,20 +73,24 @@ def regions_of(pieces: Pieces) -> Regions:
 
 
 def _of_blocks(pieces: Pieces, *, telling: bool) -> Iterable[tuple[Regions, bool]]:
-    starts = pieces.cell_starts
-    filled = [number for number, piece in enumerate(pieces.pieces) if piece.n_cells]
-    blocks = [CellBlock(pieces.pieces[number].name, starts[number], starts[number + 1]) for number in filled]
+    blocks = pieces.blocks
     of_blocks = block_regions(blocks) if any(block.name for block in blocks) else None
     if of_blocks is None or (telling and not have_names(blocks)):
         return
-    of_pieces = dict(zip(filled, of_blocks[0], strict=True))
-    with_solids = {of_pieces[number] for number in filled if _has_solids(pieces.pieces[number])}
-    ids = tuple(of_pieces.get(number, 0) for number in range(len(pieces.pieces)))
-    yield Regions(tuple(map(printable, of_blocks[1])), of_pieces=ids), len(with_solids) > 1
+    with_solids: set[int] = set()
+    for block, region in zip(blocks, of_blocks[0], strict=True):
+        if region not in with_solids and _has_solids(pieces, block):
+            with_solids.add(region)
+    starts = tuple(block.start for block in blocks)
+    yield Regions(tuple(map(printable, of_blocks[1])), starts, of_blocks[0]), len(with_solids) > 1
 
 
-def _has_solids(piece: Piece) -> bool:
-    return any(IS_SOLID[piece.types.read(at.start, at.stop)].any() for at in _slices(piece))
+def _has_solids(pieces: Pieces, block: CellBlock) -> bool:
+    at = bisect_right(pieces.cell_starts, block.start) - 1
+    first, types = block.start - pieces.cell_starts[at], pieces.pieces[at].types
+    n = block.stop - block.start
+    starts = range(first, first + n, SIZE)
+    return any(IS_SOLID[types.read(start, min(start + SIZE, first + n))].any() for start in starts)
 
 
 def _slices(piece: Piece) -> Iterable[Place]:

@@ -6,58 +6,30 @@ Own, because VTK's reader mixes up the nodes of 14-node pyramids and their like,
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME
 from ...errors import ReadError
 from ...mesh import Mesh
 from ...mesh.labels import LABEL
 from ..plumbing import face_based
 from ..plumbing.added import Added
-from ..plumbing.build import Ints, Kind, gather
+from ..plumbing.build import Ints, gather
 from ..plumbing.format import HEAD, Format
 from ..plumbing.ids import drop_counts
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
 from ..plumbing.steps import Step, number_steps
-from . import exodus_adding, exodus_nodes, exodus_places, spread
+from . import exodus_adding, exodus_nodes, exodus_pieces, exodus_places, spread
+from .exodus_blocks import Block, block_name, blocks, kind_of, of_corners
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
 
-_HEX20 = (*range(12), 16, 17, 18, 19, 12, 13, 14, 15)  # upright edges stand before the upper ones
-_WEDGE15 = (*range(9), 12, 13, 14, 9, 10, 11)
-_KINDS = {
-    "TET": {4: Kind("tetra", 4), 10: Kind("tetra10", 10)},
-    "PYR": {5: Kind("pyramid", 5), 13: Kind("pyramid13", 13), 14: Kind("lagrange_pyramid", 14)},
-    "WED": {6: Kind("wedge", 6), 15: Kind("wedge15", 15, _WEDGE15), 18: Kind("wedge18", 18, (*_WEDGE15, 15, 16, 17))},
-    "HEX": {
-        8: Kind("hexahedron", 8),
-        20: Kind("hexahedron20", 20, _HEX20),
-        27: Kind("hexahedron27", 27, (*_HEX20, 23, 24, 25, 26, 21, 22, 20)),
-    },
-    "TRI": {3: Kind("triangle", 3), 6: Kind("triangle6", 6), 7: Kind("triangle7", 7)},
-    "QUA": {4: Kind("quad", 4), 8: Kind("quad8", 8), 9: Kind("quad9", 9)},
-    "BAR": {2: Kind("line", 2), 3: Kind("line3", 3)},
-    "SPH": {1: Kind("vertex", 1)},
-}
 _NONE = np.empty((0, 3))
 """Points of a block of its own: all refer to those of the file."""
-_FAMILIES = {
-    "TET": "higher_order_tetra",
-    "PYR": "higher_order_pyramid",
-    "WED": "higher_order_wedge",
-    "HEX": "higher_order_hexahedron",
-    "TRI": "lagrange_triangle",
-    "QUA": "lagrange_quad",
-}
-"""Of other numbers of nodes no more is known than that the corners come first."""
-_SAME = {"BEA": "BAR", "TRU": "BAR", "EDG": "BAR", "CIR": "SPH", "POI": "SPH", "NOD": "SPH"}
-
 
 _NAMES = (b"num_dim", b"num_nodes", b"num_el_blk", b"maximum_name_length", b"api_version")
 """Of dimensions and attributes that Exodus files begin with."""
@@ -85,15 +57,6 @@ def _is_exodus(head: bytes, path: Path) -> bool:
         return False
 
 
-@dataclass(slots=True)
-class _Block:
-    number: int
-    name: str
-    element: str  #: the first three letters of its type, upper case
-    n: int
-    connect: Variable
-
-
 def steps(path: Path) -> tuple[Step, ...]:
     """Points and cells are the same at all: only data change."""
     with variables(path) as arrays:
@@ -112,8 +75,8 @@ def read(path: Path, at: int) -> Mesh:
 def add(old: Path, new: Path, added: Added) -> None:
     """Variables of elements and nodes."""
     with variables(old) as arrays:
-        blocks = [(block.number, block.n) for block in _blocks(arrays, old)]
-    exodus_adding.add(old, new, added, blocks)
+        sizes = [(block.number, block.n) for block in blocks(arrays, old)]
+    exodus_adding.add(old, new, added, sizes)
 
 
 def pieces(path: Path) -> tuple[Path, ...]:
@@ -131,12 +94,11 @@ def _read(path: Path, at: int) -> tuple[Mesh, bool]:
         has_numbers = "node_num_map" in arrays
         points, is_single = _points(arrays, path)
         parts = []
-        for block in _blocks(arrays, path):
+        for block in blocks(arrays, path):
             part = _part(block, arrays, points, path)
             part.cell_data = _fields(arrays, "elem", f"eb{block.number}", block.n, path, at, block.number)
             ids = arrays["eb_prop1"].values() if "eb_prop1" in arrays else np.empty(0, np.int64)
-            number = int(ids[block.number - 1]) if len(ids) >= block.number else block.number
-            part.name = block.name or f"block {number}"
+            number, part.name = block_name(block, ids)
             part.cell_data["exodus:block"] = np.full(len(part.types), number, np.int64)
             parts.append(part)
         if not parts:
@@ -181,27 +143,7 @@ def _points(arrays: dict[str, Variable], path: Path) -> tuple[NDArray[np.float64
     return points, columns[0].dtype.itemsize == 4
 
 
-def _blocks(arrays: dict[str, Variable], path: Path) -> list[_Block]:
-    names = arrays["eb_names"].text() if "eb_names" in arrays else []
-    blocks = []
-    for key, variable in arrays.items():
-        match = re.fullmatch(r"connect(\d+)", key)
-        if match is None:
-            continue
-        number = int(match.group(1)[:9])
-        element = str(variable.attributes.get("elem_type", "")).upper().replace("SHELL", "QUAD")[:3]
-        counts = f"ebepecnt{number}"
-        n = arrays[counts].shape[0] if counts in arrays else variable.shape[0]
-        name = names[number - 1] if 0 < number <= len(names) else ""
-        blocks.append(_Block(number, name, _SAME.get(element, element), n, variable))
-    blocks.sort(key=lambda b: b.number)
-    faces = [b for b in blocks if b.element == "NFA"]
-    if faces and not any(re.fullmatch(r"fbconn\d+", key) for key in arrays):
-        raise ReadError(f"{path}: has polyhedra, but no faces")
-    return blocks
-
-
-def _part(block: _Block, arrays: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
+def _part(block: Block, arrays: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
     if block.element == "NFA":
         return _polyhedra(block, arrays, points, path)
     ids = np.asarray(block.connect.values(), np.int64)
@@ -215,27 +157,15 @@ def _part(block: _Block, arrays: dict[str, Variable], points: NDArray[np.float64
         if ids.ndim != 2:
             raise ReadError(f"{path}: block {block.number}: its connectivity has {ids.ndim} dimensions, expected 2")
         n, width = ids.shape
-        kind = _kind(block, width, path)
+        kind = kind_of(block, width, path)
         cells = gather(ids.ravel() - 1, np.arange(n) * width, np.zeros(n, np.int64), {0: kind})
         part = Part("", _NONE, cells.types, cells.offsets, cells.connectivity)
-        if kind not in _KINDS.get(block.element, {}).values() and n:
-            part.notes.append(f"Of {kind.name} cells of {width} nodes the corners are in place, the others as filed.")
+        part.notes += of_corners(block, kind, width)
     _in_range(part.connectivity, len(points), f"{path}: block {block.number}: point")
     return part
 
 
-def _kind(block: _Block, width: int, path: Path) -> Kind:
-    kind = _KINDS.get(block.element, {}).get(width)
-    if kind is not None:
-        return kind
-    row = BY_NAME.get(_FAMILIES.get(block.element, ""))
-    if row is None or width < (row.shape.n_nodes if row.shape is not None else row.n_corners):
-        name = block.connect.attributes.get("elem_type", "")
-        raise ReadError(f"{path}: block {block.number}: elements {name!r} of {width} nodes are not known")
-    return Kind(row.name, width)
-
-
-def _polyhedra(block: _Block, arrays: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
+def _polyhedra(block: Block, arrays: dict[str, Variable], points: NDArray[np.float64], path: Path) -> Part:
     """Cells by faces of the face blocks, which are counted through; faces do not say which side is outside."""
     keys = sorted((k for k in arrays if re.fullmatch(r"fbconn\d+", k)), key=lambda k: int(k[6:]))
     nodes = np.concatenate([np.asarray(arrays[k].values(), np.int64).ravel() for k in keys]) - 1
@@ -294,4 +224,5 @@ EXODUS = Format(
     nodes=exodus_nodes.nodes,
     add=add,
     parts=spread.pieces,
+    pieces=exodus_pieces.pieces,
 )

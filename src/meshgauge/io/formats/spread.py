@@ -21,7 +21,7 @@ from ..plumbing.merge import join_pieces
 
 _NAME = re.compile(r"(.+)\.(\d{1,6})\.(\d{1,6})")
 _NAMED = 3
-_SAME = 1e-6
+SAME = 1e-6
 """By which share of the size of the mesh a node may be elsewhere in another piece."""
 
 
@@ -57,23 +57,38 @@ def join(path: Path, read: Callable[[Path], tuple[Mesh, bool]]) -> Mesh:
     ReadError
         If a piece cannot be read, or a node has several places.
     """
-    files = pieces(path)
     own, has_numbers = read(path)
-    if not files:
-        return own
-    what = f"Piece {files.index(path)} of {len(files)} of a mesh that is spread over files"
-    missing = [file.name for file in files if not file.is_file()]
-    if missing or not has_numbers:
-        more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
-        why = (
-            f"{', '.join(missing[:_NAMED])}{more} not found" if missing else "its nodes have no numbers to join them by"
-        )
-        return own.replace(notes=(*own.notes, f"{what}: read alone, {why}."))
+    files = pieces(path) if has_numbers else ()
+    if not files or not all(file.is_file() for file in files):
+        return own.replace(notes=(*own.notes, *alone(path, has_numbers=has_numbers)))
     within.check(path, [file.name for file in files])
     meshes = [own if file == path else read(file)[0] for file in files]
     names = [file.name for file in files]
     whole = _join_points(join_pieces(meshes, names, path=path, names_blocks=False), path)
-    return drop_counts(whole.replace(notes=(*whole.notes, f"{what}: all {len(files)} pieces were read.")))
+    return drop_counts(whole.replace(notes=(*whole.notes, *notes_of(path))))
+
+
+def notes_of(path: Path) -> tuple[str, ...]:
+    """What is to be said of a piece that is read with all others."""
+    n = len(pieces(path))
+    return (f"{_what(path)}: all {n} pieces were read.",)
+
+
+def alone(path: Path, *, has_numbers: bool) -> tuple[str, ...]:
+    """What is to be said of a piece that is read without the others; nothing of a file that is whole."""
+    files = pieces(path)
+    if not files:
+        return ()
+    missing = [file.name for file in files if not file.is_file()]
+    more = f" and {len(missing) - _NAMED} more" if len(missing) > _NAMED else ""
+    why = f"{', '.join(missing[:_NAMED])}{more} not found" if missing else "its nodes have no numbers to join them by"
+    assert missing or not has_numbers
+    return (f"{_what(path)}: read alone, {why}.",)
+
+
+def _what(path: Path) -> str:
+    files = pieces(path)
+    return f"Piece {files.index(path)} of {len(files)} of a mesh that is spread over files"
 
 
 def _join_points(mesh: Mesh, path: Path) -> Mesh:
@@ -82,7 +97,7 @@ def _join_points(mesh: Mesh, path: Path) -> Mesh:
     kept, new_id = joined(numbers)
     points = np.asarray(mesh.points)
     apart = np.abs(points - points[kept][new_id]).max(axis=1)
-    wrong = np.flatnonzero(apart > _SAME * np.ptp(points, axis=0).max(initial=0.0))
+    wrong = np.flatnonzero(apart > SAME * np.ptp(points, axis=0).max(initial=0.0))
     if len(wrong):
         raise ReadError(f"{path}: node {int(numbers[wrong[0]])} is at different places in the pieces of the mesh")
     return mesh.replace(

@@ -8,22 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import BY_NAME
+from ..plumbing.made_rows import GridRows
 from ..plumbing.merge import Part
+
+KIND_OF = {1: BY_NAME["line"], 2: BY_NAME["quad"], 3: BY_NAME["hexahedron"]}
+"""Cells of a grid, by its dimension."""
 
 
 def structured_part(name: str, shape: tuple[int, ...], points: NDArray[Any]) -> Part:
     """Hexahedra, quads or lines between the points, the first index running fastest."""
-    dimension = len(shape)
-    steps = np.cumprod([1, *shape[:-1]])
-    n = [max(k - 1, 0) for k in shape]
-    origin = np.zeros(1, np.int64)
-    for axis in reversed(range(dimension)):
-        origin = (origin[:, None] + np.arange(n[axis]) * steps[axis]).ravel()
-    corners = [(0,), (1,)] if dimension == 1 else [(0, 0), (1, 0), (1, 1), (0, 1)]
-    if dimension == 3:
-        corners = [(*c, z) for z in (0, 1) for c in corners]
-    shifts = np.array([sum(int(s) * c for s, c in zip(steps, corner, strict=True)) for corner in corners])
-    kind = BY_NAME[{1: "line", 2: "quad", 3: "hexahedron"}[dimension]]
-    nodes = origin[:, None] + shifts
-    return Part(name, points, np.full(len(origin), kind.vtk_id, np.uint8),
-                np.arange(len(origin) + 1) * len(corners), nodes.ravel())  # fmt: skip
+    cells = GridRows(shape)
+    n, corners = cells.n_cells, cells.corners
+    return Part(
+        name,
+        points,
+        np.full(n, KIND_OF[len(shape)].vtk_id, np.uint8),
+        np.arange(n + 1) * corners,
+        cells.read(0, n * corners),
+    )

@@ -6,7 +6,7 @@ import math
 import mmap
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from ...errors import ReadError
 from . import budget, within
 from .budget import DENSEST
+from .made_rows import BoxRows
+from .pieces import FileRows, HdfRows, ReadWhole, Rows, hdf_rows, row_bytes
 
 TYPES = {1: "i1", 2: "S1", 3: ">i2", 4: ">i4", 5: ">f4", 6: ">f8", 7: "u1", 8: ">u2", 9: ">u4", 10: ">i8", 11: ">u8"}
 """How numbers of each type stand in classic files."""
@@ -31,6 +33,33 @@ class Variable:
     start: int | None = None  #: the first byte of a classic file's array that is in one piece
     kind: str = ""  #: how the numbers of such an array are held
     dataset: Any = None  #: of h5py
+    steps: tuple[int, int] = (0, 0)  #: of a classic file's array: its first byte, and bytes between its rows
+
+    def rows(self, path: Path, at: int | None = None) -> Rows:
+        """Where the array stands, or one row of its first axis.
+
+        Raises
+        ------
+        ReadError
+            If the file ends before.
+        ReadWhole
+            If it is not to be had some rows at a time.
+        """
+        shape = self.shape if at is None else self.shape[1:]
+        if self.dataset is not None:
+            own = hdf_rows(self.dataset, 0, self.shape[0])
+            if at is None:
+                return own
+            if isinstance(own, FileRows):
+                return replace(own, offset=own.offset + at * row_bytes(own), shape=shape)
+            assert isinstance(own, HdfRows)
+            return BoxRows(own.path, own.name, (at, 0), (1, shape[0]), own.dtype)
+        if at is None and self.start is None:
+            raise ReadWhole("an array stands in records")
+        dtype, begin = np.dtype(self.kind), self.steps[0] + (at or 0) * self.steps[1]
+        if begin + math.prod(shape) * dtype.itemsize > path.stat().st_size:
+            raise ReadError(f"{path}: not a whole netCDF file: an array of shape {shape} at byte {begin}")
+        return FileRows(str(path.absolute()), begin, dtype, shape)
 
     def text(self) -> list[str]:
         """An array of characters as strings, one a row."""
@@ -39,8 +68,8 @@ class Variable:
 
 
 @contextmanager
-def variables(path: Path) -> Iterator[dict[str, Variable]]:
-    """The variables of a file, by name. Their values must be read within the context.
+def variables(path: Path, *, held: bool = True) -> Iterator[dict[str, Variable]]:
+    """The variables of a file, by name. Their values must be read within the context. Not ``held``: not as a whole.
 
     Raises
     ------
@@ -57,7 +86,7 @@ def variables(path: Path) -> Iterator[dict[str, Variable]]:
 
     try:
         with h5py.File(path, "r") as root:
-            within.check_hdf(path, root)
+            within.check_hdf(path, root, held=held)
             size = path.stat().st_size
             yield {name: _hdf(path, item, size) for name, item in root.items() if isinstance(item, h5py.Dataset)}
     except (OSError, KeyError, RuntimeError) as error:
@@ -164,6 +193,7 @@ class Classic:
                 ),
                 None if is_record else begin,
                 dtype.str,
+                steps=(begin, step if is_record else math.prod(shape[1:]) * dtype.itemsize),
             )
             for name, attributes, dtype, shape, is_record, begin in entries
         }

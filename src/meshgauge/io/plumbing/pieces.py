@@ -17,7 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MeshgaugeError, ReadError
+from ...mesh import CellBlock
 from ...mesh.labels import LABEL
+from ...mesh.mesh import Precision
 
 MOST_UNPACKED = 64 << 20
 """Bytes of a chunk of HDF5 beyond which a file is read whole: for each slice the chunk would be unpacked anew."""
@@ -196,6 +198,8 @@ class Piece:
     cell_data, point_data
         Numbers only. The file's own numbers are called `LABEL`; they are another array as well, the same object, where
         they were taken from it.
+    blocks
+        Name, first cell and the one behind the last of each block, if the piece has several; else it is one.
     """
 
     name: str
@@ -206,6 +210,7 @@ class Piece:
     polyhedra: Mapping[str, Rows] | None
     cell_data: Mapping[str, Rows]
     point_data: Mapping[str, Rows]
+    blocks: tuple[tuple[str, int, int], ...] = ()
 
     @property
     def n_cells(self) -> int:
@@ -238,6 +243,10 @@ class Pieces:
         VTK ids of cells that are numbered otherwise in this file: with them it has to be read whole.
     stamps
         Of the files that are read, to see that none changes meanwhile.
+    stored
+        As of `Mesh`; None: as the points are held.
+    drops_counts
+        Numbers that only count cells or points are none, whatever they were taken from.
     """
 
     path: str
@@ -247,6 +256,8 @@ class Pieces:
     has_both_wedge_orders: bool = False
     renumbered: tuple[int, ...] = ()
     stamps: tuple[Stamp, ...] = ()
+    stored: Precision | None = None
+    drops_counts: bool = False
 
     @property
     def n_cells(self) -> int:
@@ -265,6 +276,21 @@ class Pieces:
     def point_starts(self) -> tuple[int, ...]:
         """The first point of each piece, and at last how many there are."""
         return (0, *np.cumsum([piece.n_points for piece in self.pieces], dtype=np.int64).tolist())
+
+    @cached_property
+    def blocks(self) -> tuple[CellBlock, ...]:
+        """Those of the whole that have cells."""
+        return tuple(
+            CellBlock(name, start + first, start + stop)
+            for piece, start in zip(self.pieces, self.cell_starts, strict=False)
+            for name, first, stop in piece.blocks or [(piece.name, 0, piece.n_cells)]
+            if stop > first
+        )
+
+    @property
+    def precision(self) -> Precision:
+        """That of the points as the file holds them."""
+        return self.stored or ("single" if self.pieces[0].points.dtype.itemsize == 4 else "double")
 
     @property
     def n_bytes(self) -> int:
@@ -321,17 +347,21 @@ def join_listed(listed: Sequence[Pieces | None], names: Sequence[str] = (), *, p
     for number, one in enumerate(files):
         for piece in one.pieces:
             for numbers in (piece.cell_data.get(LABEL), piece.point_data.get(LABEL)):
-                if numbers is not None and numbers.shape[0] and int(numbers.read(0, 1)[0]) in (0, 1):
+                may_be_none = (0,) if one.drops_counts else (0, 1)
+                if numbers is not None and numbers.shape[0] and int(numbers.read(0, 1)[0]) in may_be_none:
                     raise ReadWhole("whether its numbers say anything depends on each piece")
             called = ": ".join(filter(None, (names[number], piece.name))) if names else piece.name
             if piece.n_cells or piece.n_points:
-                filled.append(replace(piece, name=called))
+                start = f"{names[number]}: " if names and names[number] else ""
+                blocks = tuple((start + own if own else start[:-2], a, b) for own, a, b in piece.blocks)
+                filled.append(replace(piece, name=called, blocks=blocks))
     return (
         Pieces(
             str(path),
             tuple(filled),
             {name: values for one in reversed(files) for name, values in one.field_data.items()},
             renumbered=tuple({vtk_id for one in files for vtk_id in one.renumbered}),
+            stored="single" if any(one.stored == "single" for one in files) else None,
         )
         if filled
         else None

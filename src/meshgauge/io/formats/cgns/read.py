@@ -18,6 +18,7 @@ from ..others import by_pyvista
 from ..vtk.hdf import MAGIC
 from . import adding
 from . import zone as cgns_zone
+from .pieces import pieces
 from .places import places
 from .tree import Node
 
@@ -66,5 +67,6 @@ def _mesh(zones: list[cgns_zone.Zone], path: Path) -> Mesh:
 
 
 CGNS = Format(
-    "cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, places=places, add=adding.add, by_content=False
-)
+    "cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, places=places, pieces=pieces,
+    add=adding.add, by_content=False,
+)  # fmt: skip

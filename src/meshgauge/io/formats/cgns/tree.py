@@ -55,11 +55,16 @@ class Node:
     def first(self, label: str) -> Node | None:
         return next(self.children(label), None)
 
-    def values(self) -> NDArray[Any]:
-        """The array, its axes in the opposite order of CGNS's, so that the first index runs fastest."""
+    def array(self) -> Any:
+        """The data set of h5py, its axes in the opposite order of CGNS's, so that the first index runs fastest."""
         data = self.group.get(" data")
         if data is None or not hasattr(data, "shape"):
             raise self.fail("has no array")
+        return data
+
+    def values(self) -> NDArray[Any]:
+        """What is in `array`."""
+        data = self.array()
         if math.prod(data.shape) * data.dtype.itemsize > self.size * DENSEST:
             raise self.fail(f"states an array of shape {data.shape}, which a file of {self.size} bytes cannot hold")
         return np.asarray(data[...])

@@ -51,6 +51,12 @@ class _Section:
 
 def zones(base: Node) -> list[Zone]:
     """Read those of a base. Raises `ReadError`."""
+    dimension, families = of_base(base)
+    return [zone(node, dimension, families) for node in base.children("Zone_t")]
+
+
+def of_base(base: Node) -> tuple[int, dict[str, str]]:
+    """The dimension of the cells of a base, and what its families are called. Raises `ReadError`."""
     dimensions = base.integers()
     if len(dimensions) != 2 or not 1 <= int(dimensions[0]) <= int(dimensions[1]) <= 3:
         raise base.fail(f"states the dimensions {dimensions.tolist()}")
@@ -58,7 +64,38 @@ def zones(base: Node) -> list[Zone]:
     for family in base.children("Family_t"):
         parent = family.first("FamilyName_t")  # Gmsh: the physical group of an entity
         families[family.name] = parent.text().rsplit("/", 1)[-1] if parent is not None else family.name
-    return [zone(node, int(dimensions[0]), families) for node in base.children("Zone_t")]
+    return int(dimensions[0]), families
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """What a zone states.
+
+    Attributes
+    ----------
+    label
+        What its cells are called that no boundary lists.
+    shape
+        Points along each axis, in the file's order; of cells in no order one number.
+    """
+
+    label: str
+    is_structured: bool
+    shape: tuple[int, ...]
+    notes: tuple[str, ...]
+
+
+def head(node: Node, dimension: int, families: dict[str, str]) -> Head:
+    """Read it. Raises `ReadError`."""
+    kind = node.child("ZoneType")
+    is_structured = kind is None or kind.text() in ("", "Structured")
+    sizes = node.values().reshape(-1, dimension if is_structured else 1).astype(np.int64)
+    shape = tuple(int(n) for n in sizes[0]) if is_structured else (int(np.prod(sizes[0])),)
+    notes = [f"Zone {node.name!r} states no type: taken as structured."] if kind is None else []
+    n_grids = len(list(node.children("GridCoordinates_t")))
+    if n_grids > 1:
+        notes.insert(0, f"Zone {node.name!r} has {n_grids} sets of coordinates; the first was read.")
+    return Head(_family(node, families) or node.name, is_structured, shape, tuple(notes))
 
 
 def zone(node: Node, dimension: int, families: dict[str, str]) -> Zone:
@@ -69,26 +106,19 @@ def zone(node: Node, dimension: int, families: dict[str, str]) -> Zone:
     ReadError
         If an array is missing or does not fit what the zone states.
     """
-    kind = node.child("ZoneType")
-    is_structured = kind is None or kind.text() in ("", "Structured")
-    sizes = node.values().reshape(-1, dimension if is_structured else 1).astype(np.int64)
-    n_points = int(np.prod(sizes[0]))
-    shape = tuple(int(n) for n in sizes[0]) if is_structured else (n_points,)
-    notes: list[str] = []
-    points = _points(node, shape, notes)
-    label = _family(node, families) or node.name
-    if is_structured:
-        part = structured_part(label, shape, points)
-        blocks = [(label, 0, len(part.types))]
-        if kind is None:
-            notes.append(f"Zone {node.name!r} states no type: taken as structured.")
+    known = head(node, dimension, families)
+    notes = list(known.notes)
+    points = _points(node, known)
+    if known.is_structured:
+        part = structured_part(known.label, known.shape, points)
+        blocks = [(known.label, 0, len(part.types))]
     else:
         sections = _sections(node)
         part, codes, names = _unstructured(node, sections, points, families)
-        blocks = [(names[code] or label, start, stop) for code, start, stop in _runs(codes)]
-        part.name = label
-    _solutions(node, part, shape, notes)
-    return Zone(part, blocks, shape if is_structured else (), notes)
+        blocks = [(names[code] or known.label, start, stop) for code, start, stop in runs(codes)]
+        part.name = known.label
+    _solutions(node, part, notes)
+    return Zone(part, blocks, known.shape if known.is_structured else (), notes)
 
 
 def _family(node: Node, families: dict[str, str]) -> str:
@@ -97,24 +127,31 @@ def _family(node: Node, families: dict[str, str]) -> str:
     return families.get(name, name)
 
 
-def _points(node: Node, shape: tuple[int, ...], notes: list[str]) -> NDArray[np.floating[Any]]:
+def coordinates(node: Node, known: Head) -> tuple[dict[str, Node], list[tuple[int, int]]]:
+    """The arrays of coordinates by name, and the points beyond the zone at both ends of each axis."""
     grids = list(node.children("GridCoordinates_t"))
     if not grids:
         raise node.fail("has no coordinates (GridCoordinates_t)")
-    if len(grids) > 1:
-        notes.append(f"Zone {node.name!r} has {len(grids)} sets of coordinates; the first was read.")
     arrays = {child.name: child for child in grids[0].children("DataArray_t")}
     rind = grids[0].first("Rind_t")
-    edges = rind.integers() if rind is not None else np.zeros(2 * len(shape), np.int64)
-    if len(edges) != 2 * len(shape) or (edges < 0).any():
+    edges = rind.integers() if rind is not None else np.zeros(2 * len(known.shape), np.int64)
+    if len(edges) != 2 * len(known.shape) or (edges < 0).any():
         raise grids[0].fail(f"has {edges.tolist()} for its rind")
+    if not {"CoordinateR", "CoordinateTheta"} <= set(arrays) and not set(arrays) & set(CARTESIAN):
+        raise grids[0].fail(f"has the coordinates {', '.join(arrays) or 'none'}, expected {', '.join(CARTESIAN)}")
+    return arrays, [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _points(node: Node, known: Head) -> NDArray[np.floating[Any]]:
+    arrays, edges = coordinates(node, known)
+    shape = known.shape
 
     def column(name: str) -> NDArray[np.floating[Any]]:
         values = arrays[name].values()
-        expected = tuple(n + int(a) + int(b) for n, a, b in zip(shape, edges[::2], edges[1::2], strict=True))[::-1]
+        expected = tuple(n + a + b for n, (a, b) in zip(shape, edges, strict=True))[::-1]
         if values.shape != expected or values.dtype.kind not in "fiu":
             raise arrays[name].fail(f"has shape {values.shape[::-1]}, expected {expected[::-1]}")
-        inner = tuple(slice(int(a), int(a) + n) for n, a in zip(shape, edges[::2], strict=True))[::-1]
+        inner = tuple(slice(a, a + n) for n, (a, _) in zip(shape, edges, strict=True))[::-1]
         return values[inner].ravel()
 
     n = int(np.prod(shape))
@@ -125,8 +162,6 @@ def _points(node: Node, shape: tuple[int, ...], notes: list[str]) -> NDArray[np.
         z = column("CoordinateZ") if "CoordinateZ" in arrays else np.zeros(n)
         return np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
     given = [name for name in CARTESIAN if name in arrays]
-    if not given:
-        raise grids[0].fail(f"has the coordinates {', '.join(arrays) or 'none'}, expected {', '.join(CARTESIAN)}")
     columns = [column(name) for name in given]
     points = np.zeros((n, 3), np.result_type(*columns, np.float32))
     for name, values in zip(given, columns, strict=True):
@@ -147,7 +182,8 @@ def _sections(node: Node) -> list[_Section]:
     return sections
 
 
-def _section(node: Node) -> _Section:
+def section_head(node: Node) -> tuple[int, int, int, Node]:
+    """Type, first number and number of elements of a section, and the node of their nodes. Raises `ReadError`."""
     head, bounds = node.integers(), node.child("ElementRange")
     connectivity = node.child("ElementConnectivity")
     if not len(head) or bounds is None or connectivity is None:
@@ -155,7 +191,12 @@ def _section(node: Node) -> _Section:
     ends = bounds.integers()
     if len(ends) != 2 or ends[0] < 1 or ends[1] < ends[0] - 1:
         raise node.fail(f"has elements {ends.tolist()}")
-    made = _Section(node.name, int(head[0]), int(ends[0]), int(ends[1] - ends[0] + 1))
+    return int(head[0]), int(ends[0]), int(ends[1] - ends[0] + 1), connectivity
+
+
+def _section(node: Node) -> _Section:
+    code, first, n, connectivity = section_head(node)
+    made = _Section(node.name, code, first, n)
     ids, offsets = connectivity.integers(), node.child("ElementStartOffset")
     if made.n > len(ids):
         raise node.fail(f"states {made.n} elements, but has {len(ids)} items")
@@ -166,17 +207,18 @@ def _section(node: Node) -> _Section:
         made.parents = parents.integers().reshape(2, -1) if parents is not None else None
         return made
     if made.code == MIXED:
-        codes, first = _mixed(node, ids, starts, made.n)
+        codes, at = _mixed(node, ids, starts, made.n)
     else:
-        width = _kind(node, made.code).n_nodes
+        width = kind(node, made.code).n_nodes
         if len(ids) != made.n * width:
             raise node.fail(f"has {len(ids)} nodes of {made.n} elements of {width}")
-        codes, first = np.full(made.n, made.code, np.int64), np.arange(made.n) * width
-    made.cells = gather(ids - 1, first, codes, KINDS)
+        codes, at = np.full(made.n, made.code, np.int64), np.arange(made.n) * width
+    made.cells = gather(ids - 1, at, codes, KINDS)
     return made
 
 
-def _kind(node: Node, code: int) -> Kind:
+def kind(node: Node, code: int) -> Kind:
+    """What elements of a type are. Raises `ReadError`."""
     if code not in KINDS:
         raise node.fail(f"is of elements of type {code}, which is not known")
     return KINDS[code]
@@ -208,14 +250,14 @@ def _mixed(node: Node, ids: Ints, starts: Ints | None, n: int) -> tuple[Ints, In
             if at >= len(ids):
                 raise node.fail(f"has {k} elements, states {n}")
             places[k] = at
-            at += 1 + _kind(node, int(ids[at])).n_nodes
+            at += 1 + kind(node, int(ids[at])).n_nodes
     else:
         if len(starts) != n + 1 or (starts[:-1] < 0).any() or (starts[:-1] >= len(ids)).any():
             raise node.fail(f"has offsets that do not fit {n} elements of {len(ids)} items")
         places, at = starts[:-1], len(ids)
     codes = ids[places]
     for code in np.unique(codes).tolist():
-        _kind(node, code)
+        kind(node, code)
     sizes = np.array([KINDS[int(c)].n_nodes if int(c) in KINDS else 0 for c in range(64)])[codes]
     if at != len(ids) or (places + 1 + sizes > len(ids)).any() or int((1 + sizes).sum()) != len(ids):
         raise node.fail(f"has {len(ids)} items, which do not fit its {n} elements")
@@ -226,12 +268,10 @@ def _unstructured(
     node: Node, sections: list[_Section], points: NDArray[Any], families: dict[str, str]
 ) -> tuple[Part, Ints, list[str]]:
     """Cells of all sections in the order of their numbers, the place of the name of the region of each, the names."""
-    last = max(section.first + section.n for section in sections)
     if any(a.first + a.n > b.first for a, b in itertools.pairwise(sections)):
         raise node.fail("its sections have elements of the same numbers")
-    if last > _SPARSEST * (sum(section.n for section in sections) + 1000):  # a number more is a byte of memory more
-        raise node.fail(f"its elements are numbered up to {last - 1}, far beyond how many they are")
-    listed, names = _boundaries(node, last, families)
+    last = last_number(node, [(section.first, section.n) for section in sections])
+    listed, names = boundaries(node, last, families)
     faces = [section for section in sections if section.code == NGON]
     made: list[tuple[Cells, Polyhedra | None, Ints]] = []
     for section in sections:
@@ -253,16 +293,26 @@ def _unstructured(
         bad = int(connectivity[np.argmax(wrong)]) + 1
         raise node.fail(f"an element refers to point {bad}, which is outside 1..{len(points)}")
     part = Part("", points, types, face_based.offsets_of(sizes), connectivity, _join([(c, p) for c, p, _ in made]))
-    names_of = {CELL_TYPES[int(t)].name for t in np.unique(types)}
-    curved = sorted(name for name in names_of if name.startswith(("higher_order", "lagrange_")))
-    if "lagrange_pyramid" in curved:
-        curved.remove("lagrange_pyramid")  # that of 14 nodes, all of which are in place
-    if curved:
-        part.notes.append(f"Of {', '.join(curved)} cells the corners are in place, the other nodes as filed.")
+    part.notes += curved({CELL_TYPES[int(t)].name for t in np.unique(types)})
     numbers = np.concatenate([_NONE, *(numbers for *_, numbers in made)])
     part.cell_data[LABEL] = numbers
     part.point_data[LABEL] = np.arange(1, len(points) + 1)
     return part, np.where(numbers <= last, listed[np.minimum(numbers, last)], 0), names
+
+
+def last_number(node: Node, sections: list[tuple[int, int]]) -> int:
+    """The number behind the last of all elements, by the first and how many there are. Raises `ReadError`."""
+    last = max(first + n for first, n in sections)
+    if last > _SPARSEST * (sum(n for _, n in sections) + 1000):  # a number more is a byte of memory more
+        raise node.fail(f"its elements are numbered up to {last - 1}, far beyond how many they are")
+    return last
+
+
+def curved(names: set[str]) -> list[str]:
+    """A note on cells of which the corners alone are in place; pyramids of 14 nodes are not among them."""
+    some = sorted(name for name in names if name.startswith(("higher_order", "lagrange_")))
+    some = [name for name in some if name != "lagrange_pyramid"]
+    return [f"Of {', '.join(some)} cells the corners are in place, the other nodes as filed."] if some else []
 
 
 def _join(made: list[tuple[Cells, Polyhedra | None]]) -> Polyhedra | None:
@@ -342,7 +392,7 @@ def _polygons(section: _Section, chosen: Ints) -> Cells:
     return Cells(face_based.surface_types(sizes), face_based.offsets_of(sizes), items)
 
 
-def _boundaries(node: Node, last: int, families: dict[str, str]) -> tuple[Ints, list[str]]:
+def boundaries(node: Node, last: int, families: dict[str, str]) -> tuple[Ints, list[str]]:
     """For each number of an element the place of its name: the family that a boundary or group (BC_t) gives it.
 
     Of several the last counts; place 0 is that of no name.
@@ -367,17 +417,15 @@ def _boundaries(node: Node, last: int, families: dict[str, str]) -> tuple[Ints, 
     return listed, names
 
 
-def _runs(codes: Ints) -> list[tuple[int, int, int]]:
+def runs(codes: Ints) -> list[tuple[int, int, int]]:
     """Runs of one value: the value, where it begins and ends."""
     edges = [0, *(np.flatnonzero(np.diff(codes)) + 1).tolist(), len(codes)]
     return [(int(codes[a]), a, b) for a, b in itertools.pairwise(edges) if b > a]
 
 
-def _solutions(node: Node, part: Part, shape: tuple[int, ...], notes: list[str]) -> None:
-    """The first solution on points and the first on cells; those of cells belong to the solid ones."""
-    solid = np.flatnonzero(IS_SOLID[part.types]) if IS_SOLID[part.types].any() else np.arange(len(part.types))
+def solution_arrays(node: Node, left_out: list[str]) -> Iterator[tuple[str, str, Node]]:
+    """Where, the name and the arrays of the first solution on points and the first on cells; names of the others."""
     seen: set[str] = set()
-    left_out: list[str] = []
     for solution in node.children("FlowSolution_t"):
         place = solution.child("GridLocation")
         where = place.text() if place is not None else "Vertex"
@@ -385,17 +433,30 @@ def _solutions(node: Node, part: Part, shape: tuple[int, ...], notes: list[str])
             left_out.append(solution.name)
             continue
         seen.add(where)
-        n = len(part.points) if where == "Vertex" else len(solid)
         for array in solution.children("DataArray_t"):
-            values = array.values().ravel()
-            if len(values) != n or values.dtype.kind not in "fiu":
-                left_out.append(f"{solution.name}/{array.name}")
-            elif where == "Vertex":
-                part.point_data[array.name] = values
-            else:
-                whole = np.full(len(part.types), np.nan) if len(solid) < len(part.types) else values
-                whole[solid] = values
-                part.cell_data[array.name] = whole
+            yield where, solution.name, array
+
+
+def left_out_note(names: list[str]) -> str:
+    """What is to be said of solutions that were left out."""
+    return f"Solutions were left out: {', '.join(names[:8])}."
+
+
+def _solutions(node: Node, part: Part, notes: list[str]) -> None:
+    """Those of cells belong to the solid ones."""
+    solid = np.flatnonzero(IS_SOLID[part.types]) if IS_SOLID[part.types].any() else np.arange(len(part.types))
+    left_out: list[str] = []
+    for where, solution, array in solution_arrays(node, left_out):
+        n = len(part.points) if where == "Vertex" else len(solid)
+        values = array.values().ravel()
+        if len(values) != n or values.dtype.kind not in "fiu":
+            left_out.append(f"{solution}/{array.name}")
+        elif where == "Vertex":
+            part.point_data[array.name] = values
+        else:
+            whole = np.full(len(part.types), np.nan) if len(solid) < len(part.types) else values
+            whole[solid] = values
+            part.cell_data[array.name] = whole
     if left_out:
-        notes.append(f"Solutions were left out: {', '.join(left_out[:8])}.")
+        notes.append(left_out_note(left_out))
     notes.extend(part.notes)
