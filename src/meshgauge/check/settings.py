@@ -226,3 +226,21 @@ def create(folder: Path, fail: Iterable[str], warn: Iterable[str]) -> Path:
     lines = ["\n".join(f'    "{rule}",' for rule in rules) for rules in (fail, warn)]
     output.write_text(path, TEMPLATE.format(fail=lines[0], warn=lines[1]))
     return path
+
+
+def settings_of(config: Path | None) -> CheckSettings | None:
+    """The settings in a file; those nearest to the working folder if None, and None if there are none.
+
+    Raises
+    ------
+    SettingsError
+        If they cannot be read or understood.
+    """
+    path = config if config is not None else nearest(Path.cwd())
+    return load(path) if path is not None else None
+
+
+def poor_below() -> PoorBelow:
+    """Below which cells are poor, as the settings nearest to the working folder say. Raises `SettingsError`."""
+    settings = settings_of(None)
+    return USUAL if settings is None else settings.poor_below

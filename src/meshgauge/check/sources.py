@@ -8,11 +8,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ..errors import MeshgaugeError, RuleError
-from ..look.bands import USUAL, PoorBelow
 from .baseline import Baseline
 from .grammar import rule
 from .rules import Level, NoWorse, Rule
-from .settings import CheckSettings, FileRules, SettingsError, load, nearest
+from .settings import CheckSettings, FileRules, SettingsError
 
 
 class RefusedRule(MeshgaugeError):
@@ -30,24 +29,6 @@ class RefusedRule(MeshgaugeError):
         super().__init__(f"{where}: {error}")
         self.where = where
         self.error = error
-
-
-def settings_of(config: Path | None) -> CheckSettings | None:
-    """The settings in a file; those nearest to the working folder if None, and None if there are none.
-
-    Raises
-    ------
-    SettingsError
-        If they cannot be read or understood.
-    """
-    path = config if config is not None else nearest(Path.cwd())
-    return load(path) if path is not None else None
-
-
-def poor_below() -> PoorBelow:
-    """Below which cells are poor, as the settings nearest to the working folder say. Raises `SettingsError`."""
-    settings = settings_of(None)
-    return USUAL if settings is None else settings.poor_below
 
 
 def meshes_of(settings: CheckSettings | None) -> list[str]:

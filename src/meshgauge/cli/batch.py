@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Literal, TypeVar
 from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
 from ..files.resources import free_memory
 from ..io import Limits, pieces_as_one, read_as_one, steps, write
-from ..io.adding import add_data, add_to_pieces, takes_rows
-from ..io.patching import Changes, Patch, patch_of
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice, position
 from ..look.bands import PoorBelow
@@ -25,6 +23,7 @@ from .options import Purposes, Reading, WedgeOrders
 from .terminal import COULD_NOT, DONE, TRACEBACK
 
 if TYPE_CHECKING:
+    from ..io.patching import Changes, Patch
     from ..quality.measure import Quality
     from ..quality.one_cell import OneCell
     from ..report import FileReport
@@ -73,7 +72,7 @@ class Batch:
     def __post_init__(self) -> None:
         scheduler.check(self.scheduler)  # a wrong one is refused, also where no mesh is large
         if self.poor_below is None:
-            from ..check.sources import poor_below
+            from ..check.settings import poor_below
 
             self.poor_below = poor_below()  # so are settings that cannot be understood
 
@@ -347,6 +346,8 @@ class Batch:
 
         Raises `CannotAdd` and `WriteError`.
         """
+        from ..io.adding import add_data
+
         mesh = quality.source
         with self.progress(f"writing {target}"):
             return add_data(
@@ -363,12 +364,16 @@ class Batch:
 
     def adds_rows(self, path: str, target: Path) -> bool:
         """Whether values can be added to a mesh slice by slice, so that the output comes of it."""
+        from ..io.adding import takes_rows
+
         return not isinstance(path, inputs.State | inputs.Joined) and takes_rows(
             path, target, file_format=self.reading.file_format
         )
 
     def add_rows(self, listed: Pieces, target: Path, values: ValuesOnDisk, *, overwrite: bool) -> None:
         """`add` of a mesh that is not in memory. Raises `CannotAdd` and `WriteError`."""
+        from ..io.adding import add_to_pieces
+
         add_to_pieces(
             listed,
             target,
@@ -393,6 +398,8 @@ class Batch:
 
     def patch(self, mesh: Mesh, target: Path, changes: Changes = "points") -> Patch | None:
         """How the file of a mesh is patched; None if the output is a conversion. Raises `ReadError`."""
+        from ..io.patching import patch_of
+
         return patch_of(
             mesh,
             target,

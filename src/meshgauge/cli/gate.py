@@ -13,8 +13,8 @@ from ..check.outcome import overall
 from ..check.output.json import checks_json
 from ..check.output.statistics import StatisticsText
 from ..check.output.text import CheckLine, ChecksText, CheckText
-from ..check.settings import CheckSettings, SettingsError
-from ..check.sources import Rules, baselines_of, meshes_of, settings_of
+from ..check.settings import CheckSettings, SettingsError, settings_of
+from ..check.sources import Rules, baselines_of, meshes_of
 from ..check.stream import check_slices, question
 from ..look import style
 from ..look.bands import USUAL

@@ -84,7 +84,6 @@ def report(
     from ..report.stream import file_report
     from ..slices import Ask
     from .batch import Batch
-    from .changed import add_in_slices, write_report
     from .printer import printer
     from .terminal import Output, emit
 
@@ -135,6 +134,8 @@ def report(
             if target is None:
                 done = batch.in_slices(path, ask, partial(add_rows, path))
             else:
+                from .changed import add_in_slices
+
                 done = add_in_slices(batch, path, ask, target, in_place=in_place)
             if done is not None:
                 with batch.progress(f"diagnosing {path}"):
@@ -153,6 +154,8 @@ def report(
             with batch.progress(f"writing {csv}"):
                 table.add(path, quality.mesh.types, quality.status, quality.metrics, labels_of(quality.mesh, "cell"))
         if target is not None:
+            from .changed import write_report
+
             write_report(batch, quality, target, in_place=in_place)
         if bad is not None:
             n_bad.append(batch.write_bad(bad, quality))

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import shutil
-import socket
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,6 +20,8 @@ def folder(parent: Path | None = None) -> Iterator[Path]:
     parent
         Where to; that of temporary files if None.
     """
+    import tempfile  # with those below a hundredth of a second, and most runs make no folder
+
     parent = Path(tempfile.gettempdir()) if parent is None else parent
     _remove_leftovers(parent)
     while True:
@@ -80,6 +79,9 @@ def plain_file(path: Path) -> Iterator[Path]:
 
 def _prefix() -> str:
     """Of the folders that this host makes, so that on a disk of a network no other host's are touched."""
+    import hashlib
+    import socket
+
     host = hashlib.sha256(socket.gethostname().encode("utf-8", "replace")).hexdigest()[:8]
     return f".meshgauge-{host}-"
 

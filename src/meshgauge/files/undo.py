@@ -14,29 +14,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import ReadError, WriteError
+from .hunks import Hunks
 from .output import new_folder, replacing
 
 KIND = "meshgauge-undo-3"
-
-Ints = NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class Hunks:
-    """Where two files differ: ``(n, 2)`` first byte, and that behind the last, in the old file and in the new one."""
-
-    old: Ints
-    new: Ints
-
-    @classmethod
-    def replacing(cls, starts: Ints, ends: Ints, sizes: Sequence[int]) -> Hunks:
-        """Pieces of an old file, ascending, that have other sizes in the new one."""
-        lengths = np.asarray(sizes, np.int64)
-        shift = np.cumsum(lengths - (ends - starts)) - (lengths - (ends - starts))
-        return cls(np.stack([starts, ends], 1), np.stack([starts + shift, starts + shift + lengths], 1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...files.undo import Hunks
+from ...files.hunks import Hunks
 from ...mesh import Mesh
 from ...mesh.labels import labels_of
 from .numerals import Form, Ints, Raw, Reals, Writing

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...cells import CELL_TYPES
 from ...errors import WriteError
-from ...files.undo import Hunks
+from ...files.hunks import Hunks
 from ...mesh import Mesh
 from ...mesh.labels import labels_of
 from .numerals import Ints

@@ -1,7 +1,6 @@
 """Values of the cells and nodes of one type: the fast kernels, and the robust path for what they leave.
 
-Few cells are not worth a kernel (`kernels.path`): they take the robust path from the start, which needs NumPy only. The
-two differ in the last bits.
+Few cells are not worth a kernel (`kernels.path`): `numpy_path` measures them without. The two differ in the last bits.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME, CellType
 from .. import path
 from ..surfaces import driver as surfaces
-from . import aggregate, flat, robust
+from . import aggregate, flat, numpy_path, robust
 from .arguments import coordinates, shape_of, uses_all_nodes
 from .arguments import flat as as_flat
 
@@ -138,7 +137,7 @@ def node_scaled_jacobian(
         out[:] = corner_tangents_js(row.kind, points, connectivity)
         return
     if not compiled:
-        out[:] = robust.node_scaled_jacobian(coordinates(points, connectivity), shape)
+        out[:] = numpy_path.node_scaled_jacobian(coordinates(points, connectivity), shape)
         return
     from . import nodes
 
