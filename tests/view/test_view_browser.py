@@ -61,6 +61,7 @@ def page(browser: Any, server: Server) -> Iterator[Any]:
     elsewhere: list[str] = []
     here = urlsplit(server.address).netloc
     opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.on("console", lambda message: message.type == "error" and errors.append(message.text))
     opened.on("request", lambda request: elsewhere.append(request.url) if here not in request.url else None)
     visit(opened, server.address)
     yield opened
@@ -129,6 +130,39 @@ def test_the_histogram_selects_a_range(page: Any, bracket: Model) -> None:
     shows(page, int(np.count_nonzero((bracket.values >= 0.2) & (bracket.values < 0.4))))
     page.locator('[title="Clear filters"]').click()
     shows(page, bracket.n_cells)
+
+
+def test_where_there_is_no_room_panels_fold(page: Any) -> None:
+    page.set_viewport_size({"width": 400, "height": 800})
+    sides = page.locator(".mg-side")
+    assert [sides.nth(n).is_visible() for n in (0, 1)] == [False, False]
+    page.locator('[data-panel="left"]').click()
+    sides.nth(0).wait_for()
+    view_box, side_box = (page.locator(one).first.bounding_box() for one in (".mg-view", ".mg-side"))
+    assert view_box["height"] > 200
+    assert view_box["y"] + view_box["height"] <= side_box["y"] + 1
+    assert page.evaluate("document.documentElement.scrollWidth") == 400
+    page.locator('[data-panel="left"]').click()
+    page.set_viewport_size({"width": 1280, "height": 800})
+    assert [sides.nth(n).is_visible() for n in (0, 1)] == [True, True]
+
+
+@pytest.mark.long
+def test_the_last_picture_stays_when_the_program_has_ended(browser: Any, meshes: Path, drawing: None) -> None:
+    running = Server(meshes / "bracket.vtu")
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    try:
+        visit(page, running.address)
+        page.wait_for_timeout(1500)
+        before = pixels(page)
+    finally:
+        running.end()
+    page.wait_for_selector("[data-ended]")
+    assert "has ended" in page.locator("[data-ended]").inner_text()
+    assert page.locator("[data-shown]").inner_text() == "6,192 of 6,192 cells"
+    assert np.abs(pixels(page).astype(int) - before).mean() < 3
+    assert page.locator(".mg-side").first.get_attribute("inert") is not None
+    page.close()
 
 
 @pytest.mark.long
@@ -220,7 +254,7 @@ def test_nothing_is_served_without_the_secret(server: Server) -> None:
 
     upgrade = {"Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13"}
     upgrade["Sec-WebSocket-Key"] = "AAAAAAAAAAAAAAAAAAAAAA=="
-    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/\w{32}/index\.html", server.address)
+    assert re.fullmatch(r"http://127\.0\.0\.1:\d+/[0-9a-f]{48}/index\.html", server.address)
     assert answer(f"/{secret}/index.html")[0] == 200
     assert b"secret" in answer("/index.html")[1]
     for path in ("/ws", "/x/ws", "/vue.global.js", f"/{secret[:-1]}/index.html"):

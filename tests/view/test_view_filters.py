@@ -36,14 +36,15 @@ def test_without_filters_every_solid_cell_is_shown(bracket: Model) -> None:
         Filters(statuses=frozenset({"inverted"})),
         Filters(regions=frozenset({"region 1", "region 3"}), high=0.6),
         Filters(types=frozenset()),
-        Filters(peel=2, plane=Plane(AXES["y"], 0.4)),
+        Filters(peel=2, planes=(Plane(AXES["y"], 0.4),)),
+        Filters(planes=(Plane(AXES["x"], 0.7), Plane((0.0, -1.0, 0.5), 0.6))),
     ],
 )
 def test_masks_are_those_of_a_plain_loop(bracket: Model, wanted: Filters) -> None:
     quality, mesh = bracket.quality, bracket.mesh
     ids, names = meshgauge.mesh.regions.regions(mesh)  # type: ignore[attr-defined]
     centres = np.array([mesh.points[mesh.nodes(c)].mean(axis=0) for c in range(mesh.n_cells)])
-    along = None if wanted.plane is None else centres @ np.array(wanted.plane.normal)
+    sides = [(plane.at, centres @ np.array(plane.normal)) for plane in wanted.planes]
     result = shown(bracket, wanted)
     for cell in range(mesh.n_cells):
         value = quality.values[cell]
@@ -52,11 +53,10 @@ def test_masks_are_those_of_a_plain_loop(bracket: Model, wanted: Filters) -> Non
         expected &= wanted.statuses is None or meshgauge.Status(quality.status[cell]).name.lower() in wanted.statuses
         expected &= wanted.regions is None or names[ids[cell]] in wanted.regions
         expected &= bracket.layers[cell] >= wanted.peel
-        if along is not None and wanted.plane is not None:
-            cut = along.min() + wanted.plane.at * np.ptp(along)
-            if abs(along[cell] - cut) < 1e-6:
-                continue  # single precision decides
-            expected &= along[cell] <= cut
+        cuts = [(along[cell], along.min() + at * np.ptp(along)) for at, along in sides]
+        if any(abs(there - cut) < 1e-6 for there, cut in cuts):
+            continue  # single precision decides
+        expected &= all(there <= cut for there, cut in cuts)
         assert result[cell] == expected, cell
 
 
@@ -74,6 +74,8 @@ def test_ranges_side_by_side_share_no_cell_and_miss_none() -> None:
 def test_filters_that_cannot_be(wrong: dict[str, float]) -> None:
     with pytest.raises(ViewError):
         Filters(**wrong)  # type: ignore[arg-type]
+    with pytest.raises(ViewError, match="at most 3"):
+        Filters(planes=(Plane(AXES["x"], 0.5),) * 4)
     with pytest.raises(ViewError):
         Plane((0.0, 0.0, 0.0), 0.5)
 

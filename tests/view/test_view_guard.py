@@ -45,7 +45,7 @@ def test_requests_by_other_names_or_from_other_pages_are_refused(
 
 def test_the_secret_is_random_and_in_a_file_that_only_the_user_reads() -> None:
     assert len({guard.secret() for _ in range(100)}) == 100
-    assert min(len(guard.secret()) for _ in range(100)) == 32
+    assert min(len(guard.secret()) for _ in range(100)) == 48
     page = guard.redirect_page("http://127.0.0.1:1/a?b=1&c=<d>")
     assert "url=http://127.0.0.1:1/a?b=1&amp;c=&lt;d&gt;" in page.read_text()
     if os.name == "posix":

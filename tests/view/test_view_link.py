@@ -29,13 +29,15 @@ views = st.builds(
             names,
             names,
             names,
-            st.none() | planes,
+            st.lists(planes, max_size=3).map(tuple),
             st.integers(0, 50),
         )
     ),
     st.none() | cameras,
     st.none() | st.integers(0, 10**9),
     edges=st.booleans(),
+    shrink=st.sampled_from([0.0, 0.25, 0.9]),
+    hollows=st.booleans(),
 )
 
 
@@ -63,6 +65,10 @@ def test_the_plain_view_has_an_empty_link() -> None:
         "peel=two",
         "plane=w,0.5",
         "plane=x,2",
+        "plane=x,0.1&plane=y,0.1&plane=z,0.1&plane=x,0.2",
+        "shrink=1",
+        "shrink=nan",
+        "hollows=2",
         "plane=0,0,0,0.5",
         "cell=-3",
         "cell=1,7",
@@ -89,6 +95,7 @@ def test_what_is_no_link(link: str) -> None:
         "status=inverted",
         "regions=region+2",
         "plane=x,0.25",
+        "plane=x,0.25&plane=0,0,-1,0.5&shrink=0.3&hollows=0",
         "peel=3&edges=0",
         "colour=region",
     ],
@@ -103,8 +110,8 @@ def test_a_slice_across_the_line_of_sight_stays_when_the_camera_moves(bracket: M
     first = view_from(View(), {**controls(View(), choices), "axis": "view"}, choices, Camera())
     elsewhere = Camera(position=(5.0, 0.0, 0.0))
     again = view_from(first, {**controls(first, choices), "at": 0.7}, choices, elsewhere)
-    assert first.filters.plane is not None
-    assert again.filters == replace(first.filters, plane=replace(first.filters.plane, at=0.7))
+    (plane,) = first.filters.planes
+    assert again.filters == replace(first.filters, planes=(replace(plane, at=0.7),))
 
 
 @pytest.mark.parametrize(

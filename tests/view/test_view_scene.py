@@ -17,6 +17,7 @@ import meshgauge
 from meshgauge.cli.main import main
 from meshgauge.look.colours import INVALID, POOR, rgb
 from meshgauge.view import actors, controls, opengl
+from meshgauge.view.camera import Camera
 from meshgauge.view.filters import Filters, Plane, ViewError
 from meshgauge.view.link import _READ, View, view
 from meshgauge.view.model import Model
@@ -106,10 +107,43 @@ def test_a_picked_cell_is_seen_through_all_others(scene: Scene, bracket: Model) 
 
 
 def test_a_slice_and_a_peel_open_the_mesh(scene: Scene, bracket: Model) -> None:
-    scene.show(View(filters=Filters(plane=Plane((0.0, 0.0, 1.0), 0.5))))
+    scene.show(View(filters=Filters(planes=(Plane((0.0, 0.0, 1.0), 0.5),))))
     assert 0 < scene.n_shown[0] < bracket.n_cells
     scene.show(View(filters=Filters(peel=3)))
     assert scene.n_shown == [int((bracket.layers >= 3).sum())]
+
+
+def test_cells_that_shrink_are_drawn_apart_and_can_be_picked(scene: Scene, bracket: Model) -> None:
+    scene.show(replace(view("types=hexahedron"), shrink=0.5))
+    assert (scene.n_shown, scene.n_faces) == ([576], 6 * 576)
+    gaps = inks(scene.picture())
+    scene.show(view("types=hexahedron"))
+    assert inks(scene.picture()) > 1.05 * gaps
+    surface, points = bracket.apart(bracket.is_solid & (np.arange(bracket.mesh.n_cells) == 521), 0.5)
+    whole = bracket.points[bracket.mesh.nodes(521)]
+    assert (surface.n_faces, set(surface.cells.tolist())) == (6, {521})
+    assert np.ptp(points, axis=0) == pytest.approx(0.5 * np.ptp(whole, axis=0), rel=1e-3)
+
+
+def test_hollows_are_darker_and_what_stands_out_is_not(bracket: Model) -> None:
+    pit = Filters(planes=(Plane((0.0, 0.0, 1.0), 0.5),), types=frozenset({"tetra"}))
+    scene = Scene([bracket], size=SIZE)
+    pictures = []
+    for hollows in (True, False):
+        scene.show(View(filters=pit, hollows=hollows, edges=False))
+        pictures.append(scene.picture().astype(int))
+    darker = (pictures[1] - pictures[0]).max(axis=-1)
+    assert darker.max() > 25
+    assert (pictures[0] - pictures[1]).max() <= 2
+
+
+def test_axes_turn_with_the_camera_in_each_pane(scene: Scene) -> None:
+    corner = []
+    for camera in (None, Camera(position=(0.0, 0.0, 4.0), up=(0.0, 1.0, 0.0))):
+        scene.show(replace(view("types="), camera=camera))
+        corner.append(scene.picture()[:76, -76:])
+    assert min(map(inks, corner)) > 60
+    assert np.abs(corner[0].astype(int) - corner[1]).mean() > 1
 
 
 def test_two_meshes_share_a_camera_and_are_picked_apart(bracket: Model) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..look.colours import FAINT, HALO, INK, rgb
+from ..status import is_usable
+from .hollows import Grid, normals
 from .model import QUALITY, Model
 from .surface import Surface
 
@@ -21,19 +24,50 @@ LOOSE = 0.1
 """Ends of lines for each sharp edge above which the edges are dashes that say nothing."""
 
 
+SMOOTH = 60_000
+"""Faces up to which light changes from corner to corner; of more each face has one."""
+
+
 def cells(
-    surface: Surface, points: NDArray[np.float32], model: Model, *, culled: bool = False, by: str = QUALITY
+    surface: Surface,
+    points: NDArray[np.float32],
+    model: Model,
+    *,
+    culled: bool = False,
+    by: str = QUALITY,
+    grid: Grid | None = None,
 ) -> Any:
     """An actor of polygons in the colours of their cells.
 
-    ``points`` are those of the surface; culled, faces turned away are not drawn.
+    ``points`` are those of the surface; culled, faces turned away are not drawn. With a grid of what is shown, faces in
+    hollows are darker; those of unusable cells as they are from their lighter side, for they may be inside out.
     """
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
+    colours = model.colours(surface.cells, by)
+    is_smooth = grid is not None and surface.n_faces <= SMOOTH
+    if grid is not None:
+        middle, normal = normals(surface, points)
+        if is_smooth:
+            sizes = np.diff(surface.offsets)
+            points = points[surface.connectivity]
+            own = np.arange(len(points))
+            surface = Surface(own, surface.offsets, own, surface.cells)
+            middle, normal = (np.repeat(one, sizes, axis=0) for one in (middle, normal))
+            middle += np.float32(0.8) * (points - middle)
+            colours = np.repeat(colours, sizes, axis=0)
+        of_cells = np.repeat(surface.cells, np.diff(surface.offsets)) if is_smooth else surface.cells
+        light = grid.light(middle, normal)
+        unsure = np.flatnonzero(~is_usable(model.quality.status[of_cells], model.mesh.purpose))
+        light[unsure] = np.maximum(light[unsure], grid.light(middle[unsure], -normal[unsure]))
+        colours = np.asarray((colours * light[:, None]).round(), np.uint8)
     data = _polydata(points, surface.offsets, surface.connectivity)
-    data.GetCellData().SetScalars(numpy_to_vtk(model.colours(surface.cells, by), deep=True))
+    (data.GetPointData() if is_smooth else data.GetCellData()).SetScalars(numpy_to_vtk(colours, deep=True))
     actor = _actor(data)
-    actor.GetMapper().SetScalarModeToUseCellData()
+    if is_smooth:
+        actor.GetMapper().SetScalarModeToUsePointData()
+    else:
+        actor.GetMapper().SetScalarModeToUseCellData()
     actor.GetMapper().SetColorModeToDirectScalars()
     look = actor.GetProperty()
     look.SetInterpolationToFlat()
@@ -158,6 +192,18 @@ def _point(at: NDArray[np.float32]) -> Any:
     one = vtkCellArray()
     one.InsertNextCell(1, [0])
     made.SetVerts(one)
+    return made
+
+
+def lines(points: NDArray[np.float32], pairs: Sequence[tuple[int, int]]) -> Any:
+    """Straight lines between pairs of points."""
+    from vtkmodules.vtkCommonDataModel import vtkCellArray
+
+    made = _polydata(points, np.zeros(1, np.int64), np.zeros(0, np.int64))
+    each = vtkCellArray()
+    for pair in pairs:
+        each.InsertNextCell(2, pair)
+    made.SetLines(each)
     return made
 
 

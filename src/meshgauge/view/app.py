@@ -8,6 +8,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,8 @@ from .model import Model
 from .picture import png
 from .scene import Scene
 
-_FILTERS = ("quality", "with_undefined", "types", "statuses", "regions", "axis", "flipped", "at", "peel")
-CONTROLS = (*_FILTERS, "edges", "colour_by")
+_FILTERS = ("quality", "with_undefined", "types", "statuses", "regions", *chain(*controls.SLICES), "peel")
+CONTROLS = (*_FILTERS, "edges", "colour_by", "shrink", "hollows")
 """State that the browser may set; everything else there is only shown."""
 
 PAUSE = 0.01
@@ -64,6 +65,8 @@ class App:
                 "worst": [],
                 "colourings": [name for name in models[0].colourings if all(name in m.colourings for m in models)],
                 "wanted_cell": "",
+                "panel": "",  # which one is open where there is no room for both
+                page.ENDED: "",
             }
         )
         self._update_page()
@@ -97,7 +100,7 @@ class App:
         for name, value in guard.headers(frames).items():
             server.http_headers.set_header(name, value)
         server.add_protocol_to_configure(lambda protocol: guard.only_controls(protocol, (*CONTROLS, "theme")))
-        server.controller.on_server_bind.add(lambda web: web.app.middlewares.append(guard.middleware()))
+        server.controller.on_server_bind.add(lambda web: web.app.middlewares.append(guard.middleware(self.path)))
         server.controller.on_server_ready.add(
             lambda **_: ready(f"http://{guard.HOST}:{server.port}/{self.path}/index.html")
         )

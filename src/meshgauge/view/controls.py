@@ -16,10 +16,13 @@ from ..mesh.labels import cell_label
 from ..quality.worst import worst_first
 from .camera import Camera, Vector
 from .card import Card, coordinates, number
-from .filters import AXES, Filters, Plane, others
+from .filters import AXES, MOST_PLANES, Filters, Plane, others
 from .histogram import EDGES, LEAST, bars, by_status
 from .link import View
 from .model import Model
+
+SLICES = tuple(tuple(f"{name}{n or ''}" for name in ("axis", "flipped", "at")) for n in (0, *range(2, MOST_PLANES + 1)))
+"""State of each slice: its axis, whether the other side is cut away, and where it is."""
 
 OFF, OBLIQUE = "off", "view"
 """Choices of the slicing plane beside the axes: none, and along the line of sight."""
@@ -51,40 +54,47 @@ class Choices:
 
 def controls(view: View, choices: Choices) -> dict[str, Any]:
     """The values of the controls that stand for a view."""
-    filters, plane = view.filters, view.filters.plane
-    axis, flipped = OFF, False
-    if plane is not None:
-        minus = (-plane.normal[0], -plane.normal[1], -plane.normal[2])
-        axis = next((name for name, along in AXES.items() if along in (plane.normal, minus)), OBLIQUE)
-        flipped = axis in AXES and AXES[axis] == minus
+    filters = view.filters
+    slices: dict[str, Any] = {}
+    for n, names in enumerate(SLICES):
+        slices |= zip(names, _slice(filters.planes[n]) if n < len(filters.planes) else (OFF, False, 0.5), strict=True)
     return {
+        **slices,
         "quality": [filters.low, filters.high],
         "with_undefined": filters.undefined,  # "undefined" is a word of the page's language
         "types": _choice(filters.types, choices.types),
         "statuses": _choice(filters.statuses, choices.statuses),
         "regions": [] if filters.regions is None else sorted(filters.regions),
-        "axis": axis,
-        "flipped": flipped,
-        "at": plane.at if plane is not None else 0.5,
         "peel": filters.peel,
         "edges": view.edges,
+        "shrink": view.shrink,
+        "hollows": view.hollows,
         "colour_by": view.colour,
     }
 
 
-def filters(values: Mapping[str, Any], choices: Choices, *, sight: Vector) -> Filters:
+def _slice(plane: Plane) -> tuple[str, bool, float]:
+    """The values of the controls of one slice."""
+    minus = (-plane.normal[0], -plane.normal[1], -plane.normal[2])
+    axis = next((name for name, along in AXES.items() if along in (plane.normal, minus)), OBLIQUE)
+    return axis, axis in AXES and AXES[axis] == minus, plane.at
+
+
+def filters(values: Mapping[str, Any], choices: Choices, *, sights: Sequence[Vector]) -> Filters:
     """The filters that the controls stand for. Raises `ViewError`, TypeError or ValueError if they make no sense.
 
-    ``sight`` is the normal of a plane across the line of sight.
+    ``sights`` are the normals of planes across the line of sight, one for each slice.
     """
     low, high = sorted(float(value) for value in values["quality"])
     regions = frozenset(str(name) for name in values["regions"])
-    plane = None
-    if values["axis"] != OFF:
-        normal = sight if values["axis"] == OBLIQUE else AXES[values["axis"]]
-        if values["axis"] != OBLIQUE and values["flipped"]:
+    planes = []
+    for (axis, flipped, at), sight in zip(SLICES, sights, strict=True):
+        if values[axis] == OFF:
+            continue
+        normal = sight if values[axis] == OBLIQUE else AXES[values[axis]]
+        if values[axis] != OBLIQUE and values[flipped]:
             normal = (-normal[0], -normal[1], -normal[2])
-        plane = Plane(normal, float(values["at"]))
+        planes.append(Plane(normal, float(values[at])))
     return Filters(
         low=round(low, 4),
         high=round(high, 4),
@@ -92,7 +102,7 @@ def filters(values: Mapping[str, Any], choices: Choices, *, sight: Vector) -> Fi
         types=_names(values["types"], choices.types),
         statuses=_names(values["statuses"], choices.statuses),
         regions=regions or None,
-        plane=plane,
+        planes=tuple(planes),
         peel=int(values["peel"]),
     )
 
@@ -192,13 +202,16 @@ def details(model: Model, card: Card, mesh: int, name: str) -> dict[str, Any]:
 
 def view_from(view: View, values: Mapping[str, Any], choices: Choices, camera: Camera) -> View:
     """The view with what the controls say; a plane across the line of sight (of ``camera``) stays as it was set."""
-    plane = view.filters.plane
-    kept = plane is not None and controls(view, choices)["axis"] == OBLIQUE and values["axis"] == OBLIQUE
     x, y, z = (round(-float(v), 6) for v in camera.forward)
-    sight = plane.normal if kept and plane is not None else (x, y, z)
+    was, sights = controls(view, choices), []
+    for n, (axis, *_) in enumerate(SLICES):
+        kept = was[axis] == values[axis] == OBLIQUE
+        sights.append(view.filters.planes[n].normal if kept else (x, y, z))
     return replace(
         view,
-        filters=filters(values, choices, sight=sight),
+        filters=filters(values, choices, sights=sights),
+        shrink=round(float(values["shrink"]), 4),
+        hollows=bool(values["hollows"]),
         edges=bool(values["edges"]),
         colour=str(values["colour_by"]),
     )

@@ -17,6 +17,9 @@ from ..status import STATUSES, Purpose, is_invalid, is_usable
 
 Mask = NDArray[np.bool_]
 
+MOST_PLANES = 3
+"""Slices at once: as many as make an octant."""
+
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -51,7 +54,7 @@ class Filters:
     types: frozenset[str] | None = None
     statuses: frozenset[str] | None = None
     regions: frozenset[str] | None = None
-    plane: Plane | None = None
+    planes: tuple[Plane, ...] = ()  #: what is beyond any of them is cut away
     peel: int = 0  #: number of layers of cells taken off the surface
 
     def __post_init__(self) -> None:
@@ -59,6 +62,8 @@ class Filters:
             raise ViewError(f"the range of quality is {self.low} to {self.high}, expected -1 <= low <= high <= 1")
         if self.peel < 0:
             raise ViewError(f"{self.peel} layers to peel, expected 0 or more")
+        if len(self.planes) > MOST_PLANES:
+            raise ViewError(f"{len(self.planes)} slices, expected at most {MOST_PLANES}")
 
 
 def presets(purpose: Purpose, poor: float = POOR) -> dict[str, tuple[float, float, tuple[str, ...]]]:
@@ -140,8 +145,8 @@ def others(cells: Cells, filters: Filters) -> Mask:
             mask &= np.array([name in chosen for name in names], np.bool_)[ids]
     if filters.peel:
         mask &= cells.layers >= filters.peel
-    if filters.plane is not None:
-        mask &= behind(cells.centres, filters.plane)
+    for plane in filters.planes:
+        mask &= behind(cells.centres, plane)
     return mask
 
 

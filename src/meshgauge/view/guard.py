@@ -44,8 +44,8 @@ def headers(frames: Iterable[str] = ()) -> dict[str, str]:
 
 
 def secret() -> str:
-    """A path that cannot be guessed: 192 bits."""
-    return secrets.token_urlsafe(24).replace("-", "x").replace("_", "y")
+    """A path that cannot be guessed: 192 bits, in small letters, as trame's page asks for it."""
+    return secrets.token_hex(24)
 
 
 def owner(table: str, peer_port: int, port: int) -> int | None:
@@ -119,8 +119,11 @@ def redirect_page(address: str) -> Path:
     return path
 
 
-def middleware() -> Any:
-    """For aiohttp: refuses who is not allowed."""
+def middleware(path: str) -> Any:
+    """For aiohttp: refuses who is not allowed, and tells the page below a secret path where its socket is.
+
+    trame's page first asks a launcher, which other servers have; answered, it need not guess.
+    """
     from aiohttp import web
 
     @web.middleware
@@ -131,6 +134,8 @@ def middleware() -> Any:
             raise web.HTTPForbidden(text="meshgauge view: another user's")
         if not is_addressed(request.headers, here[1]):
             raise web.HTTPForbidden(text="meshgauge view: asked by another name, or by another page")
+        if (request.method, request.path) == ("POST", f"/{path}/paraview/"):
+            return web.json_response({"sessionURL": f"ws://{request.headers['Host']}/{path}/ws"})
         return await handler(request)
 
     return guarded

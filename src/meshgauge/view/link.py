@@ -13,6 +13,10 @@ LONGEST = 20_000
 """Characters of a link that are read; names of regions can make it long."""
 
 
+MOST_SHRUNK = 0.9
+"""Of cells that are drawn apart."""
+
+
 @dataclass(frozen=True, slots=True)
 class View:
     """Everything that says what a scene shows."""
@@ -23,6 +27,12 @@ class View:
     mesh: int = 0  #: of which mesh: 0, or 1 for the second
     edges: bool = True  #: whether the edges of cells are drawn
     colour: str = "quality"  #: by what cells are coloured: one of `Model.colourings`
+    shrink: float = 0.0  #: by what share of itself each cell is drawn smaller, so that all are seen apart
+    hollows: bool = True  #: whether hollows are darker than what stands out (ambient occlusion)
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.shrink <= MOST_SHRUNK:
+            raise ViewError(f"cells are to shrink by {self.shrink:g}, expected 0 to {MOST_SHRUNK:g}")
 
 
 def fragment(view: View) -> str:
@@ -36,15 +46,19 @@ def fragment(view: View) -> str:
     for key, names in (("types", filters.types), ("status", filters.statuses), ("regions", filters.regions)):
         if names is not None:
             parts.append((key, ",".join(quote(name, safe=" ").replace(" ", "+") for name in sorted(names))))
-    if filters.plane is not None:
-        axis = next((name for name, axis in AXES.items() if axis == filters.plane.normal), None)
-        parts.append(("plane", f"{axis or _numbers(filters.plane.normal)},{_numbers((filters.plane.at,))}"))
+    for plane in filters.planes:
+        axis = next((name for name, axis in AXES.items() if axis == plane.normal), None)
+        parts.append(("plane", f"{axis or _numbers(plane.normal)},{_numbers((plane.at,))}"))
     if filters.peel:
         parts.append(("peel", str(filters.peel)))
     if view.cell is not None:
         parts.append(("cell", f"{view.cell},{view.mesh}" if view.mesh else str(view.cell)))
     if not view.edges:
         parts.append(("edges", "0"))
+    if view.shrink:
+        parts.append(("shrink", _numbers((view.shrink,))))
+    if not view.hollows:
+        parts.append(("hollows", "0"))
     if view.colour != "quality":
         parts.append(("colour", quote(view.colour, safe="")))
     if view.camera is not None:
@@ -98,12 +112,15 @@ def _flag(text: str) -> bool:
     return text == "1"
 
 
-def _plane(text: str) -> Plane:
+def _plane(state: View, text: str) -> View:
+    """One more plane."""
     parts = text.split(",")
     if parts[0] in AXES:
-        return Plane(AXES[parts[0]], *_floats(",".join(parts[1:]), 1))
-    x, y, z, at = _floats(text, 4)
-    return Plane((x, y, z), at)
+        plane = Plane(AXES[parts[0]], *_floats(",".join(parts[1:]), 1))
+    else:
+        x, y, z, at = _floats(text, 4)
+        plane = Plane((x, y, z), at)
+    return replace(state, filters=replace(state.filters, planes=(*state.filters.planes, plane)))
 
 
 def _camera(text: str) -> Camera:
@@ -133,10 +150,12 @@ _READ: dict[str, Callable[[View, str], View]] = {
     "types": _filter("types", _names),
     "status": _filter("statuses", _names),
     "regions": _filter("regions", _names),
-    "plane": _filter("plane", _plane),
+    "plane": _plane,
     "peel": _filter("peel", int),
     "cell": _cell,
     "edges": lambda state, text: replace(state, edges=_flag(text)),
+    "shrink": lambda state, text: replace(state, shrink=_floats(text, 1)[0]),
+    "hollows": lambda state, text: replace(state, hollows=_flag(text)),
     "colour": lambda state, text: replace(state, colour=unquote(text)),
     "camera": lambda state, text: replace(state, camera=_camera(text)),
 }

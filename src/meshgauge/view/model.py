@@ -30,8 +30,12 @@ from ..quality.measure import Quality, measure
 from ..status import STATUSES, Category, Status, is_degenerate, is_invalid, is_solid
 from ..status import category as category_of
 from .filters import ViewError
+from .hollows import FINE, Grid, parts, volumes
 from .layers import layers
-from .surface import Surface, drawn, seen_faces, surface
+from .surface import Surface, all_faces, drawn, seen_faces, surface
+
+MOST_APART = 300_000
+"""Faces of cells drawn apart."""
 
 QUALITY = "quality"
 """The colouring by J_ENS."""
@@ -215,6 +219,25 @@ class Model:
             out[filled] = sums / sizes[filled, None].astype(np.float32)
         return out
 
+    @cached_property
+    def volumes(self) -> NDArray[np.float32]:
+        """``(n_cells,)`` about how large each cell is in the scene."""
+        return volumes(self.points, self.mesh.connectivity, np.asarray(self.mesh.offsets, np.int64))
+
+    def grid(self, shown: NDArray[np.bool_], shrink: float = 0.0) -> Grid | None:
+        """How full space is of some cells, each smaller by a share of itself; None of surface cells."""
+        if self.mesh.dimension == 2:
+            return None
+        if self.n_cells > FINE:
+            there = self.is_solid & np.isfinite(self.centres).all(axis=1)
+            return Grid.by_count(self.centres[there], shown[there], empty=shrink)
+        cells = np.flatnonzero(shown & (self.volumes > 0))
+        if not len(cells):
+            return None
+        offsets = np.asarray(self.mesh.offsets, np.int64)
+        places, volume = parts(self.points, self.mesh.connectivity, offsets, self.volumes, cells)
+        return Grid.by_volume(places, volume, usual=float(np.median(self.volumes[cells])), empty=shrink)
+
     def counts(self, of: Literal["types", "statuses", "regions"]) -> dict[str, int]:
         """Number of solid cells by name, of the names that occur."""
         ids: NDArray[np.integer]
@@ -233,6 +256,21 @@ class Model:
             cells, offsets, points = polygons(self.mesh)
             return drawn(Surface(points, offsets, points, cells).some(np.flatnonzero(shown[cells])), self.is_drawable)
         return surface(self.topology, seen_faces(self.topology, shown), self.is_drawable)
+
+    def apart(self, shown: NDArray[np.bool_], shrink: float) -> tuple[Surface, NDArray[np.float32]]:
+        """Some cells, each smaller by a share of itself: their faces, and points of the scene, one for each corner.
+
+        Of many cells only those at the surface of what is shown are there: what is behind them is hardly seen.
+        """
+        seen = self.surface(shown)
+        if self.mesh.dimension == 3:
+            if int(np.diff(self.topology.starts)[shown].sum()) > MOST_APART:
+                shown = np.bincount(seen.cells, minlength=self.mesh.n_cells) > 0
+            seen = surface(self.topology, all_faces(self.topology, shown), self.is_drawable)
+        own = np.arange(len(seen.connectivity))
+        middle = self.centres[np.repeat(seen.cells, np.diff(seen.offsets))]
+        corners = self.points[seen.points[seen.connectivity]]
+        return Surface(own, seen.offsets, own, seen.cells), corners + np.float32(shrink) * (middle - corners)
 
     @cached_property
     def boundary(self) -> Surface:

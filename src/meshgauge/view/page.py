@@ -10,25 +10,45 @@ import numpy as np
 
 from ..look.colours import DEGENERATE, FAINT, INVALID, POOR, RAMP, UNKNOWN
 from ..look.theme import DARK, LIGHT
-from .controls import OBLIQUE, OFF, Choices
+from .controls import OBLIQUE, OFF, SLICES, Choices
 from .filters import presets
+from .link import MOST_SHRUNK
 from .model import Model
 
 STYLE = Template("""
 html, body { overflow: hidden !important; }
-.mg { display: grid; grid-template-columns: 336px 1fr 352px; height: 100vh; font-size: 13px;
+.mg { display: grid; grid-template: "left view right" 100% / 336px minmax(0, 1fr) 352px; height: 100vh; height: 100dvh;
+  font-size: 13px; position: relative;
   font-family: system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; font-variant-numeric: tabular-nums; }
-.mg-side { overflow-y: auto; padding: 14px 16px; border-right: 1px solid rgba(128,128,128,.22); }
-.mg-side.right { border-right: 0; border-left: 1px solid rgba(128,128,128,.22); }
+.mg-side { grid-area: left; overflow-y: auto; padding: 14px 16px; border-right: 1px solid rgba(128,128,128,.22); }
+.mg-side.right { grid-area: right; border-right: 0; border-left: 1px solid rgba(128,128,128,.22); }
 .mg h1 { font-size: 16px; font-weight: 650; margin: 0; overflow-wrap: anywhere; }
 .mg h2 { font-size: 12px; font-weight: 650; letter-spacing: .02em; margin: 18px 0 6px; }
 .mg .faint { opacity: .68; }
 .mg-verdict { margin: 2px 0 8px; line-height: 1.35; }
 .mg .small { font-size: 11px; }
-.mg-view { position: relative; min-width: 0; min-height: 0; overflow: hidden; }
+.mg-view { grid-area: view; position: relative; min-width: 0; min-height: 0; overflow: hidden; }
 .mg-over { position: absolute; z-index: 2; pointer-events: none; padding: 3px 9px; border-radius: 6px;
   background: rgba(255,255,255,.82); color: $light; }
 .v-theme--dark .mg-over { background: rgba(21,25,30,.8); color: $dark; }
+.mg-bar { display: none; grid-area: bar; align-items: center; gap: 6px; padding: 6px 10px;
+  border-bottom: 1px solid rgba(128,128,128,.22); }
+.mg-bar b { flex: 1; min-width: 0; overflow: hidden; text-overflow: ellipsis; white-space: nowrap; }
+.mg-ended { left: 50%; bottom: 18px; transform: translateX(-50%); z-index: 9; max-width: calc(100% - 24px);
+  width: max-content; font-size: 14px; border: 1px solid currentColor; }
+@media (max-width: 1100px) {
+  .mg { grid-template: "bar" auto "view" minmax(0, 1fr) / minmax(0, 1fr); }
+  .mg-bar { display: flex; }
+  .mg-side, .mg-side.right { display: none; grid-area: view; z-index: 5; width: 340px; max-width: 100%;
+    background: rgb(var(--v-theme-background)); }
+  .mg-side.right { justify-self: end; }
+  .mg-side.open { display: block; }
+}
+@media (max-width: 680px) {
+  .mg.open { grid-template: "bar" auto "view" 45% "side" minmax(0, 1fr) / minmax(0, 1fr); }
+  .mg-side, .mg-side.right { grid-area: side; width: 100%; border: 0; border-top: 1px solid rgba(128,128,128,.4); }
+}
+.mg-view img { object-fit: contain; } .mg-near { white-space: nowrap; }
 .mg-bars { width: 100%; height: 116px; display: block; touch-action: none; cursor: crosshair; }
 .mg-bars .hit { fill: transparent; } .mg-bars .hit:hover { fill: rgba(128,128,128,.16); }
 .mg-axis { position: relative; height: 16px; font-size: 11px; opacity: .75; }
@@ -58,6 +78,9 @@ CLICK = """
       1 - ($event.clientY - window.mgBox.top) / window.mgBox.height])"
 """
 """A press and release at one place picks; a drag moves the camera."""
+
+ENDED = "trame_error_report_msg"
+"""State that trame sets in the browser when the program is gone."""
 
 BARS = """
 <svg class="mg-bars" viewBox="0 0 400 100" preserveAspectRatio="none" role="img"
@@ -96,6 +119,7 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
     from trame.widgets import vtk as vtk_widgets
     from trame.widgets import vuetify3 as v
 
+    gone = {"raw_attrs": [f''':inert="{ENDED} ? '' : null"''']}
     with VAppLayout(server) as layout:
         layout.root.theme = ("theme",)
         client.Style(STYLE)
@@ -104,8 +128,19 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
         client.ClientStateChange(
             value="link", change="window.history.replaceState(null, '', window.location.pathname + '#' + link)"
         )
-        with html.Div(classes="mg"):
-            with html.Div(classes="mg-side"):
+        with html.Div(classes=("'mg' + (panel ? ' open' : '')",)):
+            with html.Div(classes="mg-bar"):
+                html.B("{{ names.join(' | ') }}")
+                for text, side in (("'Filters'", "left"), ("card ? card.cell_name : 'Cells'", "right")):
+                    v.VBtn(
+                        f"{{{{ {text} }}}}",
+                        click=f"panel = panel === '{side}' ? '' : '{side}'",
+                        size="small",
+                        variant=(f"panel === '{side}' ? 'flat' : 'tonal'",),
+                        classes="text-none",
+                        **_raw(data_panel=side),
+                    )
+            with html.Div(classes=("'mg-side' + (panel === 'left' ? ' open' : '')",), **gone):
                 for n in range(len(models)):
                     html.H1(f"{{{{ names[{n}] }}}}")
                     html.Div(f"{{{{ verdicts[{n}] }}}}", classes="mg-verdict faint")
@@ -133,11 +168,19 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
                     style="left: 12px; bottom: 12px",
                     **_raw(role="status"),
                 )
-                html.Div("drawing", v_if="trame__busy", classes="mg-over mg-busy")
-            with html.Div(classes="mg-side right"):
+                html.Div("drawing", v_if=f"trame__busy && !{ENDED}", classes="mg-over mg-busy")
+                html.Div(
+                    "The program has ended: this is its last picture. Start meshgauge view again to go on.",
+                    v_if=ENDED,
+                    classes="mg-over mg-ended",
+                    **_raw(role="alert", data_ended=""),
+                )
+            with html.Div(classes=("'mg-side right' + (panel === 'right' ? ' open' : '')",), **gone):
                 _buttons(v, html)
                 _card(v, html, len(models))
                 _worst(html, len(models))
+    # What is shown once the connection is lost: the page as it is, which then says so.
+    server.state.trame__template_error = server.state.trame__template_main
     return remote.update
 
 
@@ -243,43 +286,47 @@ def _filters(v: Any, html: Any, choices: Choices, n_layers: int) -> None:
             persistent_placeholder=True,
             **_raw(aria_label="Regions"),
         )
-    html.H2("Slice")
-    with html.Div(classes="d-flex align-center"):
-        with v.VBtnToggle(v_model=("axis",), mandatory=True, density="compact", variant="outlined", divided=True):
+    html.H2("Slices")
+    for n, names in enumerate(SLICES):
+        _slice(v, html, names, n, before=SLICES[n - 1][0] if n else "")
+    html.H2(f"Peel {{{{ peel }}}} of {n_layers} layers")
+    _slider(v, "peel", "Layers of cells taken off the surface", max(n_layers - 1, 1), 1)
+    html.H2("Shrink cells by {{ Math.round(100 * shrink) }} %")
+    _slider(v, "shrink", "How much smaller each cell is drawn", MOST_SHRUNK, 0.05)
+
+
+def _slice(v: Any, html: Any, names: tuple[str, ...], n: int, *, before: str) -> None:
+    """The controls of a slice; of a further one once there is the one before it."""
+    axis, flipped, at = names
+    is_offered = {"v_if": f"{before} !== 'off' || {axis} !== 'off'"} if before else {}
+    with html.Div(classes="d-flex align-center mt-1", **is_offered):
+        with v.VBtnToggle(v_model=(axis,), mandatory=True, density="compact", variant="outlined", divided=True):
             for value in (OFF, "x", "y", "z", OBLIQUE):
-                v.VBtn(value, value=value, size="small", classes="text-none", **_raw(data_axis=value))
+                v.VBtn(value, value=value, size="small", classes="text-none", **_raw(data_axis=f"{value}{n or ''}"))
         v.VSpacer()
         v.VBtn(
             "flip",
-            v_if="axis !== 'off' && axis !== 'view'",
-            click="flipped = !flipped",
+            v_if=f"{axis} !== 'off' && {axis} !== 'view'",
+            click=f"{flipped} = !{flipped}",
             size="small",
             variant="text",
             classes="text-none",
         )
+    _slider(v, at, f"Position of slice {n + 1}", 1, 0.005, v_if=f"{axis} !== 'off'")
+
+
+def _slider(v: Any, name: str, label: str, most: float, step: float, **attributes: str) -> None:
     v.VSlider(
-        v_model=("at",),
-        v_if="axis !== 'off'",
+        v_model=(name,),
         min=0,
-        max=1,
-        step=0.005,
+        max=most,
+        step=step,
         hide_details=True,
         density="compact",
         thumb_size=14,
         track_size=3,
-        **_raw(aria_label="Position of the slice"),
-    )
-    html.H2(f"Peel {{{{ peel }}}} of {n_layers} layers")
-    v.VSlider(
-        v_model=("peel",),
-        min=0,
-        max=max(n_layers - 1, 1),
-        step=1,
-        hide_details=True,
-        density="compact",
-        thumb_size=14,
-        track_size=3,
-        **_raw(aria_label="Layers of cells taken off the surface", data_control="peel"),
+        **attributes,
+        **_raw(aria_label=label, data_control=name),
     )
 
 
@@ -299,6 +346,7 @@ def _buttons(v: Any, html: Any) -> None:
             ("mdi-fit-to-page-outline", "Whole mesh", "trigger('whole')"),
             ("mdi-filter-off-outline", "Clear filters", "trigger('reset')"),
             ("mdi-grid", "Edges", "edges = !edges"),
+            ("mdi-box-shadow", "Darker hollows", "hollows = !hollows"),
             ("mdi-theme-light-dark", "Dark or light", "theme = theme === 'light' ? 'dark' : 'light'"),
             (
                 "mdi-link-variant",
@@ -353,7 +401,7 @@ def _card(v: Any, html: Any, n_models: int) -> None:
                     html.Td(f"{{{{ row.x[{n}] }}}}")
         with html.Div(classes="mt-2 small", v_if="card.neighbours.length"):
             html.Span("neighbours ", classes="faint")
-            with html.Span(v_for="one in card.neighbours", key=("one.cell",), classes="mr-2"):
+            with html.Span(v_for="one in card.neighbours", key=("one.cell",), classes="mg-near mr-2"):
                 html.Span(classes="mg-dot", style=("{background: one.colour}",))
                 html.Button(
                     "{{ one.name }} ({{ one.quality }})",

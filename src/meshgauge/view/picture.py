@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from ..files.output import replacing
 from ..look.bands import POOR
 from ..look.colours import DEGENERATE, FAINT, as_bytes, rgb
-from ..look.theme import DARK, LIGHT
 from ..status import is_degenerate
 from .link import View
 from .model import QUALITY, Model
-from .scene import Scene
+from .scene import BACKGROUNDS, INKS, Scene
 
 STRIP = 0.075
 """Height of the legend, as a share of that of the picture; at least `LEAST` pixels."""
@@ -29,7 +28,7 @@ def png(scene: Scene, *, theme: str = "light") -> bytes:
     from PIL import Image
 
     image = Image.fromarray(scene.picture())
-    _legend(image, scene, (LIGHT if theme == "light" else DARK)["ink"])
+    _legend(image, scene, theme)
     file = io.BytesIO()
     image.save(file, "PNG", optimize=True)
     return file.getvalue()
@@ -89,17 +88,19 @@ def has_degenerate(scene: Scene) -> bool:
     return any(bool(is_degenerate(model.quality.status[mask]).any()) for model, mask in pairs)
 
 
-def _legend(image: Any, scene: Scene, ink: str) -> None:
+def _legend(image: Any, scene: Scene, theme: str) -> None:
     from PIL import ImageDraw, ImageFont
 
-    draw = ImageDraw.Draw(image)
+    draw, ink = ImageDraw.Draw(image), INKS[theme]
     width, height = image.size
     strip = max(round(STRIP * height), LEAST)
     size = max(round(strip * 0.27), 11)
     font = ImageFont.load_default(size)
     margin = round(strip * 0.4)
+    page = BACKGROUNDS[theme]
     for n, caption in enumerate(captions(scene)):
         left = n * width // len(scene.models)
+        _ground(image, page, left + margin, margin * 0.7, draw.textlength(caption, font=font), size)
         draw.text((left + margin, margin * 0.7), caption, fill=ink, font=font)
         if n:
             draw.line([(left, 0), (left, height)], fill=FAINT)
@@ -107,6 +108,7 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
     x = float(margin)
     poor = scene.models[0].quality.poor_below.text
     if text := scene.models[0].legend(scene.view.colour):
+        _ground(image, page, margin, y, draw.textlength(text, font=font), size)
         draw.text((margin, y), text, fill=ink, font=font)
         return
     entries: list[tuple[str, NDArray[Any]]] = [
@@ -118,8 +120,10 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
     ]
     if has_undefined(scene):
         entries.append(("undefined", as_bytes(np.array([np.nan]))))
+    wide = sum(draw.textlength(text, font=font) + size * (1.9 + _swatch(swatches)) for text, swatches in entries)
+    _ground(image, page, margin, y, wide - size * 1.9, size)
     for text, swatches in entries:
-        box = size * (9.0 if len(swatches) > 1 else 1.6 if len(swatches) else 0.0)
+        box = size * _swatch(swatches)
         if text == poor:
             draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
             x += draw.textlength(text, font=font) + size * 0.5
@@ -132,3 +136,18 @@ def _legend(image: Any, scene: Scene, ink: str) -> None:
         if text != poor:
             draw.text((x, y + tall / 2), text, fill=ink, font=font, anchor="lm")
             x += draw.textlength(text, font=font) + size * 1.4
+
+
+def _swatch(swatches: NDArray[Any]) -> float:
+    """Width of the colours of an entry, in heights of its letters."""
+    return 9.0 if len(swatches) > 1 else 1.6 if len(swatches) else 0.0
+
+
+def _ground(image: Any, page: str, x: float, y: float, width: float, size: float) -> None:
+    """Let text be read before whatever is drawn: the colour of the page, nearly opaque, about it."""
+    from PIL import Image, ImageDraw
+
+    mask = Image.new("L", image.size, 0)
+    box = [x - size * 0.6, y - size * 0.5, x + width + size * 0.6, y + size * 1.5]
+    ImageDraw.Draw(mask).rounded_rectangle(box, size * 0.5, fill=215)
+    image.paste(page, (0, 0), mask)

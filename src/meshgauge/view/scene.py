@@ -14,9 +14,11 @@ from ..look.names import meant_or_known
 from ..look.theme import DARK, LIGHT
 from ..status import is_usable
 from . import actors, opengl
+from .axes import Axes
 from .camera import VIEW_ANGLE, Camera
 from .card import card
 from .filters import ViewError, shown
+from .hollows import Grid
 from .link import View
 from .model import Model
 from .picking import hit
@@ -34,6 +36,7 @@ LIGHTS = (((-0.35, 0.75, 1.0), 0.62), ((0.5, -0.15, 1.0), 0.38))
 right."""
 
 BACKGROUNDS = {"light": LIGHT["page"], "dark": DARK["page"]}
+INKS = {"light": LIGHT["ink"], "dark": DARK["ink"]}
 
 
 @dataclass(slots=True)
@@ -43,6 +46,8 @@ class _Pane:
     model: Model
     renderer: Any
     overlay: Any  #: drawn on top: what is picked is seen through all the rest
+    axes: Axes
+    right: float  #: where it ends, as a share of the width
     mask: NDArray[np.bool_]
     surface: Surface
     points: NDArray[np.float32]  #: of the surface
@@ -61,7 +66,7 @@ class Scene:
         self.window = opengl.render_window()
         from vtkmodules.vtkRenderingCore import vtkCamera
 
-        self.window.SetNumberOfLayers(2)
+        self.window.SetNumberOfLayers(3)
         self.window.SetSize(*size)
         self._camera = vtkCamera()
         self._camera.SetViewAngle(VIEW_ANGLE)
@@ -100,7 +105,9 @@ class Scene:
         renderer.AddActor(actors.outline(model))
         none = np.zeros(0, np.int64)
         empty = Surface(none, np.zeros(1, np.int64), none, none)
-        return _Pane(model, renderer, overlay, np.zeros(0, np.bool_), empty, np.zeros((0, 3), np.float32))
+        axes = Axes(layer=2)
+        self.window.AddRenderer(axes.renderer)
+        return _Pane(model, renderer, overlay, axes, right, np.zeros(0, np.bool_), empty, np.zeros((0, 3), np.float32))
 
     @property
     def models(self) -> list[Model]:
@@ -125,6 +132,7 @@ class Scene:
         """Set the background: ``"light"`` or ``"dark"``."""
         for pane in self._panes:
             pane.renderer.SetBackground(*rgb(BACKGROUNDS[name]))
+            pane.axes.colour(INKS[name])
 
     def show(self, view: View) -> None:
         """Make the scene that of a view. Raises `ViewError`, and changes nothing, if its picked cell cannot be."""
@@ -137,7 +145,7 @@ class Scene:
                 known = meant_or_known(view.colour, pane.model.colourings)
                 raise ViewError(f"{pane.model.name} has no {view.colour!r} to colour by{known}")
         old, self.view = self.view, view
-        if (view.filters, view.colour) != (old.filters, old.colour):
+        if _drawn(view) != _drawn(old):
             for pane in self._panes:
                 self._draw(pane)
         if (view.cell, view.mesh) != (old.cell, old.mesh):
@@ -227,15 +235,19 @@ class Scene:
         self.window.Finalize()
 
     def _draw(self, pane: _Pane) -> None:
-        model = pane.model
-        pane.mask = shown(model, self.view.filters)
-        pane.surface = model.surface(pane.mask)
-        pane.points = model.points[pane.surface.points]
+        model, view = pane.model, self.view
+        pane.mask = shown(model, view.filters)
+        if view.shrink:
+            pane.surface, pane.points = model.apart(pane.mask, view.shrink)
+        else:
+            pane.surface = model.surface(pane.mask)
+            pane.points = model.points[pane.surface.points]
+        grid = model.grid(pane.mask, view.shrink) if view.hollows else None
         for actor in (*pane.fine, *pane.coarse):
             pane.renderer.RemoveActor(actor)
-        pane.fine = _bodies(pane, self.view.colour)
+        pane.fine = _bodies(pane, view.colour, grid)
         few, points = actors.coarse(pane.surface, pane.points)
-        pane.coarse = [] if few is pane.surface else [actors.cells(few, points, model, by=self.view.colour)]
+        pane.coarse = [] if few is pane.surface else [actors.cells(few, points, model, by=view.colour, grid=grid)]
         for actor in (*pane.fine, *pane.coarse):
             pane.renderer.AddActor(actor)
         self._choose(pane)
@@ -267,16 +279,27 @@ class Scene:
         distance = float(np.linalg.norm(self._camera.GetPosition()))
         near = max(distance - self._reach, 2e-3 * min(distance, 1.0), 1e-5)
         self._camera.SetClippingRange(near, distance + self._reach)
+        for pane in self._panes:
+            pane.axes.place(self._camera, pane.right, self.window.GetSize())
 
 
-def _bodies(pane: _Pane, by: str) -> list[Any]:
+def _drawn(view: View) -> tuple[object, ...]:
+    """All of a view that the faces and their colours follow from."""
+    return view.filters, view.colour, view.shrink, view.hollows
+
+
+def _bodies(pane: _Pane, by: str, grid: Grid | None) -> list[Any]:
     """Actors of the shown cells. Of many, the backs of the valid cells' faces are left out: half of the work."""
     faces, model = pane.surface, pane.model
     if faces.n_faces <= SMOOTHED or model.mesh.dimension == 2:  # a surface has both sides to be seen
-        return [actors.cells(faces, pane.points, model, by=by)] if faces.n_faces else []
+        return [actors.cells(faces, pane.points, model, by=by, grid=grid)] if faces.n_faces else []
     outward = is_usable(model.quality.status[faces.cells], model.mesh.purpose)  # others may be turned inside out
     parts = [(faces.some(np.flatnonzero(outward)), True), (faces.some(np.flatnonzero(~outward)), False)]
-    return [actors.cells(part, pane.points, model, culled=culled, by=by) for part, culled in parts if part.n_faces]
+    return [
+        actors.cells(part, pane.points, model, culled=culled, by=by, grid=grid)
+        for part, culled in parts
+        if part.n_faces
+    ]
 
 
 def _corners(model: Model) -> NDArray[np.float32]:

@@ -54,6 +54,12 @@ def seen_faces(topology: Topology, shown: NDArray[np.bool_]) -> Ids:
     return np.asarray(slots[seen], np.int64)
 
 
+def all_faces(topology: Topology, shown: NDArray[np.bool_]) -> Ids:
+    """The faces of the shown cells, as slots of the topology, ascending: what is seen if they are drawn apart."""
+    slots = np.flatnonzero(shown[topology.cells])
+    return np.asarray(slots[topology.mates[slots] != COLLAPSED], np.int64)
+
+
 def polygons(topology: Topology, slots: Ids) -> tuple[Ids, Ids]:
     """Offsets and point ids of some faces, in their order: outward, curved cells by their corners."""
     mesh = topology.mesh
