@@ -10,6 +10,7 @@ import meshgauge
 from meshgauge import Mesh
 from meshgauge.quality.faces import FaceQuality
 from meshgauge.quality.measure import measure
+from meshgauge.repair import reasons
 from meshgauge.repair.acceptance import accept, is_better
 from meshgauge.repair.hard_faces import MEASURES, cells_at_hard_faces, hard_faces, n_hard_faces
 
@@ -99,3 +100,17 @@ def test_few_are_mended_by_the_points_near_them() -> None:
     assert n_hard_faces(result.mesh) == 0
     assert np.flatnonzero((bits(result.mesh) != bits(mesh)).any(axis=1)).tolist() == [at]
     assert result.report.holds
+
+
+def test_concave_cells_are_not_called_valid() -> None:
+    points, blocks = cells("hexahedron", 2)
+    points[-1] -= 0.55  # the outermost corner, into its cell
+    before = measure(Mesh.from_arrays(points, blocks).replace(purpose="fv"))
+    assert before.summary().all.statuses["concave"] == 1
+    after = measure(before.mesh.replace(points=points * 1.5))
+    summaries = before.summary(), after.summary()
+    outcome, text = reasons.verdict(before, after, summaries, 0.2, 1.0, slides=False, broken=())
+    assert outcome == "improved"
+    assert text.startswith(
+        "All 8 cells are usable for finite volumes, though 1 is concave at a corner (star-shaped, below 0): worst -0."
+    )

@@ -105,3 +105,15 @@ def test_the_page_lists_the_worst_faces(sheared: Path, tmp_path: Path) -> None:
     rows = re.findall(r'<th scope="row">non_orthogonality</th><td>75.964</td><td class="text"><bdi>(.*?)</bdi>', table)
     assert len(rows) == 3
     assert all(re.fullmatch(r"cells \d, \d", row) for row in rows)
+
+
+def test_the_histogram_does_not_call_concave_cells_inverted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (0.45, 0.45, 0.45), (0, 1, 1)])
+    path = tmp_path / "concave.vtu"
+    io.write(path, Mesh.from_arrays(points, {"hexahedron": [range(8)]}))
+    assert main(["report", str(path), "--for", "fv"]) == 0
+    out = capsys.readouterr().out
+    assert "below 0.2 poor, below 0 concave or inverted)" in out
+    assert next(line for line in out.splitlines() if " … " in line).endswith("100.0 % concave")
+    assert main(["report", str(path), "--for", "fem"]) == 0
+    assert next(line for line in capsys.readouterr().out.splitlines() if " … " in line).endswith("100.0 % inverted")

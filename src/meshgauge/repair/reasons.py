@@ -89,6 +89,17 @@ def _flaw(quality: Quality, n: int) -> str:
     return "invalid" if n == n_invalid else "invalid or degenerate"
 
 
+def _usable(after: Summary) -> str:
+    """That all cells are; valid, or of use to finite volumes only, which concave cells are."""
+    every = after.all
+    who = "The one cell is" if every.n_cells == 1 else f"All {every.n_cells:,} cells are"
+    concave = every.statuses.get("concave", 0)
+    if not concave:
+        return f"{who} valid"
+    some = "though" if every.n_cells == 1 else f"though {number_of(concave, 'is', 'are')}"
+    return f"{who} usable for finite volumes, {some} concave at a corner (star-shaped, below 0)"
+
+
 def verdict(
     before: Quality,
     after: Quality,
@@ -136,8 +147,7 @@ def verdict(
             "not untangled",
             f"{number_of(bad[1], 'cell is', 'cells are')} still {flaw[1]} ({bad[0]:,} before): {went}.{price}",
         )
-    n_solid = summaries[1].all.n_cells
-    text = f"{'The one cell is' if n_solid == 1 else f'All {n_solid:,} cells are'} valid: {went}."
+    text = f"{_usable(summaries[1])}: {went}."
     if bad[0]:
         text = f"{number_of(bad[0], f'{flaw[0]} cell was', f'{flaw[0]} cells were')} repaired. {text}"
     if not slides and abs(worst[1] - ceiling) < 1e-3 and ceiling < 1.0:

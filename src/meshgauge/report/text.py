@@ -245,7 +245,8 @@ def bars(report: FileReport, bins: int, options: ConsoleOptions) -> Iterator[Ren
     room = options.max_width - label - number - 14 - max(name.cell_len for name in names)
     width = min(max(room, 10), BAR_WIDTH)
     dash = "..." if options.ascii_only else "…"
-    yield _title(f"quality of all cells (J_ENS: 1 is ideal, below {summary.poor_below.text} poor, below 0 inverted)")
+    negative = "concave or inverted" if tally.statuses.get("concave") else "inverted"
+    yield _title(f"quality of all cells (J_ENS: 1 is ideal, below {summary.poor_below.text} poor, below 0 {negative})")
     table = Table.grid(padding=(0, 1))
     for justify in ("right", "center", "right", "left", "right", "right", "left"):
         table.add_column(justify=justify, no_wrap=True)
@@ -293,7 +294,8 @@ def _bin_names(edges: NDArray[np.float64], parts: dict[str, NDArray[np.int64]], 
         band = band_of(float(edges[at]), poor)
         shown = []
         if band.name != named and (band.start < 0 or parts["valid"][at] or not any(n[at] for n in parts.values())):
-            shown, named = [Text(band.name, band.style)], band.name
+            is_usable = band.start < 0 and parts["valid"][at]  # only concave cells are, of a mesh for finite volumes
+            shown, named = [Text("concave" if is_usable else band.name, band.style)], band.name
         for name, of_name in parts.items():
             if name != "valid" and of_name[at] and not (name == "invalid" and band.start < 0):
                 shown.append(Text(f"{style.number(int(of_name[at]))} {name}", style.STYLES[name]))
