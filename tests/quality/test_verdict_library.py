@@ -9,10 +9,12 @@ import oracle
 import pytest
 from numpy.typing import NDArray
 
+import meshgauge
 from meshgauge.cells import BY_NAME, CELL_TYPES, SHAPES
 from meshgauge.errors import MetricError
 from meshgauge.quality.metrics import METRICS, Metric
 from meshgauge.quality.metrics.verdict_library import _ask, verdict_quality
+from meshgauge.surface_cells import SURFACE_SHAPES, SURFACE_TYPES
 
 pytest.importorskip("vtkmodules.vtkFiltersVerdict")
 
@@ -21,13 +23,14 @@ rows = pytest.mark.parametrize(
     ("row", "shape"), VERDICT_ROWS, ids=[f"{row.name}-{shape}" for row, shape in VERDICT_ROWS]
 )
 
+KNOWN = {**SHAPES, **SURFACE_SHAPES}
 N = 4000
 HEXAHEDRON_SIGNS = np.array([(x, y, z) for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
 FLAT = (1.0, 1.0, 0.0)
 
 
 def cells_of(shape: str, n: int = N, seed: int = 0) -> NDArray[np.float64]:
-    return oracle.random_cells(shape, SHAPES[shape].points, n, seed)
+    return oracle.random_cells(shape, KNOWN[shape].points, n, seed)
 
 
 def one_by_one(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -55,7 +58,7 @@ def test_ideal_value(row: Metric, shape: str) -> None:
         "verdict_max_aspect_frobenius",
         "verdict_mean_aspect_frobenius",
     )
-    value = verdict(shape, np.array([SHAPES[shape].points]), row.name)
+    value = verdict(shape, np.array([KNOWN[shape].points]), row.name)
     assert value == pytest.approx(row.standard(shape).ideal, abs=4e-6 if rounded else 1e-12)
     lowest, highest = row.standard(shape).acceptable
     assert lowest - 1e-12 <= value[0] <= highest + (4e-6 if rounded else 1e-12)
@@ -72,7 +75,7 @@ def test_random_cells_are_in_range_or_undefined(row: Metric, shape: str) -> None
 
 @rows
 def test_no_mark_of_verdict_is_a_value(row: Metric, shape: str) -> None:
-    ideal = np.array(SHAPES[shape].points)
+    ideal = np.array(KNOWN[shape].points)
     spoilt = [ideal.copy() for _ in range(5)]
     spoilt[0] *= FLAT
     spoilt[1][:] = spoilt[1][0]
@@ -91,7 +94,7 @@ def test_any_unit_of_length(row: Metric, shape: str) -> None:
     expected = verdict(shape, x, row.name)
     for scale in (1e-30, 1e-12, 1e9, 1e60):
         # Products of rounded lengths: what is huge or nearly 0 is less exact; a scale that is no power of two rounds.
-        got = verdict(shape, x * scale, row.name) / scale**row.length_power
+        got = verdict(shape, x * scale, row.name) / scale ** min(row.length_power, KNOWN[shape].dimension)
         np.testing.assert_allclose(got, expected, rtol=1e-5, atol=1e-9, equal_nan=True, err_msg=f"scale {scale}")
 
 
@@ -378,3 +381,88 @@ def test_disagreement_short_lengths_are_zero() -> None:
 
 def test_disagreement_tetra_distortion_is_one_for_every_cell() -> None:
     assert (raw_verdict("tetra", cells_of("tetra"), "distortion") == 1).all()
+
+
+# --- surface cells ----------------------------------------------------------------------------------------------------
+
+
+def corner_angles(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``(n_cells, n_corners)`` in degrees, at most 180."""
+    one, other = np.roll(x, 1, axis=1) - x, np.roll(x, -1, axis=1) - x
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(one, other), axis=-1), (one * other).sum(-1)))
+
+
+def measured(shape: str, x: NDArray[np.float64], *names: str) -> list[NDArray[np.float64]]:
+    points, cells = one_by_one(x)
+    quality = meshgauge.measure(meshgauge.Mesh.from_arrays(points, {shape: cells}), metrics=names)
+    return [quality.values_of(name) for name in names]
+
+
+@pytest.mark.parametrize("shape", ["triangle", "quad"])
+def test_lengths_and_angles_of_surface_cells(shape: str) -> None:
+    x = cells_of(shape)
+    sides = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=-1)
+    np.testing.assert_allclose(verdict(shape, x, "edge_ratio"), sides.max(1) / sides.min(1), rtol=1e-12)
+    np.testing.assert_allclose(measured(shape, x, "edge_ratio")[0] * verdict(shape, x, "edge_ratio"), 1.0, rtol=1e-12)
+    angles, convex = corner_angles(x), measured(shape, x, "scaled_jacobian")[0] > 0
+    assert convex.sum() > N / 3
+    np.testing.assert_allclose(verdict(shape, x, "min_angle"), angles.min(1), atol=1e-6)
+    np.testing.assert_allclose(verdict(shape, x, "max_angle")[convex], angles.max(1)[convex], atol=1e-6)
+    ideal = 60.0 if shape == "triangle" else 90.0
+    skew = np.maximum((angles.max(1) - ideal) / (180 - ideal), (ideal - angles.min(1)) / ideal)
+    np.testing.assert_allclose(verdict(shape, x, "equiangle_skew")[convex], skew[convex], atol=1e-7)
+
+
+def test_triangles_are_those_of_their_circles() -> None:
+    x = cells_of("triangle")
+    sides = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=-1)
+    area = 0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
+    np.testing.assert_allclose(verdict("triangle", x, "area"), area, rtol=1e-12)
+    inradius, circumradius = 2 * area / sides.sum(1), sides.prod(1) / (4 * area)
+    np.testing.assert_allclose(verdict("triangle", x, "radius_ratio"), circumradius / (2 * inradius), rtol=1e-9)
+    np.testing.assert_allclose(verdict("triangle", x, "normalized_inradius"), 2 * inradius / circumradius, rtol=1e-9)
+    expected = sides.max(1) / (2 * np.sqrt(3) * inradius)
+    np.testing.assert_allclose(verdict("triangle", x, "aspect_ratio"), expected, rtol=1e-9)
+    ours, theirs = measured("triangle", x, "shape", "verdict_shape")
+    np.testing.assert_allclose(np.abs(ours), theirs, rtol=1e-9)
+
+
+def test_quadrilaterals_have_our_warpage_and_scaled_jacobian() -> None:
+    x = cells_of("quad")
+    ours, theirs = measured("quad", x, "warpage", "verdict_warpage")
+    np.testing.assert_allclose(ours, theirs, atol=1e-9)
+    assert ours.max() > 1 > 0.01 > ours.min()
+    ours, theirs = measured("quad", x, "scaled_jacobian", "verdict_scaled_jacobian")
+    np.testing.assert_allclose(ours[ours > 0], theirs[ours > 0], atol=1e-9)
+    assert (theirs[ours < 0] < 0).all()
+
+
+@pytest.mark.parametrize("name", ["pixel", "quad8", "quad9", "triangle6"])
+def test_other_surface_cells_are_measured_at_their_corners(name: str) -> None:
+    row = SURFACE_TYPES[BY_NAME[name].vtk_id]
+    assert row.shape is not None
+    assert row.n_nodes is not None
+    x = cells_of(row.shape.name, 50)
+    all_nodes = np.concatenate([x, x[:, :1].repeat(row.n_nodes - x.shape[1], axis=1)], axis=1)
+    all_nodes[:, list(row.corners)] = x
+    np.testing.assert_array_equal(
+        verdict_quality(*one_by_one(all_nodes), row.vtk_id, "area"), verdict(row.shape.name, x, "area")
+    )
+
+
+def test_polygons_and_faces_of_solids_have_none() -> None:
+    mesh = meshgauge.Mesh.from_arrays(
+        np.vstack([SHAPES["tetra"].points, [(5, 0, 0), (6, 0, 0), (5, 1, 0)]]),
+        [("tetra", [range(4)]), ("triangle", [(4, 5, 6)])],
+    )
+    values = meshgauge.measure(mesh, metrics="verdict_shape").values_of("verdict_shape")
+    assert values == pytest.approx([1.0, nan], nan_ok=True)
+    assert not METRICS["verdict_area"].is_defined_for("polygon")
+    assert not METRICS["verdict_area"].is_defined_for("tetra")
+
+
+def test_disagreement_triangle_distortion_is_one_and_warped_quads_have_a_radius_ratio_below_one() -> None:
+    assert (raw_verdict("triangle", cells_of("triangle"), "distortion") == 1).all()
+    assert raw_verdict("quad", cells_of("quad"), "radius_ratio").min() < 0.95
+    for shape, measure in (("triangle", "distortion"), ("quad", "radius_ratio")):
+        assert not METRICS[f"verdict_{measure}"].is_defined_for(shape)

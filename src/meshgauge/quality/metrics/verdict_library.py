@@ -1,7 +1,8 @@
 """Measures of the Verdict library, asked through VTK's ``vtkMeshQuality`` rather than written again.
 
-Verdict knows tetra, pyramid, wedge and hexahedron; other cells of those shapes (voxels, quadratic cells) are measured
-at their corners. What it scores wrongly becomes NaN, as the row's ``masked`` says:
+Verdict knows tetra, pyramid, wedge, hexahedron, triangle and quad; other cells of those shapes (voxels, quadratic
+cells) are measured at their corners. It does not see which way a surface cell runs. What it scores wrongly becomes NaN,
+as the row's ``masked`` says:
 
 - 1e30 and -1e30, its mark for a division by zero, a flat cell or an inverted one;
 - any cell with a NaN or infinite coordinate: Verdict's comparisons skip NaN, so that a hexahedron with a NaN corner has
@@ -10,13 +11,15 @@ at their corners. What it scores wrongly becomes NaN, as the row's ``masked`` sa
 - angles and stretches of a cell with an edge of length 0: its equiangle skew can be 0, as if it were ideal.
 
 Left out are: relative size, shape-and-size and shear-and-size (they depend on the whole mesh), the distortion of
-linear tetrahedra (1 for every cell) and of wedges (from -56 to 13 on valid cells), and the edge ratio of hexahedra
-(VTK 9.7 passes over three of the twelve edges).
+linear tetrahedra and triangles (1 for every cell) and of wedges (from -56 to 13 on valid cells), the edge ratio of
+hexahedra (VTK 9.7 passes over three of the twelve edges), and the radius ratio of quadrilaterals (below 1 where they
+are warped).
 
 Verdict takes lengths below about 1e-15 for zero (below 1e-8 in Oddy and in the shape of pyramids), so a mesh in small
 or large units is scaled by a power of two first. Its wedge has the normal of (0, 1, 2) pointing to (3, 4, 5), as
 ours; the VTK at hand is asked once which way it is. The condition of wedges rounds a constant: the ideal wedge has
-1.0000034.
+1.0000034. Its warpage of quadrilaterals is that of the manual (0: plane) or 1 less that, as in VTK 9.7; the VTK at hand
+is asked once.
 
 Ranges are those of C. J. Stimpson et al., The Verdict Geometric Quality Library; the manual gives none for some
 measures of wedges and pyramids, which then have those of the hexahedron and the tetrahedron. Of the measures younger
@@ -38,6 +41,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME, CELL_TYPES, WEDGE, type_name
 from ...errors import MetricError
 from ...look.names import meant_or_known
+from ...surface_cells import QUAD, SURFACE_TYPES
 from .inputs import Cells
 from .row import Interval, Metric, Standard
 
@@ -47,7 +51,7 @@ _REFERENCE = (
     "C. J. Stimpson, C. D. Ernst, P. Knupp, P. P. Pébay, D. Thompson, The Verdict Geometric Quality Library, "
     "SAND2007-1751, Sandia National Laboratories, 2007, https://github.com/sandialabs/verdict"
 )
-_VTK_NAMES = {10: "Tet", 12: "Hex", 13: "Wedge", 14: "Pyramid"}
+_VTK_NAMES = {5: "Triangle", 9: "Quad", 10: "Tet", 12: "Hex", 13: "Wedge", 14: "Pyramid"}
 """What ``vtkMeshQuality`` calls the types, by VTK id."""
 
 _LARGEST = 1e29
@@ -78,17 +82,24 @@ class _Measure(NamedTuple):
 
 _MEASURES = (
     _Measure(
+        "area", "area", f"area; {_BLIND}",
+        _POSITIVE, "higher", {"triangle": (sqrt(3) / 4, (0.0, inf)), "quad": (1.0, (0.0, inf))}, "length²",
+    ),
+    _Measure(
         "aspect_frobenius", "aspect Frobenius",
-        f"Frobenius condition of the corner matrix against the regular tetrahedron; {_BLIND}",
-        _RATIO, "lower", {"tetra": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
+        f"Frobenius condition of the corner matrix against that of the ideal cell; {_BLIND}",
+        _RATIO, "lower", {"tetra": (1.0, (1.0, 1.3)), "triangle": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
     ),
     _Measure(
         "aspect_gamma", "aspect gamma", f"|ARG|: cube of the root mean square edge over the volume; {_BLIND}",
         _RATIO, "lower", {"tetra": (1.0, (1.0, 3.0))}, masked=(_HUGE,),
     ),
     _Measure(
-        "aspect_ratio", "aspect ratio", f"longest edge over the inscribed sphere's radius, divided by 2√6; {_BLIND}",
-        _RATIO, "lower", {"tetra": (1.0, (1.0, 3.0))}, masked=(_HUGE,),
+        "aspect_ratio", "aspect ratio",
+        "longest edge over the radius of the inscribed sphere or circle, 1 for the ideal cell; of a quadrilateral the "
+        f"longest edge times the sum of all over four times the area; {_BLIND}",
+        _RATIO, "lower",
+        {"tetra": (1.0, (1.0, 3.0)), "triangle": (1.0, (1.0, 1.3)), "quad": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
     ),
     _Measure(
         "collapse_ratio", "collapse ratio",
@@ -98,9 +109,10 @@ _MEASURES = (
     _Measure(
         "condition", "condition number",
         "largest condition number of the corner matrices; negative for inverted tetrahedra, undefined for "
-        "inverted hexahedra, blind to inverted wedges",
+        "inverted hexahedra and concave quadrilaterals, blind to inverted wedges",
         _ANY, "lower",
-        {"tetra": (1.0, (1.0, 3.0)), "wedge": (1.0, (1.0, 4.0)), "hexahedron": (1.0, (1.0, 4.0))},
+        {"tetra": (1.0, (1.0, 3.0)), "wedge": (1.0, (1.0, 4.0)), "hexahedron": (1.0, (1.0, 4.0)),
+         "triangle": (1.0, (1.0, 1.3)), "quad": (1.0, (1.0, 4.0))},
         masked=(_HUGE,), is_signed=True,
     ),
     _Measure(
@@ -113,19 +125,22 @@ _MEASURES = (
     ),
     _Measure(
         "distortion", "distortion", f"smallest Jacobian over the mean one; {_BLIND}",
-        _ANY, "higher", {"hexahedron": (1.0, (0.5, 1.0))}, masked=(_HUGE,), is_signed=True,
+        _ANY, "higher", {"hexahedron": (1.0, (0.5, 1.0)), "quad": (1.0, (0.5, 1.0))}, masked=(_HUGE,), is_signed=True,
     ),
     _Measure(
         "edge_ratio", "edge ratio", f"longest over shortest edge; {_BLIND}",
-        _RATIO, "lower", {"tetra": (1.0, (1.0, 3.0)), "wedge": (1.0, (1.0, 3.0))}, masked=(_HUGE,),
+        _RATIO, "lower",
+        {"tetra": (1.0, (1.0, 3.0)), "wedge": (1.0, (1.0, 3.0)), "triangle": (1.0, (1.0, 1.3)),
+         "quad": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
     ),
     _Measure(
         "equiangle_skew", "equiangle skew",
         "largest deviation of a face's angle (of tetrahedra also of a dihedral one) from the ideal angle, over the "
-        f"most that there can be; above 1 where a quadrilateral face is concave; {_BLIND}",
+        f"most that there can be; above 1 where a quadrilateral is concave; {_BLIND}",
         (0.0, 3.0), "lower",
         {"tetra": (0.0, (0.0, 0.8)), "pyramid": (0.0, (0.0, 0.8)), "wedge": (0.0, (0.0, 0.8)),
-         "hexahedron": (0.0, (0.0, 0.8))}, masked=(_HUGE, _ZERO_EDGE),
+         "hexahedron": (0.0, (0.0, 0.8)), "triangle": (0.0, (0.0, 0.8)), "quad": (0.0, (0.0, 0.8))},
+        masked=(_HUGE, _ZERO_EDGE),
     ),
     _Measure(
         "equivolume_skew", "equivolume skew",
@@ -138,19 +153,26 @@ _MEASURES = (
     ),
     _Measure(
         "jacobian", "Jacobian",
-        "smallest determinant of the edges at a corner (of a hexahedron also at its centre); negative if inverted",
+        "smallest determinant of the edges at a corner (of a hexahedron also at its centre; of a quadrilateral, in "
+        "length²); negative if inverted or concave",
         _ANY, "higher",
         {"tetra": (sqrt(0.5), (0.0, inf)), "pyramid": (sqrt(0.5), (0.0, inf)), "wedge": (sqrt(0.75), (0.0, inf)),
-         "hexahedron": (1.0, (0.0, inf))}, "length³", is_signed=True,
+         "hexahedron": (1.0, (0.0, inf)), "quad": (1.0, (0.0, inf))}, "length³", is_signed=True,
+    ),
+    _Measure(
+        "max_angle", "largest angle", f"largest angle between two edges; {_BLIND}",
+        (0.0, 360.0), "lower", {"triangle": (60.0, (60.0, 90.0)), "quad": (90.0, (90.0, 135.0))},
+        unit="degree", masked=(_HUGE, _ZERO_EDGE),
     ),
     _Measure(
         "max_aspect_frobenius", "largest aspect Frobenius",
-        "largest Frobenius condition at a corner; undefined for inverted hexahedra, blind to inverted wedges",
-        _RATIO, "lower", {"wedge": (1.0, (1.0, 3.0)), "hexahedron": (1.0, (1.0, 3.0))}, masked=(_HUGE,),
+        "largest Frobenius condition at a corner; undefined for inverted hexahedra, blind to others that are",
+        _RATIO, "lower",
+        {"wedge": (1.0, (1.0, 3.0)), "hexahedron": (1.0, (1.0, 3.0)), "quad": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
     ),
     _Measure(
         "max_edge_ratio", "largest edge ratio", f"largest ratio of the principal axes; {_BLIND}",
-        _RATIO, "lower", {"hexahedron": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
+        _RATIO, "lower", {"hexahedron": (1.0, (1.0, 1.3)), "quad": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
     ),
     _Measure(
         "max_stretch", "largest stretch",
@@ -170,12 +192,15 @@ _MEASURES = (
     _Measure(
         "med_aspect_frobenius", "mean aspect Frobenius",
         "mean Frobenius condition of the corner matrices; undefined for inverted hexahedra",
-        _RATIO, "lower", {"hexahedron": (1.0, (1.0, 3.0))}, masked=(_HUGE,),
+        _RATIO, "lower", {"hexahedron": (1.0, (1.0, 3.0)), "quad": (1.0, (1.0, 1.3))}, masked=(_HUGE,),
     ),
     _Measure(
-        "min_angle", "smallest dihedral angle", f"smallest angle between two faces; {_BLIND}",
-        (0.0, 180.0), "higher", {"tetra": (degrees(acos(1 / 3)), (40.0, degrees(acos(1 / 3))))},
-        unit="degree", masked=(_HUGE,),
+        "min_angle", "smallest angle",
+        f"smallest angle between two faces, of a surface cell between two edges; {_BLIND}",
+        (0.0, 180.0), "higher",
+        {"tetra": (degrees(acos(1 / 3)), (40.0, degrees(acos(1 / 3)))), "triangle": (60.0, (30.0, 60.0)),
+         "quad": (90.0, (45.0, 90.0))},
+        unit="degree", masked=(_HUGE, _ZERO_EDGE),
     ),
     _Measure(
         "nodal_jacobian_ratio", "nodal Jacobian ratio",
@@ -186,23 +211,27 @@ _MEASURES = (
     _Measure(
         "normalized_inradius", "normalized inradius",
         "smallest inradius of the tetrahedra that the edges' midpoints cut it into, over the circumscribed sphere's "
-        "radius, 1 for the regular one; negative if inverted",
-        (-inf, 1.0), "higher", {"tetra": (1.0, (0.15, 1.0))}, masked=(_HUGE,), is_signed=True,
+        "radius, 1 for the regular one; negative if inverted; of a triangle, of its circles",
+        (-inf, 1.0), "higher", {"tetra": (1.0, (0.15, 1.0)), "triangle": (1.0, (0.15, 1.0))},
+        masked=(_HUGE,), is_signed=True,
     ),
     _Measure(
-        "oddy", "Oddy", "largest deviation of the metric tensor from a cube's; undefined for inverted cells",
-        _POSITIVE, "lower", {"hexahedron": (0.0, (0.0, 0.5))}, masked=(_HUGE,),
+        "oddy", "Oddy",
+        "largest deviation of the metric tensor from a cube's or square's; undefined for inverted solids",
+        _POSITIVE, "lower", {"hexahedron": (0.0, (0.0, 0.5)), "quad": (0.0, (0.0, 0.5))}, masked=(_HUGE,),
     ),
     _Measure(
-        "radius_ratio", "radius ratio", f"circumscribed over three times the inscribed sphere's radius; {_BLIND}",
-        _RATIO, "lower", {"tetra": (1.0, (1.0, 3.0))}, masked=(_HUGE,),
+        "radius_ratio", "radius ratio",
+        "radius of the circumscribed sphere over three times that of the inscribed one, of circles over twice; "
+        f"{_BLIND}",
+        _RATIO, "lower", {"tetra": (1.0, (1.0, 3.0)), "triangle": (1.0, (1.0, 3.0))}, masked=(_HUGE,),
     ),
     _Measure(
         "scaled_jacobian", "scaled Jacobian",
         "smallest J_S/k of the corners (of a hexahedron also of the centre; of a pyramid, of tetrahedra cut from it)",
         (-2 / sqrt(3), 1.0), "higher",
         {"tetra": (1.0, (0.5, 1.0)), "pyramid": (1.0, (0.5, 1.0)), "wedge": (1.0, (0.5, 1.0)),
-         "hexahedron": (1.0, (0.5, 1.0))},
+         "hexahedron": (1.0, (0.5, 1.0)), "triangle": (1.0, (0.5, 1.0)), "quad": (1.0, (0.3, 1.0))},
         masked=(_HUGE, "0 of a pyramid: flat, inverted and tangled are not told apart"), is_signed=True,
     ),
     _Measure(
@@ -210,15 +239,16 @@ _MEASURES = (
         f"inverse of the mean ratio, 1 for the ideal cell; {_SHAPE_TEXT} (but for some tangled pyramids)",
         _UNIT, "higher",
         {"tetra": (1.0, (0.3, 1.0)), "pyramid": (1.0, (0.3, 1.0)), "wedge": (1.0, (0.3, 1.0)),
-         "hexahedron": (1.0, (0.3, 1.0))}, masked=(_HUGE,),
+         "hexahedron": (1.0, (0.3, 1.0)), "triangle": (1.0, (0.25, 1.0)), "quad": (1.0, (0.3, 1.0))},
+        masked=(_HUGE,),
     ),
     _Measure(
-        "shear", "shear", f"like shape, but 1 for every box; {_SHAPE_TEXT}",
-        _UNIT, "higher", {"hexahedron": (1.0, (0.3, 1.0))},
+        "shear", "shear", f"like shape, but 1 for every box and rectangle; {_SHAPE_TEXT}",
+        _UNIT, "higher", {"hexahedron": (1.0, (0.3, 1.0)), "quad": (1.0, (0.3, 1.0))},
     ),
     _Measure(
         "skew", "skew", f"largest cosine between two principal axes; {_BLIND}",
-        _UNIT, "lower", {"hexahedron": (0.0, (0.0, 0.5))}, masked=(_HUGE,),
+        _UNIT, "lower", {"hexahedron": (0.0, (0.0, 0.5)), "quad": (0.0, (0.0, 0.5))}, masked=(_HUGE,),
     ),
     _Measure(
         "squish_index", "squish index",
@@ -227,18 +257,23 @@ _MEASURES = (
         (0.0, 2.0), "lower", {"tetra": (0.0, (0.0, 0.8))}, masked=(_HUGE, _ZERO_EDGE),
     ),
     _Measure(
-        "stretch", "stretch", f"√3 times the shortest edge over the longest diagonal; {_BLIND}",
-        _POSITIVE, "higher", {"hexahedron": (1.0, (0.25, 1.0))}, masked=(_HUGE,),
+        "stretch", "stretch",
+        f"√3 (of a quadrilateral √2) times the shortest edge over the longest diagonal; {_BLIND}",
+        _POSITIVE, "higher", {"hexahedron": (1.0, (0.25, 1.0)), "quad": (1.0, (0.25, 1.0))}, masked=(_HUGE,),
     ),
     _Measure(
         "taper", "taper", f"largest cross derivative over the principal axes; {_BLIND}",
-        _POSITIVE, "lower", {"hexahedron": (0.0, (0.0, 0.5))}, masked=(_HUGE,),
+        _POSITIVE, "lower", {"hexahedron": (0.0, (0.0, 0.5)), "quad": (0.0, (0.0, 0.7))}, masked=(_HUGE,),
     ),
     _Measure(
         "volume", "volume", "signed volume",
         _ANY, "higher",
         {"tetra": (sqrt(2) / 12, (0.0, inf)), "pyramid": (sqrt(2) / 6, (0.0, inf)), "wedge": (sqrt(3) / 4, (0.0, inf)),
          "hexahedron": (1.0, (0.0, inf))}, "length³", is_signed=True,
+    ),
+    _Measure(
+        "warpage", "warpage", "1 less the least cube of the cosine between the normals at opposite corners; 0 if plane",
+        (0.0, 2.0), "lower", {"quad": (0.0, (0.0, 0.7))}, masked=(_ZERO_EDGE,),
     ),
 )  # fmt: skip
 
@@ -307,6 +342,8 @@ def verdict_quality(
     if asked is None:
         raise MetricError(f"no Verdict measure {measure!r}{meant_or_known(measure, _BY_NAME)}")
     row = CELL_TYPES.get(int(vtk_id))
+    if row is not None and row.dimension == 2:
+        row = SURFACE_TYPES[row.vtk_id]
     if row is None or row.shape is None or not asked.is_defined_for(row.shape.name):
         raise MetricError(
             f"Verdict measure {name} is not defined for {type_name(vtk_id)}; it is for {asked.cell_types}"
@@ -331,9 +368,12 @@ def verdict_quality(
     finite = np.isfinite(points).all(axis=1)
     if not finite.all():
         values[~finite[cells].all(axis=1)] = np.nan
-    if exponent and asked.length_power:
+    if name == "warpage" and _warpage_of_plane() > 0.5:
+        values = 1.0 - values
+    power = min(asked.length_power, row.shape.dimension)  # the Jacobian of a quadrilateral is an area
+    if exponent and power:
         with np.errstate(over="ignore"):
-            values = np.ldexp(values, exponent * asked.length_power)
+            values = np.ldexp(values, exponent * power)
     return values
 
 
@@ -372,6 +412,12 @@ def _wedge_is_legacy() -> bool:
     """True if the VTK at hand has the wedge's normal of (0, 1, 2) pointing away from (3, 4, 5)."""
     points = np.array(WEDGE.points)
     return bool(_ask(points, np.arange(6)[None], BY_NAME[WEDGE.name].vtk_id, "volume")[0] < 0)
+
+
+@cache
+def _warpage_of_plane() -> float:
+    """What the VTK at hand calls the warpage of a square."""
+    return float(_ask(np.array(QUAD.points), np.arange(4)[None], BY_NAME[QUAD.name].vtk_id, "warpage")[0])
 
 
 def _in_range(points: NDArray[np.floating], cells: NDArray[np.signedinteger]) -> tuple[NDArray[np.floating], int]:
