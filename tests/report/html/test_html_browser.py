@@ -22,11 +22,12 @@ Open = Callable[..., Any]
 
 COLOURS = """canvas => {
     const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
-    const n = {red: 0, orange: 0, blue: 0, opaque: 0};
+    const n = {red: 0, orange: 0, blue: 0, opaque: 0, light: 0};
     for (let i = 0; i < data.length; i += 4) {
         const r = data[i], g = data[i + 1], b = data[i + 2];
         if (data[i + 3] < 200) continue;
         n.opaque++;
+        n.light += r + g + b;
         if (r > 120 && g < 70 && b < 60) n.red++;
         if (r > 140 && g > 0.6 * r && g < 0.8 * r && b < 70) n.orange++;
         if (b - r > 40) n.blue++;
@@ -135,6 +136,12 @@ def test_slicing_and_the_whole_mesh(opened: Open, bracket: Path) -> None:
     assert page.inner_text("[data-shown]") == "Shows all 6,192 cells."
     whole = pixels(page)
     assert whole["blue"] > 10_000
+    page.uncheck("[data-hollows]")
+    flat = pixels(page)
+    assert flat["opaque"] == whole["opaque"]
+    assert flat["light"] > 1.01 * whole["light"]
+    page.check("[data-hollows]")
+    assert pixels(page) == whole
     page.click("[data-slice='0']")
     page.locator("[data-position]").fill("0.3")
     part = pixels(page)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ...quality.measure import Quality
     from ...quality.worst import StatusCells
 
-SCRIPTS = ("shaders.js", "model.js", "stage.js", "cards.js", "meshview.js", "wipe.js", "page.js")
+SCRIPTS = ("shaders.js", "model.js", "hollows.js", "stage.js", "cards.js", "meshview.js", "wipe.js", "page.js")
 """Our own, in the order in which they are run."""
 
 LIBRARY = "vendor/three.min.js"

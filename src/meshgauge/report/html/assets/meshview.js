@@ -51,6 +51,8 @@ class MeshView {
     const around = [0, 1, 2, 3, 4, 5, 6, 7].map((c) => [0, 1, 2].map((k) => ((c >> k) & 1 ? this.extent.high : this.extent.low)[k]));
     this.view = new MG.View(this.$("canvas"), { around, from: [0.75, -1.5, 0.85], zooms: false });
     this.view.hasAxes = true;
+    this.view.before = () => this.shade();
+    this.isShown = new Uint8Array(n);
     const add = (item, order) => {
       item.frustumCulled = false;
       item.renderOrder = order;
@@ -98,6 +100,17 @@ class MeshView {
     this.marks.geometry = places;
     this.marks.material.uniforms.uSize.value = drawn.length < 100 ? 19 : 15;
     this.nMarks = drawn.length;
+    this.volume = MG.volumes(model, a, this.where, (i) => this.centre(i));
+    const sorted = this.volume.filter((v) => v > 0).sort();
+    if (sorted.length) {
+      this.hollows = new MG.Hollows(this.extent.low, this.extent.high, sorted[sorted.length >> 1]);
+      const { uniforms } = this.cells.material;
+      uniforms.uHollows.value?.dispose();
+      uniforms.uHollows.value = this.hollows.texture;
+      uniforms.uHollowsLow.value.set(...this.hollows.low);
+      uniforms.uHollowsScale.value.set(...this.hollows.counts.map((n) => 1 / (n * this.hollows.box)));
+      uniforms.uHollowsBox.value = this.hollows.box;
+    }
     this.$("mark-text").textContent = drawn.length < marks.length ? `(${marks.length.toLocaleString("en")}, in ${drawn.length} marks)` : "";
   }
 
@@ -131,6 +144,30 @@ class MeshView {
     });
   }
 
+  // Before it is drawn: how full space is of what is shown now.
+  shade() {
+    if (!this.isStale) return;
+    this.isStale = false;
+    const { uniforms } = this.cells.material;
+    const isOn = Boolean(this.hollows) && this.$("hollows").checked;
+    uniforms.uDark.value = isOn ? 0.7 : 0;
+    if (!isOn) return;
+    const { a, hollows } = this;
+    const left = (1 - uniforms.uShrink.value) ** 3;
+    hollows.clear();
+    for (let i = 0; i < a.id.length; i++) {
+      if (!this.isShown[i] || !(this.volume[i] > 0)) continue;
+      const [from, to] = [this.where.start[i], this.where.start[i + 1]];
+      const [x, y, z] = [this.table[8 * i], this.table[8 * i + 1], this.table[8 * i + 2]];
+      const part = (left * this.volume[i]) / (2 * (to - from));
+      for (let m = from; m < to; m++) {
+        const p = 3 * a.nodes[m];
+        for (let t = 0.35; t < 1; t += 0.4) hollows.add(x + t * (a.xyz[p] - x), y + t * (a.xyz[p + 1] - y), z + t * (a.xyz[p + 2] - z), part);
+      }
+    }
+    hollows.finish();
+  }
+
   centre(i) {
     return this.table.subarray(8 * i, 8 * i + 3);
   }
@@ -157,11 +194,16 @@ class MeshView {
     });
     $("shrink").addEventListener("input", (event) => {
       this.cells.material.uniforms.uShrink.value = Number(event.target.value);
+      this.isStale = true;
       this.view.request();
     });
     for (const name of ["position", "flip"]) $(name).addEventListener("input", () => this.slice());
     $("marks").addEventListener("change", (event) => {
       this.marks.visible = event.target.checked;
+      this.view.request();
+    });
+    $("hollows").addEventListener("change", () => {
+      this.isStale = true;
       this.view.request();
     });
     $("reset").addEventListener("click", () => this.view.reset());
@@ -231,8 +273,10 @@ class MeshView {
       this.table[8 * i + 5] = Number(selected);
       const passes = filtered ? selected : a.value[i] < limit || limit >= 1 || this.classes[i] > 0;
       here += Number(passes);
-      shown += Number(passes && this.isKept(i));
+      this.isShown[i] = Number(passes && this.isKept(i));
+      shown += this.isShown[i];
     }
+    this.isStale = true;
     this.texture.needsUpdate = true;
     const uniforms = this.cells.material.uniforms;
     uniforms.uLimit.value = limit;

@@ -82,6 +82,10 @@ uniform float uPixel, uOpacity, uEdge, uEdgeOpacity;
 uniform int uPick, uStyle; // style 0: by quality, 1: ghost
 #ifndef CELLS
 uniform vec4 uPlane;
+#else
+uniform highp sampler3D uHollows;
+uniform vec3 uHollowsLow, uHollowsScale;
+uniform float uHollowsBox, uDark;
 #endif
 vec3 scale(float v) {
   vec3 c = uStops[0];
@@ -98,7 +102,8 @@ void main() {
     return;
   }
   vec3 n = normalize(cross(dFdx(vView), dFdy(vView)));
-  if (n.z < 0.0) n = -n;
+  float side = n.z < 0.0 ? -1.0 : 1.0;
+  n *= side;
   vec3 thin = fwidth(vBary);
   vec3 line = 1.0 - smoothstep(thin * max(uEdge - 0.5, 0.0), thin * (uEdge + 0.7), vBary);
   // Lines of triangles that are hardly larger than a pixel would only make the surface grey.
@@ -115,6 +120,16 @@ void main() {
     base = mix(base, vec3(1.0), smoothstep(0.36, 0.40, stripe));
   }
   float light = 0.70 + 0.30 * max(dot(n, normalize(vec3(-0.45, 0.7, 0.75))), 0.0) + 0.10 * max(dot(n, normalize(vec3(0.8, -0.1, 0.5))), 0.0);
+#ifdef CELLS
+  if (uDark > 0.0) {
+    vec3 outward = side * normalize(cross(dFdx(vModel), dFdy(vModel)));
+    vec3 at = (vModel - uHollowsLow) * uHollowsScale;
+    vec3 ahead = outward * uHollowsBox * uHollowsScale;
+    // So far that what lies behind the face itself is not seen there.
+    float full = 0.3 * texture(uHollows, at + 4.0 * ahead).r + 0.3 * texture(uHollows, at + 6.0 * ahead).g + 0.4 * texture(uHollows, at + 10.0 * ahead).b;
+    light *= 1.0 - uDark * min(1.6 * full, 1.0);
+  }
+#endif
   vec3 lit = base * light;
   vec3 edged = mix(lit, vPicked > 0.5 ? vec3(0.0) : lit * 0.35, edge * (vPicked > 0.5 ? 1.0 : uEdgeOpacity));
   colour = vec4(edged, uOpacity + edge * (1.0 - uOpacity) * 0.8);
@@ -210,6 +225,11 @@ MG.material = ({ cells = false, style = 0, opacity = 1, edge = 0.6, edgeOpacity 
       uShrink: { value: 0 },
       uPickedCell: { value: -1 },
       uFiltered: { value: 0 },
+      uHollows: { value: null },
+      uHollowsLow: { value: new THREE.Vector3() },
+      uHollowsScale: { value: new THREE.Vector3(1, 1, 1) },
+      uHollowsBox: { value: 0 },
+      uDark: { value: 0 },
     },
   });
 

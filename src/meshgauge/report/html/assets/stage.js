@@ -181,6 +181,7 @@ class View {
   draw() {
     if (!this.canvas.clientWidth) return;
     const ratio = this.fit();
+    if (this.before) this.before();
     const flat = MG.stage.draw(this.scene, this.camera, this.canvas);
     if (this.hasAxes) this.axes(flat, ratio);
     this.canvas.dataset.drawn = String(Number(this.canvas.dataset.drawn || 0) + 1);
@@ -188,6 +189,12 @@ class View {
   axes(flat, ratio) {
     const style = getComputedStyle(this.canvas);
     const [x, y, length] = [34 * ratio, this.canvas.height - 34 * ratio, 22 * ratio];
+    flat.fillStyle = style.getPropertyValue("--card");
+    flat.globalAlpha = 0.78;
+    flat.beginPath();
+    flat.arc(x, y, 31 * ratio, 0, 2 * Math.PI);
+    flat.fill();
+    flat.globalAlpha = 1;
     flat.font = `600 ${11 * ratio}px system-ui, sans-serif`;
     flat.textAlign = "center";
     flat.textBaseline = "middle";

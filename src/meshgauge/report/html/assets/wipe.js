@@ -8,6 +8,7 @@ MG.wipe = (root, meshes) => {
     const view = new MG.View(canvas, { around: meshes[0].view.home.around, from: [0.75, -1.5, 0.85], zooms: false });
     view.scene = mesh.view.scene;
     view.hasAxes = i === 0;
+    view.before = mesh.view.before;
     const own = mesh.view.request.bind(mesh.view);
     mesh.view.request = () => {
       own();

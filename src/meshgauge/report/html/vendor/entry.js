@@ -2,10 +2,12 @@
 export {
   BufferAttribute,
   BufferGeometry,
+  Data3DTexture,
   DataTexture,
   DoubleSide,
   FloatType,
   GLSL3,
+  LinearFilter,
   Mesh,
   PerspectiveCamera,
   Points,
