@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -36,6 +37,10 @@ def test_what_is_bad() -> None:
         ("bad.txt", True, "101\n102\n103\n104\n"),
         ("bad.inc", False, "*ELSET, ELSET=MESHGAUGE_BAD\n2, 3, 4, 5\n"),
         ("bad.inc", True, "*ELSET, ELSET=MESHGAUGE_BAD\n101, 102, 103, 104\n"),
+        ("bad.set", False, "$ MESHGAUGE_BAD\nSET 9999 = 2, 3, 4, 5\n"),
+        ("bad.set", True, "$ MESHGAUGE_BAD\nSET 9999 = 101, 102, 103, 104\n"),
+        ("bad.bdf", False, "$ MESHGAUGE_BAD\nSET3,9999,ELEM,2,3,4,5\n"),
+        ("bad.nas", True, "$ MESHGAUGE_BAD\nSET3,9999,ELEM,101,102,103,104\n"),
     ],
 )
 def test_lists(name: str, numbered: bool, text: str, tmp_path: Path) -> None:
@@ -49,6 +54,92 @@ def test_rows_of_abaqus_are_no_longer_than_it_reads(tmp_path: Path) -> None:
     write_list(tmp_path / "a.inc", measure(Mesh.from_arrays(mesh().points, {"tetra": bad})))
     rows = (tmp_path / "a.inc").read_text().splitlines()[1:]
     assert [len(row.split(",")) for row in rows] == [16, 16, 8]
+
+
+def many(n: int) -> Mesh:
+    """Inverted tetrahedra that a file numbers from 99 990 on."""
+    made = Mesh.from_arrays(mesh().points, {"tetra": np.tile([[0, 1, 2, 5]], (n, 1))})
+    return made.replace(cell_data={"label": np.arange(99_990, 99_990 + n)})
+
+
+def test_sets_of_nastran_fit_its_lines(tmp_path: Path) -> None:
+    for name in ("a.set", "a.bdf"):
+        assert write_list(tmp_path / name, measure(many(40))) == 40
+    lines = (tmp_path / "a.set").read_text().splitlines()[1:]
+    assert all(len(line) <= 72 for line in lines)
+    assert [line.endswith(",") for line in lines] == [True] * (len(lines) - 1) + [False]
+    text = "".join(lines)
+    assert [int(word) for word in text.split("=")[1].split(",")] == list(range(99_990, 100_030))
+    rows = (tmp_path / "a.bdf").read_text().splitlines()[1:]
+    assert [len(row.split(",")) for row in rows] == [9] * 5 + [3]
+    assert [word for row in rows for word in row.split(",")[1:]][2:] == [str(n) for n in range(99_990, 100_030)]
+    write_list(tmp_path / "none.set", measure(mesh()[:1]))
+    assert (tmp_path / "none.set").read_text() == "$ MESHGAUGE_BAD: no cells\n"
+
+
+def test_pynastran_reads_both(tmp_path: Path) -> None:
+    bdf = pytest.importorskip("pyNastran.bdf.bdf")
+    control = pytest.importorskip("pyNastran.bdf.case_control_deck")
+    for name in ("a.set", "a.bdf"):
+        write_list(tmp_path / name, measure(many(40)))
+    model = bdf.BDF(debug=False)
+    model.read_bdf(str(tmp_path / "a.bdf"), punch=True, xref=False)
+    assert list(model.sets[9999].ids) == list(range(99_990, 100_030))
+    deck = control.CaseControlDeck((tmp_path / "a.set").read_text().splitlines())
+    assert sorted(deck.subcases[0].params["SET 9999"][0]) == list(range(99_990, 100_030))
+
+
+def test_a_table_has_names_worst_node_centre_and_region(tmp_path: Path) -> None:
+    path = tmp_path / "bad.csv"
+    given = mesh(numbered=True).replace(
+        cell_data={"label": np.arange(100, 106), "material": np.array([1, 1, 2, 2, 2, 2])},
+        point_data={"label": np.arange(8) + 50},
+        field_data={"material:names": np.array(["a", "=b"]), "material:numbers": np.array([1, 2])},
+    )
+    quality = measure(given)
+    assert write_list(path, quality) == 4
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["cell"] for row in rows] == ["1", "2", "3", "4"]
+    assert [row["cell_label"] for row in rows] == ["101", "102", "103", "104"]
+    assert [row["status"] for row in rows] == ["ok", "inverted", "degenerate", "non_finite"]
+    for row in rows[:3]:
+        worst = quality.worst_node(int(row["cell"]))
+        assert (int(row["node"]), int(row["point"]), int(row["point_label"])) == (
+            worst.node,
+            worst.point,
+            50 + worst.point,
+        )
+        assert tuple(float(row[axis]) for axis in "xyz") == worst.coordinates
+        assert float(row["jens"]) == quality.values[int(row["cell"])]
+        centre = given.points[given.nodes(int(row["cell"]))].mean(axis=0)
+        np.testing.assert_allclose([float(row[f"centre_{axis}"]) for axis in "xyz"], centre)
+    assert (rows[3]["jens"], rows[3]["node"], rows[3]["centre_y"]) == ("", "", "")
+    assert len({row["region"] for row in rows}) == 2
+
+
+def test_numbers_to_standard_output(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.vtu"
+    meshgauge.write(path, mesh())
+    assert main(["report", str(path), "--bad", "-", "-q"]) == 0
+    assert capsys.readouterr().out.splitlines()[:4] == ["1", "2", "3", "4"]
+
+
+def test_as_a_set_of_the_mesh(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, out = tmp_path / "a.vtu", tmp_path / "out.msh"
+    meshgauge.write(path, mesh())
+    assert main(["report", str(path), "--bad-set", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"{out}: 4 bad cells in the set MESHGAUGE_BAD"
+    back = meshgauge.read(out)
+    assert back.n_cells == 6
+    np.testing.assert_array_equal(back.cell_data["gmsh:physical"], [0, 1, 1, 1, 1, 0])
+    meshgauge.write(path, mesh()[:1])
+    out.unlink()
+    assert main(["report", str(path), "--bad-set", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == f"{out}: 0 bad cells: no mesh is written"
+    assert not out.exists()
+    assert main(["report", str(path), "--bad-set", str(tmp_path / "b.vtu")]) == 2, "before the mesh is read"
+    assert "written with any mesh as .msh" in capsys.readouterr().err
 
 
 def test_a_set_of_openfoam_holds_positions(tmp_path: Path) -> None:

@@ -23,6 +23,9 @@ from .options import Purposes, Reading, WedgeOrders
 from .terminal import COULD_NOT, DONE, TRACEBACK
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from ..io.patching import Changes, Patch
     from ..quality.measure import Quality
     from ..quality.one_cell import OneCell
@@ -384,17 +387,14 @@ class Batch:
             step=_choice(self.reading.step),
         )
 
-    def write_bad(self, target: Path, quality: Quality) -> int:
-        """Write the cells that are not valid, or poor, see `report.bad_cells`; returns how many. A mesh of none is not
-        written: nobody could check it."""
-        from ..report.bad_cells import is_bad, is_list, write_list
+    def write_set(self, mesh: Mesh, target: Path, cells: NDArray[np.int64], name: str) -> tuple[str, ...]:
+        """Write a mesh, as it was read, with a set of its cells, see `io.sets`."""
+        from ..io.sets import write_set
 
-        if is_list(target):
-            return write_list(target, quality)
-        cells = quality.with_data()[is_bad(quality)]
-        if cells.n_cells:
-            self.write(target, cells)
-        return cells.n_cells
+        return write_set(
+            mesh, target, cells, name, file_format=self.reading.file_format, limits=self._limits,
+            step=_choice(self.reading.step), wedge_order=self.wedge_order.value,
+        )  # fmt: skip
 
     def patch(self, mesh: Mesh, target: Path, changes: Changes = "points") -> Patch | None:
         """How the file of a mesh is patched; None if the output is a conversion. Raises `ReadError`."""

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from ..errors import OptionError, WriteError
-from ..look.style import number_of
 from . import inputs, options
 from .groups.report import PARTIAL, Apart, Contents
 from .options import WRITING, option
@@ -33,7 +32,17 @@ def report(
         option(
             "--bad",
             "FILE",
-            "Write the bad cells: a mesh of them, a list (.txt), a set of Abaqus (.inc) or OpenFOAM (.cellSet).",
+            "Write the bad cells: a mesh of them, a list (.txt, -), a table (.csv), a set for Abaqus (.inc), Nastran "
+            "(.set, .bdf) or OpenFOAM (.cellSet).",
+            WRITING,
+        ),
+    ] = None,
+    bad_set: Annotated[
+        Path | None,
+        option(
+            "--bad-set",
+            "MESH",
+            "Write the mesh with its bad cells as a set: a copy of Exodus or CGNS, or Gmsh's .msh.",
             WRITING,
         ),
     ] = None,
@@ -56,21 +65,29 @@ def report(
             raise OptionError("--as-one makes one mesh of several files: neither --in-place nor --partial goes with it")
         paths = [inputs.Joined.of(files)]
     target = inputs.mesh_target(paths, output, in_place=in_place)
-    inputs.check_targets(files, texts=(csv, html), files=(output, apart.partial, bad))
+    of_bad = (bad, bad_set)
+    has_bad = any(one is not None for one in of_bad)
+    lists, meshes_of_bad = ((bad,), ()) if bad is not None and str(bad) == "-" else ((), (bad,))
+    inputs.check_targets(files, texts=(csv, html, *lists), files=(output, apart.partial, *meshes_of_bad, bad_set))
     share = apart.shares()
     if target is not None and (reading.step == "all" or reading.displacement is not None):
         raise WriteError(f"{target}: --step all and --displacement measure; such a mesh is not written")
 
-    if bad is not None and (len(paths) > 1 or reading.step == "all"):
-        raise OptionError("--bad writes the cells of one mesh")
+    if has_bad and (len(paths) > 1 or reading.step == "all"):
+        raise OptionError(f"--{'bad-set' if bad is None else 'bad'} writes the cells of one mesh")
+
+    if bad_set is not None:
+        from ..io.sets import check_extension
+
+        check_extension(bad_set)
 
     if apart.partial is not None and apart.partial.suffix != PARTIAL:
         raise OptionError(f"{apart.partial}: a partial report is a {PARTIAL} file")
 
-    if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target, bad))):
+    if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target, *of_bad))):
         raise OptionError("--partial keeps what was measured of one mesh, and goes with no other output")
 
-    if contents.cell is not None and (len(paths) > 1 or any(one is not None for one in (csv, html, target, bad))):
+    if contents.cell is not None and (len(paths) > 1 or any(one is not None for one in (csv, html, target, *of_bad))):
         raise OptionError("--cell reports one cell of one mesh, as text or JSON")
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
@@ -78,11 +95,11 @@ def report(
     from ..mesh.labels import labels_of
     from ..quality.metrics import LIMITS
     from ..report import FileReport
-    from ..report.bad_cells import is_list
     from ..report.csv import CsvWriter
     from ..report.one_cell import OneCellText, dumps
     from ..report.stream import file_report
     from ..slices import Ask
+    from .bad import write as write_bad
     from .batch import Batch
     from .printer import printer
     from .terminal import Output, emit
@@ -119,7 +136,7 @@ def report(
 
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
-        if page is None and bad is None and (target is None or (table is None and batch.adds_rows(path, target))):
+        if page is None and not has_bad and (target is None or (table is None and batch.adds_rows(path, target))):
             beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
             counter = MarkCounter() if contents.diagnosis else None
             ask = Ask(
@@ -157,8 +174,8 @@ def report(
             from .changed import write_report
 
             write_report(batch, quality, target, in_place=in_place)
-        if bad is not None:
-            n_bad.append(batch.write_bad(bad, quality))
+        if has_bad:
+            about_bad.extend(write_bad(batch, quality, bad, bad_set))
         if page is not None:
             with batch.progress(f"drawing {path}"):
                 page.add(quality, one)
@@ -167,7 +184,7 @@ def report(
     at_once = target is None and csv is None and html is None and purpose != "fv"
     printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=several, over_time=reading.step == "all")
     reports: list[FileReport] = []
-    n_bad: list[int] = []
+    about_bad: list[str] = []
     with (
         CsvWriter(csv, (*metrics, *of_faces), with_file=several) if csv else contextlib.nullcontext() as table,
         _page(html, len(paths), bins) as page,
@@ -181,9 +198,8 @@ def report(
             if not printing.file(one) and table is None and page is None:
                 break  # nobody reads any more, and there is no file to complete
     printing.end(reports, batch.failures)
-    if n_bad and not (quiet or as_json):
-        is_written = n_bad[0] or is_list(bad or Path())
-        emit(f"{bad}: {number_of(n_bad[0], 'bad cell', 'bad cells')}{'' if is_written else ': no mesh is written'}")
+    if about_bad and not (quiet or as_json):
+        emit("\n".join(about_bad))
     return batch.exit_code
 
 

@@ -1,23 +1,28 @@
-"""The bad cells of a mesh, for a viewer or a solver: as a mesh of them alone, as a list, or as a set of elements."""
+"""The bad cells of a mesh, for a person, a viewer or a solver: as a list, a table, or a set of elements."""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cells import type_name
 from ..files import output
 from ..mesh.labels import labels_of
+from ..mesh.regions import regions
 from ..quality.measure import Quality
-from ..status import Category, category, is_solid
+from ..status import STATUSES, Category, Status, category, is_solid
+from .csv import FORMULA
 
-SET = "MESHGAUGE_BAD"
-"""What the set is called."""
+SET, NUMBER = "MESHGAUGE_BAD", 9999
+"""What the set is called, and its number in Nastran."""
 
-_IN_A_ROW = 16
-"""Numbers that a line of Abaqus has at most."""
+_IN_A_ROW, _IN_A_LINE, _IN_A_CARD = 16, 72, 8
+"""Numbers that a line of Abaqus has at most, characters that one of Nastran's case control has, fields of a card."""
 
 Numbers = NDArray[np.int64]
 
@@ -34,18 +39,19 @@ def is_bad(quality: Quality) -> NDArray[np.bool_]:
 
 def is_list(path: Path) -> bool:
     """Whether numbers are written there, not a mesh: by the name."""
-    return path.suffix.lower() in _LISTS
+    return path == output.STANDARD_OUTPUT or path.suffix.lower() in _LISTS
 
 
 def write_list(path: Path, quality: Quality) -> int:
     """Write the numbers of the bad cells as the file of the mesh has them, or else their positions, from 0 (for Abaqus
-    from 1).
+    and Nastran from 1).
 
     Parameters
     ----------
     path
-        Where to: ``.txt`` gets a number a line, ``.inc`` an ``*ELSET`` of Abaqus, ``.cellSet`` a set of OpenFOAM, of
-        positions.
+        Where to: ``.txt`` and standard output (``-``) get a number a line, ``.csv`` a table, ``.inc`` an ``*ELSET`` of
+        Abaqus, ``.set`` a SET of Nastran's case control, ``.bdf`` and ``.nas`` a SET3 of its bulk data, ``.cellSet`` a
+        set of OpenFOAM, of positions.
 
     Returns
     -------
@@ -58,16 +64,50 @@ def write_list(path: Path, quality: Quality) -> int:
         If the file cannot be written.
     """
     cells = np.flatnonzero(is_bad(quality))
-    labels = labels_of(quality.mesh, "cell")
-    kind = path.suffix.lower()
-    if kind == ".cellset":
-        numbers = cells
-    elif labels is not None:
-        numbers = labels[cells]
-    else:  # a deck that is written of the mesh counts from 1
-        numbers = cells + (kind == ".inc")
-    output.write_text(path, _LISTS[kind](np.asarray(numbers, np.int64), path.stem))
+    kind = path.suffix.lower() or ".txt"
+    if kind == ".csv":
+        text = _table(quality, cells)
+    else:
+        labels = labels_of(quality.mesh, "cell")
+        if kind == ".cellset":
+            numbers = cells
+        elif labels is not None:
+            numbers = labels[cells]
+        else:  # a deck that is written of the mesh counts from 1
+            numbers = cells + (kind in _FROM_ONE)
+        text = _LISTS[kind](np.asarray(numbers, np.int64), path.stem)
+    output.write_text(path, text)
     return len(cells)
+
+
+def _table(quality: Quality, cells: Numbers) -> str:
+    """A row a cell: its names, what it is, its worst node, its centre and its region."""
+    mesh = quality.mesh
+    ids, names = regions(mesh)
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    labels = labels_of(mesh, "cell")
+    for cell in cells.tolist():
+        status = Status(int(quality.status[cell]))
+        node = quality.worst_node(cell) if STATUSES[status].is_measured else None
+        with np.errstate(invalid="ignore", over="ignore"):
+            centre = mesh.points[mesh.nodes(cell)].mean(axis=0, dtype=np.float64)
+        label = None if labels is None or labels[cell] < 0 else int(labels[cell])
+        worst = (None,) * 6 if node is None else (node.node, node.point, node.point_label, *node.coordinates)
+        name = names[ids[cell]] if len(names) > 1 else ""
+        region = f"'{name}" if name.startswith(FORMULA) else name
+        value = float(quality.values[cell])
+        row = (cell, label, type_name(mesh.types[cell]), STATUSES[status].name, value, *worst, *centre.tolist(), region)
+        writer.writerow("" if one is None or one != one else one for one in row)
+    return stream.getvalue()
+
+
+COLUMNS = (
+    *("cell", "cell_label", "type", "status", "jens", "node", "point", "point_label"),
+    *("x", "y", "z", "centre_x", "centre_y", "centre_z", "region"),
+)
+"""Of the table: ``x``, ``y``, ``z`` are of the worst node, the centre is the mean of the nodes."""
 
 
 def _plain(numbers: Numbers, name: str) -> str:
@@ -80,10 +120,43 @@ def _elset(numbers: Numbers, name: str) -> str:
     return "\n".join([f"*ELSET, ELSET={SET}", *lines]) + "\n"
 
 
+def _case_set(numbers: Numbers, name: str) -> str:
+    """``SET 9999 = 1, 2,`` and so on: a comma at its end continues a line."""
+    if not len(numbers):
+        return f"$ {SET}: no cells\n"
+    lines, line = [f"$ {SET}"], f"SET {NUMBER} ="
+    for at, number in enumerate(numbers.tolist()):
+        word = f" {number}" + ("," if at < len(numbers) - 1 else "")
+        if len(line) + len(word) > _IN_A_LINE:
+            lines.append(line)
+            line = " "
+        line += word
+    return "\n".join([*lines, line]) + "\n"
+
+
+def _bulk_set(numbers: Numbers, name: str) -> str:
+    """A SET3 of elements in free fields."""
+    if not len(numbers):
+        return f"$ {SET}: no cells\n"
+    fields = [f"{NUMBER}", "ELEM", *map(str, numbers.tolist())]
+    rows = [fields[at : at + _IN_A_CARD] for at in range(0, len(fields), _IN_A_CARD)]
+    return f"$ {SET}\n" + "".join(f"{'' if n else 'SET3'},{','.join(row)}\n" for n, row in enumerate(rows))
+
+
 def _cell_set(numbers: Numbers, name: str) -> str:
     head = f"FoamFile\n{{\n    version 2.0;\n    format ascii;\n    class cellSet;\n    object {name};\n}}\n"
     return f"{head}\n{len(numbers)}\n(\n{_plain(numbers, name)})\n"
 
 
-_LISTS: dict[str, Callable[[Numbers, str], str]] = {".txt": _plain, ".inc": _elset, ".cellset": _cell_set}
+_LISTS: dict[str, Callable[[Numbers, str], str]] = {
+    ".txt": _plain,
+    ".csv": _plain,  # a table, which has more than numbers
+    ".inc": _elset,
+    ".set": _case_set,
+    ".bdf": _bulk_set,
+    ".nas": _bulk_set,
+    ".cellset": _cell_set,
+}
 """By extension."""
+
+_FROM_ONE = (".inc", ".set", ".bdf", ".nas")

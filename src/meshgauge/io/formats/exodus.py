@@ -23,7 +23,7 @@ from ..plumbing.ids import drop_counts
 from ..plumbing.merge import Part, merge_parts
 from ..plumbing.netcdf import Variable, variables
 from ..plumbing.steps import Step, number_steps
-from . import exodus_adding, exodus_nodes, exodus_pieces, exodus_places, spread
+from . import exodus_adding, exodus_nodes, exodus_pieces, exodus_places, exodus_set, spread
 from .exodus_blocks import Block, block_name, blocks, kind_of, of_corners
 
 _MARKS = (b"CDF\x01", b"CDF\x02", b"CDF\x05", b"\x89HDF\r\n\x1a\n")
@@ -223,6 +223,7 @@ EXODUS = Format(
     places=exodus_places.places,
     nodes=exodus_nodes.nodes,
     add=add,
+    add_set=exodus_set.add_set,
     parts=spread.pieces,
     pieces=exodus_pieces.pieces,
 )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...mesh import Mesh
 from .added import Adder, RowsAdder
+from .cell_set import SetAdder, SetWriter
 from .patch import Places
 from .patch_faces import Faces
 from .patch_nodes import Nodes
@@ -117,6 +118,10 @@ class Format:
         Adds arrays of cells and points to a copy of a file; None if the format has no place for them.
     add_rows
         The same with arrays that are not in memory; None if they have to be.
+    add_set
+        Adds a named set of cells to a copy of a file; None where that is not done.
+    write_set
+        Writes any mesh with a named set of its cells; None where that is not done.
     included
         Where files name others that they include, so that a new file can name others; None if the format has no such.
     is_stale
@@ -150,6 +155,8 @@ class Format:
     nodes: NodesFinder | None = None
     add: Adder | None = None
     add_rows: RowsAdder | None = None
+    add_set: SetAdder | None = None
+    write_set: SetWriter | None = None
     included: IncludedNames | None = None
     is_stale: Callable[[str], bool] | None = None
     parts: Callable[[Path], tuple[Path, ...]] | None = None

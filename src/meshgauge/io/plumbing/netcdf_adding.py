@@ -23,7 +23,13 @@ _CODES = {"S1": 2, "i4": 4, "f8": 6}
 _PURE = "This is a netCDF dimension but not a netCDF variable."
 
 
-def with_variables(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays) -> None:
+Texts = Mapping[str, Mapping[str, str]]
+"""By name of the variable: texts by name of the attribute."""
+
+
+def with_variables(
+    old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays, attributes: Texts | None = None
+) -> None:
     """Write a copy of a file.
 
     Parameters
@@ -35,6 +41,8 @@ def with_variables(old: Path, new: Path, sizes: Mapping[str, int], arrays: Array
         one along which records are.
     arrays
         Variables that are added, or take the place of others: of characters (S1), int32 or float64.
+    attributes
+        Of variables that are added; those that take the place of others keep theirs.
 
     Raises
     ------
@@ -43,7 +51,7 @@ def with_variables(old: Path, new: Path, sizes: Mapping[str, int], arrays: Array
     """
     with old.open("rb") as file:
         is_classic = file.read(3) == b"CDF"
-    (_with_classic if is_classic else _with_hdf)(old, new, sizes, arrays)
+    (_with_classic if is_classic else _with_hdf)(old, new, sizes, arrays, attributes or {})
 
 
 def dimensions(path: Path) -> tuple[dict[str, int], dict[str, tuple[str, ...]]]:
@@ -120,16 +128,24 @@ class _Layout(Classic):
         shape = [self.dimensions[at][1] for at in entry.dimensions]
         return math.prod(shape[1:] if self.is_record(entry) else shape) * np.dtype(TYPES[entry.kind]).itemsize
 
+    def raw_number(self, value: int, width: int = 0) -> bytes:
+        return value.to_bytes(width or self.count, "big")
+
+    def raw_name(self, text: str) -> bytes:
+        raw = text.encode()
+        return self.raw_number(len(raw)) + raw + bytes(-len(raw) % 4)
+
+    def raw_texts(self, texts: Mapping[str, str]) -> bytes:
+        """Attributes of texts."""
+        if not texts:
+            return bytes(4 + self.count)
+        number, name = self.raw_number, self.raw_name
+        rows = (name(key) + number(_CODES["S1"], 4) + name(text) for key, text in texts.items())
+        return number(12, 4) + number(len(texts)) + b"".join(rows)
+
     def header(self, begins: list[int]) -> bytes:
         """All that stands before the arrays."""
-
-        def number(value: int, width: int = 0) -> bytes:
-            return value.to_bytes(width or self.count, "big")
-
-        def name(text: str) -> bytes:
-            raw = text.encode()
-            return number(len(raw)) + raw + bytes(-len(raw) % 4)
-
+        number, name = self.raw_number, self.raw_name
         largest = (1 << (8 * self.count)) - 1
         parts = [self.data[:4], number(self.n_records)]
         parts += [number(10, 4), number(len(self.dimensions))]
@@ -143,7 +159,7 @@ class _Layout(Classic):
         return b"".join(parts)
 
 
-def _with_classic(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays) -> None:
+def _with_classic(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays, attributes: Texts) -> None:
     with old.open("rb") as raw, mmap.mmap(raw.fileno(), 0, access=mmap.ACCESS_READ) as data:
         layout = _Layout(old, data)
         records = [entry for entry in layout.entries if layout.is_record(entry)]
@@ -151,7 +167,7 @@ def _with_classic(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays
         step = lengths[0] if len(records) == 1 else sum(n + -n % 4 for n in lengths)
         held = {entry.name: layout.n_bytes(entry) for entry in layout.entries}
         n_records = layout.n_records
-        _put(layout, sizes, arrays)
+        _put(layout, sizes, arrays, attributes)
         if layout.n_records > n_records and any(
             entry.values is None and layout.is_record(entry) for entry in layout.entries
         ):
@@ -185,7 +201,7 @@ def _with_classic(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays
                         file.writelines(source(entry, record))
 
 
-def _put(layout: _Layout, sizes: Mapping[str, int], arrays: Arrays) -> None:
+def _put(layout: _Layout, sizes: Mapping[str, int], arrays: Arrays, attributes: Texts) -> None:
     """Change dimensions and variables."""
     places = {name: at for at, (name, _) in enumerate(layout.dimensions)}
     for name, size in sizes.items():
@@ -202,8 +218,8 @@ def _put(layout: _Layout, sizes: Mapping[str, int], arrays: Arrays) -> None:
     known = {entry.name: entry for entry in layout.entries}
     for name, (dimensions, values) in arrays.items():
         ids, kind = [places[one] for one in dimensions], _CODES[values.dtype.str[1:]]
-        attributes = known[name].attributes if name in known else bytes(4 + layout.count)
-        made = _Entry(name, ids, attributes, kind, 0, values)
+        raw = known[name].attributes if name in known else layout.raw_texts(attributes.get(name, {}))
+        made = _Entry(name, ids, raw, kind, 0, values)
         if layout.is_record(made):
             layout.n_records = max(layout.n_records, len(values))
         if name in known:
@@ -212,7 +228,7 @@ def _put(layout: _Layout, sizes: Mapping[str, int], arrays: Arrays) -> None:
             layout.entries.append(made)
 
 
-def _with_hdf(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays) -> None:
+def _with_hdf(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays, texts: Texts) -> None:
     import h5py
 
     shutil.copyfile(old, new)
@@ -242,6 +258,8 @@ def _with_hdf(old: Path, new: Path, sizes: Mapping[str, int], arrays: Arrays) ->
             for axis, dimension in enumerate(dimensions):
                 if made is not file[dimension]:
                     made.dims[axis].attach_scale(file[dimension])
+            for key, text in texts.get(name, {}).items() if name not in attributes else ():
+                made.attrs[key] = np.bytes_(text)
             for key, value in attributes.get(name, {}).items():
                 made.attrs[key] = value
 

@@ -17,7 +17,7 @@ from .zone import Zone, zones
 
 _WIDTHS = {"name": 33, "label": 33, "type": 3}
 """Bytes of the attributes of a node."""
-_KINDS = {"f8": "R8", "i4": "I4", "i1": "C1"}
+_KINDS = {"f8": "R8", "i8": "I8", "i4": "I4", "i1": "C1"}
 _LONGEST = 32
 """Characters of a name."""
 
@@ -26,8 +26,7 @@ def add(old: Path, new: Path, added: Added) -> NDArray[np.bool_]:
     """Arrays stand in the solution of a zone on points, or on cells, that it has; else in one that is made."""
     import h5py
 
-    if not h5py.is_hdf5(old):
-        raise CannotAdd("is of the old kind (ADF); cgnsconvert makes HDF5 of it")
+    require_hdf(old)
     longest = max((*added.cells, *added.points), key=len, default="")
     if len(longest) > _LONGEST:
         raise CannotAdd(f"would need the name {longest!r}, of more than {_LONGEST} characters")
@@ -46,6 +45,14 @@ def add(old: Path, new: Path, added: Added) -> NDArray[np.bool_]:
     return is_held
 
 
+def require_hdf(path: Path) -> None:
+    """Raise `CannotAdd` if a file is of the old kind."""
+    import h5py
+
+    if not h5py.is_hdf5(path):
+        raise CannotAdd("is of the old kind (ADF); cgnsconvert makes HDF5 of it")
+
+
 def _solid(zone: Zone) -> NDArray[np.int64]:
     """The cells that have values: of the dimension of the base, in the order of the numbers of elements."""
     types, numbers = zone.part.types, zone.part.cell_data.get(LABEL)
@@ -62,8 +69,8 @@ def _put(zone: Node, where: str, arrays: dict[str, NDArray[np.float64]], shape: 
         name = "PointQuality" if where == "Vertex" else "CellQuality"
         if zone.child(name) is not None:
             raise CannotAdd(f"has a node {name!r} already")
-        made = _node(zone.group, name, "FlowSolution_t")
-        _node(made, "GridLocation", "GridLocation_t", np.frombuffer(where.encode(), np.int8))
+        made = make_node(zone.group, name, "FlowSolution_t")
+        make_node(made, "GridLocation", "GridLocation_t", np.frombuffer(where.encode(), np.int8))
     else:
         made = solution.group
         if solution.first("Rind_t") is not None:
@@ -71,7 +78,7 @@ def _put(zone: Node, where: str, arrays: dict[str, NDArray[np.float64]], shape: 
     for key, values in arrays.items():
         if key in made:
             del made[key]
-        _node(made, key, "DataArray_t", values.reshape(shape[::-1] or -1))
+        make_node(made, key, "DataArray_t", values.reshape(shape[::-1] or -1))
 
 
 def _place(solution: Node) -> str:
@@ -79,7 +86,7 @@ def _place(solution: Node) -> str:
     return place.text() if place is not None else "Vertex"
 
 
-def _node(parent: Any, name: str, label: str, values: NDArray[Any] | None = None) -> Any:
+def make_node(parent: Any, name: str, label: str, values: NDArray[Any] | None = None) -> Any:
     """A node as CGNS's library writes it."""
     made = parent.create_group(name, track_order=True)
     kind = "MT" if values is None else _KINDS[values.dtype.str[1:]]

@@ -16,7 +16,7 @@ from ...plumbing.ids import drop_counts
 from ...plumbing.merge import merge_parts
 from ..others import by_pyvista
 from ..vtk.hdf import MAGIC
-from . import adding
+from . import adding, cell_set
 from . import zone as cgns_zone
 from .pieces import pieces
 from .places import places
@@ -67,6 +67,15 @@ def _mesh(zones: list[cgns_zone.Zone], path: Path) -> Mesh:
 
 
 CGNS = Format(
-    "cgns", "CGNS", (".cgns",), sniff, read, foreign=by_pyvista, places=places, pieces=pieces,
-    add=adding.add, by_content=False,
-)  # fmt: skip
+    "cgns",
+    "CGNS",
+    (".cgns",),
+    sniff,
+    read,
+    foreign=by_pyvista,
+    places=places,
+    pieces=pieces,
+    add=adding.add,
+    add_set=cell_set.add_set,
+    by_content=False,
+)

@@ -10,6 +10,7 @@ from ...plumbing.format import Format
 from . import adding
 from . import read as gmsh_read
 from . import write as gmsh_write
+from . import write_set as gmsh_write_set
 from .nodes import nodes
 from .places import places
 
@@ -33,4 +34,15 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return gmsh_write.write(path, mesh)
 
 
-GMSH = Format("gmsh", "Gmsh", (".msh",), sniff, read, write=write, places=places, nodes=nodes, add=adding.add)
+GMSH = Format(
+    "gmsh",
+    "Gmsh",
+    (".msh",),
+    sniff,
+    read,
+    write=write,
+    places=places,
+    nodes=nodes,
+    add=adding.add,
+    write_set=gmsh_write_set.write_set,
+)

@@ -23,7 +23,7 @@ from ...plumbing import writing
 from .cells import BY_CELL
 
 Ints = NDArray[np.int64]
-_TAGS = ("gmsh:physical", "gmsh:geometrical")
+TAGS = ("gmsh:physical", "gmsh:geometrical")
 _LARGEST = 2**31 - 1
 
 
@@ -35,14 +35,14 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     if max(mesh.n_points, mesh.n_cells) >= _LARGEST:
         raise WriteError(f"{path}: version 2.2 of Gmsh's format numbers at most {_LARGEST} nodes and elements")
     lost: list[str] = []
-    groups = _groups(mesh)
+    groups = groups_of(mesh)
     points = writing.numbers(mesh.point_data, mesh.n_points, _LARGEST)
     cells = writing.numbers(mesh.cell_data, mesh.n_cells, _LARGEST)
     as_text = not np.array_equal(points, np.arange(1, mesh.n_points + 1))
     with path.open("wb") as file:
         file.write(b"$MeshFormat\n2.2 0 8\n" if as_text else b"$MeshFormat\n2.2 1 8\n" + np.int32(1).tobytes() + b"\n")
         file.write(b"$EndMeshFormat\n")
-        _names(file, mesh, groups, lost)
+        write_names(file, mesh, groups, lost)
         nodes = np.empty(mesh.n_points, [("tag", np.int32), ("x", np.float64, 3)])
         nodes["tag"] = points
         nodes["x"] = mesh.points
@@ -52,15 +52,15 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         file.write(b"\n$EndElements\n")
         for name, values in mesh.point_data.items():
             if name != LABEL or not np.array_equal(values, points):
-                _view(file, "NodeData", name, values, points, lost, as_text)
+                write_view(file, "NodeData", name, values, points, lost, as_text)
         for name, values in mesh.cell_data.items():
-            if not (_is_tag(name, values) or (name == LABEL and np.array_equal(values, cells))):
-                _view(file, "ElementData", name, values, cells, lost, as_text)
+            if not (is_tag(name, values) or (name == LABEL and np.array_equal(values, cells))):
+                write_view(file, "ElementData", name, values, cells, lost, as_text)
     return tuple(lost)
 
 
-def _is_tag(name: str, values: NDArray[np.generic]) -> bool:
-    return name in _TAGS and values.ndim == 1 and values.dtype.kind in "iu"
+def is_tag(name: str, values: NDArray[np.generic]) -> bool:
+    return name in TAGS and values.ndim == 1 and values.dtype.kind in "iu"
 
 
 def _fits_quotes(name: str) -> bool:
@@ -83,10 +83,10 @@ _NONE = {f"no {key.split(':')[-1]}" for key in KEYS}
 """What `named_regions` calls cells that are in none."""
 
 
-def _groups(mesh: Mesh) -> _Groups:
+def groups_of(mesh: Mesh) -> _Groups:
     """Those of the mesh; of other formats its regions. Regions that are numbers only ("material 3") keep them."""
-    given = mesh.cell_data.get(_TAGS[0])
-    if given is not None and _is_tag(_TAGS[0], given):
+    given = mesh.cell_data.get(TAGS[0])
+    if given is not None and is_tag(TAGS[0], given):
         return _Groups(given.astype(np.int32), {})
     regions = named_regions(mesh)
     if regions is None:
@@ -106,7 +106,7 @@ def _groups(mesh: Mesh) -> _Groups:
     return _Groups(np.array(own, np.int32)[ids], made, frozenset(writing.named_by(mesh, names)))
 
 
-def _names(file: BinaryIO, mesh: Mesh, made: _Groups, lost: list[str]) -> None:
+def write_names(file: BinaryIO, mesh: Mesh, made: _Groups, lost: list[str]) -> None:
     """Names of physical groups: field data of two integers, a tag and a dimension, or those that were made."""
     groups = {}
     for name, values in mesh.field_data.items():
@@ -130,8 +130,8 @@ def _elements(
     sizes = np.diff(mesh.offsets)
     breaks = np.flatnonzero((np.diff(mesh.types) != 0) | (np.diff(sizes) != 0)) + 1
     starts = [0, *breaks.tolist()] if mesh.n_cells else []
-    entities = mesh.cell_data.get(_TAGS[1], np.empty(0))
-    tags = [groups.tags, entities if _is_tag(_TAGS[1], entities) else np.zeros(mesh.n_cells, np.int32)]
+    entities = mesh.cell_data.get(TAGS[1], np.empty(0))
+    tags = [groups.tags, entities if is_tag(TAGS[1], entities) else np.zeros(mesh.n_cells, np.int32)]
     for start, stop in zip(starts, [*starts[1:], mesh.n_cells], strict=False):
         name, n_nodes = type_name(mesh.types[start]), int(sizes[start])
         kind = BY_CELL.get((name, n_nodes))
@@ -150,7 +150,7 @@ def _elements(
             file.write(np.array([kind.gmsh_id, stop - start, 2], np.int32).tobytes() + rows.tobytes())
 
 
-def _view(
+def write_view(
     file: BinaryIO, section: str, name: str, values: NDArray[np.generic], tags: Ints, lost: list[str], as_text: bool
 ) -> None:
     what = "point" if section == "NodeData" else "cell"
