@@ -68,6 +68,7 @@ def assert_same(made: FileReport, expected: FileReport) -> None:
     assert made.summary == expected.summary
     assert made.others == expected.others
     assert made.regions == expected.regions
+    assert made.region_companions == expected.region_companions
 
 
 def whole(path: Path, metrics: Sequence[str] = METRICS, **how: Any) -> FileReport:

@@ -37,7 +37,14 @@ CHUNK = 1 << 18
 """Cells summarised at a time."""
 
 
-def companions(quality: Quality, *, n_cells: int | None = None, threads: int | None = None) -> tuple[Summary, Summary]:
+Pair = tuple[Summary, Summary]
+"""Of `NAMES`."""
+
+WHOLE = -1
+"""Where the tallies of all cells are kept among those of regions."""
+
+
+def companions(quality: Quality, *, n_cells: int | None = None, threads: int | None = None) -> Pair:
     """The summaries of `jens_mean` and `edge_ratio` of the cells that are measured.
 
     Parameters
@@ -49,23 +56,52 @@ def companions(quality: Quality, *, n_cells: int | None = None, threads: int | N
     threads
         At most this many; None: one for each processor. It has no influence on the values.
     """
+    return companions_by_region(quality, None, n_cells=n_cells, threads=threads)[0]
+
+
+def companions_by_region(
+    quality: Quality, regions: NDArray[np.int64] | None, *, n_cells: int | None = None, threads: int | None = None
+) -> tuple[Pair, dict[int, Pair]]:
+    """`companions` of all cells, and those of the cells of each region that has some.
+
+    Parameters
+    ----------
+    quality, n_cells, threads
+        As for `companions`.
+    regions
+        ``(quality.n_cells,)`` the region of each cell, 0 and more; None: there are none.
+    """
     mesh = without_ghosts(quality.mesh)
     compiled = path.is_compiled(mesh.n_cells if n_cells is None else n_cells)
     interface = is_interface(quality.mesh)
-    merged: tuple[dict[int, Tally], dict[int, Tally]] = ({}, {})
+    merged: dict[int, list[dict[int, Tally]]] = {WHOLE: [{}, {}]}
 
-    def tallied(values: tuple[Values, Values], at: CellIds) -> list[dict[int, Tally]]:
+    def tallied(values: tuple[Values, Values], at: CellIds) -> dict[int, list[dict[int, Tally]]]:
         status, types = quality.status[at], quality.mesh.types[at]
+        ids = None if regions is None else regions[at]
         kept = ~is_unmeasured(status)
         if interface is not None:
             kept &= ~interface[at]
         if not kept.all():
             values, status, types = (values[0][kept], values[1][kept]), status[kept], types[kept]
+            ids = None if ids is None else ids[kept]
+        found = {WHOLE: both(values, status, types)}
+        if ids is not None and len(ids):
+            order = np.argsort(ids, kind="stable")
+            ends = [*(np.flatnonzero(np.diff(ids[order])) + 1).tolist(), len(order)]
+            for first, last in zip([0, *ends], ends, strict=False):
+                own = order[first:last]
+                found[int(ids[own[0]])] = both((values[0][own], values[1][own]), status[own], types[own])
+        return found
+
+    def both(
+        values: tuple[Values, Values], status: NDArray[np.uint8], types: NDArray[np.uint8]
+    ) -> list[dict[int, Tally]]:
         return [
             tallies(one, status, types, METRICS[name], mesh.purpose) for name, one in zip(NAMES, values, strict=True)
         ]
 
-    def work(part: CellIds, row: CellType) -> list[dict[int, Tally]]:
+    def work(part: CellIds, row: CellType) -> dict[int, list[dict[int, Tally]]]:
         n, start = connectivity.count(part), 0
         means, ratios = np.empty(n), np.empty(n)
         for some in connectivity.chunks(part):
@@ -87,13 +123,19 @@ def companions(quality: Quality, *, n_cells: int | None = None, threads: int | N
             found = [tallied((means, ratios), quality.polyhedra.cells)]
         else:
             continue
-        merged = tuple(  # type: ignore[assignment]  # two
-            merge_tallies([before, *(one[k] for one in found)]) for k, before in enumerate(merged)
+        for one in found:
+            for region, new in one.items():
+                before = merged.get(region, [{}, {}])
+                merged[region] = [merge_tallies(pair) for pair in zip(before, new, strict=True)]
+
+    def pair(of: list[dict[int, Tally]]) -> Pair:
+        means, ratios = (
+            Summary(Scale.of(METRICS[name]), tally, mesh.purpose) for name, tally in zip(NAMES, of, strict=True)
         )
-    of_means, of_ratios = (
-        Summary(Scale.of(METRICS[name]), of, mesh.purpose) for name, of in zip(NAMES, merged, strict=True)
-    )
-    return of_means, of_ratios
+        return means, ratios
+
+    whole = pair(merged.pop(WHOLE))
+    return whole, {region: pair(of) for region, of in sorted(merged.items())}
 
 
 def _cells(quality: Quality, row: CellType, cells: CellIds, *, compiled: bool) -> Cells:

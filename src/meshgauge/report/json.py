@@ -90,6 +90,10 @@ def _file(report: FileReport, bins: int) -> dict[str, Any]:
 def _regions(report: FileReport, bins: int) -> dict[str, Any]:
     return {
         "regions": {name: summary.all.to_dict(bins) for name, summary in report.regions},
+        "region_companions": {
+            name: {one.metric: one.all.to_dict(bins) for one in companions}
+            for (name, _), companions in zip(report.regions, report.region_companions, strict=False)
+        },
         "worst_regions": list(report.worst_regions),
     }
 

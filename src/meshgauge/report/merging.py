@@ -18,7 +18,7 @@ from ..look.style import enumeration, plural
 from ..mesh.collapsed import note_on
 from ..mesh.regions import MOST
 from ..quality.measure import JENS
-from ..quality.summary import Summary
+from ..quality.summary import Summary, summarise_nothing
 from ..slices import Partial
 from ..slices.labels import labelled
 from ..slices.partial import merged
@@ -86,6 +86,8 @@ def merge(
     summaries = dict(result.summaries)
     summary = summaries.pop(JENS)
     by_region = whole[0].by_region
+    found = [at for at in range(len(names)) if at in result.regions] if by_region else []
+    nothing = tuple(map(summarise_nothing, result.companions))
     is_mixed = len({one.last_bits for one in given}) > 1
     return FileReport(
         path=path or _name(whole),
@@ -97,9 +99,8 @@ def merge(
         companions=result.companions,
         notes=_notes(whole, result, is_mixed=is_mixed),
         findings=result.findings,
-        regions=tuple((name, result.regions[at]) for at, name in enumerate(names) if at in result.regions)
-        if by_region
-        else (),
+        regions=tuple((names[at], result.regions[at]) for at in found),
+        region_companions=tuple(result.region_companions.get(at, nothing) for at in found),
         worst_regions=tuple(names[region] for _, region in result.worst) if by_region else (),
         mixed_processors=is_mixed,
     )
@@ -241,6 +242,7 @@ def _moved(one: PartialReport, cells: int, points: int, names: Sequence[str], *,
             replace(finding, cells=tuple(cell + cells for cell in finding.cells)) for finding in result.findings
         ),
         regions={region[at]: summary for at, summary in result.regions.items()},
+        region_companions={region[at]: summaries for at, summaries in result.region_companions.items()},
     )
 
 

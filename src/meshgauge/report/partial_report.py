@@ -23,7 +23,7 @@ from ..slices import Partial
 from ..slices.facts import Labels
 from ..status import STATUSES, Status
 
-FORMAT, VERSION = "meshgauge-partial", 2
+FORMAT, VERSION = "meshgauge-partial", 3
 LARGEST = 1 << 31
 """Bytes of a file beyond which it holds no partial report."""
 
@@ -140,15 +140,17 @@ def _check(made: PartialReport) -> None:
     result = made.result
     ends = [end for span in result.spans for end in span]
     names = {row.name for row in STATUSES.values()}
-    summaries = [*result.summaries.values(), *result.companions, *result.regions.values()]
+    beside = [result.companions, *result.region_companions.values()]
+    summaries = [*result.summaries.values(), *(one for some in beside for one in some), *result.regions.values()]
+    named = {*result.regions, *result.region_companions, *(region for _, region in result.worst)}
     tallies = [tally for summary in summaries for tally in summary.tallies.values()]
     right = (
         JENS in result.summaries
         and ends == sorted(ends)
         and (not ends or (ends[0] >= 0 and ends[-1] <= made.n_cells))
         and all(summary.scale.metric == name for name, summary in result.summaries.items())
-        and tuple(summary.scale.metric for summary in result.companions) == NAMES
-        and all(0 <= region < len(made.region_names) for region in (*result.regions, *(r for _, r in result.worst)))
+        and all(tuple(summary.scale.metric for summary in some) == NAMES for some in beside)
+        and all(0 <= region < len(made.region_names) for region in named)
         and {one.status for one in result.findings} <= names
         and all(one.cells and len(one.labels) in (0, len(one.cells)) for one in result.findings)
         and all(len(one.by_status) == len(one.missing) == len(Status) for one in tallies)

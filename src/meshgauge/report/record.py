@@ -7,8 +7,8 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from ..look.records import brief
-from ..quality.companions import companions
-from ..quality.summary import Summary
+from ..quality.companions import companions, companions_by_region
+from ..quality.summary import Summary, summarise_nothing
 from .finite_volume import FiniteVolumeMeasure, finite_volume
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ class FileReport:
     findings: tuple[StatusCells, ...] = ()  #: cells that are not ok, by status
     diagnosis: Diagnosis | None = None  #: what else is wrong with the mesh; None if it was not looked for
     regions: tuple[tuple[str, Summary], ...] = ()  #: name and J_ENS of each region; none unless asked for
+    region_companions: tuple[tuple[Summary, ...], ...] = ()  #: `companions` of each of the regions
     worst_regions: tuple[str, ...] = ()  #: name of the region of each of the worst cells; none unless asked for
     finite_volume: tuple[FiniteVolumeMeasure, ...] = ()  #: what finite volumes ask for, if it was measured
     step: StepOf | None = None  #: which of several time steps it is
@@ -88,7 +89,10 @@ class FileReport:
         mesh = quality.mesh
         summaries = {name: quality.summary(name, threads=threads) for name in quality.metrics}
         cells = tuple(quality.worst(worst)) if worst else ()
-        regions, worst_regions = _by_region(quality, cells) if by_region else ((), ())
+        if by_region:
+            beside = _by_region(quality, cells, threads)
+        else:
+            beside = {"companions": companions(quality, threads=threads)}
         return cls(
             path=path or mesh.path or "mesh",
             n_points=mesh.n_points,
@@ -96,25 +100,29 @@ class FileReport:
             summary=summaries.pop("jens"),
             worst=cells,
             others=tuple(summaries.values()),
-            companions=companions(quality, threads=threads),
             notes=tuple(mesh.notes),
             findings=tuple(quality.findings()),
             diagnosis=_diagnosis(quality) if with_diagnosis else None,
-            regions=regions,
-            worst_regions=worst_regions,
             finite_volume=finite_volume(quality),
             dimension=mesh.dimension or 3,
+            **beside,
         )
 
 
-def _by_region(
-    quality: Quality, worst: tuple[WorstCell, ...]
-) -> tuple[tuple[tuple[str, Summary], ...], tuple[str, ...]]:
-    """Summary of each region, and the region of each of the worst cells."""
+def _by_region(quality: Quality, worst: tuple[WorstCell, ...], threads: int | None) -> dict[str, Any]:
+    """Summaries of each region and of the whole, and the region of each of the worst cells."""
     from ..quality.by_region import by_region
 
     ids, regions = by_region(quality)
-    return regions, tuple(regions[ids[cell.cell]][0] for cell in worst)
+    several = len(regions) > 1
+    whole, of_regions = companions_by_region(quality, ids if several else None, threads=threads)
+    nothing = tuple(map(summarise_nothing, whole))
+    return {
+        "companions": whole,
+        "regions": regions,
+        "region_companions": tuple(of_regions.get(n, nothing) for n in range(len(regions))) if several else (whole,),
+        "worst_regions": tuple(regions[ids[cell.cell]][0] for cell in worst),
+    }
 
 
 def _diagnosis(quality: Quality) -> Diagnosis:

@@ -170,6 +170,7 @@ def file_report(
         findings=partial.findings,
         diagnosis=streamed_diagnosis(job, partial, memory) if with_diagnosis else None,
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
+        region_companions=_region_companions(job, partial) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),
     )
 
@@ -180,6 +181,13 @@ def _regions(job: Job, partial: Partial, summary: Summary) -> tuple[tuple[str, S
         return ((names[0], summary),)
     nothing = summarise_nothing(summary)
     return tuple((name, partial.regions.get(region, nothing)) for region, name in enumerate(names))
+
+
+def _region_companions(job: Job, partial: Partial) -> tuple[tuple[Summary, ...], ...]:
+    if len(job.facts.regions.names) == 1:
+        return (partial.companions,)
+    nothing = tuple(map(summarise_nothing, partial.companions))
+    return tuple(partial.region_companions.get(n, nothing) for n in range(len(job.facts.regions.names)))
 
 
 def notes_of(facts: Facts, partial: Partial) -> tuple[str, ...]:

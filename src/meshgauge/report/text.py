@@ -22,6 +22,7 @@ from ..quality.poor import limit_of
 from ..quality.summary import UNDEFINED, Summary, Tally
 from ..quality.worst import WorstCell
 from ..status import STATUSES, Category
+from . import beside
 from .finite_volume import FiniteVolumeMeasure, face_text, place, worst_faces
 from .record import FileReport
 from .verdict import verdict
@@ -59,11 +60,7 @@ class _Lines(Box):
 _HEADER_LINE = "    \n    \n ── \n    \n    \n    \n    \n    \n"
 LINES = _Lines(_HEADER_LINE)
 
-LEGEND = " nodes: mean of the corners' J_ENS; edges: edge ratio, 1 % of the cells are below\n"
-
 Column = tuple[str, Callable[[Tally], str | Text]]
-Companions = dict[str, tuple[Tally, ...]]
-"""The mean of the nodes' J_ENS, and the edge ratio, by the name of a row."""
 
 
 class FileText:
@@ -81,10 +78,10 @@ class FileText:
         yield verdict_line(summary, ascii_only=options.ascii_only)
         if measured:
             yield type_tables(report, console, options)
-            if report.companions:
-                yield Text(LEGEND, "dim")
             if report.regions:
                 yield region_tables(report, console, options)
+            if report.companions:
+                yield Text(f" {beside.LEGEND}\n", "dim")
             if self.with_bars:
                 yield from bars(report, self.bins, options)
         if report.findings:
@@ -121,24 +118,23 @@ def verdict_line(summary: Summary, *, ascii_only: bool) -> Table:
 def region_tables(report: FileReport, console: Console, options: ConsoleOptions) -> RenderableType:
     """The same columns by region, in the order of the file."""
     rows = {name: summary.all for name, summary in report.regions if summary.all.n_measured}
-    return _tables(rows, "region", {}, report.summary.poor_below, console, options)
+    tallies = beside.of_regions([name for name, _ in report.regions], report.region_companions)
+    return _tables(rows, "region", tallies, report.summary.poor_below, console, options)
 
 
 def type_tables(report: FileReport, console: Console, options: ConsoleOptions) -> RenderableType:
     """Counts, values and small histograms by type."""
     summary = report.summary
     rows = {name: tally for name, tally in summary.types.items() if tally.n_measured}
-    beside = {name: tuple(one.types[name] for one in report.companions) for name in rows if report.companions}
     if len(rows) > 1:
         rows["all"] = summary.all
-        beside |= {"all": tuple(one.all for one in report.companions)} if beside else {}
-    return _tables(rows, "cells", beside, summary.poor_below, console, options)
+    return _tables(rows, "cells", beside.of_types(report), summary.poor_below, console, options)
 
 
 def _tables(
     rows: dict[str, Tally],
     title: str,
-    beside: Companions,
+    tallies: beside.Tallies,
     poor_below: PoorBelow,
     console: Console,
     options: ConsoleOptions,
@@ -146,7 +142,7 @@ def _tables(
     """One table where it fits, else two, without histograms if need be."""
     counts = _count_columns(any(tally.n_undecided for tally in rows.values()), poor_below)
     values = _value_columns(options.ascii_only)
-    companions = _companion_columns(rows, beside)
+    companions = _companion_columns(rows, tallies)
     wide = _table(rows, title, [*counts, *values[:-1], *companions, values[-1]])
     if fits(wide, console, options):
         return wide
@@ -182,14 +178,14 @@ def share_below(tally: Tally) -> str:
     return style.percent(tally.n_measured - tally.n_good - tally.n_undecided, tally.n_measured)
 
 
-def _companion_columns(rows: dict[str, Tally], beside: Companions) -> list[Column]:
+def _companion_columns(rows: dict[str, Tally], tallies: beside.Tallies) -> list[Column]:
     """The mean of the node values, and the edge ratio that 1 % of the cells are below."""
-    if not beside:
+    if not tallies:
         return []
-    of = {id(tally): beside[name] for name, tally in rows.items()}
+    of = {id(tally): tallies[name] for name, tally in rows.items()}
     return [
-        ("nodes", lambda t: style.quality(of[id(t)][0].mean)),
-        ("edges", lambda t: style.quality(of[id(t)][1].quantiles((0.01,))[0.01])),
+        ("nodes", lambda t: style.quality(beside.nodes(of[id(t)]))),
+        ("edges", lambda t: style.quality(beside.edges(of[id(t)]))),
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from uuid import uuid4
@@ -14,7 +15,7 @@ from ..cells import type_name
 from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..mesh.interface import is_interface
 from ..mesh.labels import LABEL
-from ..quality.companions import companions
+from ..quality.companions import companions_by_region
 from ..quality.measure import JENS, Quality, measure_part
 from ..quality.poor import rows_of
 from ..quality.summary import Summary, summarise
@@ -112,6 +113,12 @@ def partial_of(
     if facts.cell_labels == "counted":
         labels = np.arange(first + 1, first + 1 + mesh.n_cells)
     with_regions = ask.by_region and (facts.is_part or len(facts.regions.names) > 1)
+    beside: tuple[Summary, ...] = ()
+    of_regions: Mapping[int, tuple[Summary, ...]] = {}
+    if ask.companions:
+        beside, of_regions = companions_by_region(
+            quality, region_ids if with_regions else None, n_cells=facts.n_deciding, threads=1
+        )
     return Partial(
         spans=((first, first + mesh.n_cells),),
         n_ghosts=0 if is_ghost is None else int(is_ghost.sum()),
@@ -120,8 +127,9 @@ def partial_of(
         n_worst=ask.n_worst,
         findings=tuple(findings),
         n_findings=ask.n_findings,
-        companions=companions(quality, n_cells=facts.n_deciding, threads=1) if ask.companions else (),
+        companions=beside,
         regions=_by_region(quality, region_ids) if with_regions else {},
+        region_companions=of_regions,
         collapsed=_collapsed(quality),
         counted=None if ask.counter is None else ask.counter.count(quality, part, region_ids, facts),
         rows=_rows(quality, part, labels, ask) if ask.keeps_rows else None,

@@ -66,8 +66,8 @@ class Partial:
         How many cells are kept.
     findings
         Cells that are not ok, by status.
-    regions
-        J_ENS by region.
+    regions, region_companions
+        J_ENS by region, and beside it what was asked for.
     collapsed
         Cells with repeated nodes, by the type that they stand for.
     counted
@@ -85,6 +85,7 @@ class Partial:
     n_findings: int
     companions: tuple[Summary, ...] = ()
     regions: Mapping[int, Summary] = field(default_factory=dict)
+    region_companions: Mapping[int, tuple[Summary, ...]] = field(default_factory=dict)
     collapsed: Counter[str] = field(default_factory=Counter)
     counted: Any = None
     rows: CellRows | None = None
@@ -106,6 +107,9 @@ class Partial:
         regions = dict(self.regions)
         for region, summary in other.regions.items():
             regions[region] = regions[region].merge(summary) if region in regions else summary
+        beside = dict(self.region_companions)
+        for region, summaries in other.region_companions.items():
+            beside[region] = _merged_each(beside[region], summaries) if region in beside else summaries
         return Partial(
             spans=_joined((*self.spans, *other.spans)),
             n_ghosts=self.n_ghosts + other.n_ghosts,
@@ -114,8 +118,9 @@ class Partial:
             n_worst=self.n_worst,
             findings=merge_findings(self.findings, other.findings, self.n_findings),
             n_findings=self.n_findings,
-            companions=tuple(a.merge(b) for a, b in zip(self.companions, other.companions, strict=True)),
+            companions=_merged_each(self.companions, other.companions),
             regions=regions,
+            region_companions=beside,
             collapsed=self.collapsed + other.collapsed,
             counted=other.counted if self.counted is None else self.counted.merge(other.counted),
         )
@@ -131,6 +136,10 @@ class Partial:
     def without_rows(self) -> Partial:
         """The same without the rows."""
         return self if self.rows is None else replace(self, rows=None)
+
+
+def _merged_each(one: tuple[Summary, ...], other: tuple[Summary, ...]) -> tuple[Summary, ...]:
+    return tuple(a.merge(b) for a, b in zip(one, other, strict=True))
 
 
 def merged(parts: list[Partial]) -> Partial:

@@ -78,9 +78,14 @@ def test_numbers_are_those_of_the_json(bracket: Path) -> None:
         re.sub("<.*?>", "", name): [re.sub("<.*?>", "", cell) for cell in re.findall(r"<td>(.*?)</td>", row)]
         for name, row in re.findall(r'<tr[^>]*><th scope="row">(.*?)</th>(.*?)</tr>', text)
     }
+    beside = {name: (one["jens_mean"], one["edge_ratio"]) for name, one in file["region_companions"].items()}
+    means, ratios = file["companions"]
+    beside |= {name: (means["cell_types"][name], ratios["cell_types"][name]) for name in file["cell_types"]}
+    beside["all"] = means["all"], ratios["all"]
     for name, tally in {"all": file["all"], **file["cell_types"], **file["regions"]}.items():
         counts = [tally[key] for key in ("n_measured", "n_invalid", "n_degenerate", "n_poor", "n_good")]
         values = [tally["min"], *(tally["quantiles"][q] for q in ("0.01", "0.05", "0.5")), tally["mean"]]
+        values += [beside[name][0]["mean"], beside[name][1]["quantiles"]["0.01"]]
         assert rows[name] == [f"{n:,}" for n in counts] + [f"{v:.3f}" for v in values], name
     for cell in file["worst"]:
         assert rows[str(cell["cell"])][:3] == [

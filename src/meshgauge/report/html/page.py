@@ -19,6 +19,7 @@ from ...files import output
 from ...look import bands, colours, style, theme
 from ...look.names import cell_entry, listed, point_entry, point_name
 from ...quality.poor import limit_of
+from .. import beside
 from ..finite_volume import face_text, place, worst_faces
 from ..record import FileReport
 from . import charts
@@ -170,6 +171,8 @@ def _environment(package: str | None) -> jinja2.Environment:
         "place": place,
         "worst_faces": worst_faces,
         "face_text": face_text,
+        "beside_nodes": beside.nodes,
+        "beside_edges": beside.edges,
         "percent": style.percent,
         "plural": style.plural,
         "spark": charts.spark,
@@ -187,6 +190,7 @@ def _environment(package: str | None) -> jinja2.Environment:
     }
     environment.globals |= {
         "marks": style.MARKS,
+        "beside_legend": beside.LEGEND,
         "poor_below": bands.POOR_TEXT,
         "usual_poor": bands.POOR,
         "chart_height": charts.HEIGHT,

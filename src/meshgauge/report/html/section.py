@@ -6,9 +6,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...quality.by_region import by_region
+from ...quality.companions import companions_by_region
 from ...quality.summary import Summary, Tally
+from .. import beside
 from ..record import FileReport
 from ..verdict import Verdict, verdict
 from .cell_cards import Card, cards
@@ -41,6 +44,8 @@ class Section:
     summary: Summary
     types: list[tuple[str, Tally]]
     regions: list[tuple[str, Tally]]
+    beside_types: beside.Tallies  #: what the table of types shows beside J_ENS, by name of row
+    beside_regions: beside.Tallies
     histograms: list[Histogram]
     cards: list[Card]
     report: FileReport
@@ -99,6 +104,8 @@ def section(
         summary=report.summary,
         types=[(name, tally) for name, tally in report.summary.types.items() if tally.n_measured],
         regions=regions if len(regions) > 1 else [],
+        beside_types=beside.of_types(report),
+        beside_regions=_beside_regions(quality, ids, names, report) if len(regions) > 1 else {},
         histograms=histograms(report.summary, bins),
         cards=cards(quality, worst, ids, names, drawable(quality)),
         report=report,
@@ -106,3 +113,14 @@ def section(
         model=drawn.model,
         geometry=drawn.text,
     )
+
+
+def _beside_regions(
+    quality: Quality, ids: NDArray[np.int64], names: tuple[str, ...], report: FileReport
+) -> beside.Tallies:
+    """What is known of each region beside J_ENS: as the report has it, else measured here."""
+    if len(report.region_companions) == len(names):
+        return beside.of_regions(names, report.region_companions)
+    found = companions_by_region(quality, ids)[1]
+    known = [n for n in range(len(names)) if n in found]
+    return beside.of_regions([names[n] for n in known], [found[n] for n in known])
