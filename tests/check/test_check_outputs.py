@@ -22,6 +22,7 @@ from meshgauge.check.output.markdown import markdown
 from meshgauge.check.output.sarif import sarif
 from meshgauge.check.output.text import ChecksText, CheckText
 from meshgauge.errors import FailedFile
+from meshgauge.look.colours import INVALID
 
 HOSTILE = 'runs/a "b",<i>%0A|`x`::error:\x1b[31m\x00.vtu'
 
@@ -172,10 +173,26 @@ def test_markdown_shows_names_as_they_are(checks: list[Check]) -> None:
     tables = [line for line in text.splitlines() if line.startswith("|")]
     assert all(line.endswith("|") for line in tables)
     overview = [re.split(r"(?<!\\)\|", line) for line in tables[:6]]
-    assert {len(columns) for columns in overview} == {6}
+    assert {len(columns) for columns in overview} == {9}
     assert "| 1 | tetra | -0.7071 | inverted |" in text
     assert "and 1 more" in text
     assert markdown(checks[1:2]).startswith("## ✅ Mesh quality: 1 of 1 passes\n")
+
+
+def test_markdown_has_pictures_that_pages_of_hosts_draw(checks: list[Check]) -> None:
+    text = markdown(checks, FAILED)
+    assert "| 5 | 2 | -0.707 | `" in text.replace(f"{checks[0].n_cells} |", "5 |")
+    blocks = re.findall(r"^```mermaid\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    assert len(blocks) == 2  # the mesh that passes has none
+    rows = [[float(n) for n in row.split(", ")] for row in re.findall(r"^  bar \[(.*)\]$", blocks[0], re.MULTILINE)]
+    (palette,) = re.findall(r"plotColorPalette: '(.*)'", blocks[0])
+    assert {len(row) for row in rows} == {20}
+    assert len(palette.split(", ")) == len(rows)
+    tally = checks[0].tally
+    assert tally is not None
+    inverted = rows[palette.split(", ").index(INVALID)]
+    assert sum(round(10**n - 1) for n in inverted) == tally.n_invalid == 2
+    assert f"{tally.n_invalid} invalid" in blocks[0]
 
 
 def test_markdown_says_how_many_meshes_it_does_not_show(checks: list[Check], monkeypatch: pytest.MonkeyPatch) -> None:

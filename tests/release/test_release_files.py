@@ -131,7 +131,7 @@ def test_the_page_of_the_gate_uses_inputs_that_the_action_has() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="paths of bash are others there")
 def test_the_script_of_the_action_runs(tmp_path: Path) -> None:
-    script = list(steps(load("action.yml")))[-1]["run"]
+    check, page = (step["run"] for step in steps(load("action.yml")) if step.get("name") in ("Check", "Page"))
     inputs = {
         "MESHES": "examples/meshes/bracket_*.*\n",
         "FAIL": "nothing invalid\njens >= 0.2 @ 1%",
@@ -139,10 +139,13 @@ def test_the_script_of_the_action_runs(tmp_path: Path) -> None:
     }
     environment = {**os.environ, "CONFIG": "", "SARIF": str(tmp_path / "a.sarif"), **inputs}
     environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{environment['PATH']}"
-    done = subprocess.run(
-        ["bash", "-ec", script], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
+    environment["PAGE"] = str(tmp_path / "a.html")
+    done, paged = (
+        subprocess.run(["bash", "-ec", script], cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+        for script in (check, page)
     )
-    assert done.returncode == 0, done.stderr
+    assert (done.returncode, paged.returncode) == (0, 0), done.stderr + paged.stderr
+    assert "bracket_small.msh" in (tmp_path / "a.html").read_text(encoding="utf-8")
     assert "bracket_small.msh" in done.stdout
     assert done.stdout.count("jens > 0.9") >= 2
     assert (tmp_path / "a.sarif").stat().st_size > 0

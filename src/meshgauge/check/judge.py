@@ -120,7 +120,7 @@ def check(
         baselines=dict(baselines or {}),
     )
     outcomes = tuple(judge.outcome(rule, partial(counting.count, rule)) for rule in chosen)
-    return Check(name, mesh.n_points, mesh.n_cells, outcomes, mesh.notes)
+    return Check(name, mesh.n_points, mesh.n_cells, outcomes, mesh.notes, tally=quality.summary().all)
 
 
 def as_rules(rules: Iterable[Rule | str]) -> list[Rule]:

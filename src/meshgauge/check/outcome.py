@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from ..look.records import brief
 from .rules import Level, Rule
 
 if TYPE_CHECKING:
+    from ..quality.summary import Tally
     from ..report.record import StepOf
 
 
@@ -152,6 +153,7 @@ class Check:
     outcomes: tuple[Outcome, ...]
     notes: tuple[str, ...] = ()  #: what was noticed or changed while reading, a sentence each
     step: StepOf | None = None  #: which of several time steps it is
+    tally: Tally | None = field(default=None, compare=False)  #: J_ENS of all cells, for pictures
 
     __repr__ = brief
 

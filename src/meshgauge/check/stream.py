@@ -109,6 +109,7 @@ def check_slices(job: Job, partial: Partial, *, path: str, baselines: Mapping[Pa
         facts.n_cells,
         tuple(_labelled(job, outcome) for outcome in outcomes),
         notes_of(facts, partial),
+        tally=partial.summaries["jens"].all,
     )
 
 

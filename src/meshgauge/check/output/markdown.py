@@ -9,14 +9,20 @@ from collections.abc import Iterator, Sequence
 from ...errors import FailedFile
 from ...look import style
 from ...look.names import cell_entry, point_entry
+from ...quality.summary import Tally
 from .. import Check, Outcome, State
 from .lines import printable
+from .mermaid import BINS, chart
 from .text import verdict
 
 ICONS = {State.PASS: "✅", State.EMPTY: "➖", State.WARN: "⚠️", State.FAIL: "❌", State.UNCHECKED: "❓"}
 
 MOST = 50
 """Meshes whose cells are listed; a job's summary may have 1 MB."""
+
+
+PICTURES = 5
+"""Meshes whose distributions are drawn."""
 
 
 def markdown(checks: Sequence[Check], failures: Sequence[FailedFile] = ()) -> str:
@@ -29,20 +35,33 @@ def _overview(checks: Sequence[Check], failures: Sequence[FailedFile]) -> Iterat
     icon = ICONS[State.PASS if passed == whole else State.FAIL]
     yield f"## {icon} Mesh quality: {passed} of {whole} {'passes' if passed == 1 else 'pass'}"
     yield ""
-    yield "| | mesh | cells | |"
-    yield "|---|---|---:|---|"
+    yield "| | mesh | cells | invalid | min | J_ENS from −1 over 0 to 1 | |"
+    yield "|---|---|---:|---:|---:|---|---|"
     for check in checks:
-        yield f"| {ICONS[check.state]} | {_escape(check.path)} | {check.n_cells:,} | {_escape(verdict(check))} |"
+        figures = " | ".join([f"{check.n_cells:,}", *_figures(check.tally)])
+        yield f"| {ICONS[check.state]} | {_escape(check.path)} | {figures} | {_escape(verdict(check))} |"
     for failure in failures:
-        yield f"| {ICONS[State.UNCHECKED]} | {_escape(failure.path)} | | {_escape(failure.reason)} |"
+        yield f"| {ICONS[State.UNCHECKED]} | {_escape(failure.path)} | | | | | {_escape(failure.reason)} |"
+
+
+def _figures(tally: Tally | None) -> tuple[str, str, str]:
+    """Invalid cells, the least value, and the distribution as a row of bars that every reader of Markdown shows."""
+    if tally is None or not tally.n_measured:
+        return "", "", ""
+    _, counts = tally.histogram(BINS)
+    bars = style.spark(counts.tolist()).replace(" ", "·")
+    return f"{tally.n_invalid:,}", style.quality(tally.min), f"`{bars[: BINS // 2]}│{bars[BINS // 2 :]}`"
 
 
 def _details(checks: Sequence[Check]) -> Iterator[str]:
     broken_checks = [check for check in checks if check.of(State.FAIL, State.WARN, State.UNCHECKED)]
-    for check in broken_checks[:MOST]:
+    for number, check in enumerate(broken_checks[:MOST]):
         yield ""
         yield f"### {_escape(check.path)}"
         yield ""
+        if number < PICTURES and check.tally is not None and check.tally.n_measured:
+            yield from chart(check.tally)
+            yield ""
         yield "| | rule | |"
         yield "|---|---|---|"
         for outcome in check.outcomes:
