@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
+import subprocess
 from html import unescape
 from pathlib import Path
 
@@ -84,6 +87,36 @@ def test_what_is_no_report_is_named(content: str | None, message: str, tmp_path:
     assert (out, err.count("\n")) == ("", 1)
     assert f"{path}: {message}" in err
     assert not (tmp_path / "t.html").exists()
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+def test_a_baseline_is_followed_over_its_commits(history: Path, tmp_path: Path, capsys: Captured) -> None:
+    place = tmp_path / "repository"
+    place.mkdir()
+    baseline = place / "quality.json"
+
+    def git(*words: str) -> None:
+        own = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+        author = ("-c", "user.name=a", "-c", "user.email=a@b")
+        subprocess.run(["git", *author, *words], cwd=place, check=True, capture_output=True, env={**os.environ, **own})
+
+    git("init", "-q")
+    assert main(["trend", str(baseline), "--git"]) == 2
+    assert "git" in capsys.readouterr().err
+    texts = [(history / f"{name}.json").read_text() for name in ("r_9", "r_10", "r_11")]
+    for text in (texts[0], '{"schema": "meshgauge-report", "version": 1}', *texts[1:]):
+        baseline.write_text(text)
+        git("add", "quality.json")
+        git("commit", "-qm", "renewed")
+    assert main(["trend", str(baseline), "--git", "--json"]) == 0
+    out, err = capsys.readouterr()
+    assert err.count("\n") == err.count("is no report of version 3") == 1
+    first = json.loads(out)["meshes"][0]
+    stored = trends(files_of([str(history)]))[0]
+    assert first["values"]["min"] == stored.values("min")
+    assert all(re.fullmatch(r"\d{4}-\d\d-\d\d [0-9a-f]{7,}", name) for name in first["reports"])
+    assert main(["trend", str(history / "r_9.json"), "--git"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
 
 
 def test_a_folder_without_reports(tmp_path: Path, capsys: Captured) -> None:

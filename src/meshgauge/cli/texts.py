@@ -93,12 +93,13 @@ Exit codes: 0 done, 2 some file could not be read, or fewer than two are left, 1
         "Show how meshes went over a history of reports.",
         """Show how meshes went over a history of stored reports: what became worse, and when.
 
-Reports are what [bold]report --json[/bold] and [bold]check --write-baseline[/bold] write, oldest first; of a folder its .json files in the order of the numbers in their names. Of each mesh, by its path, the numbers of invalid and degenerate cells, the share that is not good, the least value, 1 % quantile and mean. [bold]--html[/bold] writes charts.
+Reports are what [bold]report --json[/bold] and [bold]check --write-baseline[/bold] write, oldest first; of a folder its .json files in the order of the numbers in their names. Of each mesh, by its path, the numbers of invalid and degenerate cells, the share that is not good, the least value, 1 % quantile and mean. With [bold]--git[/bold] a file is followed over the commits that changed it, at most 200: the baseline of [bold]check[/bold], renewed from time to time. [bold]--html[/bold] writes charts.
 
 Exit codes: 0 done, 2 some file is no report, 130 interrupted.""",
         (
             "meshgauge report wing.vtu --json > history/2026-03-01.json",
             "meshgauge trend history --html trend.html",
+            "meshgauge trend quality.json --git --html trend.html",
         ),
     ),
     "doctor": Text(

@@ -22,6 +22,7 @@ from ..quality.summary import CRITERIA, ROUNDING, KeyFigures
 from ..report.html.page import page
 from ..report.json import finite
 from ..report.text import new_table
+from .git_history import Version, versions
 
 SCHEMA, REPORT, VERSION = "meshgauge-trend", "meshgauge-report", 3
 
@@ -85,8 +86,33 @@ def files_of(paths: Sequence[str]) -> list[Path]:
     return files
 
 
-def trends(files: Sequence[Path]) -> list[Trend]:
-    """The meshes of stored reports, by path.
+def history(files: Sequence[Path]) -> tuple[list[Version], list[str]]:
+    """The versions of some files in git, oldest first, and for each that is no report of today why it is left out.
+
+    Raises
+    ------
+    ReadError
+        If a file has no history, or no version of it can be read.
+    """
+    kept: list[Version] = []
+    reasons: list[str] = []
+    for file in files:
+        n_before, last = len(kept), ""
+        for version in versions(file):
+            try:
+                trends([version])
+            except ReadError as error:
+                last = str(error)
+                reasons.append(last)
+            else:
+                kept.append(version)
+        if len(kept) == n_before:
+            raise ReadError(last)
+    return kept, reasons
+
+
+def trends(files: Sequence[Path | Version]) -> list[Trend]:
+    """The meshes of stored reports, by path: of files, or versions of one.
 
     Raises
     ------
@@ -96,7 +122,8 @@ def trends(files: Sequence[Path]) -> list[Trend]:
     found: dict[str, list[Point]] = {}
     for file in files:
         try:
-            document = json.loads(sources.contents(file, most=LARGEST))
+            text = file.contents if isinstance(file, Version) else sources.contents(file, most=LARGEST)
+            document = json.loads(text)
         except OSError as error:
             raise ReadError(f"{file}: {error.strerror or error}") from error
         except (ValueError, RecursionError) as error:
@@ -150,6 +177,8 @@ class Chart(NamedTuple):
     dots: list[tuple[float, float, str]]
     low: str
     high: str
+    first: str  #: report, at the left
+    last: str
     colour: str
 
 
@@ -165,15 +194,17 @@ def charts(trend: Trend) -> list[Chart]:
         if not known:
             continue
         low, high = min(v for _, v in known), max(v for _, v in known)
-        reach = high - low or 1.0
-        places = [(WIDTH * at / max(len(values) - 1, 1), HEIGHT * (1 - (value - low) / reach)) for at, value in known]
+        heights = [(value - low) / (high - low) if high > low else 0.5 for _, value in known]
+        across = WIDTH / max(len(values) - 1, 1)
+        places = [(across * at, HEIGHT * (1 - height)) for (at, _), height in zip(known, heights, strict=True)]
         dots = [
             (round(x, 1), round(y, 1), f"{trend.points[at].report}: {number(key, value)}")
             for (x, y), (at, value) in zip(places, known, strict=True)
         ]
         line = " ".join(f"{x},{y}" for x, y, _ in dots)
         ends = number(key, low), number(key, high)
-        made.append(Chart(CRITERIA[key].label, line, dots, *ends, ON_ANY["good"]))
+        names = trend.points[0].report, trend.points[-1].report if len(trend.points) > 1 else ""
+        made.append(Chart(CRITERIA[key].label, line, dots, *ends, *names, ON_ANY["good"]))
     return made
 
 
