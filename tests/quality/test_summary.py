@@ -17,6 +17,7 @@ from meshgauge.cells import BY_NAME, CELL_TYPES
 from meshgauge.errors import MetricError
 from meshgauge.quality.metrics import METRICS
 from meshgauge.quality.summary import EXACT, QUANTILES, Scale, Summary, Tally, summarise
+from meshgauge.quality.summary.builder import tallies
 from meshgauge.status import Status
 
 TETRA, HEXAHEDRON, QUAD, TETRA10, POLYHEDRON = (
@@ -336,3 +337,29 @@ def test_only_types_that_cannot_be_told_inside_are_known_at_their_corners_only()
     types = np.array([BY_NAME[name].vtk_id for name in names], np.uint8)
     status = np.array([Status.UNDECIDED, Status.OK, Status.UNDECIDED, Status.UNDECIDED], np.uint8)
     assert summarise(np.ones(4), status, types).corners_only == {"lagrange_pyramid": 1}
+
+
+EDGES = np.arange(-10_000, 10_001) / 10_000
+
+
+@pytest.mark.parametrize("metric", ["jens", "warpage"])  # with bounds, and without
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.tile(np.concatenate([EDGES, np.nextafter(EDGES, 2), np.nextafter(EDGES, -2)]), 2),
+        np.random.default_rng(0).normal(size=EXACT + 9) * 10 ** np.random.default_rng(1).uniform(-300, 300, EXACT + 9),
+        np.random.default_rng(2).uniform(-1, 1, EXACT + 9) ** 31,
+        np.concatenate([np.full(EXACT, -0.0), [np.inf, np.nan, -np.inf, 5e-324]]),
+        np.zeros(EXACT + 9),
+    ],
+    ids=["edges", "any-size", "small", "special", "zero"],
+)
+def test_the_kernel_counts_what_numpy_counts(values: np.ndarray, metric: str) -> None:
+    status = statuses(values, np.full(len(values), HEXAHEDRON, np.uint8))
+    status[::7][status[::7] == Status.OK] = Status.UNDECIDED
+    types = np.full(len(values), HEXAHEDRON, np.uint8)
+    by_numpy, by_kernel = (
+        tallies(values, status, types, METRICS[metric], "fem", compiled=compiled) for compiled in (False, True)
+    )
+    assert by_numpy == by_kernel
+    assert by_kernel[HEXAHEDRON].total == sum(map(Fraction, values[np.isfinite(values)].tolist())) * 2**1074

@@ -74,7 +74,7 @@ def resolve(mesh: Mesh, is_doubtful: NDArray[np.bool_] | None = None) -> Mesh:
     is_doubtful
         ``(n_cells,)``: linear cells that may be collapsed, as those without a positive value are; None: all.
     """
-    types, sizes = mesh.types, np.diff(mesh.offsets)
+    types, sizes = mesh.types, _NONE
     changed: list[tuple[Ints, tuple[int, ...]]] = []
     counts: Counter[str] = Counter()
     for row in _SOURCES:
@@ -87,7 +87,7 @@ def resolve(mesh: Mesh, is_doubtful: NDArray[np.bool_] | None = None) -> Mesh:
             if standing is None:
                 continue
             if not changed:
-                types, sizes = types.copy(), sizes.astype(np.int64)
+                types, sizes = types.copy(), np.diff(mesh.offsets).astype(np.int64)
             own = cells[(patterns == pattern).all(axis=1)]
             types[own], sizes[own] = standing.row.vtk_id, len(standing.nodes)
             counts[standing.row.name] += len(own)

@@ -18,12 +18,12 @@ from ..kernels.threads import run
 from ..mesh import CellIds, connectivity
 from ..mesh.ghosts import without_ghosts
 from ..mesh.interface import is_interface
-from ..status import is_unmeasured
+from ..status import Status, is_unmeasured
 from . import evaluate
 from .metrics import METRICS, Cells, PolyhedralCells
 from .metrics.companions import mean_and_ratio
 from .summary import Summary, Tally
-from .summary.builder import tallies
+from .summary.builder import is_compiled, tallies
 from .summary.record import merge_tallies
 from .summary.scale import Scale
 
@@ -73,16 +73,18 @@ def companions_by_region(
     """
     mesh = without_ghosts(quality.mesh)
     compiled = path.is_compiled(mesh.n_cells if n_cells is None else n_cells)
+    by_kernels = is_compiled(min(mesh.n_cells, CHUNK))
     interface = is_interface(quality.mesh)
     merged: dict[int, list[dict[int, Tally]]] = {WHOLE: [{}, {}]}
 
     def tallied(values: tuple[Values, Values], at: CellIds) -> dict[int, list[dict[int, Tally]]]:
         status, types = quality.status[at], quality.mesh.types[at]
         ids = None if regions is None else regions[at]
-        kept = ~is_unmeasured(status)
-        if interface is not None:
-            kept &= ~interface[at]
-        if not kept.all():
+        not_ok = np.flatnonzero(status != Status.OK)
+        if interface is not None or is_unmeasured(status[not_ok]).any():
+            kept = ~is_unmeasured(status)
+            if interface is not None:
+                kept &= ~interface[at]
             values, status, types = (values[0][kept], values[1][kept]), status[kept], types[kept]
             ids = None if ids is None else ids[kept]
         found = {WHOLE: both(values, status, types)}
@@ -98,7 +100,8 @@ def companions_by_region(
         values: tuple[Values, Values], status: NDArray[np.uint8], types: NDArray[np.uint8]
     ) -> list[dict[int, Tally]]:
         return [
-            tallies(one, status, types, METRICS[name], mesh.purpose) for name, one in zip(NAMES, values, strict=True)
+            tallies(one, status, types, METRICS[name], mesh.purpose, compiled=by_kernels)
+            for name, one in zip(NAMES, values, strict=True)
         ]
 
     def work(part: CellIds, row: CellType) -> dict[int, list[dict[int, Tally]]]:

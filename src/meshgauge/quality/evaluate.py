@@ -121,13 +121,16 @@ def _jens(
 
 
 def _status(values: Values) -> NDArray[np.uint8]:
-    if values.min(initial=1.0) > 0.0:  # False if any is NaN
-        return np.zeros(len(values), np.uint8)
-    return np.select(
-        [values > 0.0, values < 0.0, values == 0.0],
-        [np.uint8(Status.OK), np.uint8(Status.INVERTED), np.uint8(Status.DEGENERATE)],
-        np.uint8(Status.NON_FINITE),
-    )
+    codes = np.full(len(values), Status.OK, np.uint8)
+    others = np.flatnonzero(~(values > 0.0))  # NaN too
+    if len(others):
+        some = values[others]
+        codes[others] = np.select(
+            [some < 0.0, some == 0.0],
+            [np.uint8(Status.INVERTED), np.uint8(Status.DEGENERATE)],
+            np.uint8(Status.NON_FINITE),
+        )
+    return codes
 
 
 def node_scaled_jacobian(

@@ -24,18 +24,18 @@ def status_cells(quality: Quality, n: int) -> list[StatusCells]:
     """What `Quality.findings` is."""
     mesh, status = quality.mesh, quality.status
     findings: list[StatusCells] = []
-    n_of = np.bincount(status, minlength=len(Status))
-    if n_of[Status.OK] == len(status):
+    others = np.flatnonzero(status != Status.OK)
+    if not len(others):
         return findings
     interface = is_interface(mesh)
-    counts = True if interface is None else ~interface
+    if interface is not None:
+        others = others[~interface[others]]
+    codes = status[others]
+    n_of = np.bincount(codes, minlength=len(Status))
     for row in STATUSES.values():
         if row.status == Status.OK or row.category == Category.APART or not n_of[row.status]:
             continue
-        cells = np.flatnonzero((status == row.status) & counts)
-        if not len(cells):
-            continue
-        findings.append(_of_status(mesh, row, cells, n))
+        findings.append(_of_status(mesh, row, others[codes == row.status], n))
     return findings
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..cells import CellType, Shape
 from ..kernels.cells import driver
-from ..kernels.cells.flat import LIMIT
+from ..kernels.cells.flat import LIMIT, rounding_of
 from ..mesh import Mesh, connectivity
 from ..status import Codes, Status
 
@@ -24,6 +24,9 @@ COARSE = 0.1
 
 CHUNK = 1 << 12
 """Cells looked at together."""
+
+SHARE = 12.0
+"""6√3, and rounding."""
 
 
 def mark_flat(mesh: Mesh, row: CellType, ids: NDArray[np.int64], values: NDArray[np.float64], codes: Codes) -> None:
@@ -40,11 +43,30 @@ def mark_flat(mesh: Mesh, row: CellType, ids: NDArray[np.int64], values: NDArray
     """
     assert row.shape is not None
     near = np.flatnonzero((np.abs(values) <= LIMIT / row.shape.k) & (values != 0.0))
+    if not row.is_curved and row.dimension == 3:
+        near = near[_may_be_flat(mesh, row, ids[near], np.abs(values[near]))]
     for start in range(0, len(near), CHUNK):
         some = near[start : start + CHUNK]
         signs = driver.corner_signs(mesh.points, ids[some], row, mesh.up or 0, single=mesh.stored == "single")
         is_flat = (signs == 0).any(axis=1)
         codes[some[is_flat & ~(signs < 0).any(axis=1)]] = Status.DEGENERATE
+
+
+def _may_be_flat(mesh: Mesh, row: CellType, ids: NDArray[np.int64], values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """False for linear cells of which no corner that decides can be flat, by the least of its J_S and by its size.
+
+    What rounding of coordinates by r adds to the determinant of edges a, b, c is at most 2√3 r (ab + bc + ca), which is
+    6√3 r over the shortest edge as a share of abc. Each corner of a valid cell, and each negative one of another, has
+    a J_S of at least k times the J_ENS of the cell.
+    """
+    assert row.shape is not None
+    x = 0.25 * np.asarray(mesh.points[ids], np.float64)  # differences of the largest doubles stay finite
+    ends = np.array(row.shape.edges)
+    shortest = np.abs(x[:, ends[:, 0]] - x[:, ends[:, 1]]).max(axis=2).min(axis=1, initial=np.inf)  # or less than it
+    size = np.abs(x).max(axis=(1, 2), initial=0.0)
+    with np.errstate(all="ignore"):
+        rounding = rounding_of(size, single=mesh.stored == "single")
+        return np.asarray(~(values * row.shape.k > SHARE * rounding / shortest))
 
 
 @dataclass(frozen=True, slots=True)

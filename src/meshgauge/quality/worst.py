@@ -12,7 +12,7 @@ from ..kernels.cells import aggregate, driver
 from ..look.records import brief
 from ..mesh import Mesh, connectivity
 from ..mesh.cast import frozen
-from ..status import Purpose, Status, rank
+from ..status import Category, Purpose, Status, rank
 from .flat import Flatness
 
 Values = NDArray[np.float64]
@@ -86,24 +86,41 @@ def corner_values(mesh: Mesh, cell: int, row: CellType) -> Values:
     return aggregate.jens(values[0], row.shape.k)
 
 
-def worst_first(values: Values, status: NDArray[np.uint8], n: int, purpose: Purpose = "fem") -> NDArray[np.int64]:
+def worst_first(
+    values: Values,
+    status: NDArray[np.uint8],
+    n: int,
+    purpose: Purpose = "fem",
+    beyond: tuple[int, float] | None = None,
+) -> NDArray[np.int64]:
     """Positions of the n worst cells: by status first (`meshgauge.status.rank`), by value among those that count
-    alike, equal ones in order; never one without a value."""
-    present = np.flatnonzero(np.bincount(status, minlength=256)).astype(np.uint8)
-    ranks = np.unique(rank(present, purpose)).tolist()
-    if len(ranks) == 1:
-        return lowest(values, n)
+    alike, equal ones in order; never one without a value.
+
+    ``beyond``: rank and value from which on, these excepted, cells are not asked for.
+    """
+    last, limit = (len(Category), np.inf) if beyond is None else beyond
+    others = np.flatnonzero(status != Status.OK)
+    of_others, of_ok = rank(status[others], purpose), int(rank(np.array(Status.OK, np.uint8), purpose))
     kept = np.empty(0, np.int64)
-    for one in ranks:
-        if len(kept) < n:
-            kept = np.concatenate([kept, lowest(values, n - len(kept), rank(status, purpose) == one)])
+    for one in sorted({of_ok, *np.unique(of_others).tolist()}):
+        if len(kept) == n or one > last:
+            break
+        alike, most = of_others == one, limit if one == last else np.inf
+        if one == of_ok:
+            among = None
+            if not alike.all():
+                among = np.ones(len(values), np.bool_)
+                among[others[~alike]] = False
+            worst = lowest(values, n - len(kept), among, most)
+        else:
+            worst = others[alike][lowest(values[others[alike]], n - len(kept), None, most)]
+        kept = np.concatenate([kept, worst])
     return kept
 
 
-def lowest(values: Values, n: int, among: NDArray[np.bool_] | None = None) -> NDArray[np.int64]:
-    """Positions of the n lowest values, lowest first, equal ones in order, of some of them; never a NaN."""
+def lowest(values: Values, n: int, among: NDArray[np.bool_] | None = None, limit: float = np.inf) -> NDArray[np.int64]:
+    """Positions of the n lowest values up to a limit, lowest first, equal ones in order, of some of them; no NaN."""
     kept = np.empty(0, np.int64)
-    limit = np.inf
     for start in range(0, len(values) if n > 0 else 0, connectivity.CHUNK):
         part = values[start : start + connectivity.CHUNK]
         is_lower = part <= limit if len(kept) < n else part < limit
@@ -116,5 +133,5 @@ def lowest(values: Values, n: int, among: NDArray[np.bool_] | None = None) -> ND
             lower = lower[values[lower] <= np.partition(values[lower], n - 1)[n - 1]]
         kept = np.concatenate([kept, lower])
         kept = kept[np.argsort(values[kept], kind="stable")][:n]
-        limit = float(values[kept[-1]]) if len(kept) == n else np.inf
+        limit = float(values[kept[-1]]) if len(kept) == n else limit
     return kept

@@ -76,6 +76,11 @@ class Lowest:
     def __init__(self) -> None:
         self._keys: list[tuple[int, float, int]] = []
 
+    def beyond(self, n: int) -> tuple[int, float] | None:
+        """Rank and value of the last of the n lowest; None while fewer were seen."""
+        known = self._keys
+        return known[-1][:2] if 0 < n == len(known) else None
+
     def take(self, keys: list[tuple[int, float, int]], n: int) -> int:
         """How many of some keys, ascending, may be among the lowest n."""
         self._keys = known = sorted({*self._keys, *keys})[:n]
@@ -98,7 +103,8 @@ def partial_of(
     The file's own numbers of cells and points are left to be looked up at the end, of the few that are listed.
     """
     mesh, first = quality.mesh, part.first_cell
-    cells = worst_first(quality.values, quality.status, ask.n_worst, mesh.purpose)
+    beyond = None if lowest is None else lowest.beyond(ask.n_worst)
+    cells = worst_first(quality.values, quality.status, ask.n_worst, mesh.purpose, beyond)
     if lowest is not None and len(cells):
         ranks = rank(quality.status[cells], mesh.purpose).tolist()
         keys = list(zip(ranks, quality.values[cells].tolist(), (cells + first).tolist(), strict=True))

@@ -24,8 +24,8 @@ from .points import Origins, Points
 SIZE = 1 << 18
 """Cells of a slice, where memory is plenty."""
 
-LEAST = 1 << 16
-"""Cells of a slice, where memory is scarce."""
+LEAST = 1 << 17
+"""Cells of a slice, where memory is scarce: of fewer all values would be kept, and sorted, see `Tally`."""
 
 PER_CELL = 1024
 """Bytes that points may take, for each cell of a slice: where they may take less, slices are smaller."""

@@ -104,6 +104,11 @@ def of_corners(points: Values, *, single: bool) -> Signs:
 def _rounding(points: Values, *, single: bool) -> Values:
     """By how much each coordinate may be off: ``(n, q, 3)``, or ``(n, 1, 1)`` if it is the same for a corner."""
     size = np.abs(points)
+    return rounding_of(size if single else size.max(axis=(1, 2), keepdims=True), single=single)
+
+
+def rounding_of(size: Values, *, single: bool) -> Values:
+    """By how much coordinates of some size may be off."""
     if single:
         return np.asarray(0.5 * np.spacing(size.astype(np.float32)), np.float64)
-    return np.asarray(UNITS * np.spacing(size.max(axis=(1, 2), keepdims=True)))
+    return np.asarray(UNITS * np.spacing(size))

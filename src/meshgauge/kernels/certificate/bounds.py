@@ -93,7 +93,7 @@ def bounds(
 
     row = table(name)
     n_cells = len(connectivity)
-    points = read_only(points)
+    points = read_only(np.ascontiguousarray(points))
     result = _empty(n_cells)
     # A kernel of its own gathers by itself.
     node_bytes = LARGEST if row.name in BY_NAME else NODE_BYTES

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from ...cells import HEXAHEDRON
 from ..arrays import BLOCK
+from ..cells.fast import _gather
 from ..jit import inlined, kernel
-from .bernstein import gather
 from .tables import INVALID, TINY, UNDECIDED, VALID, U
 
 ERROR = 1.01 * 48 * U
@@ -153,13 +153,16 @@ def hexahedra(
 ) -> None:
     """The same from points and connectivity, a block at a time: its nodes stay in the first-level cache.
 
+    Both are C-contiguous.
+
     One call for all cells of a chunk: calls from Python, a few thousand cells each, kept two threads from being faster
     than one.
     """
     nodes = np.zeros((1, 24, BLOCK))
+    flat, coordinates, ids = nodes.reshape(-1), points.reshape(-1), connectivity.reshape(-1)
     for first in range(0, status.shape[0], BLOCK):
         last = min(first + BLOCK, status.shape[0])
-        gather(points, connectivity[first:last], nodes)
+        _gather(coordinates, ids, status, 8, first, last - first, flat)
         hexahedron(nodes, status[first:last], lower[first:last], upper[first:last])
 
 

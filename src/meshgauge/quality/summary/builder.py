@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...kernels import path
+from ...kernels.arrays import read_only
 from ...status import Category, Purpose, Status, category
 from ..metrics import Metric
-from .exact import exact_sum
+from .exact import BIAS, exact_sum, rounder_to, sum_by_exponent, units
 from .scale import HALF, Counts, Scale, Values
 from .tally import EXACT, Tally
 from .unlike import NONE, NOT_VALID, Unlike
@@ -15,28 +17,55 @@ from .unlike import NONE, NOT_VALID, Unlike
 BLOCK = 1 << 15
 """Values worked on at a time, so that temporaries stay in the cache; exact sums rely on it being at most 2**16."""
 
+COMPILED_BLOCK = 1 << 16
+"""The same for the kernel, which makes no temporaries."""
+
+WORTH = 4
+"""Times as many values as are worth a kernel elsewhere are worth one that only counts them."""
+
+
+def is_compiled(n: int) -> bool:
+    """Whether so many values are counted by a kernel, to the same tally; loads or compiles it on this thread."""
+    if not path.is_compiled(n // WORTH):
+        return False
+    from ...kernels import tally
+
+    no_counts, totals = np.empty(0, np.int64), np.empty(4, np.int64)
+    tally.count(read_only(np.empty(0)), np.zeros(2), HALF, True, no_counts, np.zeros(2), np.empty(0), totals)
+    return True
+
 
 def tallies(
-    values: Values, status: NDArray[np.uint8], types: NDArray[np.uint8], metric: Metric, purpose: Purpose
+    values: Values,
+    status: NDArray[np.uint8],
+    types: NDArray[np.uint8],
+    metric: Metric,
+    purpose: Purpose,
+    *,
+    compiled: bool,
 ) -> dict[int, Tally]:
-    """Tallies by VTK id of one chunk."""
+    """Tallies by VTK id of one chunk; ``compiled``: see `is_compiled`."""
     builders: dict[int, _Builder] = {}
-    for start in range(0, len(values), BLOCK):
-        here = slice(start, start + BLOCK)
+    size = COMPILED_BLOCK if compiled else BLOCK
+    for start in range(0, len(values), size):
+        here = slice(start, start + size)
         v, s, t = values[here], status[here], types[here]
         if (s == Status.GHOST).any():
             v, s, t = (column[s != Status.GHOST] for column in (v, s, t))  # in no total
             if len(t) == 0:
                 continue
+        ends = [len(t)]
         if (t != t[0]).any():
             # Types in turn: a radix sort of bytes and one gather, three times faster than a mask for each type.
             order = np.argsort(t, kind="stable")
             v, s, t = v[order], s[order], t[order]
-        ends = [*(np.flatnonzero(np.diff(t)) + 1).tolist(), len(t)]
+            ends = [*(np.flatnonzero(np.diff(t)) + 1).tolist(), len(t)]
         for first, last in zip([0, *ends], ends, strict=False):
             vtk_id = int(t[first])
             if vtk_id not in builders:
-                builders[vtk_id] = _Builder(Scale.of(metric), Scale.of(metric, vtk_id).acceptable, purpose)
+                builders[vtk_id] = _Builder(
+                    Scale.of(metric), Scale.of(metric, vtk_id).acceptable, purpose, compiled=compiled
+                )
             builders[vtk_id].add(v[first:last], s[first:last])
     return {vtk_id: builder.finish() for vtk_id, builder in builders.items()}
 
@@ -44,11 +73,12 @@ def tallies(
 class _Builder:
     """A tally in the making, block by block. Sorts once, at the end, and only what is kept."""
 
-    def __init__(self, scale: Scale, acceptable: tuple[float, float], purpose: Purpose) -> None:
+    def __init__(self, scale: Scale, acceptable: tuple[float, float], purpose: Purpose, *, compiled: bool) -> None:
         self.scale = scale
         low, high = acceptable
         self.acceptable = (max(low, 0.0) if scale.is_signed else low, high)  # below 0 it is not good
         self.purpose = purpose
+        self.compiled = compiled
         self.n_cells = self.n_values = self.n_poor = self.n_good = self.total = 0
         self.by_status = np.zeros(len(Status), np.int64)
         self.missing = np.zeros(len(Status), np.int64)
@@ -56,17 +86,16 @@ class _Builder:
         self.n_infinite = [0, 0]
         self.kept: list[Values] = []
         self.counts: Counts | None = None
-        self.unlike = NONE
+        self.others: list[tuple[Values, NDArray[np.uint8]]] = []
 
     def add(self, values: Values, status: NDArray[np.uint8]) -> None:
         """Count at most `BLOCK` cells: by status first, and only those that are valid by value."""
-        values = np.asarray(values, np.float64)
+        values = np.ascontiguousarray(values, np.float64)
         self.n_cells += len(values)
-        all_ok = not status.any()
-        if all_ok:
-            self.by_status[Status.OK] += len(status)
-        else:
-            self.by_status += np.bincount(status, minlength=len(Status))
+        others = np.flatnonzero(status != Status.OK)
+        self.by_status[Status.OK] += len(status) - len(others)
+        if len(others):
+            self.by_status += np.bincount(status[others], minlength=len(Status))
         least = values.min()
         if np.isnan(least):
             no_value = np.isnan(values)
@@ -74,42 +103,61 @@ class _Builder:
             values, status = values[~no_value], status[~no_value]
             if len(values) == 0:
                 return
+            others = np.flatnonzero(status != Status.OK)
             least = values.min()
         low, high = float(least), float(values.max())
-        self._add_values(values, low, high)
-        if all_ok:
-            self._add_valid(values, low, high)
-        else:
-            categories = category(status, self.purpose)
-            self._add_valid(values[categories == Category.VALID], low, high)
-            self.unlike = tuple(
-                known.merge(Unlike.of(self.scale.bins(values[categories == one])))
-                if (categories == one).any()
-                else known
-                for known, one in zip(self.unlike, NOT_VALID, strict=True)
-            )
-
-    def _add_valid(self, values: Values, low: float, high: float) -> None:
-        """Count valid cells, whose values are within these bounds, as poor or good."""
-        a, b = self.acceptable
-        n_good = len(values) if low >= a and high <= b else int(np.count_nonzero((values >= a) & (values <= b)))
+        n_valid, n_good = len(values), self._add_values(values, low, high)
+        if len(others):
+            not_ok, categories = values[others], category(status[others], self.purpose)
+            self.others.append((not_ok, categories))
+            not_valid = not_ok[categories != Category.VALID]
+            n_valid, n_good = n_valid - len(not_valid), n_good - self._count_good(not_valid, low, high)
         self.n_good += n_good
-        self.n_poor += len(values) - n_good
+        self.n_poor += n_valid - n_good
 
-    def _add_values(self, values: Values, low: float, high: float) -> None:
+    def _count_good(self, values: Values, low: float, high: float) -> int:
+        """How many of some values, which are within these bounds, are acceptable."""
+        a, b = self.acceptable
+        return len(values) if low >= a and high <= b else int(np.count_nonzero((values >= a) & (values <= b)))
+
+    def _add_values(self, values: Values, low: float, high: float) -> int:
+        """Add all values, which are within these bounds; return how many are acceptable."""
         self.n_values += len(values)
         # Adding 0 turns -0 into 0.
         self.low, self.high = min(self.low, low + 0.0), max(self.high, high + 0.0)
-        self._add_sum(values, max(abs(low), abs(high)))
-        if self.counts is None:
+        if self.counts is None and self.n_values > EXACT:
+            self.counts = np.zeros(2 * HALF, np.int64)
+            for kept in self.kept:
+                self.counts += self._bins(kept)
+            self.kept.clear()
+        elif self.counts is None:
             self.kept.append(values + 0.0)
-            if self.n_values > EXACT:
-                self.counts = np.zeros(2 * HALF, np.int64)
-                for kept in self.kept:
-                    self._count(kept)
-                self.kept.clear()
-        else:
-            self._count(values)
+        largest = max(abs(low), abs(high))
+        exponents = units(largest) if self.compiled and 0.0 < largest < np.inf else None
+        if exponents is not None:
+            return self._count_compiled(values, exponents)
+        self._add_sum(values, largest)
+        if self.counts is not None:
+            self.counts += self._bins(values)
+        return self._count_good(values, low, high)
+
+    def _count_compiled(self, values: Values, exponents: tuple[int, int]) -> int:
+        """The same by a kernel, of finite values with these exponents of the units of their sum."""
+        counts = np.empty(0, np.int64) if self.counts is None else self.counts
+        tails = np.empty(len(values))
+        n_good, *parts, n_tails = self._by_kernel(values, counts, np.array(list(map(rounder_to, exponents))), tails)
+        self.total += sum(part << (unit + BIAS) for part, unit in zip(parts, exponents, strict=True))
+        if n_tails:
+            self.total += sum_by_exponent(tails[:n_tails])
+        return n_good
+
+    def _by_kernel(self, values: Values, counts: Counts, rounders: Values, tails: Values) -> list[int]:
+        """What `kernels.tally.count` counts."""
+        from ...kernels import tally
+
+        totals, acceptable = np.empty(4, np.int64), np.array(self.acceptable)
+        tally.count(read_only(values), acceptable, HALF, self.scale.is_bounded, counts, rounders, tails, totals)
+        return totals.tolist()
 
     def _add_sum(self, values: Values, largest: float) -> None:
         if np.isinf(largest):
@@ -120,9 +168,23 @@ class _Builder:
         if largest:
             self.total += exact_sum(values, largest)
 
-    def _count(self, values: Values) -> None:
-        assert self.counts is not None
-        self.counts += np.bincount(self.scale.bins(values), minlength=2 * HALF)
+    def _bins(self, values: Values) -> Counts:
+        """How many of some values each fine bin holds."""
+        if self.compiled:
+            counts = np.zeros(2 * HALF, np.int64)
+            self._by_kernel(values, counts, np.zeros(2), np.empty(len(values)))
+            return counts
+        return np.bincount(self.scale.bins(values), minlength=2 * HALF).astype(np.int64, copy=False)
+
+    def _unlike(self) -> tuple[Unlike, ...]:
+        """Where the values of cells that are not valid stand."""
+        if not self.others:
+            return NONE
+        values, categories = (np.concatenate(column) for column in zip(*self.others, strict=True))
+        return tuple(
+            Unlike.of(self.scale.bins(values[categories == one])) if (categories == one).any() else nothing
+            for one, nothing in zip(NOT_VALID, NONE, strict=True)
+        )
 
     def finish(self) -> Tally:
         values = None if self.counts is not None else np.sort(np.concatenate([np.empty(0), *self.kept]))
@@ -140,5 +202,5 @@ class _Builder:
             (self.n_infinite[0], self.n_infinite[1]),
             values,
             self.counts,
-            self.unlike,
+            self._unlike(),
         )

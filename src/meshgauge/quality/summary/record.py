@@ -20,7 +20,7 @@ from ...status import Purpose, Status
 from ..frame import frame
 from ..metrics import Metric
 from ..metrics import metric as metric_row
-from .builder import tallies
+from .builder import is_compiled, tallies
 from .scale import JENS, Scale, Values
 from .tally import BINS, QUANTILES, Tally
 
@@ -215,9 +215,11 @@ def summarise(
             f"{len(values)} values, {len(status)} statuses and {len(types)} types, expected as many of each"
         )
 
+    compiled = is_compiled(min(len(values), chunk))
+
     def partial(start: int) -> dict[int, Tally]:
         part = slice(start, start + chunk)
-        return tallies(values[part], status[part], types[part], row, purpose)
+        return tallies(values[part], status[part], types[part], row, purpose, compiled=compiled)
 
     return Summary(Scale.of(row), merge_tallies(run(partial, range(0, len(values), chunk), threads)), purpose)
 
