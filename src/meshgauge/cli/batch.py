@@ -195,7 +195,7 @@ class Batch:
         memory = self.allowed_memory
         is_alone = not any(file.lower().endswith(REFERRING) for file in _files(path))
         is_small = is_alone and _size(path) < LARGE and self.scheduler is None
-        if self.reading.displacement is not None or is_small or self._dimension == 2:
+        if self.reading.displacement is not None or is_small:
             return None
         listed = self.pieces(path)
         if listed is None or not (is_large(listed, memory) or self.scheduler is not None):
@@ -208,6 +208,7 @@ class Batch:
         ask = replace(
             ask,
             purpose=None if self.purpose is None else self.purpose.of_mesh,
+            dimension=self._dimension,
             keep_bricks=self.keep_bricks,
             poor_below=self.poor,
         )
@@ -243,8 +244,6 @@ class Batch:
 
         if self.reading.displacement is not None or self.reading.step == "all":
             raise OptionError("--partial takes one state of a mesh, with the points of the file")
-        if self._dimension is not None:
-            raise OptionError("--partial takes no --dimension: a part is measured as all cells of the mesh are")
         memory = self.allowed_memory
         with (
             scheduler.executor(self.scheduler) as (pool, n_processes),
@@ -257,6 +256,7 @@ class Batch:
                 worst=contents.n_worst(several=False),
                 by_region=contents.by is not None,
                 purpose=None if self.purpose is None else self.purpose.of_mesh,
+                dimension=self._dimension,
                 keep_bricks=self.keep_bricks,
                 poor_below=self.poor_below,
                 memory=None if memory is None else memory // n_processes,

@@ -251,7 +251,7 @@ def _of_surfaces(quality: Quality, tolerance: float, is_ghost: NDArray[np.bool_]
         n_interior_faces=edges.n_interior,
         n_boundary_faces=edges.n_boundary,
         tolerance=tolerance,
-        checked=(*_OF_SURFACES, *_OF_POINTS),
+        checked=OF_SURFACES,
         dimension=2,
     )
 
@@ -297,7 +297,8 @@ def not_diagnosed(n_cells: int, limit: int, *, reason: str = "", tolerance: floa
 _NO_SOLIDS = "The mesh has no solid cells: nothing was looked at but its points."
 
 _OF_CELLS = ("repeated points", "duplicate cells", "faces of three cells", "split faces", "hanging points", "parts")
-_OF_SURFACES = (
+_OF_POINTS = ("duplicate points", "unused points")
+OF_SURFACES = (
     "cells that run the other way round",
     "surfaces without two sides",
     "repeated points",
@@ -305,8 +306,9 @@ _OF_SURFACES = (
     "edges of three cells",
     "hanging points",
     "parts",
+    *_OF_POINTS,
 )
-_OF_POINTS = ("duplicate points", "unused points")
+"""What is looked for in a mesh of surfaces."""
 
 
 def checks(n_of: NDArray[np.int64]) -> tuple[str, ...]:

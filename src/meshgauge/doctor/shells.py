@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,19 +66,30 @@ def edges_of(mesh: Mesh, ignored: Ids | Sequence[int] = ()) -> Edges:
     is_ignored = np.zeros(mesh.n_cells, np.bool_)
     is_ignored[np.asarray(ignored, np.int64)] = True
     all_cells, all_ends = [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
-    for row, _, some in mesh.groups():
+    for _, own, ends in half_edges(mesh):
+        kept = ~is_ignored[own]
+        all_cells.append(own[kept])
+        all_ends.append(ends[kept])
+    return matched(np.concatenate(all_cells), np.concatenate(all_ends), mesh.n_points)
+
+
+def half_edges(mesh: Mesh) -> Iterator[tuple[int, Ids, Ids]]:
+    """Of the cells of each shape: a number by which the shapes follow one another, and for each half-edge that has a
+    length its cell, ascending, and its two ends ``(n, 2)``."""
+    for row, vtk_id, some in mesh.groups():
         if row is None or row.shape is None:
             continue
         ids = np.arange(mesh.n_cells)[some]
-        ids = ids[~is_ignored[ids]]
         corners = connectivity.pick(mesh, row, ids, row.corners)
-        ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2)
-        all_cells.append(np.repeat(ids, corners.shape[1]))
-        all_ends.append(ends)
-    cells, ends = np.concatenate(all_cells), np.concatenate(all_ends)
-    has_length = ends[:, 0] != ends[:, 1]
-    cells, ends = cells[has_length], ends[has_length]
-    keys = ends.min(axis=1) * np.int64(mesh.n_points) + ends.max(axis=1)
+        ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2).astype(np.int64)
+        has_length = ends[:, 0] != ends[:, 1]
+        rank = vtk_id << 32 | ((1 << 32) - 1 if row.n_nodes is None else row.n_nodes)
+        yield rank, np.repeat(ids, corners.shape[1])[has_length], ends[has_length]
+
+
+def matched(cells: Ids, ends: Ids, n_points: int) -> Edges:
+    """The edges of half-edges, by their cells and ends."""
+    keys = ends.min(axis=1) * np.int64(n_points) + ends.max(axis=1)
     order = np.argsort(keys, kind="stable")
     starts = np.flatnonzero(np.concatenate([[True], keys[order][1:] != keys[order][:-1]])) if len(keys) else order[:0]
     counts = np.diff(np.concatenate([starts, [len(keys)]]))
@@ -104,15 +115,20 @@ def orientation(edges: Edges, quality: Quality) -> Turned:
     parent, sign, n_contradictions = driver.components_by_faces(edges.cells, edges.mates, edges.windings, hand)
     contradictions = np.empty((0, 2), np.int64)
     if n_contradictions:
-        half = np.flatnonzero((edges.mates > np.arange(len(edges.mates))) & (edges.windings != 0))
-        a, b = edges.cells[half], edges.cells[edges.mates[half]]
-        wrong = sign[a] * sign[b] != edges.windings[half]
-        contradictions = np.stack([a[wrong], b[wrong]], axis=1)
+        contradictions = contradicting(edges, sign)
     has_edges = np.bincount(edges.cells, minlength=mesh.n_cells) > 0
     votes = (sign * hand if mesh.up else sign)[has_edges].astype(float)
     usual = np.where(np.bincount(parent[has_edges], votes, mesh.n_cells) < 0.0, -1, 1)
     usual[parent[contradictions.reshape(-1)]] = 0
     return Turned(np.flatnonzero(has_edges & (sign == -usual[parent])), contradictions)
+
+
+def contradicting(edges: Edges, sign: NDArray[np.int8]) -> Ids:
+    """The two cells ``(n, 2)`` at each edge of two cells whose signs do not fit how they run along it."""
+    half = np.flatnonzero((edges.mates > np.arange(len(edges.mates))) & (edges.windings != 0))
+    a, b = edges.cells[half], edges.cells[edges.mates[half]]
+    wrong = sign[a] * sign[b] != edges.windings[half]
+    return np.stack([a[wrong], b[wrong]], axis=1)
 
 
 def hanging(mesh: Mesh, edges: Edges) -> Ids:

@@ -12,13 +12,14 @@ from .mesh import Mesh
 FROM_BELOW = "All surface cells have the same z, and most of their area runs clockwise: the mesh is seen from -z."
 
 
-def side(mesh: Mesh) -> tuple[Literal[-1, 0, 1], str]:
-    """What `Mesh.up` is of a mesh of surfaces with points in space, and a note if that is not to be expected."""
+def side(mesh: Mesh, known: plane.Side | None = None) -> tuple[Literal[-1, 0, 1], str]:
+    """What `Mesh.up` is of a mesh of surfaces with points in space, and a note if that is not to be expected; of one
+    that is looked at in parts ``known`` is of those before."""
     parts = [
         partial(connectivity.pick, mesh, row, part, row.corners)
         for row, _, cells in mesh.groups()
         if row is not None and row.shape is not None
         for part in connectivity.chunks(cells)
     ]
-    up = plane.side(mesh.points, parts, mesh.n_cells)
+    up = plane.side(mesh.points, parts, mesh.n_cells, known)
     return (-1, FROM_BELOW) if up < 0 else (1, "") if up > 0 else (0, "")

@@ -92,7 +92,10 @@ def measured_file(
         raise ReadWhole("for finite volumes its faces are looked at as well")
     ask = Ask(n_worst=0, n_findings=0, by_region=True, purpose=purpose, keep_bricks=keep_bricks, keeps_rows=True)
     memory = min(default_memory(), MOST_POINTS) if memory is None else memory
-    source = FileMesh(job_of(listed, ask, memory=memory, wedge_order=wedge_order), target, threads)
+    job = job_of(listed, ask, memory=memory, wedge_order=wedge_order)
+    if job.facts.view.dimension == 2:
+        raise ReadWhole("a mesh of surfaces is repaired as a whole")
+    source = FileMesh(job, target, threads)
     measured = measure_pieces(source.job, threads=threads, on_rows=source.take, progress=progress)
     source.finish(measured)
     return source

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,6 +106,14 @@ class _Source:
         return self.job.purpose
 
     @property
+    def dimension(self) -> Literal[2, 3]:
+        return self.job.facts.view.dimension
+
+    @property
+    def up(self) -> Literal[-1, 0, 1]:
+        return self.job.facts.view.up
+
+    @property
     def blocks(self) -> Sequence[CellBlock]:
         return self.job.pieces.blocks
 
@@ -114,7 +122,8 @@ class _Source:
         points = [Points(_NoCoordinates(piece.n_points), 12 * piece.n_points) for piece in pieces.pieces]
         for place in places(pieces, CELLS):
             pieces.check_unchanged()
-            part = read_slice(pieces, place, points[place.piece], self.job.facts.decision, self.purpose)
+            facts = self.job.facts
+            part = read_slice(pieces, place, points[place.piece], facts.decision, self.purpose, facts.view)
             mesh, first = part.mesh, part.first_cell
             stands = self.marks[first : first + mesh.n_cells] & STANDS > 0
             if stands.any():

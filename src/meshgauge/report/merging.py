@@ -31,6 +31,8 @@ MIXED = (
     "of values differ between them."
 )
 FEW = "Last bits of values may differ from those of the mesh as a whole for types of which it has few cells"
+_MEASURED = {2: "surface", 3: "solid"}
+_LIES = {1: "is seen from +z", -1: "is seen from -z", 0: "lies in space"}
 NAMED = 4
 """Types or parts that are named; of more the first."""
 
@@ -102,6 +104,7 @@ def merge(
         regions=tuple((names[at], result.regions[at]) for at in found),
         region_companions=tuple(result.region_companions.get(at, nothing) for at in found),
         worst_regions=tuple(names[region] for _, region in result.worst) if by_region else (),
+        dimension=next((one.dimension for one in whole if one.summary.all.n_measured), 3),
         mixed_processors=is_mixed,
     )
 
@@ -199,6 +202,19 @@ def _check_numbers(names: Sequence[str]) -> None:
 
 def _check_decisions(whole: Sequence[PartialReport]) -> None:
     """Raise `MeshgaugeError` if something that holds for the whole was decided differently for two parts."""
+    measured = [one for one in whole if one.summary.all.n_measured]
+    for one in measured[1:]:
+        first = measured[0]
+        if one.dimension != first.dimension:
+            raise MeshgaugeError(
+                f"of {one.path} {_MEASURED[one.dimension]} cells were measured, of {first.path} "
+                f"{_MEASURED[first.dimension]} ones; measure all parts with --dimension 2 or 3"
+            )
+        if one.up != first.up:
+            raise MeshgaugeError(
+                f"the surface of {one.path} {_LIES[one.up]}, that of {first.path} {_LIES[first.up]}; measure the parts "
+                "as one mesh (--as-one)"
+            )
     with_wedges = [one for one in whole if one.wedges]
     for one in with_wedges[1:]:
         if one.wedges != with_wedges[0].wedges:

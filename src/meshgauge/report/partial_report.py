@@ -50,6 +50,8 @@ class PartialReport:
         What became of the wedges; empty if there are none.
     region_source, region_names
         What tells the regions, and their names in order.
+    dimension, up
+        What was measured, see `Mesh`.
     by_region, keep_bricks
         As asked.
     notes
@@ -72,6 +74,8 @@ class PartialReport:
     wedges: str
     region_source: str
     region_names: tuple[str, ...]
+    dimension: int
+    up: int
     by_region: bool
     keep_bricks: bool
     notes: tuple[str, ...]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
-from typing import Any
+from typing import Any, Literal
 from uuid import uuid4
 
 import numpy as np
@@ -28,7 +28,7 @@ from ..slices import Ask, Facts, Job, Partial, Progress, measure_pieces
 from ..slices.job import partial_of, unknown
 from ..slices.labels import labelled, labelled_by_file
 from ..slices.points import ALL
-from ..slices.read import Slice
+from ..slices.read import Slice, View
 from ..slices.regions import Regions
 from ..status import Purpose
 from .partial_report import PartialReport
@@ -47,6 +47,7 @@ def partial(
     worst: int = WORST,
     by_region: bool = False,
     purpose: Purpose | None = None,
+    dimension: Literal[2, 3] | None = None,
     keep_bricks: bool = False,
     poor_below: float | Mapping[str, float] | PoorBelow | None = None,
     memory: int | None = None,
@@ -68,8 +69,9 @@ def partial(
         of their files, or as they are given to `merge`.
     share
         ``(k, n)``: of a file measure only the k-th of n shares of its cells, from 1 on.
-    metrics, worst, by_region, purpose, keep_bricks, poor_below
-        As for `stream`; the same for all parts.
+    metrics, worst, by_region, purpose, dimension, keep_bricks, poor_below
+        As for `stream`; the same for all parts. Each part decides for itself whether solid or surface cells are
+        measured; `merge` refuses parts that decided differently.
     memory, threads, executor, progress
         As for `stream`; for files that can be read in slices.
     file_format, step
@@ -108,6 +110,7 @@ def partial(
         by_region=by_region,
         companions=True,
         purpose=purpose,
+        dimension=dimension,
         keep_bricks=keep_bricks,
         poor_below=checked(poor_below),
     )
@@ -147,6 +150,7 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
         raise MeshError(f"{mesh.path or 'the mesh'}: has no cells")
     if ask.purpose is not None:
         mesh = mesh.replace(purpose=ask.purpose)
+    mesh = mesh.as_measured(ask.dimension)
     ids, names, source = partition(mesh) if ask.by_region else (np.zeros(mesh.n_cells, np.int64), ("all",), "")
     facts = Facts(
         n_cells=mesh.n_cells,
@@ -157,6 +161,7 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
         cell_labels="none" if not has_labels(mesh, "cell") else "counted" if "cells" in mesh.counted else "stored",
         point_labels="none",
         notes=tuple(mesh.notes),
+        view=View(mesh.dimension or 3, mesh.up or 0),
         is_part=True,
     )
     quality = measure_part(
@@ -218,6 +223,8 @@ def _report(
         wedges=outcome(facts.notes) if n_wedges else "",
         region_source=region_source,
         region_names=facts.regions.names,
+        dimension=facts.view.dimension,
+        up=facts.view.up,
         by_region=ask.by_region,
         keep_bricks=ask.keep_bricks,
         notes=facts.notes,

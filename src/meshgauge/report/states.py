@@ -52,7 +52,7 @@ class StateJob:
     def __call__(self, path: str, step: StepOf) -> FileReport:
         """The report on a step, which is to be called ``path``."""
         listed = None
-        if self.displacement is None and self.dimension != 2:
+        if self.displacement is None:
             listed = pieces(step.file, file_format=self.file_format, step=step.number)
         if listed is not None and listed.n_cells > self.most:
             report = report_on(
@@ -63,6 +63,7 @@ class StateJob:
                 by_region=self.by_region,
                 with_diagnosis=self.with_diagnosis,
                 purpose=self.purpose,
+                dimension=self.dimension,
                 keep_bricks=self.keep_bricks,
                 poor_below=self.poor_below,
                 wedge_order=self.wedge_order,

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from typing import Literal
 
 from ..doctor.streamed import MarkCounter
 from ..errors import OptionError
@@ -77,7 +78,9 @@ def job_of(
         memory = min(memory, POINTS_BESIDE)
     points = share(listed, memory)
     with_regions = ask.counter is not None and ask.counter.needs_regions
-    facts = facts_of(listed, points, wedge_order=wedge_order, with_regions=ask.by_region or with_regions)
+    facts = facts_of(
+        listed, points, wedge_order=wedge_order, with_regions=ask.by_region or with_regions, dimension=ask.dimension
+    )
     job = Job(listed, replace(facts, is_part=is_part), ask, memory)
     keep_points(job, points)
     return job
@@ -92,6 +95,7 @@ def report_on(
     by_region: bool = False,
     with_diagnosis: bool = False,
     purpose: Purpose | None = None,
+    dimension: Literal[2, 3] | None = None,
     keep_bricks: bool = False,
     poor_below: PoorBelow = USUAL,
     wedge_order: str = "auto",
@@ -114,7 +118,7 @@ def report_on(
         Names of what is measured, ``"jens"`` first.
     worst, by_region, with_diagnosis
         As for `FileReport.of`. A diagnosis that the memory does not allow says that it was left out.
-    purpose, keep_bricks, poor_below, threads
+    purpose, dimension, keep_bricks, poor_below, threads
         As for `meshgauge.measure`.
     wedge_order
         As for `meshgauge.read`.
@@ -138,6 +142,7 @@ def report_on(
         by_region=by_region,
         companions=True,
         purpose=purpose,
+        dimension=dimension,
         keep_bricks=keep_bricks,
         poor_below=poor_below,
         keeps_rows=on_rows is not None,
@@ -172,6 +177,7 @@ def file_report(
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
         region_companions=_region_companions(job, partial) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),
+        dimension=facts.view.dimension,
     )
 
 
@@ -203,6 +209,7 @@ def stream(
     by_region: bool = False,
     with_diagnosis: bool = False,
     purpose: Purpose | None = None,
+    dimension: Literal[2, 3] | None = None,
     keep_bricks: bool = False,
     poor_below: float | Mapping[str, float] | PoorBelow | None = None,
     memory: int | None = None,
@@ -226,7 +233,7 @@ def stream(
         How many of the worst cells to list; summarise each region as well.
     with_diagnosis
         Look for what is wrong beside the shapes of cells, where the memory allows it.
-    purpose, keep_bricks, poor_below, threads
+    purpose, dimension, keep_bricks, poor_below, threads
         As for `measure`.
     memory
         Bytes that the points may take, in each process; None: a quarter of what is free.
@@ -269,6 +276,7 @@ def stream(
             by_region=by_region,
             with_diagnosis=with_diagnosis,
             purpose=purpose,
+            dimension=dimension,
             keep_bricks=keep_bricks,
             poor_below=limits,
             wedge_order=wedge_order,
@@ -280,6 +288,12 @@ def stream(
     except ReadWhole:
         mesh = read_as_one(paths, file_format=file_format, step=step, wedge_order=wedge_order)
         quality = measure(
-            mesh, metrics=names, threads=threads, purpose=purpose, keep_bricks=keep_bricks, poor_below=limits
+            mesh,
+            metrics=names,
+            threads=threads,
+            purpose=purpose,
+            dimension=dimension,
+            keep_bricks=keep_bricks,
+            poor_below=limits,
         )
         return FileReport.of(quality, worst=worst, by_region=by_region, with_diagnosis=with_diagnosis, threads=threads)

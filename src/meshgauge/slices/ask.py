@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,8 @@ class Ask:
         These rows have values at points as well.
     counter
         Something else to be counted.
+    dimension
+        As for `meshgauge.measure`.
     whole
         Why this cannot be answered slice by slice; empty if it can.
     """
@@ -69,4 +71,5 @@ class Ask:
     keeps_rows: bool = False
     keeps_points: bool = False
     counter: Counter | None = None
+    dimension: Literal[2, 3] | None = None
     whole: str = ""

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CELL_TYPES, CellType
+from ..cells import CellType
 from ..io.plumbing import ghosts
 from ..io.plumbing.pieces import Pieces, ReadWhole, Rows, is_stored_label
 from ..io.plumbing.wedge_order import (
@@ -24,12 +24,14 @@ from ..io.plumbing.wedge_order import (
     turned,
     undecided,
 )
+from ..kernels.surfaces import plane
 from ..mesh.ghosts import without_ghosts
 from ..mesh.labels import LABEL
 from ..mesh.mesh import IS_SOLID_OR_UNKNOWN
-from ..surface_cells import IS_SURFACE
+from ..mesh.plane import side
+from ..surface_cells import IS_SURFACE, rows_of, varies
 from .points import Points
-from .read import Place, places, read_slice
+from .read import AS_SOLIDS, Place, View, places, read_slice
 from .regions import Regions, regions_of
 
 Labels = Literal["none", "counted", "stored"]
@@ -38,8 +40,8 @@ Labels = Literal["none", "counted", "stored"]
 MANY = 1 << 40
 """Cells of a type that are more than few in any case, see `meshgauge.kernels.path`."""
 
-VARYING = [vtk_id for vtk_id, row in CELL_TYPES.items() if row.shape is not None and row.n_nodes is None]
-"""Types whose cells are of different rows."""
+VARYING = {n: [vtk_id for vtk_id, row in rows_of(n).items() if varies(row)] for n in (2, 3)}
+"""Types whose cells are of different rows, in a mesh of surfaces and in one of solids."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,8 @@ class Facts:
         How the file numbers them.
     notes
         What a reader would have noted.
+    view
+        What is measured: solid cells, or surface cells, and from which side.
     is_part
         This is a part of a mesh of which nothing else is known: all types count as many.
     """
@@ -72,11 +76,12 @@ class Facts:
     cell_labels: Labels
     point_labels: Labels
     notes: tuple[str, ...]
+    view: View = AS_SOLIDS
     is_part: bool = False
 
     def count_of(self, row: CellType, n: int) -> int:
         """Cells of a type in the whole; of a slice there are ``n``."""
-        return MANY if self.is_part else self.counts.get(_key(row), n)
+        return MANY if self.is_part else self.counts.get(_key(row, self.view.dimension), n)
 
     @property
     def n_deciding(self) -> int:
@@ -84,11 +89,18 @@ class Facts:
         return MANY if self.is_part else self.n_cells
 
 
-def _key(row: CellType) -> tuple[int, int]:
-    return row.vtk_id, (row.n_nodes or 0) if row.vtk_id in VARYING else 0
+def _key(row: CellType, dimension: int) -> tuple[int, int]:
+    return row.vtk_id, (row.n_nodes or 0) if row.vtk_id in VARYING[dimension] else 0
 
 
-def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto", with_regions: bool = False) -> Facts:
+def facts_of(
+    pieces: Pieces,
+    points: list[Points],
+    *,
+    wedge_order: str = "auto",
+    with_regions: bool = False,
+    dimension: Literal[2, 3] | None = None,
+) -> Facts:
     """Look through the types, and through what else there is to decide.
 
     Parameters
@@ -99,6 +111,8 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
         As for `meshgauge.read`.
     with_regions
         Whether regions are wanted.
+    dimension
+        As for `meshgauge.measure`.
 
     Raises
     ------
@@ -110,10 +124,12 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
     counts: Counter[tuple[int, int]] = Counter()
     others: list[int] = []  #: of each slice
     n_ghosts = wedges = 0
+    of_all = np.zeros(256, np.int64)  # ghosts too
     all_places = places(pieces)
     for place in all_places:
         types = pieces.pieces[place.piece].types.read(place.start, place.stop)
         by_type = np.bincount(types, minlength=256)
+        of_all += by_type
         own_wedges, own_others = count(by_type)
         wedges += own_wedges
         others.append(own_others)
@@ -123,14 +139,13 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
             by_type = np.bincount(types[~is_ghost], minlength=256)
         counts.update({(vtk_id, 0): int(by_type[vtk_id]) for vtk_id in np.flatnonzero(by_type).tolist()})
     present = {vtk_id for vtk_id, _ in counts}
-    if not IS_SOLID_OR_UNKNOWN[list(present)].any() and IS_SURFACE[list(present)].any():
-        raise ReadWhole("surface cells without solid ones are measured as a whole")
     if present & set(pieces.renumbered):
         raise ReadWhole("cells are numbered as in older files")
-    if present & set(VARYING):
-        counts.update(_by_nodes(pieces, all_places, points))
+    view, seen_from = _view(pieces, points, all_places, of_all, dimension)
+    if present & set(VARYING[view.dimension]):
+        counts.update(_by_nodes(pieces, all_places, points, view))
     decision = _decision(pieces, points, all_places, others, wedge_order) if wedges else Decision()
-    notes = list(pieces.notes)
+    notes = [*pieces.notes, *seen_from]
     if decision.turn:
         notes.append(turned(wedges, decision.turn))
     elif decision.doubt:
@@ -146,7 +161,28 @@ def facts_of(pieces: Pieces, points: list[Points], *, wedge_order: str = "auto",
         cell_labels=_labels([piece.cell_data for piece in pieces.pieces], pieces.cell_starts, pieces.drops_counts),
         point_labels=_labels([piece.point_data for piece in pieces.pieces], pieces.point_starts, pieces.drops_counts),
         notes=tuple(notes),
+        view=view,
     )
+
+
+def _view(
+    pieces: Pieces,
+    points: list[Points],
+    all_places: list[Place],
+    of_all: NDArray[np.int64],
+    dimension: Literal[2, 3] | None,
+) -> tuple[View, list[str]]:
+    """What is measured, of ``(256,)`` cells of each type, and notes on that."""
+    there = of_all > 0
+    own: Literal[2, 3] = 2 if IS_SURFACE[there].any() and not IS_SOLID_OR_UNKNOWN[there].any() else 3
+    if own == 3 and dimension != 2:
+        return AS_SOLIDS, []
+    known, up, note = plane.Side(), AS_SOLIDS.up, ""
+    for place in all_places:
+        up, note = side(read_slice(pieces, place, points[place.piece], view=View(2, 0)).mesh, known)
+        if known.is_in_space:
+            break
+    return (AS_SOLIDS if dimension == 3 else View(2, up)), [note] if note else []
 
 
 def _ghosts(pieces: Pieces, place: Place) -> NDArray[np.bool_] | None:
@@ -155,14 +191,16 @@ def _ghosts(pieces: Pieces, place: Place) -> NDArray[np.bool_] | None:
     return ghosts.ghosts_of({name: rows.read(place.start, place.stop) for name, rows in columns.items()})
 
 
-def _by_nodes(pieces: Pieces, all_places: list[Place], points: list[Points]) -> Counter[tuple[int, int]]:
+def _by_nodes(pieces: Pieces, all_places: list[Place], points: list[Points], view: View) -> Counter[tuple[int, int]]:
     """Cells of types whose number of nodes varies, by row."""
     counts: Counter[tuple[int, int]] = Counter()
     for place in all_places:
-        mesh = without_ghosts(read_slice(pieces, place, points[place.piece]).mesh)
+        mesh = without_ghosts(read_slice(pieces, place, points[place.piece], view=view).mesh)
         for row, vtk_id, cells in mesh.groups():
-            if row is not None and vtk_id in VARYING:
-                counts[_key(row)] += cells.stop - cells.start if isinstance(cells, slice) else len(cells)
+            if row is not None and vtk_id in VARYING[view.dimension]:
+                counts[_key(row, view.dimension)] += (
+                    cells.stop - cells.start if isinstance(cells, slice) else len(cells)
+                )
     return counts
 
 

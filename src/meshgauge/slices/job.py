@@ -47,7 +47,9 @@ class Job:
     key: str = field(default_factory=lambda: uuid4().hex)
 
     def __call__(self, place: Place) -> Partial:
-        part = read_slice(self.pieces, place, points_of(self, place.piece), self.facts.decision, self.purpose)
+        facts = self.facts
+        points = points_of(self, place.piece)
+        part = read_slice(self.pieces, place, points, facts.decision, self.purpose, facts.view)
         quality = measure_part(
             part.mesh,
             rows_of(self.ask.metrics, self.ask.poor_below),

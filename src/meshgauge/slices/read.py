@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,17 @@ class Slice:
         return self.first_point + self.origins.of(local)
 
 
+@dataclass(frozen=True, slots=True)
+class View:
+    """What is measured of a mesh, as `Mesh.dimension` and `Mesh.up` say it."""
+
+    dimension: Literal[2, 3]
+    up: Literal[-1, 0, 1]
+
+
+AS_SOLIDS = View(3, 0)
+
+
 def places(pieces: Pieces, size: int | None = None, share: tuple[int, int] = (1, 1)) -> list[Place]:
     """All cells, or of n shares of them the k-th, in slices of so many; None: `SIZE`."""
     size = SIZE if size is None else size
@@ -77,7 +88,12 @@ def slice_size(memory: int) -> int:
 
 
 def read_slice(
-    pieces: Pieces, place: Place, points: Points, decision: Decision = AS_READ, purpose: Purpose = "fem"
+    pieces: Pieces,
+    place: Place,
+    points: Points,
+    decision: Decision = AS_READ,
+    purpose: Purpose = "fem",
+    view: View = AS_SOLIDS,
 ) -> Slice:
     """Read some cells.
 
@@ -91,6 +107,8 @@ def read_slice(
         What becomes of wedges.
     purpose
         Of the mesh.
+    view
+        As what its cells are measured.
 
     Raises
     ------
@@ -117,7 +135,8 @@ def read_slice(
             cell_data={name: _column(name, rows, place) for name, rows in piece.cell_data.items() if is_needed(name)},
             purpose=purpose,
             stored=pieces.stored,
-            dimension=3,
+            dimension=view.dimension,
+            up=view.up,
             copy=False,
         )
     except MeshError as error:

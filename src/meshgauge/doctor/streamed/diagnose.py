@@ -39,6 +39,7 @@ from .doubles import Crowd, crowd
 from .faces import ROOM, Matched, match
 from .few import CHUNK, REAL, Few, Seen, keep, look, part_sizes, second_look
 from .marks import HANDED, INVERTED, MEASURED, USABLE
+from .shells import diagnosis_of_surfaces
 from .source import Source
 
 Ids = NDArray[np.int64]
@@ -60,6 +61,8 @@ def diagnosis_of(
     room
         Bytes that the faces which wait for their mates may take.
     """
+    if source.dimension == 2:
+        return diagnosis_of_surfaces(source, marks, tolerance=tolerance, room=room)
     crowded = crowd(source.points, source.n_points, tolerance, source.stored)
     seen = look(source, crowded.ids[crowded.moved])
     try:

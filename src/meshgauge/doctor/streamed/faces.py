@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,6 +90,12 @@ class HalfFaces:
         return np.asarray(self.values & open_faces.OF_CELL, np.int64)
 
 
+class HalfOf(Protocol):
+    """Makes the half-faces of some cells, see `HalfFaces.of`."""
+
+    def __call__(self, mesh: Mesh, first_point: int, first: int, part: int = 0, n_parts: int = 1, /) -> HalfFaces: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Matched:
     """What the faces say.
@@ -123,20 +130,29 @@ def match(
     is_strict: bool = False,
     known: Keys | None = None,
     n_parts: int = 1,
+    half_of: HalfOf | None = None,
 ) -> Matched:
-    """Match all faces but those of ``known`` keys; see `open_faces.feed`.
+    """Match all faces but those of ``known`` keys; see `open_faces.feed`. ``half_of`` makes the half-faces of cells;
+    None: `HalfFaces.of`.
 
     If more are open than there is room for, a part of the faces is looked at at a time.
     """
+    skipped, half_of = NONE if known is None else table_of(known), half_of or HalfFaces.of
     while True:
         try:
-            return _match(source, marks, room, is_strict, NONE if known is None else table_of(known), n_parts)
+            return _match(source, marks, room, is_strict, skipped, n_parts, half_of)
         except TooMany as error:
             n_parts = error.args[0]
 
 
 def _match(
-    source: Source, marks: NDArray[np.uint8], room: int, is_strict: bool, skipped: Keys, n_parts: int
+    source: Source,
+    marks: NDArray[np.uint8],
+    room: int,
+    is_strict: bool,
+    skipped: Keys,
+    n_parts: int,
+    half_of: HalfOf,
 ) -> Matched:
     n, most_open = source.n_cells, most_in(room)
     parent: IndexArray = np.arange(n, dtype=driver.index_type(n))
@@ -146,7 +162,7 @@ def _match(
         table = _Open(3 * n // n_parts, source.n_points)
         n_half = n_collapsed = 0
         for first, first_point, mesh in source.cells():
-            half = HalfFaces.of(mesh, first_point, first, part, n_parts)
+            half = half_of(mesh, first_point, first, part, n_parts)
             n_half += half.n_all
             n_collapsed += int(np.count_nonzero(half.keys == open_faces.FREE))
             for at in range(0, len(half.keys), AT_ONCE):

@@ -17,7 +17,7 @@ from ...mesh.polyhedra import IndexArray, ragged_positions
 from ...mesh.topology import BOUNDARY, ELSEWHERE, Topology, face_table, topology
 from ...surface_cells import IS_SURFACE
 from .. import surfaces
-from .faces import HalfFaces, Keys, Matched, among, table_of
+from .faces import HalfFaces, HalfOf, Keys, Matched, among, table_of
 from .source import Source
 
 Ids = NDArray[np.int64]
@@ -61,8 +61,9 @@ class Seen:
     has_ghosts: bool
 
 
-def look(source: Source, doubles: Ids) -> Seen:
-    """Look at all cells once; ``doubles`` are the ids of points that coincide with others."""
+def look(source: Source, doubles: Ids, of_types: Mask = IS_SOLID) -> Seen:
+    """Look at all cells once; ``doubles`` are the ids of points that coincide with others, ``of_types`` ``(256,)`` are
+    those whose repeated points count."""
     n_points, n_cells = source.n_points, source.n_cells
     types, flags = np.empty(n_cells, np.uint8), np.zeros(n_points, np.uint8)
     flags[doubles] = DOUBLE
@@ -79,9 +80,9 @@ def look(source: Source, doubles: Ids) -> Seen:
         if is_ghost is not None:
             has_ghosts = True
             kinds[is_ghost] = USED | SOLID
-        hashes, repeats = _hashes(mesh, first_point, kinds, flags)
+        hashes, repeats = hashes_of(mesh, first_point, kinds, flags)
         open_faces.note(hashes, once, twice)
-        repeated.append(np.flatnonzero(repeats & solid) + first)
+        repeated.append(np.flatnonzero(repeats & of_types[mesh.types]) + first)
         if own is not None:
             interface.append(np.flatnonzero(own) + first)
         n_solid += int(np.count_nonzero(solid))
@@ -93,23 +94,24 @@ def look(source: Source, doubles: Ids) -> Seen:
     )
 
 
-def part_sizes(source: Source, seen: Seen, parent: IndexArray) -> list[int]:
-    """Solid cells of each part that points hold together, largest first; ``parent``: of those that faces do."""
-    if seen.n_solid == 0 or _n_first(seen.types, parent) == 1:
-        return [seen.n_solid] if seen.n_solid else []
+def part_sizes(source: Source, seen: Seen, parent: IndexArray, of_types: Mask = IS_SOLID) -> list[int]:
+    """Cells of some types of each part that points hold together, largest first; ``parent``: of those that faces do."""
+    n = int(np.count_nonzero(of_types[seen.types]))
+    if n == 0 or _n_first(seen.types, parent, of_types) == 1:
+        return [n] if n else []
     of_points = np.full(source.n_points, -1, driver.index_type(max(source.n_points, source.n_cells)))
     for _, first_point, mesh in source.cells():
-        open_faces.connect(IS_SOLID[mesh.types], _offsets(mesh), _nodes(mesh), first_point, of_points)
+        open_faces.connect(of_types[mesh.types], _offsets(mesh), _nodes(mesh), first_point, of_points)
     return sorted((-1 - of_points[of_points < -1]).tolist(), reverse=True)
 
 
-def _n_first(types: NDArray[np.uint8], parent: IndexArray) -> int:
-    """How many solid cells are the first of those that faces hold together."""
+def _n_first(types: NDArray[np.uint8], parent: IndexArray, of_types: Mask) -> int:
+    """How many cells of some types are the first of those that faces hold together."""
     n = 0
     for first in range(0, len(types), CHUNK):
         here = slice(first, min(first + CHUNK, len(types)))
         is_first = parent[here] == np.arange(here.start, here.stop)
-        n += int(np.count_nonzero(is_first & IS_SOLID[types[here]]))
+        n += int(np.count_nonzero(is_first & of_types[types[here]]))
     return n
 
 
@@ -141,18 +143,18 @@ class Few:
         return np.asarray(np.searchsorted(self.cells, ids), np.int64)
 
 
-def second_look(source: Source, seen: Seen, matched: Matched) -> tuple[Matched, Keys]:
+def second_look(source: Source, seen: Seen, matched: Matched, half_of: HalfOf = HalfFaces.of) -> tuple[Matched, Keys]:
     """The same with the faces of more than two cells among the suspects; and the hashes that more than one cell has."""
     some = [np.empty(0, np.uint64)]
     table = table_of(matched.again)
     counts = np.zeros(len(table), np.uint8)
     for _, first_point, mesh in source.cells():
-        hashes, _ = _hashes(mesh, first_point, None, seen.flags)
+        hashes, _ = hashes_of(mesh, first_point, None, seen.flags)
         is_doubled = np.empty(len(hashes), np.bool_)
         open_faces.noted(hashes, seen.doubled, is_doubled)
         some.append(hashes[is_doubled])
         if len(matched.again):
-            open_faces.recount(HalfFaces.of(mesh, first_point, 0).keys, table, counts)
+            open_faces.recount(half_of(mesh, first_point, 0).keys, table, counts)
     ordered = np.sort(np.concatenate(some))
     suspects = np.union1d(matched.suspects, table[counts > 2])
     return replace(matched, suspects=suspects, again=table[:0]), np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
@@ -178,7 +180,7 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
         if own is not None:
             wanted |= own
         if len(hashes_twice) > 2:
-            wanted |= among(_hashes(mesh, first_point, None, seen.flags)[0], hashes_twice)
+            wanted |= among(hashes_of(mesh, first_point, None, seen.flags)[0], hashes_twice)
         near = np.concatenate([[0], np.cumsum((seen.flags[nodes] & (DOUBLE | SURFACE)) > 0)])
         wanted |= near[mesh.offsets[1:]] > near[mesh.offsets[:-1]]
         at = np.flatnonzero(wanted)
@@ -204,7 +206,7 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
     return Few(few, np.concatenate([part[0] for part in parts]), points, replace(faces, mates=mates))
 
 
-def _hashes(
+def hashes_of(
     mesh: Mesh, first_point: int, kinds: NDArray[np.uint8] | None, flags: NDArray[np.uint8]
 ) -> tuple[Keys, Mask]:
     """The hash of each cell, and whether it has a point twice; ``kinds`` are flags for its points."""

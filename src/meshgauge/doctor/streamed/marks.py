@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...look.records import brief
 from ...mesh.ghosts import without_ghosts
 from ...quality.measure import Quality
-from ...status import is_usable
+from ...status import Status, is_usable
 from ..orientation import handedness, has_shape, inverted
 
 HANDED, MEASURED, INVERTED, USABLE, STANDS = 3, 4, 8, 16, 32
@@ -57,6 +57,8 @@ class MarkCounter:
 
 def marks_of(quality: Quality) -> NDArray[np.uint8]:
     """``(n,)`` the marks of measured cells."""
+    if quality.mesh.dimension == 2:
+        return np.where(quality.status == Status.INVERTED, np.uint8(INVERTED), np.uint8(0))
     given, types = quality.collapsed_from, quality.mesh.types
     quality = replace(quality, mesh=without_ghosts(quality.mesh))
     shaped, is_inverted = has_shape(quality), inverted(quality)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,12 @@ class Source(Protocol):
 
     @property
     def purpose(self) -> Purpose: ...
+
+    @property
+    def dimension(self) -> Literal[2, 3]: ...
+
+    @property
+    def up(self) -> Literal[-1, 0, 1]: ...
 
     @property
     def blocks(self) -> Sequence[CellBlock]: ...
