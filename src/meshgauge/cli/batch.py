@@ -95,7 +95,7 @@ class Batch:
         """Bytes that ``--memory`` allows; None if it is not given. Raises `OptionError` if it is no size."""
         return None if self.memory is None else slices.n_bytes(self.memory)
 
-    def progress(self, text: str) -> AbstractContextManager[None]:
+    def progress(self, text: str) -> AbstractContextManager[object]:
         """A spinner, if this takes long: ``with batch.progress("drawing a.png"):``."""
         return terminal.activity(text, shown=not self.quiet)
 

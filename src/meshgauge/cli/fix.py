@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from .. import doctor, repair
+from .. import repair
 from ..check import Check
 from ..check.output.text import verdict
 from ..errors import MeshgaugeError, OptionError, WriteError
 from ..files import output
-from ..io.patching import Changes
 from ..look import style
-from ..mesh import Mesh
 from . import inputs, terminal
 from .batch import Batch
 from .changed import ChangedMesh
-
-ORIENTED = ".oriented"
-"""In the name of the file between both steps."""
+from .repairing import oriented
 
 
 def require_alone(paths: Sequence[str], folder: Path) -> None:
@@ -70,16 +65,10 @@ def fix(
 
 def _mend(batch: Batch, path: str, target: Path) -> int:
     """Orient, then improve; returns how many cells were renumbered."""
-    as_stored = Batch(reading=batch.reading, poor_below=batch.poor, quiet=True)
-    before = as_stored.read(path)
-    after, changes = doctor.orient(before)
-    source, between = path, target.with_name(f"{target.stem}{ORIENTED}{target.suffix}")
-    try:
-        if after is not before:
-            _changed(as_stored, before, between, "order").write(after)
-            source = str(between)
+    output.check(target)
+    with oriented(batch, path, target) as (source, n):
         mesh = batch.read(source)
-        changed = _changed(batch, mesh, target, "points")
+        changed = ChangedMesh.of(batch, mesh, target, in_place=False, undo=None, convert=False)
         result = repair.improve(
             mesh,
             target=batch.poor.all,
@@ -89,14 +78,4 @@ def _mend(batch: Batch, path: str, target: Path) -> int:
             rounding=None if changed.patch is None else changed.patch.roundings,
         )
         changed.write(mesh if result.report.outcome == "refused" else result.mesh)
-    finally:
-        if between.is_dir():
-            shutil.rmtree(between, ignore_errors=True)
-        else:
-            between.unlink(missing_ok=True)
-    return len(changes.cells)
-
-
-def _changed(batch: Batch, mesh: Mesh, target: Path, changes: Changes) -> ChangedMesh:
-    output.check(target)
-    return ChangedMesh.of(batch, mesh, target, in_place=False, undo=None, convert=False, changes=changes)
+    return n

@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from ..errors import MeshgaugeError
+from ..errors import MeshgaugeError, OptionError, WriteError
+from ..look.style import number_of
 from . import inputs, options
-from .groups.improve import ConstraintOptions, Goal
+from .groups.improve import WHAT, ConstraintOptions, Goal
+from .options import WRITING, option
+
+if TYPE_CHECKING:
+    from .repairing import Repaired
 
 STILL_INVALID, REFUSED = 1, 3
 """Exit codes: some cell is still invalid, and what was reached broke a claim."""
@@ -17,9 +23,13 @@ WHOLE = (".vtu", ".vtk", ".vtkhdf")
 
 
 def improve(
-    mesh: options.OneMesh,
+    meshes: options.Meshes,
     *,
     output: options.OutputMesh = None,
+    output_dir: Annotated[
+        Path | None,
+        option("--output-dir", "DIR", "Write the meshes here, under their names; it is made if needed.", WRITING),
+    ] = None,
     in_place: options.InPlace = False,
     html: options.Html = None,
     as_json: options.Json = False,
@@ -27,6 +37,9 @@ def improve(
     convert: options.Convert = False,
     all_times: options.AllTimes = False,
     quiet: options.Quiet = False,
+    orient: Annotated[
+        bool, option("--orient", None, "Renumber cells that are numbered in reverse first.", WHAT)
+    ] = False,
     goal: Goal,
     constraints: ConstraintOptions,
     purpose: options.Purpose = None,
@@ -36,29 +49,35 @@ def improve(
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
 ) -> int:
-    """Read, improve, check, write, print the report; returns the exit code."""
-    written = inputs.mesh_target([mesh], output, in_place=in_place, what="better") or Path(mesh)
-    read = [mesh, *([] if constraints.surface is None else [str(constraints.surface)])]
-    inputs.check_targets(read, texts=[html], files=[output, undo])  # before an hour of work, not after
-    if goal.changes_cells and in_place and written.suffix.lower() not in WHOLE:
-        option = "--topology" if goal.topology else "--split-hopeless"
-        raise MeshgaugeError(
-            f"{written}: {option} makes other cells, and sets, loads and steps of this format would be lost: "
-            f"--in-place takes {', '.join(WHOLE)} only; write another file with -o"
-        )
+    """Read, improve, check, write, print the report of each mesh in turn; returns the exit code."""
+    paths = inputs.expand(meshes)
+    targets = _targets(paths, output, output_dir, in_place=in_place)
+    is_alone = len(paths) == 1
+    if not is_alone and (html is not None or undo is not None):
+        raise OptionError(f"--{'html' if undo is None else 'undo'} takes one mesh, {len(paths)} are given")
+    if orient and in_place:
+        raise OptionError("--orient goes with -o or --output-dir; first: meshgauge orient --in-place")
+    read = [*paths, *([] if constraints.surface is None else [str(constraints.surface)])]
+    if output_dir is None:
+        inputs.check_targets(read, texts=[html], files=[output, undo])  # before an hour of work, not after
+    else:
+        inputs.check_folder(output_dir)
+        inputs.check_targets(read, texts=[html], files=[*(targets if output_dir.is_dir() else ()), undo])
+    for written in targets:
+        if goal.changes_cells and in_place and written.suffix.lower() not in WHOLE:
+            name = "--topology" if goal.topology else "--split-hopeless"
+            raise MeshgaugeError(
+                f"{written}: {name} makes other cells, and sets, loads and steps of this format would be lost: "
+                f"--in-place takes {', '.join(WHOLE)} only; write another file with -o"
+            )
 
     from . import live
 
     with live.early():
-        from .. import repair
-        from ..files.output import write_text
         from ..repair import text
-        from ..repair.acceptance import n_unusable
-        from ..repair.page import improve_page
         from .batch import Batch
-        from .changed import ChangedMesh
-        from .large_repair import improve_large
-        from .terminal import Output, emit
+        from .repairing import Repairing
+        from .terminal import Output, emit, warn
 
         batch = Batch(
             reading=reading,
@@ -69,59 +88,68 @@ def improve(
             memory=memory,
             quiet=quiet,
         )
-        batch.require_one_state(mesh)
+        if output_dir is not None:
+            inputs.make_folder(output_dir)
+    repairing = Repairing(
+        batch=batch,
+        goal=goal,
+        constraints=constraints,
+        orients=orient,
+        in_place=in_place,
+        convert=convert,
+        all_times=all_times,
+        html=html,
+        undo=undo,
+    )
 
-    def show(report: repair.RepairReport, n_bad: int, stop: live.Stop) -> int:
-        """Print what was reached; returns the exit code."""
-        is_refused = report.outcome == "refused"
-        if as_json:
-            emit(text.dumps(mesh, None if is_refused else str(written), report))
-        elif quiet:
-            emit(f"{mesh}: {report.verdict}")
+    def show(one: Repaired) -> None:
+        if quiet:
+            emit(f"{one.path}: {one.report.verdict}")
         else:
-            Output().show(text.ImproveText(mesh, report, output=None if is_refused else str(written)))
-        if stop.exit_code:
-            return stop.exit_code
-        return REFUSED if is_refused else STILL_INVALID if n_bad else batch.exit_code
+            Output().show(text.ImproveText(one.path, one.report, output=one.written))
 
-    if goal.is_local and constraints.is_empty and not (in_place or convert or undo is not None or html is not None):
-        done = improve_large(batch, mesh, written, goal)
-        if done is not None:
-            return show(done[0].report, done[0].n_unusable, done[1])
-    with live.early():
-        before = batch.read(mesh)
-        changed = ChangedMesh.of(
-            batch,
-            before,
-            written,
-            in_place=in_place,
-            undo=undo,
-            convert=convert,
-            all_times=all_times,
-            changes="cells" if goal.changes_cells else "points",
-        )
-        fixed, surface = constraints.on(before)
-        if changed.is_fixed is not None:
-            fixed = changed.is_fixed if fixed is None else fixed | changed.is_fixed
-    with live.stoppable() as stop:
-        with live.ProgressLine(shown=not quiet) as progress:
-            result = repair.improve(
-                before,
-                **goal.arguments(batch.poor),
-                fixed=fixed,
-                keep=constraints.keep or (),
-                surface=surface,
-                feature_angle=constraints.feature_angle,
-                tolerance=constraints.tolerance,
-                progress=progress,
-                should_stop=stop,
-                threads=threads,
-                keep_bricks=keep_bricks,
-                rounding=None if changed.patch is None else changed.patch.roundings,
-            )
-        if result.report.outcome != "refused":
-            changed.write(result.mesh)
-        if html is not None:
-            with batch.progress(f"drawing {html}"):
-                write_text(html, improve_page(result.report, result.before, result.after))
-    return show(result.report, n_unusable(result.after), stop)
+    if is_alone and output_dir is None:
+        one = repairing.repair(paths[0], targets[0])
+        if as_json:
+            emit(text.dumps(one.path, one.written, one.report))
+        else:
+            show(one)
+        return one.stop.exit_code or _code(one) or batch.exit_code
+
+    done: list[Repaired] = []
+    where = dict(zip(paths, targets, strict=True))
+    for path, one in batch.each(paths, lambda path: repairing.repair(path, where[path])):
+        done.append(one)
+        if not as_json:
+            show(one)
+        if one.stop.number:
+            n_left = len(paths) - paths.index(path) - 1
+            if n_left:
+                warn("note", f"stopped: {number_of(n_left, 'mesh was', 'meshes were')} not looked at")
+            break
+    if as_json:
+        emit(text.dumps_several([(one.path, one.written, one.report) for one in done], batch.failures))
+    stopped = max((one.stop.exit_code for one in done), default=0)
+    return stopped or batch.exit_code or max(map(_code, done), default=0)
+
+
+def _code(one: Repaired) -> int:
+    return REFUSED if one.report.outcome == "refused" else STILL_INVALID if one.n_unusable else 0
+
+
+def _targets(paths: list[str], output: Path | None, folder: Path | None, *, in_place: bool) -> list[Path]:
+    """Where each mesh goes."""
+    if folder is None:
+        if len(paths) > 1 and not in_place:
+            raise WriteError(f"{len(paths)} meshes are given: --output-dir DIR takes them, or --in-place replaces them")
+        written = inputs.mesh_target(paths[:1], output, in_place=in_place, what="better")
+        return [Path(path) for path in paths] if in_place else [written or Path(paths[0])]
+    if output is not None or in_place:
+        raise WriteError(f"{folder}: --output-dir excludes --output and --in-place")
+    targets: dict[Path, str] = {}
+    for path in paths:
+        target = folder / Path(path).resolve().name
+        if target in targets:
+            raise WriteError(f"{path} and {targets[target]}: both would be {target}")
+        targets[target] = path
+    return list(targets)

@@ -113,6 +113,24 @@ def check_targets(
             output.check(target, text=is_text)
 
 
+def check_folder(folder: Path) -> None:
+    """Raise `WriteError` if a folder for outputs is no folder, or cannot be made."""
+    if folder.is_dir():
+        return
+    if os.path.lexists(folder):
+        raise WriteError(f"{folder}: is no folder")
+    if not folder.absolute().parent.is_dir():
+        raise WriteError(f"{folder}: there is no folder {folder.parent}")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for outputs, if it is not there. Raises `WriteError`."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise WriteError(f"{folder}: cannot be made: {error.strerror or error}") from error
+
+
 def mesh_target(paths: list[str], written: Path | None, *, in_place: bool, what: str | None = None) -> Path | None:
     """Where a mesh is to be written: ``--output``, or the input if ``--in-place`` is given.
 

@@ -6,6 +6,7 @@ import contextlib
 import signal
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from types import FrameType
 from typing import TYPE_CHECKING
@@ -16,7 +17,7 @@ from rich.text import Text
 
 from ..look import style
 from ..look.bands import band
-from . import interrupts
+from . import compiling, interrupts
 
 if TYPE_CHECKING:
     from ..repair import Progress
@@ -87,12 +88,16 @@ def early() -> Iterator[None]:
 
 
 class ProgressLine:
-    """A line that changes on a terminal; nothing where there is none."""
+    """A line that changes on a terminal, with a clock that ticks; nothing where there is none."""
 
     def __init__(self, *, shown: bool) -> None:
         console = Console(stderr=True, highlight=False, markup=False)
+        self._start = time.monotonic()
+        self._last: tuple[Progress, float] | None = None  #: and when it came
         self._live = (
-            Live(console=console, transient=True, refresh_per_second=5) if shown and sys.stderr.isatty() else None
+            Live(console=console, transient=True, refresh_per_second=5, get_renderable=self._line)
+            if shown and sys.stderr.isatty()
+            else None
         )
 
     def __enter__(self) -> ProgressLine:
@@ -105,15 +110,29 @@ class ProgressLine:
             self._live.stop()
 
     def __call__(self, now: Progress) -> None:
-        if self._live is not None:
-            self._live.update(line(now))
+        self._last = now, time.monotonic()
+
+    def _line(self) -> Text:
+        passed = time.monotonic()
+        if self._last is None:
+            return starting(passed - self._start)
+        now, at = self._last
+        return line(now, passed - at)
 
 
-def line(now: Progress) -> Text:
-    """One moment of an improvement."""
+def starting(seconds: float) -> Text:
+    """Before there is anything to say of an improvement."""
+    text = Text(no_wrap=True, overflow="ellipsis")
+    text.append(f"{PHASES['start']:<18}", "bold").append(f"  {seconds:.1f} s", "dim")
+    return text.append(f"  {compiling.note()}", "dim")
+
+
+def line(now: Progress, waited: float = 0.0) -> Text:
+    """One moment of an improvement, some seconds after it was told."""
     text = Text(no_wrap=True, overflow="ellipsis")
     text.append(f"{PHASES.get(now.phase, now.phase):<18}", "bold")
     text.append("  worst ").append(f"{style.quality(now.worst):>6}", band(now.worst).style)
     text.append(f"  mean {style.quality(now.mean):>6}  ")
     text.append(f"{style.number(now.n_inverted)} inverted", "red" if now.n_inverted else "dim")
-    return text.append(f"  {style.number(now.evaluations)} evaluations  {now.seconds:.1f} s", "dim")
+    what = compiling.note() or f"{style.number(now.evaluations)} evaluations"
+    return text.append(f"  {now.seconds + waited:.1f} s  {what}", "dim")

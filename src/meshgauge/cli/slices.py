@@ -8,12 +8,10 @@ import sys
 import time
 from collections.abc import Iterator
 
-from rich.console import Console
-
 from ..errors import OptionError
 from ..look.style import number, number_of
 from ..slices import Progress
-from .terminal import PATIENCE
+from .terminal import activity
 
 _UNITS = {"": 1, "k": 1000, "m": 1000**2, "g": 1000**3, "t": 1000**4}
 _SIZE = re.compile(r"\s*(\d+(?:\.\d*)?)\s*([kmgt]?)(i?)b\s*", re.IGNORECASE)
@@ -49,36 +47,27 @@ def progress(path: str, *, shown: bool) -> Iterator[Progress]:
 
     Where Ctrl-C or another signal stops it, a line says how far it was.
     """
-    console = Console(stderr=True, highlight=False, markup=False)
-    status = console.status(f"measuring {path}") if shown and sys.stderr.isatty() else None
     start, at = time.monotonic(), (0, 0)
-    is_started = False
+    with activity(f"measuring {path}", shown=shown) as working:
 
-    def update(done: int, total: int) -> None:
-        nonlocal at, is_started
-        at = done, total
-        passed = time.monotonic() - start
-        if status is None or passed < PATIENCE:
-            return
-        if not is_started:
-            status.start()
-            is_started = True
-        left = passed * (total - done) / done
-        status.update(f"measuring {path}: {done / total:.0%}, {_duration(left)} left")
+        def update(done: int, total: int) -> None:
+            nonlocal at
+            at = done, total
+            left = (time.monotonic() - start) * (total - done) / done
+            working.text = f"measuring {path}: {done / total:.0%}, {_duration(left)} left"
 
-    try:
-        yield update
-    except KeyboardInterrupt:
-        with contextlib.suppress(OSError, ValueError, RuntimeError):
-            done, total = at
-            far = (
-                f"{number(done)} of {number_of(total, 'cell was', 'cells were')} measured" if total else "none measured"
-            )
-            print(f"meshgauge: {path}: stopped, {far}", file=sys.stderr)
-        raise
-    finally:
-        if status is not None:
-            status.stop()
+        try:
+            yield update
+        except KeyboardInterrupt:
+            with contextlib.suppress(OSError, ValueError, RuntimeError):
+                done, total = at
+                far = (
+                    f"{number(done)} of {number_of(total, 'cell was', 'cells were')} measured"
+                    if total
+                    else "none measured"
+                )
+                print(f"meshgauge: {path}: stopped, {far}", file=sys.stderr)
+            raise
 
 
 def _duration(seconds: float) -> str:

@@ -7,14 +7,17 @@ import os
 import re
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
+from rich.text import Text
 
 from ..errors import WriteError
 from ..files.standard import drop, unwritten
 from ..look import style
+from . import compiling
 from .streams import TRACEBACK as TRACEBACK
 
 DONE, FAILED, COULD_NOT = 0, 1, 2
@@ -105,13 +108,26 @@ def in_background(work: Callable[[], None]) -> threading.Thread:
     return thread
 
 
+class Working:
+    """What is being done, for how long by now, and whether kernels are compiled: as it is when it is drawn."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._start = time.monotonic()
+
+    def __rich__(self) -> Text:
+        parts = (style.printable(self.text), f"{time.monotonic() - self._start:.0f} s", compiling.note())
+        return Text("  ".join(filter(None, parts)), no_wrap=True, overflow="ellipsis")
+
+
 @contextlib.contextmanager
-def activity(text: str, *, shown: bool) -> Iterator[None]:
-    """A spinner on standard error, if that is a terminal and the work takes longer than `PATIENCE`."""
+def activity(text: str, *, shown: bool) -> Iterator[Working]:
+    """A spinner and a clock on standard error, if that is a terminal and the work takes longer than `PATIENCE`."""
+    working = Working(text)
     if not (shown and sys.stderr.isatty()):
-        yield
+        yield working
         return
-    status = Console(stderr=True, highlight=False, markup=False).status(text)
+    status = Console(stderr=True, highlight=False, markup=False).status(working)
     lock, over = threading.Lock(), False
 
     def start() -> None:
@@ -123,7 +139,7 @@ def activity(text: str, *, shown: bool) -> Iterator[None]:
     timer.daemon = True
     timer.start()
     try:
-        yield
+        yield working
     finally:
         timer.cancel()
         with lock:

@@ -116,7 +116,9 @@ Exit codes: 0 nothing is wrong, 1 something is (0 with [bold]--exit-zero[/bold])
 
 Points move in rings around bad cells that grow only while it helps, and good cells keep their sizes. With [bold]--everywhere[/bold] all points move: the worst cells are made as good as they can be, and the mean is raised. Cells, their numbering, data and regions stay; with [bold]--topology[/bold] tetrahedra are joined anew, with [bold]--split-hopeless[/bold] cells that points cannot mend are split. The result is checked before it is written: no valid cell becomes invalid, inside too, and the worst never falls. What is still below the target is listed with the reason. JSON is described in docs/improve.md.
 
-[bold]Ctrl-C[/bold] stops at any time and writes the best so far; a second one ends the program, and nothing is written.
+Of several meshes each is read, repaired and written in turn; one that fails does not stop the others.
+
+[bold]Ctrl-C[/bold] stops at any time and writes the best so far, of several that of the current one; a second one ends the program, and nothing is written.
 
 Exit codes: 0 no cell is invalid now, 1 some still are (what is better is written), 2 could not, 3 what was reached broke a claim, and nothing was written, 130 interrupted twice, 143 terminated (what is better is written).""",
         (
@@ -126,6 +128,7 @@ Exit codes: 0 no cell is invalid now, 1 some still are (what is better is writte
             "meshgauge improve wing.vtu -o better.vtu --topology           [dim]tetrahedra are joined anew, too[/dim]",
             "meshgauge improve wing.vtu -o better.vtu --undo undo.npz --html page.html",
             "meshgauge improve wing.inp -o better.inp                      [dim]the deck, its steps and comments; other coordinates[/dim]",
+            "meshgauge improve a.vtu b.vtu --orient --output-dir better    [dim]several, renumbered first[/dim]",
         ),
     ),
     "orient": Text(

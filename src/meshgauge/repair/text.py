@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
@@ -19,9 +19,10 @@ from ..report.json import finite
 from ..report.text import count, fits, new_table, quality_text, spark
 
 if TYPE_CHECKING:
+    from ..errors import FailedFile
     from . import RepairReport
 
-SCHEMA = "meshgauge-improve"
+SCHEMA, SEVERAL = "meshgauge-improve", "meshgauge-improve-several"
 VERSION = 3
 NAMED = 5
 """Cells named one by one."""
@@ -50,6 +51,18 @@ def improve_dict(path: str, output: str | None, report: RepairReport) -> dict[st
 def dumps(path: str, output: str | None, report: RepairReport) -> str:
     """The same as JSON text, indented, ASCII only."""
     return json.dumps(improve_dict(path, output, report), indent=2, allow_nan=False)
+
+
+def dumps_several(done: Iterable[tuple[str, str | None, RepairReport]], failures: Iterable[FailedFile]) -> str:
+    """Several meshes as one document: path, output and report of each, and what could not be repaired."""
+    document = {
+        "schema": SEVERAL,
+        "version": VERSION,
+        "meshgauge": __version__,
+        "files": [improve_dict(*one) for one in done],
+        "errors": [{"path": one.path, "message": one.reason} for one in failures],
+    }
+    return json.dumps(document, indent=2, allow_nan=False)
 
 
 class ImproveText:

@@ -29,7 +29,10 @@ def nodes(path: Path) -> tuple[Nodes | Faces, ...]:
         if section == "MeshFormat":
             take_format(cursor)
         if cursor.is_binary or section == "ELM":
-            raise ReadError(f"{path}: cells of binary files of Gmsh, and of version 1, are not renumbered in place")
+            raise ReadError(
+                f"{path}: cells of binary files of Gmsh, and of version 1, are not renumbered in place; "
+                "--convert writes the mesh anew"
+            )
         if section == "Elements":
             return _elements(cursor)
         if section != "MeshFormat":

@@ -30,7 +30,9 @@ def nodes(path: Path, *, is_binary: bool) -> tuple[Nodes | Faces, ...]:
         If the file is binary.
     """
     if is_binary:
-        raise ReadError(f"{path}: cells of binary files of Medit are not renumbered in place")
+        raise ReadError(
+            f"{path}: cells of binary files of Medit are not renumbered in place; --convert writes the mesh anew"
+        )
     data = in_place(path.read_bytes(), b"#")
     marks = list(WORD.finditer(data))
     pieces: list[Nodes | Faces] = []
