@@ -134,7 +134,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
         """True if the boundary has gone further than it may from that of the mesh given."""
         points = points_now(before.mesh, moved.after.mesh, state.old_points)
         apart = deviation_from(first, before.mesh, points, way.options)
-        return not all(claim.holds for claim in within(apart, way.options.tolerance, extent(before.mesh.points)[1]))
+        return not all(claim.holds for claim in within(apart[0], way.options.tolerance, extent(before.mesh.points)[1]))
 
     def move() -> Moved:
         left = None if np.isinf(deadline) else max(deadline - time.monotonic(), LEAST_TIME)

@@ -86,7 +86,7 @@ def claims(
         result.append(Claim("interfaces", kept[1], "the faces between regions are the same"))
     if options.tolerance is not None:
         points = points_now(old, new, old_points)
-        result += within(deviation_from(constraints, old, points, options), options.tolerance, extent(old.points)[1])
+        result += within(deviation_from(constraints, old, points, options)[0], options.tolerance, extent(old.points)[1])
     if options.strict:
         with np.errstate(invalid="ignore"):
             fell = bool((after.values[stays] < before.values[of_old] - SAME).any())
@@ -112,15 +112,18 @@ def points_now(old: Mesh, new: Mesh, old_points: Ids) -> NDArray[np.float64]:
     return points
 
 
-def deviation_from(constraints: Constraints, old: Mesh, points: NDArray[np.float64], options: Options) -> float:
-    """The largest distance between the boundary of the mesh given and the same faces with points elsewhere."""
+def deviation_from(
+    constraints: Constraints, old: Mesh, points: NDArray[np.float64], options: Options
+) -> tuple[float, float]:
+    """The largest and the mean distance of the boundary of the mesh given from the same faces, points elsewhere."""
     if not options.slides or np.array_equal(points, old.points):
-        return 0.0
+        return 0.0, 0.0
     was = np.asarray(old.points, np.float64)
     surface = surface_of(constraints, was, options.feature_angle)
     if options.surface is not None:
         surface = target_surface(surface, options.surface, was)
-    return deviation(surface, points, is_given=options.surface is not None).largest
+    apart = deviation(surface, points, is_given=options.surface is not None)
+    return apart.largest, apart.mean
 
 
 def _n_faults(faces: Topology) -> int:

@@ -35,13 +35,14 @@ class Deviation:
         ``(n_faces,)`` of the middle of each face and of its edges and points, from the patch that the face was on.
     of_old_faces
         ``(n_faces,)`` of the middle and points of each face as it was, from the surface as it is.
-    largest
-        Between the two surfaces, from either side.
+    largest, mean
+        Between the two surfaces, from either side; the mean over the area of the one that is further from the other.
     """
 
     of_faces: Points
     of_old_faces: Points
     largest: float
+    mean: float
 
 
 def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
@@ -56,32 +57,62 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     is_given
         True if the surface is one that the user gave: it may be larger than the mesh, and only faces are measured.
     """
+    n_faces = len(surface.face_offsets) - 1
+    far, far_old = np.zeros(n_faces), np.zeros(n_faces)
+    if not n_faces:
+        return Deviation(far, far_old, 0.0, 0.0)
+    fans, owner = _fans(surface, points)
+    start, first = _starts(surface), surface.face_offsets[:-1]
+    for queries, at in (
+        (fans[:, 0], owner),
+        (0.5 * (fans[:, 0] + fans[:, 1]), owner),
+        (fans[first, 2], np.arange(n_faces)),
+    ):
+        place, _ = surface.facets.nearest(np.ascontiguousarray(queries), start[at])
+        np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))
+    largest, mean = _largest(fans, far[owner], surface.facets, start[owner]), mean_from_old(surface, points)
+    if not is_given:
+        of_triangles, largest_old, mean_old = _from_the_old_side(surface, points)
+        np.maximum.at(far_old, _faces_of_triangles(surface), of_triangles)
+        largest, mean = max(largest, largest_old), max(mean, mean_old)
+    return Deviation(far, far_old, largest, mean)
+
+
+def mean_from_old(surface: Surface, points: Points) -> float:
+    """The mean distance of the faces with their points elsewhere from the surface that they were."""
+    if not len(surface.faces):
+        return 0.0
+    fans, owner = _fans(surface, points)
+    queries = fans.mean(axis=1)
+    place, _ = surface.facets.nearest(queries, _starts(surface)[owner])
+    return _mean(np.linalg.norm(place - queries, axis=1), _areas(fans))
+
+
+def _fans(surface: Surface, points: Points) -> tuple[Points, Ids]:
+    """``(n, 3, 3)`` triangles about the means of the faces' points, and the face of each."""
     ids, offsets = surface.faces, surface.face_offsets
     sizes = np.diff(offsets)
-    far = np.zeros(len(sizes))
-    if not len(ids):
-        return Deviation(far, far, 0.0)
-    owner, following = np.repeat(np.arange(len(sizes)), sizes), next_in_face(offsets)
+    owner = np.repeat(np.arange(len(sizes)), sizes)
     centres = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None]
-    # An item of the patch from which the search begins: that of a point inside the patch, near to where it is now.
-    on_patch = np.where(surface.kind[ids] == FACE, surface.item[ids], -1)
-    start = np.maximum.reduceat(on_patch, offsets[:-1])
-    start = np.where(start >= 0, start, surface.face_items)
-    for queries, at in (
-        (points[ids], owner),
-        (0.5 * (points[ids] + points[ids[following]]), owner),
-        (centres, np.arange(len(sizes))),
-    ):
-        place, _ = surface.facets.nearest(queries, start[at].copy())
-        np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))
-    fans = np.stack([points[ids], points[ids[following]], centres[owner]], axis=1)
-    largest = _largest(fans, far[owner], surface.facets, start[owner])
-    far_old = np.zeros(len(sizes))
-    if not is_given:
-        of_triangles, largest_old = _from_the_old_side(surface, points)
-        np.maximum.at(far_old, _faces_of_triangles(surface), of_triangles)
-        largest = max(largest, largest_old)
-    return Deviation(far, far_old, largest)
+    return np.stack([points[ids], points[ids[next_in_face(offsets)]], centres[owner]], axis=1), owner
+
+
+def _starts(surface: Surface) -> Ids:
+    """``(n_faces,)`` an item of each face's patch from which a search begins."""
+    # That of a point inside the patch, near to where it is now.
+    on_patch = np.where(surface.kind[surface.faces] == FACE, surface.item[surface.faces], -1)
+    start = np.maximum.reduceat(on_patch, surface.face_offsets[:-1])
+    return np.where(start >= 0, start, surface.face_items)
+
+
+def _areas(triangles: Points) -> Points:
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
+
+
+def _mean(values: Points, weights: Points) -> float:
+    total = float(weights.sum())
+    return float(values @ weights) / total if total > 0.0 else 0.0
 
 
 def _faces_of_triangles(surface: Surface) -> Ids:
@@ -91,8 +122,8 @@ def _faces_of_triangles(surface: Surface) -> Ids:
     return np.repeat(order, np.where(sizes == 3, 1, sizes)[order])
 
 
-def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float]:
-    """Distances of the middle and points of each old triangle from the new ones, and the largest of all."""
+def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float, float]:
+    """Distances of the middle and points of each old triangle from the new ones, the largest of all, and their mean."""
     facets = surface.facets
     vertices = facets.points.copy()
     n = len(points)
@@ -113,10 +144,11 @@ def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float]
     corners = facets.points[items]
     place, _ = new.nearest(corners.mean(axis=1), triangles.copy())
     far = np.linalg.norm(place - corners.mean(axis=1), axis=1)
+    mean = _mean(far, _areas(corners))
     for m in range(3):
         place, _ = new.nearest(np.ascontiguousarray(corners[:, m]), triangles.copy())
         np.maximum(far, np.linalg.norm(place - corners[:, m], axis=1), out=far)
-    return far, _largest(corners, far, new, triangles)
+    return far, _largest(corners, far, new, triangles), mean
 
 
 def _largest(corners: Points, known: Points, projection: Projection, start: Ids) -> float:

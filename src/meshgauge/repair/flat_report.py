@@ -72,7 +72,7 @@ def report_of(
         worse=worse,
         largest_loss=largest,
         mean_loss=mean,
-        displacement=records.displacement(old, new, held.boundary, 0.0, extent(old)[1], len(old)),
+        displacement=records.displacement(old, new, held.boundary, (0.0, 0.0), extent(old)[1], len(old)),
         sizes=_size_change(ascent, old, new),
         volume=(0.0, 0.0),
         surface=areas,

@@ -74,7 +74,7 @@ def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: 
         claims=(
             *promise.claims(near_after),
             *known.elsewhere,
-            *within(outcome.deviation, options.tolerance, extent(old)[1]),
+            *within(outcome.deviation[0], options.tolerance, extent(old)[1]),
         ),
         ceiling=most,
         n_below_before=int(np.count_nonzero(is_below(near, options.target))),

@@ -82,6 +82,8 @@ class Displacement:
     boundary_share: float
     deviation: float  #: of the new boundary from the old surface, or of that from it, where it is largest
     deviation_share: float
+    deviation_mean: float  #: over the area of the one that is further from the other
+    deviation_mean_share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,11 +232,14 @@ def displacement(
     before: NDArray[np.floating],
     after: NDArray[np.floating],
     boundary: NDArray[np.bool_],
-    deviation: float,
+    deviation: tuple[float, float],
     diagonal: float,
     n_points: int,
 ) -> Displacement:
-    """Displacements of points, as shares of the diagonal of the mesh, which has so many points."""
+    """Displacements of points, as shares of the diagonal of the mesh, which has so many points.
+
+    Of the boundary also its deviation from what it was, the largest and the mean.
+    """
     with np.errstate(invalid="ignore"):
         way = np.linalg.norm(np.asarray(after, np.float64) - np.asarray(before, np.float64), axis=1)
     way = np.nan_to_num(way)
@@ -249,6 +254,8 @@ def displacement(
         largest_share=largest / diagonal,
         boundary_largest=at_boundary,
         boundary_share=at_boundary / diagonal,
-        deviation=deviation,
-        deviation_share=deviation / diagonal,
+        deviation=deviation[0],
+        deviation_share=deviation[0] / diagonal,
+        deviation_mean=deviation[1],
+        deviation_mean_share=deviation[1] / diagonal,
     )

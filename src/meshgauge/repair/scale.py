@@ -60,10 +60,13 @@ def rescaled(report: RepairReport, power: int) -> RepairReport:
 
     way: Displacement = report.displacement
     largest, mean = times((way.largest, way.mean), 1)
-    at_boundary, deviation = times((way.boundary_largest, way.deviation), 1)
+    at_boundary, _ = times((way.boundary_largest, 0.0), 1)
+    off, off_mean = times((way.deviation, way.deviation_mean), 1)
     return replace(
         report,
-        displacement=replace(way, largest=largest, mean=mean, boundary_largest=at_boundary, deviation=deviation),
+        displacement=replace(
+            way, largest=largest, mean=mean, boundary_largest=at_boundary, deviation=off, deviation_mean=off_mean
+        ),
         volume=times(report.volume, 3),
         surface=times(report.surface, 2),
         region_volumes={name: times(pair, 3) for name, pair in report.region_volumes.items()},

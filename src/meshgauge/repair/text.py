@@ -180,7 +180,8 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
     if moved.n_boundary:
         lines.append(
             f"{style.number(moved.n_boundary)} of them on the boundary, by at most {moved.boundary_largest:.4g}; "
-            f"it is at most {moved.deviation:.3g} ({share(moved.deviation_share)} of the diagonal) off the old one"
+            f"it is at most {moved.deviation:.3g} ({share(moved.deviation_share)} of the diagonal) off the old one, "
+            f"{moved.deviation_mean:.3g} ({share(moved.deviation_mean_share)}) in the mean"
         )
     if report.sizes.n_cells and moved.n_points:
         lines.append(sizes(report))

@@ -108,7 +108,7 @@ class Outcome:
     broken
         Texts of the claims for which a step was taken back.
     deviation
-        Of the boundary from the surface that it was, where it slid.
+        Of the boundary from the surface that it was, where it slid: the largest and the mean.
     sizes
         What good cells had, and must keep; None if nothing must be kept.
     hard
@@ -120,7 +120,7 @@ class Outcome:
     limit: Ceiling
     notes: list[str] = field(default_factory=list)
     broken: list[str] = field(default_factory=list)
-    deviation: float = 0.0
+    deviation: tuple[float, float] = (0.0, 0.0)
     sizes: SizeLimits | None = None
     hard: np.ndarray = field(default_factory=lambda: np.empty(0, bool))
 

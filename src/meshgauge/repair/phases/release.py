@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...doctor.points import extent
 from ...look.style import number_of
 from ...quality.measure import Quality
 from ..acceptance import accept, is_below, is_better
@@ -20,14 +21,14 @@ from ..components import components
 from ..constraints import Mask
 from ..curved import move_nodes_between
 from ..descent import DescentResult, Energy, Freedom
-from ..deviation import Deviation, deviation
+from ..deviation import Deviation, deviation, mean_from_old
 from ..energies import QualityEnergy, ShapeEnergy
 from ..faces import mask_of
 from ..problem import Ids, Part, Points, Problem
 from ..run import Run
 from ..surface import EDGE, FACE, INSIDE, Surface
 from ..volumes import VolumeKeeper
-from .mean import raise_mean
+from .mean import STRETCH, floors, raise_mean
 from .untangle import reference_lengths_of_cells
 from .worst import raise_worst
 
@@ -64,8 +65,21 @@ ever harder."""
 SMALL = 1e-3
 """Share of its size that a spring is measured in at least, however little it may be stretched."""
 
+END = 2e-3
+"""Distance of the threshold below the least corner, at last, while the worst is raised: what is nearer costs much."""
+
+MEAN, PART = 9e-4, 0.25
+"""Share of the diagonal, and of the tolerance, that the surfaces are to be apart in the mean at most, if they can."""
+
+SETTLES, FIRMER, CHEAPER, CHEAPEST = 10, 3.0, 0.9, 0.5
+"""How often the soft springs are made firmer to that end, and by which factor; the share of the worst that is given for
+it each time, and the least of it that is kept."""
+
 GIVE, STRIDES = 0.95, (1.0, 0.5, 0.25)
 """What floors of cells give way to keep volumes, and shares of the way that are tried."""
+
+ROUNDING = 1e-6
+"""Share of the tolerance that a point has not moved by."""
 
 ATTEMPTS = 4
 """How often points of faces that are too far off go back to where they were."""
@@ -73,11 +87,11 @@ ATTEMPTS = 4
 
 @dataclass(frozen=True, eq=False)
 class ReleaseResult:
-    """The mesh as it stands, its points that were released, the largest deviation from the surface, and notes."""
+    """The mesh as it stands, its points that were released, the largest and mean deviation from the surface, notes."""
 
     quality: Quality
     released: Mask
-    deviation: float
+    deviation: tuple[float, float]
     notes: tuple[str, ...]
 
 
@@ -113,7 +127,7 @@ def release(
     threads
         As for `improve`.
     """
-    start, off, released = reached, 0.0, np.zeros(len(surface.kind), bool)
+    start, off, released = reached, (0.0, 0.0), np.zeros(len(surface.kind), bool)
     tried: list[Mask] = []
     for rings in (RINGS[-1], *RINGS) if is_wide else RINGS:
         bad = is_below(reached, target)[run.whole.cell_ids]
@@ -128,17 +142,18 @@ def release(
         for group in (near, *groups) if len(groups) != 1 else groups:
             if run.is_over():
                 break
+            if not (group & is_below(reached, target)[run.whole.cell_ids]).any():
+                continue
             work = _Release(run, promise, reached, surface, limit, group)
             points = work.points()
             run.evaluations, run.stopped = work.run.evaluations, work.run.stopped
             after, apart = _within(promise, reached, points, surface, limit, threads)
             if apart.largest <= limit and is_better(after, reached, target) and not promise.broken(after):
-                reached, off = after, apart.largest
-                released |= work.released
-                if group is near:
-                    break
+                way = np.asarray(after.mesh.points, np.float64) - np.asarray(reached.mesh.points, np.float64)
+                released |= work.released & (np.linalg.norm(way, axis=1) > ROUNDING * limit)
+                reached, off = after, (apart.largest, apart.mean)
     if reached is start:
-        return ReleaseResult(start, np.zeros_like(released), 0.0, ("Points off the boundary are not better.",))
+        return ReleaseResult(start, np.zeros_like(released), off, ("Points off the boundary are not better.",))
     n = int(np.count_nonzero(released))
     count = number_of(n, "point of the boundary was released", "points of the boundary were released")
     return ReleaseResult(reached, released, off, (f"{count} to mend cells beside.",))
@@ -296,6 +311,7 @@ class _Release:
         on = np.flatnonzero((surface.kind[part.point_ids] != INSIDE) & (run.freedom.kind == 3))
         ids = part.point_ids[on]
         self.released = mask_of(len(old), ids)
+        self.diagonal = extent(old)[1]
         keeper = None
         if not promise.is_given:
             was, is_now = promise.volumes(reached)
@@ -313,7 +329,7 @@ class _Release:
         for _ in range(TRIES):
             here = self._draw_back(here, slack)
             if self._is_near(here):
-                here = self._raise(here, slack)
+                here = self._settle(self._raise(here, slack))
                 if self._is_near(here):
                     break
                 slack *= LESS
@@ -375,9 +391,9 @@ class _Release:
             for _ in range(DRAWS):
                 if springs.draw(here) <= slack or self.run.is_over():
                     return here
-                floors = np.minimum(KEEP * part.qualities(here)[0], level)
-                reached = self._descend(QualityEnergy(part, lengths, floors, barrier=BARRIER), here)
-                here = springs.keep_volumes(reached.points, np.minimum(floors, 0.0))
+                least = np.minimum(KEEP * part.qualities(here)[0], level)
+                reached = self._descend(QualityEnergy(part, lengths, least, barrier=BARRIER), here)
+                here = springs.keep_volumes(reached.points, np.minimum(least, 0.0))
                 springs.weight *= STIFFER
         return here
 
@@ -386,9 +402,28 @@ class _Release:
         springs.slack, springs.weight, springs.soft = slack, STIFF, SOFT
         springs.draw(here)
         lengths = part.reference_lengths(here)
-        here = raise_worst(run, here, lengths, phase="release", constraint=springs)
+        here = raise_worst(run, here, lengths, phase="release", constraint=springs, end=END)
         here = raise_mean(run, here, lengths, phase="release", constraint=springs)
         return springs(here, here, np.minimum(KEEP * part.qualities(here)[0], self.target))
+
+    def _settle(self, here: Points) -> Points:
+        """Points nearer to the surface in the mean, for some of what the worst has."""
+        springs, part = self.springs, self.part
+        thresholds = floors(self.run, here)
+        worst = float(thresholds.min(initial=1.0))
+        lengths = part.reference_lengths(here)
+        aim = min(MEAN * self.diagonal, PART * self.limit)
+        springs.weight = STIFF
+        for n in range(SETTLES):
+            off = mean_from_old(self.surface, self._of_mesh(here))
+            if off <= aim or self.run.is_over():
+                break
+            springs.draw(here)
+            springs.soft *= FIRMER
+            least = np.minimum(thresholds, max(CHEAPER**n, CHEAPEST) * worst)
+            energy = QualityEnergy(part, lengths, least, barrier=BARRIER, mean=1.0, stretch=STRETCH)
+            here = springs.keep_volumes(self._descend(energy, here).points, GIVE * least)
+        return springs.keep_volumes(here, np.minimum(KEEP * part.qualities(here)[0], self.target))
 
 
 def _local(run: Run, reached: Quality, cells: NDArray[np.bool_], pinned: Mask) -> Run:

@@ -39,10 +39,10 @@ ATTEMPTS = 4
 
 @dataclass(frozen=True, eq=False)
 class SlideResult:
-    """The result of sliding: the mesh as it stands, the largest deviation from the surface, and notes."""
+    """The result of sliding: the mesh as it stands, the largest and mean deviation from the surface, and notes."""
 
     quality: Quality
-    deviation: float
+    deviation: tuple[float, float]
     notes: tuple[str, ...]
 
 
@@ -128,7 +128,7 @@ def slide(
         f"{on_patches} on patches and {int(np.count_nonzero(kind == EDGE)):,} along edges."
     )
     if not ((kind == FACE) | (kind == EDGE)).any():
-        return SlideResult(fixed, 0.0, ("No point of the boundary can slide.",))
+        return SlideResult(fixed, (0.0, 0.0), ("No point of the boundary can slide.",))
     sizes = run.whole.point_sizes(run.whole.edge_lengths(old[run.whole.point_ids]))
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
@@ -156,8 +156,10 @@ def slide(
             "with the boundary fixed."
         )
     if hold.any() or apart.largest > limit or not is_better(slid, fixed):
-        return SlideResult(fixed, 0.0, (summary, "Sliding is not better: the result with the boundary fixed stands."))
-    return SlideResult(slid, apart.largest, tuple(notes))
+        return SlideResult(
+            fixed, (0.0, 0.0), (summary, "Sliding is not better: the result with the boundary fixed stands.")
+        )
+    return SlideResult(slid, (apart.largest, apart.mean), tuple(notes))
 
 
 def _points_to_hold(

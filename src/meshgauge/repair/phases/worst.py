@@ -64,6 +64,7 @@ def raise_worst(
     goal: float = PERFECT,
     phase: str = "worst",
     constraint: PointConstraint | None = None,
+    end: float = END,
 ) -> Points:
     """Points of ``run.moving`` with its least corner as high as it goes, or up to the goal.
 
@@ -84,6 +85,8 @@ def raise_worst(
         Name of the phase, for the progress.
     constraint
         Called after some steps, to put points back on the surface that they slide on.
+    end
+        Distance of the threshold below the least corner at last.
     """
     if run.moving.n_cells == 0 or run.is_over():
         return points
@@ -109,7 +112,7 @@ def raise_worst(
                 return points
         else:
             return points
-    return _descend(run, points, lengths, goal, phase, offsets=offsets, constraint=constraint)
+    return _descend(run, points, lengths, goal, phase, offsets=offsets, constraint=constraint, end=end)
 
 
 def _point_by_point(run: Run, rounds: Rounds, points: Points, goal: float, phase: str) -> Points:
@@ -141,6 +144,7 @@ def _descend(
     offsets: Points | None = None,
     constraint: PointConstraint | None = None,
     keep: NDArray[np.bool_] | None = None,
+    end: float = END,
 ) -> Points:
     """All cells raised together, or those to keep, ``(n_cells,)``, with the points of others held."""
     whole, given = run.moving, points
@@ -180,7 +184,7 @@ def _descend(
         before, level = level, float(values[free].min(initial=goal))
         if level - before < GAIN * gap:
             gap *= SHRINK
-        if gap >= END and not (levels and spent > most):
+        if gap >= end and not (levels and spent > most):
             continue
         # What can be raised no more is set aside; for the others together half as many evaluations again.
         most = spent // 2 if levels == 0 else most
@@ -188,8 +192,8 @@ def _descend(
         if levels > LEVELS or spent > most or level >= max(2.0 * run.target, WELL) or level >= goal:
             break
         stuck = free & (values < level + 4.0 * gap)
-        least = max(least, level - END)
-        held[stuck] = zero[stuck] + values[stuck] - END
+        least = max(least, level - end)
+        held[stuck] = zero[stuck] + values[stuck] - end
         level = float(values[free & ~stuck].min(initial=goal))
         gap = START / 4
     if keep is None:
