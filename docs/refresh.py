@@ -214,9 +214,12 @@ def pages() -> list[Path]:
 
 
 def main() -> None:
+    import schemas  # beside this file
+
     for path in pages():
         text = path.read_text(encoding="utf-8")
         path.write_text(refreshed(text), encoding="utf-8")
+    schemas.write()
 
 
 if __name__ == "__main__":

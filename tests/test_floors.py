@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 
 FLOORS = (
     ("_version", "_lazy", "errors", "cells", "status", "look"),
-    ("files", "surface_cells"),
+    ("files", "surface_cells", "schemas"),
     ("kernels",),
     ("mesh",),
     ("quality", "io"),

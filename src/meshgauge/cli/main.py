@@ -34,6 +34,7 @@ _COMMANDS = (
     "metrics",
     "formats",
     "explain",
+    "schema",
 )
 """The subcommands in the order of the help, each a function in the file of its name."""
 

@@ -199,6 +199,11 @@ Patched: [bold]meshgauge improve[/bold] gives a file back with other coordinates
             "meshgauge explain 'jens >= 0.2 @ 1%'",
         ),
     ),
+    "schema": Text(
+        "Print the JSON Schema of what commands print with --json.",
+        """Print the JSON Schema (draft 2020-12) of a document that a command prints with [bold]--json[/bold]; without a name those there are. docs/json-schema.md says the same in tables.""",
+        ("meshgauge schema", "meshgauge schema report > report.schema.json"),
+    ),
     "metrics": Text(
         "List the metrics: range, acceptable range, ideal, cells, reference.",
         "List the metrics: range, acceptable range, value on the ideal cell, cells, reference.",
