@@ -6,8 +6,10 @@ from math import sqrt
 
 import numpy as np
 
-from ..arrays import Float64Array, Int32Array, Int64Array
+from ..arrays import BLOCK, Float64Array, Int32Array, Int64Array
+from ..cells.simd import widest
 from ..jit import fused_inlined, fused_kernel
+from .blocks import EDGES, NODES, U, load, square, tangents, vector
 
 SHARES = (1.0, 0.5, 0.2, 0.05)
 """Shares of a step that are tried."""
@@ -81,8 +83,45 @@ def cell_quality(
     An edge of length zero gives 0; ``bends`` as for `shape.shape`.
     The signs are those of rounded arithmetic: what is reported is measured anew.
     """
-    for e in range(len(cells) - 1):
-        lowest[e], folded[e] = _values(points, corners, kinds, bends, constants, cells[e], cells[e + 1])
+    widest()
+    flat = points.reshape(points.size)
+    chosen = np.empty(BLOCK, np.int64)
+    nodes, edges, ks = np.zeros(NODES), np.zeros(EDGES), np.ones(BLOCK)
+    scaled, jens = np.empty(BLOCK), np.empty(BLOCK)
+    e, end = -1, np.int64(0)
+    least, positive, negative, zero = 2.0, 1.0, -np.inf, False
+    for first in range(0, len(corners), BLOCK):
+        n = min(BLOCK, len(corners) - first)
+        for lane in range(n):
+            chosen[lane] = first + lane
+            ks[lane] = constants[kinds[first + lane]]
+        load(flat, corners, chosen, n, nodes)
+        tangents(nodes, bends, chosen, n, edges)
+        for lane in range(BLOCK):
+            i = U(lane)
+            u, v, w = vector(edges, i, U(0)), vector(edges, i, U(3)), vector(edges, i, U(6))
+            det = u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2])
+            det += u[2] * (v[0] * w[1] - v[1] * w[0])
+            product = sqrt(square(u)) * sqrt(square(v)) * sqrt(square(w))
+            js, k = det / product if product > 0.0 else 0.0, ks[i]
+            scaled[i] = js / k
+            beyond = 1.0 + k - js if js > 0.0 else -(1.0 + k) - js
+            jens[i] = js / k if abs(js) <= k else beyond
+        for lane in range(n):
+            if first + lane == end:
+                if e >= 0:
+                    lowest[e], folded[e] = least, negative if negative > -np.inf else (0.0 if zero else positive)
+                e += 1
+                end = cells[e + 1]
+                least, positive, negative, zero = 2.0, 1.0, -np.inf, False
+            if ks[lane] != 0.0:
+                value = jens[lane]
+                least = scaled[lane] if scaled[lane] < least else least
+                positive = value if 0.0 < value < positive else positive
+                negative = value if negative < value < 0.0 else negative
+                zero |= value == 0.0
+    if e >= 0:
+        lowest[e], folded[e] = least, negative if negative > -np.inf else (0.0 if zero else positive)
 
 
 @fused_kernel

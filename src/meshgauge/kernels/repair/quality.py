@@ -15,12 +15,110 @@ Gradient of J_S: ∂J/∂x_i = [(u_j × u_k) - J u_i]/|d_i|, cyclic (SCIENCE: un
 
 from __future__ import annotations
 
-from math import exp, log, sqrt
+from math import factorial, log, sqrt
+from typing import Any
 
 import numpy as np
 
-from ..arrays import Float32Array, Float64Array, Int32Array, Int64Array
-from ..jit import fused_kernel
+from ..arrays import BLOCK, Float32Array, Float64Array, Int32Array, Int64Array
+from ..cells.simd import widest
+from ..jit import fused_inlined, fused_kernel
+from .blocks import EDGES, NODES, U, cross, load, put, scatter, square, tangents, vector
+
+LEAST_EXPONENT, BITS_OF_E = -700.0, 1.4426950408889634
+"""Exponents below the first count as that; log2 of e."""
+
+LN2_HIGH, LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
+"""Their sum is log 2; the first has so few digits that its multiples are exact."""
+
+MAGIC = 6755399441055744.0
+"""1.5 * 2**52: a number added to it is rounded to the nearest integer, which stands in the last bits of the sum."""
+
+FACTORIALS = tuple(1.0 / factorial(n) for n in range(12, 1, -1))
+"""Of the series of exp: to 2e-16 for exponents up to log(2) / 2."""
+
+
+@fused_inlined
+def _exponentials(x: Any, whole: Any, bits: Any) -> None:
+    """exp of a block of numbers up to 0, in place: a power of 2, put together from its bits, times a series."""
+    for lane in range(BLOCK):
+        x[lane] = x[lane] if x[lane] > LEAST_EXPONENT else LEAST_EXPONENT
+        whole[lane] = x[lane] * BITS_OF_E + MAGIC
+    for lane in range(BLOCK):
+        n = whole[lane] - MAGIC
+        r = (x[lane] - n * LN2_HIGH) - n * LN2_LOW
+        y = FACTORIALS[0]
+        for f in FACTORIALS[1:]:
+            y = y * r + f
+        x[lane] = (y * r + 1.0) * r + 1.0
+    for lane in range(BLOCK):
+        bits[lane] = (bits[lane] + 1023) << 52
+    for lane in range(BLOCK):
+        x[lane] *= whole[lane]
+
+
+@fused_inlined
+def _corners(
+    edges: Any,
+    references: Any,
+    gamma: Any,
+    normals: Any,
+    pulls: Any,
+    shares: Any,
+    jacobians: Any,
+    energies: Any,
+) -> None:
+    """Of a block of corners J_S, and the energy of the lengths of the edges.
+
+    For the gradient the cofactors over the lengths, what the lengths pull along each edge, and J_S over its square.
+    """
+    for lane in range(BLOCK):
+        i = U(lane)
+        u, v, w = vector(edges, i, U(0)), vector(edges, i, U(3)), vector(edges, i, U(6))
+        ru, rv, rw = 1.0 / square(u), 1.0 / square(v), 1.0 / square(w)
+        f, g, h = cross(v, w), cross(w, u), cross(u, v)
+        # dJ/dx = (cofactor / product of the lengths) - J d / l²
+        product = sqrt(ru) * sqrt(rv) * sqrt(rw)
+        j = (u[0] * f[0] + u[1] * f[1] + u[2] * f[2]) * product
+        put(normals, i, U(0), f[0] * product, f[1] * product, f[2] * product)
+        put(normals, i, U(3), g[0] * product, g[1] * product, g[2] * product)
+        put(normals, i, U(6), h[0] * product, h[1] * product, h[2] * product)
+        lu, lv, lw = vector(references, i, U(0))
+        lu, lv, lw = lu * lu * ru, lv * lv * rv, lw * lw * rw
+        product = lu * lv * lw
+        inverse = 1.0 / product
+        mu, mv, mw = lv * lw * inverse, lw * lu * inverse, lu * lv * inverse
+        energies[i] = gamma * (lu + lv + lw + mu + mv + mw - 6.0)
+        put(pulls, i, U(0), 2.0 * gamma * ru * (mu - lu), 2.0 * gamma * rv * (mv - lv), 2.0 * gamma * rw * (mw - lw))
+        put(shares, i, U(0), j * ru, j * rv, j * rw)
+        jacobians[i] = j
+
+
+@fused_inlined
+def _values(ks: Any, ts: Any, betas: Any, jacobians: Any, energies: Any, value: Any, fall: Any, slope: Any) -> None:
+    """Of a block of corners the value and how it falls, and how their barriers do."""
+    for lane in range(BLOCK):
+        j, k, t, beta = jacobians[lane], ks[lane], ts[lane], betas[lane]
+        is_below = j < k
+        r = 1.0 / ((j / k if is_below else 1.0) - t)
+        value[lane] = j / k if is_below else 1.0 + k - j
+        fall[lane] = 1.0 / k if is_below else -1.0
+        slope[lane] = -beta * (1.0 - t) * r * r / k if is_below else 0.0
+        energies[lane] += beta * (1.0 - t) * r
+
+
+@fused_inlined
+def _pull(slope: Any, normals: Any, pulls: Any, shares: Any, edges: Any) -> None:
+    """The gradient at the ends of the edges of a block of corners, in place of the edges."""
+    for lane in range(BLOCK):
+        i = U(lane)
+        f = slope[lane]
+        for m in range(3):
+            at = U(3 * m)
+            x, y, z = vector(edges, i, at)
+            n0, n1, n2 = vector(normals, i, at)
+            a = pulls[U(BLOCK * m) + i] - f * shares[U(BLOCK * m) + i]
+            put(edges, i, at, f * n0 + a * x, f * n1 + a * y, f * n2 + a * z)
 
 
 @fused_kernel
@@ -57,109 +155,79 @@ def quality(
     most
         The most corners of a cell.
     """
+    widest()
     beta, alpha, sharpness, gamma, flat = weights[0], weights[1], weights[2], weights[3], weights[4]
-    total, least = 0.0, np.inf
-    slope, value, fall = np.empty(most), np.empty(most), np.empty(most)
-    # Of each corner: the edges, what the lengths pull along them, J / l²; and the cofactors over the lengths.
-    edge, normal = np.empty((most, 15)), np.empty((most, 9))
-    curved = len(bends) > 0
-    # How far each tangent goes with the neighbour, and with the corner: chords, unless the cells are curved.
-    ah, ai, ag, oh, oi, og = 1.0, 1.0, 1.0, -1.0, -1.0, -1.0
-    for e in range(first, last):
-        start, n = cells[e], cells[e + 1] - cells[e]
-        t = thresholds[e]
-        lowest = np.inf
-        for m in range(n):
-            c = start + m
-            k = constants[kinds[c]]
-            o, h, i, g = corners[c, 0], corners[c, 1], corners[c, 2], corners[c, 3]
-            x, y, z = points[o, 0], points[o, 1], points[o, 2]
-            u0, u1, u2 = points[h, 0] - x, points[h, 1] - y, points[h, 2] - z
-            v0, v1, v2 = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
-            w0, w1, w2 = points[g, 0] - x, points[g, 1] - y, points[g, 2] - z
-            if curved:
-                b = bends[c]
-                u0 += b[0, 0] - 2.0 * b[0, 3] * (points[h, 0] + x)
-                u1 += b[0, 1] - 2.0 * b[0, 3] * (points[h, 1] + y)
-                u2 += b[0, 2] - 2.0 * b[0, 3] * (points[h, 2] + z)
-                v0 += b[1, 0] - 2.0 * b[1, 3] * (points[i, 0] + x)
-                v1 += b[1, 1] - 2.0 * b[1, 3] * (points[i, 1] + y)
-                v2 += b[1, 2] - 2.0 * b[1, 3] * (points[i, 2] + z)
-                w0 += b[2, 0] - 2.0 * b[2, 3] * (points[g, 0] + x)
-                w1 += b[2, 1] - 2.0 * b[2, 3] * (points[g, 1] + y)
-                w2 += b[2, 2] - 2.0 * b[2, 3] * (points[g, 2] + z)
-            uu, vv, ww = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2, w0 * w0 + w1 * w1 + w2 * w2
-            ru, rv, rw = 1.0 / sqrt(uu), 1.0 / sqrt(vv), 1.0 / sqrt(ww)
-            f0, f1, f2 = v1 * w2 - v2 * w1, v2 * w0 - v0 * w2, v0 * w1 - v1 * w0
-            g0, g1, g2 = w1 * u2 - w2 * u1, w2 * u0 - w0 * u2, w0 * u1 - w1 * u0
-            h0, h1, h2 = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
-            # dJ/dx = (cofactor / product of the lengths) - J d / l²
-            product = ru * rv * rw
-            j = (u0 * f0 + u1 * f1 + u2 * f2) * product
-            lu, lv, lw = float(lengths[c, 0]) * ru, float(lengths[c, 1]) * rv, float(lengths[c, 2]) * rw
-            lu, lv, lw = lu * lu, lv * lv, lw * lw
-            total += gamma * (lu + lv + lw + (lu * lv + lv * lw + lw * lu) / (lu * lv * lw) - 6.0)
-            ru, rv, rw = ru * ru, rv * rv, rw * rw
-            e_m, n_m = edge[m], normal[m]
-            e_m[0], e_m[1], e_m[2], e_m[3], e_m[4], e_m[5], e_m[6], e_m[7], e_m[8] = u0, u1, u2, v0, v1, v2, w0, w1, w2
-            e_m[9] = 2.0 * gamma * ru * (1.0 / lu - lu)
-            e_m[10] = 2.0 * gamma * rv * (1.0 / lv - lv)
-            e_m[11] = 2.0 * gamma * rw * (1.0 / lw - lw)
-            e_m[12], e_m[13], e_m[14] = j * ru, j * rv, j * rw
-            n_m[0], n_m[1], n_m[2] = f0 * product, f1 * product, f2 * product
-            n_m[3], n_m[4], n_m[5] = g0 * product, g1 * product, g2 * product
-            n_m[6], n_m[7], n_m[8] = h0 * product, h1 * product, h2 * product
-            if k == 0.0:
-                # Four points of a face, to be kept in a plane.
-                total += flat * j * j
-                value[m], fall[m], slope[m] = np.inf, 0.0, 2.0 * flat * j
-                continue
-            q = j / k
-            if not q > t:
-                return np.inf, min(least, q)
-            least = min(least, q)
-            if q < 1.0:
-                value[m], fall[m] = q, 1.0 / k
-                r = 1.0 / (q - t)
-                slope[m] = -beta * (1.0 - t) * r * r / k
-            else:
-                value[m], fall[m] = 1.0 + k - j, -1.0
-                r = 1.0 / (1.0 - t)
-                slope[m] = 0.0
-            total += beta * (1.0 - t) * r
-            lowest = min(lowest, value[m])
-        if alpha > 0.0 and lowest < np.inf:
-            s = 0.0
-            for m in range(n):
-                value[m] = exp(-sharpness * (value[m] - lowest))
-                s += value[m]
-            total -= alpha * (lowest - log(s / n) / sharpness)
-            for m in range(n):
-                slope[m] -= alpha * value[m] / s * fall[m]
-        for m in range(n):
-            c, f, e_m = start + m, slope[m], edge[m]
-            o, h, i, g = corners[c, 0] - low, corners[c, 1] - low, corners[c, 2] - low, corners[c, 3] - low
-            if curved:
-                b = bends[c]
-                ah, ai, ag = 1.0 - 2.0 * b[0, 3], 1.0 - 2.0 * b[1, 3], 1.0 - 2.0 * b[2, 3]
-                oh, oi, og = ah - 2.0, ai - 2.0, ag - 2.0
-            au, av, aw = e_m[9] - f * e_m[12], e_m[10] - f * e_m[13], e_m[11] - f * e_m[14]
-            x, y, z = 0.0, 0.0, 0.0
-            e0, e1, e2 = f * normal[m, 0] + au * e_m[0], f * normal[m, 1] + au * e_m[1], f * normal[m, 2] + au * e_m[2]
-            gradient[h, 0] += ah * e0
-            gradient[h, 1] += ah * e1
-            gradient[h, 2] += ah * e2
-            x, y, z = x + oh * e0, y + oh * e1, z + oh * e2
-            e0, e1, e2 = f * normal[m, 3] + av * e_m[3], f * normal[m, 4] + av * e_m[4], f * normal[m, 5] + av * e_m[5]
-            gradient[i, 0] += ai * e0
-            gradient[i, 1] += ai * e1
-            gradient[i, 2] += ai * e2
-            x, y, z = x + oi * e0, y + oi * e1, z + oi * e2
-            e0, e1, e2 = f * normal[m, 6] + aw * e_m[6], f * normal[m, 7] + aw * e_m[7], f * normal[m, 8] + aw * e_m[8]
-            gradient[g, 0] += ag * e0
-            gradient[g, 1] += ag * e1
-            gradient[g, 2] += ag * e2
-            gradient[o, 0] += x + og * e0
-            gradient[o, 1] += y + og * e1
-            gradient[o, 2] += z + og * e2
+    total, least, e = 0.0, np.inf, first
+    coordinates = points.reshape(points.size)
+    chosen, room = np.empty(BLOCK, np.int64), max(most, BLOCK) + BLOCK
+    nodes, edges, normals = np.zeros(NODES), np.zeros(EDGES), np.zeros(EDGES)
+    references, pulls, shares = np.ones(3 * BLOCK), np.zeros(3 * BLOCK), np.zeros(3 * BLOCK)
+    jacobians, energies = np.zeros(BLOCK), np.zeros(BLOCK)
+    ks, ts, betas = np.ones(BLOCK), np.zeros(BLOCK), np.zeros(BLOCK)
+    value, fall, slope, powers = np.zeros(room), np.zeros(room), np.zeros(room), np.zeros(room)
+    whole = np.zeros(BLOCK)
+    bits = whole.view(np.int64)
+    while e < last:
+        end = e + 1
+        while end < last and cells[end + 1] - cells[e] <= BLOCK:
+            end += 1
+        start, n_all = cells[e], cells[end] - cells[e]
+        # First the values, then what they pull: of a cell with more corners than a block the edges are made twice.
+        for turn in range(2):
+            owner = e
+            for base in range(0, n_all, BLOCK):
+                n = min(BLOCK, n_all - base)
+                if turn == 0 or n_all > BLOCK:
+                    for lane in range(n):
+                        c = start + base + lane
+                        chosen[lane] = c
+                        for m in range(3):
+                            references[BLOCK * m + lane] = lengths[c, m]
+                    load(coordinates, corners, chosen, n, nodes)
+                    tangents(nodes, bends, chosen, n, edges)
+                    _corners(edges, references, gamma, normals, pulls, shares, jacobians, energies)
+                if turn == 1:
+                    _pull(slope[base:], normals, pulls, shares, edges)
+                    scatter(edges, corners, bends, chosen, n, low, gradient)
+                    continue
+                is_flat = False
+                for lane in range(n):
+                    c = start + base + lane
+                    while c >= cells[owner + 1]:
+                        owner += 1
+                    ks[lane], ts[lane], betas[lane] = constants[kinds[c]], thresholds[owner], beta
+                    if ks[lane] == 0.0:
+                        is_flat, ks[lane], ts[lane], betas[lane] = True, 1.0, -2.0, 0.0
+                _values(ks, ts, betas, jacobians, energies, value[base:], fall[base:], slope[base:])
+                if is_flat:  # four points of a face, to be kept in a plane
+                    for lane in range(n):
+                        if constants[kinds[start + base + lane]] == 0.0:
+                            j = jacobians[lane]
+                            energies[lane] += flat * j * j
+                            jacobians[lane], value[base + lane], fall[base + lane] = np.inf, np.inf, 0.0
+                            slope[base + lane] = 2.0 * flat * j
+                for lane in range(n):
+                    q = jacobians[lane] / ks[lane]
+                    least = q if q < least else least
+                    if not q > ts[lane]:
+                        return np.inf, least
+                    total += energies[lane]
+            if turn == 0 and alpha > 0.0:
+                for owner in range(e, end):
+                    lowest = np.inf
+                    for m in range(cells[owner] - start, cells[owner + 1] - start):
+                        lowest = value[m] if value[m] < lowest else lowest
+                    for m in range(cells[owner] - start, cells[owner + 1] - start):
+                        powers[m] = -sharpness * (value[m] - lowest) if lowest < np.inf else 0.0
+                    total -= alpha * lowest if lowest < np.inf else 0.0
+                for base in range(0, n_all, BLOCK):
+                    _exponentials(powers[base:], whole, bits)
+                for owner in range(e, end):
+                    s = 0.0
+                    for m in range(cells[owner] - start, cells[owner + 1] - start):
+                        s += powers[m]
+                    total += alpha * log(s / (cells[owner + 1] - cells[owner])) / sharpness
+                    for m in range(cells[owner] - start, cells[owner + 1] - start):
+                        slope[m] -= alpha * powers[m] / s * fall[m]
+        e = end
     return total, least

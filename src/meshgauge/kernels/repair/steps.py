@@ -7,8 +7,21 @@ changes of the gradient is float32: it shapes directions, it decides nothing.
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..arrays import Float32Array, Float64Array, Int64Array, UInt8Array
-from ..jit import summing_kernel
+from ..cells.simd import widest
+from ..jit import inlined, summing_kernel
+
+STRIP = 512
+"""Points whose rows stay in the nearest cache while all products with them are taken."""
+
+
+@inlined
+def _flat(vectors: Any, first: Any, last: Any) -> Any:
+    """The numbers of some rows, as one row."""
+    rows = vectors[first:last]
+    return rows.reshape(rows.size)
 
 
 @summing_kernel
@@ -75,24 +88,31 @@ def products(
     out
         ``(3, n_vectors + 1)`` is set: rows for the gradient and the two; the last column is the gradient.
     """
+    widest()
     n = len(history)
-    a, b = history[newest[0]], history[newest[1]]
-    for v in range(n):
-        h = history[v]
+    out[:] = 0.0
+    for begin in range(first, last, STRIP):
+        end = min(begin + STRIP, last)
+        # Of one index, so that it vectorises.
+        g, a, b = (
+            _flat(gradient, begin, end),
+            _flat(history[newest[0]], begin, end),
+            _flat(history[newest[1]], begin, end),
+        )
+        for v in range(n):
+            h = _flat(history[v], begin, end)
+            s0, s1, s2 = 0.0, 0.0, 0.0
+            for i in range(len(h)):
+                s0 += h[i] * g[i]
+                s1 += float(h[i]) * a[i]
+                s2 += float(h[i]) * b[i]
+            out[0, v], out[1, v], out[2, v] = out[0, v] + s0, out[1, v] + s1, out[2, v] + s2
         s0, s1, s2 = 0.0, 0.0, 0.0
-        for p in range(first, last):
-            for i in range(3):
-                s0 += h[p, i] * gradient[p, i]
-                s1 += float(h[p, i]) * a[p, i]
-                s2 += float(h[p, i]) * b[p, i]
-        out[0, v], out[1, v], out[2, v] = s0, s1, s2
-    s0, s1, s2 = 0.0, 0.0, 0.0
-    for p in range(first, last):
-        for i in range(3):
-            s0 += gradient[p, i] * gradient[p, i]
-            s1 += gradient[p, i] * a[p, i]
-            s2 += gradient[p, i] * b[p, i]
-    out[0, n], out[1, n], out[2, n] = s0, s1, s2
+        for i in range(len(g)):
+            s0 += g[i] * g[i]
+            s1 += g[i] * a[i]
+            s2 += g[i] * b[i]
+        out[0, n], out[1, n], out[2, n] = out[0, n] + s0, out[1, n] + s1, out[2, n] + s2
 
 
 @summing_kernel
@@ -100,15 +120,20 @@ def combine(
     history: Float32Array, gradient: Float64Array, factors: Float64Array, first: int, last: int, out: Float64Array
 ) -> float:
     """Rows of ``out`` = Σ factors · history + last factor · gradient; returns their dot product with the gradient."""
+    widest()
     n = len(history)
     dot = 0.0
-    for p in range(first, last):
-        for i in range(3):
-            s = factors[n] * gradient[p, i]
-            for v in range(n):
-                s += factors[v] * history[v, p, i]
-            out[p, i] = s
-            dot += s * gradient[p, i]
+    for begin in range(first, last, STRIP):
+        end = min(begin + STRIP, last)
+        g, d = _flat(gradient, begin, end), _flat(out, begin, end)
+        for i in range(len(g)):
+            d[i] = factors[n] * g[i]
+        for v in range(n):
+            h, f = _flat(history[v], begin, end), factors[v]
+            for i in range(len(g)):
+                d[i] += f * h[i]
+        for i in range(len(g)):
+            dot += d[i] * g[i]
     return dot
 
 

@@ -23,6 +23,9 @@ MOST = 0.6
 ROUNDS, ITERATIONS = 60, 20
 """Values of ε, and iterations for each."""
 
+SOFT, SOFTLY = 0.1, 30
+"""ε at first, and iterations with it."""
+
 SMOOTH = 60
 """Iterations on the shape once all corners are positive."""
 
@@ -132,6 +135,13 @@ def smooth(run: Run, points: Points, given: Points) -> Points:
         return run.is_over()
 
     descent = run.descent(part, np.arange(part.n_points))
+    # The barrier comes later: where corners are nearly flat it cuts steps short, which takes most of the time.
+    energy.epsilon2 = SOFT * SOFT
+    reached = descent.run(energy, points, iterations=SOFTLY, tolerance=1e-5, watch=watch)
+    run.evaluations += reached.evaluations
+    energy.epsilon2 = 0.0
+    if reached.least > 0.0:
+        points = reached.points
     reached = descent.run(energy, points, iterations=SMOOTH, tolerance=1e-6, watch=watch)
     run.evaluations += reached.evaluations
     return reached.points
