@@ -25,7 +25,7 @@ RINGS = 3
 PATIENCE = 2
 """Rings one after another that do not help, after which a bad cell is given up."""
 
-SWEEPS, SHARPNESS = 8, (20.0, 80.0)
+SWEEPS, SHARPNESS = 12, (20.0, 60.0, 200.0)
 """Rounds over the points for each sharpness of the smooth minimum: from all corners to the least."""
 
 RESTORING = 20
