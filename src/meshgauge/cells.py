@@ -204,7 +204,7 @@ WEDGE = _prism(
     simplices=(3, 2),
     base=((0, 0), (1, 0), (0, 1)),
     least_at="upright edge",
-    other_order="in the order that VTK documented before 9.7",
+    other_order="in the mirrored order, which VTK documented before 9.7",
 )
 HEXAHEDRON = _prism("hexahedron", 4, 1.0, "1", simplices=(2, 2, 2), base=((0, 0), (1, 0), (1, 1), (0, 1)))
 PENTA_PRISM = _prism("penta_prism", 5, sin(pi * 108 / 180), "sin 108°")

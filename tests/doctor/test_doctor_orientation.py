@@ -102,7 +102,10 @@ def test_wedges_in_the_other_order_are_named_as_such() -> None:
     assert not found.is_left_handed
     (block,) = found.blocks
     assert (block.block, block.type, block.n_reversed, block.cells) == ("wedge", "wedge", 8, (4, 5, 6, 7, 8))
-    assert "all 8 wedge cells are numbered in reverse, in the order that VTK documented before 9.7" in block.text
+    assert (
+        "all 8 wedge cells are numbered in reverse, in the mirrored order, which VTK documented before 9.7"
+        in block.text
+    )
 
 
 def test_cells_that_share_no_points_are_compared_across_points_that_coincide() -> None:

@@ -241,7 +241,10 @@ def test_check_says_what_was_turned(tmp_path: Path, capsys: pytest.CaptureFixtur
     io.write(tmp_path / "a.vtu", wedges(3, legacy=3))
     assert main(["check", str(tmp_path / "a.vtu")]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "3 wedges were turned from VTK's documented order into ours, because all are negative as read" in said
+    assert (
+        "3 wedges were turned from the order that VTK documented before 9.7 into ours, because all are negative as read"
+        in said
+    )
 
 
 INVERTED = """*NODE

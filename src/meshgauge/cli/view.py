@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import MeshgaugeError
+from ..look.style import share_of
 from . import inputs, options
 from .groups.view import Window
 
@@ -74,7 +75,7 @@ def view(
     else:
         counts = save(window.screenshot, models, start, size=size)
         for model, n in zip(models, counts, strict=True):
-            print(f"{window.screenshot}: {model.name}, {n:,} of {model.n_cells:,} cells")
+            print(f"{window.screenshot}: {model.name}, {share_of(n, model.n_cells, 'cell')}")
     return batch.exit_code
 
 

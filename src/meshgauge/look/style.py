@@ -71,6 +71,11 @@ def plural(n: int, noun: str) -> str:
     return f"{number(n)} {noun}{'' if n == 1 else 's'}"
 
 
+def share_of(n: int, whole: int, noun: str) -> str:
+    """``2 of 3 cells``, ``1 of 1 cell``."""
+    return f"{number(n)} of {plural(whole, noun)}"
+
+
 def number_of(n: int, one: str, several: str) -> str:
     """A count with words that agree: ``number_of(1, "cell was", "cells were")`` is ``1 cell was``."""
     return f"{number(n)} {one if n == 1 else several}"

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MeshgaugeError
+from ..look.style import share_of
 from ..report.verdict import verdict
 from . import controls, guard, page
 from .card import card
@@ -205,9 +206,7 @@ class App:
         scene, state, wanted = self.scene, self.server.state, self.scene.view
         state.update(controls.controls(wanted, self.choices))
         state.counts = scene.n_shown
-        state.shown = [
-            f"{n:,} of {model.n_cells:,} cells" for n, model in zip(scene.n_shown, scene.models, strict=True)
-        ]
+        state.shown = [share_of(n, model.n_cells, "cell") for n, model in zip(scene.n_shown, scene.models, strict=True)]
         n_worst = controls.WORST // len(scene.models)
         pairs = zip(scene.models, scene.masks, strict=True)
         state.worst = [controls.worst(model, n_worst, mask) for model, mask in pairs]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..files.output import replacing
 from ..look.bands import POOR
 from ..look.colours import DEGENERATE, FAINT, as_bytes, rgb
+from ..look.style import share_of
 from ..status import is_degenerate
 from .link import View
 from .model import QUALITY, Model
@@ -71,7 +72,7 @@ def save(path: Path, models: Sequence[Model], view: View, *, size: tuple[int, in
 def captions(scene: Scene) -> list[str]:
     """Of each mesh its name, and how many of its solid cells are shown."""
     return [
-        f"{model.name}   {shown:,} of {model.n_cells:,} cells"
+        f"{model.name}   {share_of(shown, model.n_cells, 'cell')}"
         + (f"   by {scene.view.colour}" if scene.view.colour != QUALITY else "")
         for model, shown in zip(scene.models, scene.n_shown, strict=True)
     ]

@@ -308,7 +308,7 @@ def undecided(doubt: str) -> str:
     return f"{_UNDECIDED_TEXT}: {doubt}. They are left as they are."
 
 
-_TURNED_TEXT = "turned from VTK's documented order into ours"
+_TURNED_TEXT = "turned from the order that VTK documented before 9.7 into ours"
 _UNDECIDED_TEXT = "The order of the wedges could not be decided"
 
 Outcome = Literal["as stored", "turned", "undecided"]

@@ -284,10 +284,11 @@ class MeshView {
     this.$("limit").value = limit;
     this.$("limit-text").textContent = limit.toFixed(Math.abs(limit * 100 - Math.round(limit * 100)) > 0.01 ? 3 : 2);
     const count = (n) => n.toLocaleString("en");
+    const cells = (n) => `${count(n)} cell${n === 1 ? "" : "s"}`;
     this.shown = shown;
-    const some = shown === this.model.total ? `Shows all ${count(shown)} cells.` : `Shows ${count(shown)} of ${count(this.model.total)} cells.`;
-    const cut = this.axis ? `, cut, and ${count(shown)} cells behind the slice.` : ".";
-    this.$("shown").textContent = this.skin.visible ? `Shows the surface of all ${count(this.model.total)} cells${cut}` : filtered && !this.axis ? "" : some;
+    const some = shown === this.model.total ? `Shows all ${cells(shown)}.` : `Shows ${count(shown)} of ${cells(this.model.total)}.`;
+    const cut = this.axis ? `, cut, and ${cells(shown)} behind the slice.` : ".";
+    this.$("shown").textContent = this.skin.visible ? `Shows the surface of all ${cells(this.model.total)}${cut}` : filtered && !this.axis ? "" : some;
     this.$("chip").hidden = !filtered;
     if (filtered) this.$("chip-text").textContent = this.selection(here);
     this.view.request();
