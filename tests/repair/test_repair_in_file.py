@@ -16,11 +16,13 @@ from slice_meshes import write_parts
 from thinned import quick
 
 import meshgauge
+import meshgauge.repair
 from meshgauge import Mesh
 from meshgauge.errors import WriteError
 from meshgauge.io.moving import check_movable, move_points
 from meshgauge.io.patching import patch_of
 from meshgauge.io.plumbing.pieces import ReadWhole
+from meshgauge.look.bands import PoorBelow
 from meshgauge.quality.measure import measure
 from meshgauge.repair.in_file import Moved, improve_file, measured_file
 from meshgauge.repair.patch import Patch, PatchOfMesh, WholeMesh, whole_patch
@@ -297,3 +299,30 @@ def test_patches_are_those_of_the_whole_mesh(
                 np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
             np.testing.assert_array_equal(one.quality.values, other.quality.values)
             np.testing.assert_array_equal(one.quality.mesh.connectivity, other.quality.mesh.connectivity)
+
+
+def test_poor_is_counted_below_a_limit_of_ones_own(tmp_path: Path) -> None:
+    mesh, own = hard(), PoorBelow(0.45)
+    path = tmp_path / "a.vtkhdf"
+    meshgauge.write(path, mesh)
+    listed = meshgauge.io.pieces(path)
+    assert listed is not None
+    in_file = improve_file(measured_file(listed, target=0.2, poor_below=own, threads=1), size_change=0.1).report
+    whole = meshgauge.repair.improve(mesh, poor_below=own)
+    n_poor = [measure(one, poor_below=own).summary().all.n_poor for one in (mesh, whole.mesh)]
+    assert n_poor[1] > measure(whole.mesh).summary().all.n_poor
+    for report in (in_file, whole.report):
+        assert [one.all.n_poor for one in (report.before, report.after)] == n_poor
+    assert whole.after.poor_below == own
+    anew = meshgauge.repair.improve(shaken("tetra", 2, 0.3, seed=1), topology=True, poor_below=own)
+    assert anew.report.after.poor_below == own
+
+
+def test_where_no_point_may_move_no_other_way_of_moving_is_advised() -> None:
+    mesh = hard()
+    (note,) = [
+        note
+        for note in meshgauge.repair.improve(mesh, fixed=np.ones(mesh.n_points, np.bool_)).report.notes
+        if "mended" in note
+    ]
+    assert "fewer points are fixed" in note

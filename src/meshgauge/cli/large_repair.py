@@ -41,6 +41,7 @@ def improve_large(batch: Batch, path: str, target: Path, goal: Goal) -> tuple[Mo
                 wedge_order=batch.wedge_order.value,
                 purpose=None if batch.purpose is None else batch.purpose.of_mesh,
                 keep_bricks=batch.keep_bricks,
+                poor_below=batch.poor,
                 memory=batch.allowed_memory,
                 threads=batch.threads,
                 progress=measuring,

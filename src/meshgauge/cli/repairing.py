@@ -94,6 +94,7 @@ class Repairing:
                     should_stop=stop,
                     threads=batch.threads,
                     keep_bricks=batch.keep_bricks,
+                    poor_below=batch.poor,
                     rounding=None if changed.patch is None else changed.patch.roundings,
                 )
             if result.report.outcome != "refused":

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..doctor.points import extent
 from ..mesh import Mesh
 from ..mesh.topology import topology
-from ..quality.measure import Quality, measure
+from ..quality.measure import Quality
 from ..status import is_usable
 from . import report as records
 from .acceptance import is_below, is_better, n_unusable, status_counts
@@ -30,6 +30,7 @@ from .patch import cells_around
 from .reasons import verdict
 from .reconnection import OBJECTIVES, reconnect
 from .rejoined import LINEAR, Reconnection
+from .remeasure import measured_alike
 from .report import CellChanges, Claim, RepairReport
 from .run import FINISH, Progress
 from .sizes import GOOD
@@ -269,9 +270,8 @@ class _Steps:
 
     def _measured(self, changed: Reconnection) -> Quality:
         before = self.before
-        rows = [before.rows[name] for name in before.metrics]
         keep = before.mesh is before.source
-        return measure(changed.mesh, metrics=rows, threads=self.way.options.threads, keep_bricks=keep)
+        return measured_alike(before, changed.mesh, threads=self.way.options.threads, keep_bricks=keep)
 
     def _take(self, changed: Reconnection, after: Quality, what: str, *, must_gain: bool = True) -> bool:
         """Let a mesh stand, unless it would break a promise or is no better."""

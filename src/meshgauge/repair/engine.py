@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..doctor.points import extent
 from ..errors import MeshError
 from ..kernels.path import NUMPY_UP_TO, numpy_up_to
-from ..look.bands import POOR
+from ..look.bands import POOR, PoorBelow
 from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from .acceptance import is_to_mend, status_counts
@@ -104,6 +104,7 @@ def improve(
     should_stop: Callable[[], bool] | None = None,
     threads: int | None = None,
     keep_bricks: bool = False,
+    poor_below: float | Mapping[str, float] | PoorBelow | None = None,
     rounding: Rounding | Sequence[Rounding] | None = None,
 ) -> Improvement:
     """Move the points of a mesh so that no cell is inverted, the worst is as good as it can be, and the mean is high.
@@ -167,6 +168,9 @@ def improve(
         At most this many; None: one for each processor. It has no influence on the result.
     keep_bricks
         Take cells with repeated nodes as they are, see `meshgauge.measure`: they are degenerate, and stay so.
+    poor_below
+        Below which J_ENS valid cells are called poor in the report, see `meshgauge.measure`; what is mended is said by
+        ``target``.
     rounding
         Makes of ids of points and their new coordinates ``(n, 3)`` those that a file will hold, such as
         `meshgauge.io.patching.Patch.rounded`: what is accepted and checked is what they give. Of several, such as
@@ -212,17 +216,18 @@ def improve(
         options = replace(options, surface=scaled_surface(surface, power))
     with numpy_up_to(FEW):
         here = scaled(mesh, power) if power else mesh
-        result = _improve(here, held, options, progress, should_stop, keep_bricks=keep_bricks)
+        result = _improve(here, held, options, progress, should_stop, keep_bricks=keep_bricks, poor_below=poor_below)
     if not power and min(mesh.type_counts().values(), default=NUMPY_UP_TO) > NUMPY_UP_TO:
         return result
     # Few cells of a type are measured as anybody else would measure them, to the last bit.
     moved, report = result.mesh, result.report
     if power:
         moved, report = restored(mesh, moved, power), rescaled(report, power)
-    before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
+    before = measure(mesh, threads=threads, keep_bricks=keep_bricks, poor_below=poor_below)
     if result.mesh is result.before.source:
         return Improvement(mesh, before, before, report)
-    return Improvement(moved, before, measure(moved, threads=threads, keep_bricks=keep_bricks), report)
+    after = measure(moved, threads=threads, keep_bricks=keep_bricks, poor_below=poor_below)
+    return Improvement(moved, before, after, report)
 
 
 def _improve(
@@ -233,16 +238,19 @@ def _improve(
     should_stop: Callable[[], bool] | None,
     *,
     keep_bricks: bool,
+    poor_below: float | Mapping[str, float] | PoorBelow | None,
 ) -> Improvement:
     """`improve` a mesh of usual size."""
     start, threads = time.monotonic(), options.threads
-    before = measure(mesh, threads=threads, keep_bricks=keep_bricks)
+    before = measure(mesh, threads=threads, keep_bricks=keep_bricks, poor_below=poor_below)
     if mesh.dimension == 2:
         return Improvement(*improve_flat(before, held, options, progress, should_stop))
     if options.changes_cells:
 
         def move(mesh: Mesh, fixed: Mask, own: Options) -> Improvement:
-            return _improve(mesh, fixed, own, progress, should_stop, keep_bricks=keep_bricks)
+            return _improve(
+                mesh, fixed, own, progress, should_stop, keep_bricks=keep_bricks, poor_below=before.poor_below
+            )
 
         way = Way(move, options, progress, should_stop)
         return Improvement(*alternate(before, held, way))

@@ -26,7 +26,6 @@ from ..mesh.interface import INTERFACE
 from ..mesh.labels import LABEL
 from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import JENS, measure
-from ..quality.metrics import METRICS
 from ..quality.summary import Summary, summarise, summarise_nothing
 from ..slices import Job, Partial
 from ..slices.job import points_of
@@ -155,7 +154,8 @@ class FileMesh:
         if left is not None and POINT_BYTES * self.n_points * (len(cells) / self.n_cells) > left:
             return None  # it is about as many points as cells
         mesh, points, region_ids = self._read(cells)
-        measured = measure(mesh, metrics=[METRICS[JENS]], threads=self.threads, keep_bricks=True)
+        poor_below = self.job.ask.poor_below
+        measured = measure(mesh, metrics=(), threads=self.threads, keep_bricks=True, poor_below=poor_below)
         return Patch(measured, cells, points, ~touched[points], region_ids, self.job.facts.regions.names)
 
     def summary_of_others(self, patch: Patch) -> Summary:
@@ -172,7 +172,7 @@ class FileMesh:
                 values[here],
                 self._status[part][here],
                 self._types[part][here],
-                METRICS[JENS],
+                patch.quality.rows[JENS],
                 purpose=self.job.purpose,
             )
         return total

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..kernels.path import numpy_up_to
+from ..look.bands import USUAL, PoorBelow
 from ..quality.measure import Quality
 from ..report.stream import default_memory, job_of
 from ..slices import Ask, measure_pieces
@@ -64,6 +65,7 @@ def measured_file(
     wedge_order: str = "auto",
     purpose: Purpose | None = None,
     keep_bricks: bool = False,
+    poor_below: PoorBelow = USUAL,
     memory: int | None = None,
     threads: int | None = None,
     progress: Measuring | None = None,
@@ -76,7 +78,7 @@ def measured_file(
         From `meshgauge.io.pieces`.
     target
         As for `improve`.
-    wedge_order, purpose, keep_bricks, memory, threads, progress
+    wedge_order, purpose, keep_bricks, poor_below, memory, threads, progress
         As for `report.stream.report_on`.
 
     Raises
@@ -90,7 +92,15 @@ def measured_file(
         raise ReadWhole("it is small")
     if purpose == "fv":
         raise ReadWhole("for finite volumes its faces are looked at as well")
-    ask = Ask(n_worst=0, n_findings=0, by_region=True, purpose=purpose, keep_bricks=keep_bricks, keeps_rows=True)
+    ask = Ask(
+        n_worst=0,
+        n_findings=0,
+        by_region=True,
+        purpose=purpose,
+        keep_bricks=keep_bricks,
+        poor_below=poor_below,
+        keeps_rows=True,
+    )
     memory = min(default_memory(), MOST_POINTS) if memory is None else memory
     job = job_of(listed, ask, memory=memory, wedge_order=wedge_order)
     if job.facts.view.dimension == 2:

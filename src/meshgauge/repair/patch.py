@@ -11,14 +11,14 @@ import numpy as np
 from ..mesh import Mesh
 from ..mesh.cast import frozen
 from ..mesh.interface import is_interface
-from ..quality.measure import JENS, Quality, measure
+from ..quality.measure import JENS, Quality
 from ..quality.summary import Summary, summarise, summarise_nothing
 from .components import components
 from .constraints import Mask, shared_with_pieces
 from .faces import mask_of
 from .kept import kept_regions
 from .problem import Ids, Points
-from .remeasure import LARGE, cells_at, merged, nodes_of, remeasured
+from .remeasure import LARGE, cells_at, measured_alike, merged, nodes_of, remeasured
 from .report import Claim
 from .rounding import Rounding
 
@@ -115,8 +115,7 @@ class PatchOfMesh(Patch):
         points[self.points] = quality.mesh.points
         mesh = whole.mesh.replace(points=frozen(points))
         if whole.polyhedra is not None:
-            rows = [whole.rows[name] for name in whole.metrics]
-            return measure(mesh, metrics=rows, threads=threads, keep_bricks=True)
+            return measured_alike(whole, mesh, threads=threads)
         return merged(whole, mesh, self.cells, quality)
 
     def summaries(self, part: Quality, after: Quality, *, threads: int | None) -> tuple[Summary, Summary]:
@@ -206,8 +205,7 @@ def patch_around(
     if mesh.is_ghost is not None:
         touched &= ~shared_with_pieces(mesh, mesh.is_ghost)
     part, points = mesh[cells], np.flatnonzero(used)
-    rows = [quality.rows[name] for name in quality.metrics]
-    measured = measure(part, metrics=rows, threads=threads, keep_bricks=True)
+    measured = measured_alike(quality, part, threads=threads)
     return PatchOfMesh(measured, cells, points, ~touched[points], whole.region_ids[cells], whole.region_names, quality)
 
 

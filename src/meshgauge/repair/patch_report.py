@@ -17,7 +17,7 @@ from .hard_faces import faces_text
 from .kept import unkept
 from .near_bad import AnyPatch, Attempt
 from .patch import Patch
-from .reasons import reasons, verdict
+from .reasons import ALL, reasons, verdict
 from .report import Claim, RepairReport
 from .sizes import size_change as change_of_sizes
 from .sizes import size_limits
@@ -101,7 +101,7 @@ def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: 
             *outcome.notes,
             *([faces_text(*known.n_hard)] if any(known.n_hard) else []),
             *_of_unkept(patch),
-            *_hints(near, near_after, options),
+            *_hints(near, near_after, options, why.counts),
         ),
         options=options.to_dict(),
     )
@@ -115,8 +115,10 @@ def _of_unkept(patch: Patch) -> tuple[str, ...]:
     return (f"Faces between values of cell data {', '.join(map(repr, names))} are not kept (--keep NAME keeps them).",)
 
 
-def _hints(before: Quality, after: Quality, options: Options) -> tuple[str, ...]:
+def _hints(before: Quality, after: Quality, options: Options, reasons: dict[str, int]) -> tuple[str, ...]:
     """What else could help."""
+    if set(reasons) == {ALL}:
+        return ("No point of these cells may move: more of them can be mended only where fewer points are fixed.",)
     if options.everywhere:
         return ()
     if not is_to_mend(before, options.target).any():

@@ -24,7 +24,6 @@ def remeasured(quality: Quality, points: Points, *, threads: int | None) -> Qual
     Collapsed bricks are taken for what they were measured as already.
     """
     mesh = quality.mesh
-    rows = [quality.rows[name] for name in quality.metrics]
     moved = mesh.replace(points=points)
     if mesh.polyhedra is None:
         changed = np.zeros(mesh.n_points, bool)
@@ -33,8 +32,14 @@ def remeasured(quality: Quality, points: Points, *, threads: int | None) -> Qual
         if len(cells) <= LARGE * mesh.n_cells:
             if not len(cells):
                 return replace(quality, mesh=moved, collapsed_from=None)
-            return merged(quality, moved, cells, measure(moved[cells], metrics=rows, threads=threads, keep_bricks=True))
-    return measure(moved, metrics=rows, threads=threads, keep_bricks=True)
+            return merged(quality, moved, cells, measured_alike(quality, moved[cells], threads=threads))
+    return measured_alike(quality, moved, threads=threads)
+
+
+def measured_alike(quality: Quality, mesh: Mesh, *, threads: int | None, keep_bricks: bool = True) -> Quality:
+    """Another mesh measured as one was: by the same metrics, and what is poor below the same limits."""
+    rows = [quality.rows[name] for name in quality.metrics if name != JENS]
+    return measure(mesh, metrics=rows, threads=threads, keep_bricks=keep_bricks, poor_below=quality.poor_below)
 
 
 def merged(whole: Quality, mesh: Mesh, cells: Ids, part: Quality) -> Quality:
