@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from thinned import quick
 
 from meshgauge import io
 from meshgauge.cli import batch
@@ -19,7 +20,7 @@ from meshgauge.cli.main import main
 from meshgauge.mesh import Mesh
 from meshgauge.report.over_time_text import sparkline
 from meshgauge.report.record import StepOf
-from meshgauge.report.states import StateJob, measuring
+from meshgauge.report.states import StateJob, StateReader, measuring
 
 pytestmark = pytest.mark.usefixtures("readers_here")
 
@@ -108,8 +109,9 @@ def test_processes_give_the_same(
 
 
 def test_what_a_killed_process_left_is_measured_here(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    job = StateJob(("jens",), 3, False, True, None, False, None, "auto", None, io.Limits(), 10, None)
-    steps = [(str(number), StepOf(str(run), number)) for number in (1, 2)]
+    reader = StateReader(None, False, None, "auto", None, io.Limits(), 10, None)
+    job = StateJob(reader, ("jens",), 3, False, True)
+    steps = [(str(number), StepOf(str(run), number), job) for number in (1, 2)]
 
     class Killed(ThreadPoolExecutor):
         def submit(self, *arguments: Any) -> Any:  # type: ignore[override]
@@ -117,10 +119,78 @@ def test_what_a_killed_process_left_is_measured_here(run: Path, monkeypatch: pyt
             future.set_exception(BrokenProcessPool("killed"))
             return future
 
-    with Killed() as pool, measuring(pool, job, steps) as states:
-        made = [states.report(name) for name, _ in steps]
+    with Killed() as pool, measuring(pool, steps) as states:
+        made = [states.result(name) for name, _, _ in steps]
     assert [one.summary.all.n_invalid for one in made] == [0, 1]
-    assert [one.step for one in made] == [step for _, step in steps]
+    assert [one.step for one in made] == [step for _, step, _ in steps]
+
+
+@pytest.mark.parametrize(
+    ("most", "n", "rules"),
+    quick(
+        [(most, n, rules) for most, n in ((5_000_000, 2), (0, 1)) for rules in ("jens >= 0.5", "")],
+        (5_000_000, 2, ""),
+        (0, 1, "jens >= 0.5"),
+    ),
+)
+def test_processes_check_the_same(
+    run: Path, most: int, n: int, rules: str, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.setattr(batch, "DIAGNOSED", most)
+    (run.parent / "s2.vtu").write_text("no mesh")
+    arguments = ["check", str(run), *(["--fail", rules] if rules else []), "--json"]
+    code = main(arguments)
+    expected, said = capsys.readouterr()
+    with monkeypatch.context() as patch:
+        patch.setattr(batch.Batch, "measure", None)  # nothing is measured here
+        patch.setattr(batch.Batch, "in_slices", None)
+        assert main([*arguments, "--scheduler", str(n)]) == code == 2
+    made, also_said = capsys.readouterr()
+    assert json.loads(made) == json.loads(expected)
+    assert also_said == said
+    assert [len(one["outcomes"]) for one in json.loads(made)["files"]] == [1 if rules else 5] * 2
+
+
+def test_the_gate_shows_how_the_steps_go(run: Path, capsys: Captured) -> None:
+    assert main(["check", str(run)]) == 1
+    assert "  invalid  ▁█▁  0 first, 1 most, 0 last" in capsys.readouterr().out.splitlines()
+    assert main(["check", str(run), "--json"]) == 1
+    (trend,) = json.loads(capsys.readouterr().out)["over_time"]
+    assert (trend["n_invalid"], trend["worst_step"]) == ([0, 1, 0], 2)
+
+
+def test_a_page_shows_how_the_steps_go(run: Path, capsys: Captured) -> None:
+    page = run.parent / "a.html"
+    assert main(["report", str(run), "--step", "all", "--html", str(page)]) == 0
+    text = page.read_text()
+    assert "Over time: <bdi>" in text
+    first = (
+        "The first of 3 steps with invalid cells is step 2 (time 1); the worst is step 2 (time 1), with 1 invalid cell."
+    )
+    assert first in text
+    assert 'aria-label="minimum, step by step, from -0.707 to 0.707"' in text
+    assert "<title>step 3 (time 2): 0.447</title>" in text
+    assert main(["report", str(run), "--html", str(page)]) == 0
+    assert "Over time" not in page.read_text()
+    capsys.readouterr()
+
+
+def test_a_chart_shows_how_the_steps_go(run: Path, capsys: Captured) -> None:
+    out = run.parent / "a.svg"
+    assert main(["plot", str(run), "--kind", "steps", "-o", str(out)]) == 0
+    text = out.read_text()
+    for word in ("minimum", "1 %", "invalid", "first invalid at time 1", "3 steps"):
+        assert word in text, word
+    out.unlink()
+    for given, said in (
+        ([str(run.parent / "s0.vtu")], "several time steps"),
+        ([str(run), str(run.parent / "s0.vtu")], "one file"),
+        ([str(run), "--metric", "edge_ratio"], "one file"),
+        ([str(run), "--log"], "--log is of"),
+    ):
+        assert main(["plot", *given, "--kind", "steps", "-o", str(out)]) == 2
+        assert said in capsys.readouterr().err.replace("\n", " ")
+        assert not out.exists()
 
 
 def test_the_first_step_that_breaks_a_rule_is_named(run: Path, capsys: Captured) -> None:

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from ..io.patching import Changes, Patch
     from ..quality.measure import Quality
     from ..quality.one_cell import OneCell
-    from ..report import FileReport
+    from ..report.record import StepOf
+    from ..report.states import StateReader
     from ..report.values_on_disk import ValuesOnDisk
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
@@ -272,24 +273,20 @@ class Batch:
 
     @contextlib.contextmanager
     def in_processes(
-        self, paths: Sequence[str], contents: Contents, n_worst: int
-    ) -> Iterator[Callable[[str], FileReport] | None]:
-        """What reports on time steps that are measured in several processes at a time, if ``--scheduler`` asks for it;
-        None if not, or there are no steps."""
+        self, paths: Sequence[str], job_of: Callable[[StateReader, str], Callable[[str, StepOf], T]]
+    ) -> Iterator[Callable[[str], T] | None]:
+        """What makes of time steps what ``job_of`` a reader and a path makes of each, several at a time in processes,
+        if ``--scheduler`` asks for it; None if not, or there are no steps."""
         steps = [path for path in paths if isinstance(path, inputs.State)]
         if self.scheduler is None or len(steps) < 2 or len(steps) < len(paths):
             yield None
             return
-        from ..report.states import StateJob, measuring
+        from ..report.states import StateReader, measuring
 
         with scheduler.executor(self.scheduler) as (pool, n_processes):
             assert pool is not None  # one was asked for
             memory = self.allowed_memory
-            job = StateJob(
-                metrics=contents.metrics(),
-                worst=n_worst,
-                by_region=contents.by is not None,
-                with_diagnosis=contents.diagnosis,
+            reader = StateReader(
                 purpose=None if self.purpose is None else self.purpose.of_mesh,
                 keep_bricks=self.keep_bricks,
                 file_format=self.reading.file_format,
@@ -301,9 +298,8 @@ class Batch:
                 most=DIAGNOSED,
                 memory=None if memory is None else memory // n_processes,
             )
-            named = [(str(path), path.of_file) for path in steps]
-            with measuring(pool, job, named) as states:
-                yield states.report
+            with measuring(pool, [(str(path), path.of_file, job_of(reader, path)) for path in steps]) as states:
+                yield states.result
 
     def pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""

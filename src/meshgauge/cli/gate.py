@@ -18,13 +18,18 @@ from ..check.sources import Rules, baselines_of, meshes_of
 from ..check.stream import check_slices, question
 from ..look import style
 from ..look.bands import USUAL
+from ..report.over_time import trends_of
+from ..report.over_time_text import TrendText
 from . import inputs, terminal
 from .batch import Batch
 from .groups.check import PipelineOptions, RuleOptions
 from .options import Purposes, Reading
 
 if TYPE_CHECKING:
+    from ..check.rules import Rule
+    from ..check.states import CheckJob
     from ..report import FileReport
+    from ..report.states import StateReader
 
 
 @dataclass(kw_only=True)
@@ -111,10 +116,14 @@ class Gate:
 
             require_alone(paths, self.options.fix)
 
-        def examine(path: str, name: str | None = None) -> Check:
-            rules = self.rules.of(getattr(path, "file", path) if name is None else name)
+        def rules_of(path: str) -> tuple[Rule, ...] | None:
+            rules = self.rules.of(path)
             if rules is None and batch.purpose is Purposes.explicit:
                 rules = default_rules("explicit", batch.poor)
+            return rules
+
+        def examine(path: str, name: str | None = None) -> Check:
+            rules = rules_of(getattr(path, "file", path) if name is None else name)
             purpose = None if batch.purpose is None else batch.purpose.of_mesh
             ask = question(rules, listed=self.worst, purpose=purpose, poor_below=batch.poor)
             done = batch.in_slices(path, ask)
@@ -125,23 +134,32 @@ class Gate:
                 quality = batch.with_faces(path, quality)
             return judge(quality, rules, path=path, listed=self.worst, baselines=stored)
 
+        def job_of(reader: StateReader, path: str) -> CheckJob:
+            from ..check.states import CheckJob
+
+            rules = rules_of(getattr(path, "file", path))
+            return CheckJob(reader, rules, self.worst, stored)
+
         with_statistics = self.options.statistics
         if self.used is not None and not (self.as_json or is_quiet):
             terminal.emit(f"settings: {style.printable(self.used)}")
         output, is_read = terminal.Output(), not (self.as_json or with_statistics)
         checks: list[Check] = []
-        for path, one in batch.each(paths, examine):
-            if isinstance(path, inputs.State):
-                one = replace(one, step=path.of_file)
-            checks.append(one)
-            if is_read:
-                is_read = output.show(CheckLine(one) if is_quiet else CheckText(one), wrap=not is_quiet)
+        with batch.in_processes(paths, job_of) as in_processes:
+            for path, one in batch.each(paths, in_processes or examine):
+                if isinstance(path, inputs.State):
+                    one = replace(one, step=path.of_file)
+                checks.append(one)
+                if is_read:
+                    is_read = output.show(CheckLine(one) if is_quiet else CheckText(one), wrap=not is_quiet)
         if self.as_json:
             terminal.emit(checks_json(checks, batch.failures, settings=self.used, with_statistics=with_statistics))
         elif with_statistics:
             output.show(StatisticsText(checks, batch.failures))
         elif len(paths) > 1 and is_read and not is_quiet:
             output.show(ChecksText(checks, batch.failures))
+            for trend in trends_of((one.step, one.tally) for one in checks if one.step and one.tally):
+                output.show(TrendText(trend))
         self.pipelines.write(checks, batch.failures)
         if self.options.fix is not None:
             from .fix import fix

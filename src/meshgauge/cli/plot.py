@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+from ..errors import OptionError
 from . import inputs, options
-from .groups.plot import Kinds, Picture, Scenes
+from .groups.plot import JENS, Kinds, Picture, Scenes
 from .options import WRITING, option
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ def plot(
     for name in targets:
         metric_row(name)
     batch = Batch(reading=reading, wedge_order=wedge_order, threads=threads, quiet=quiet)
-    paths = batch.states(paths)
+    paths = batch.states(paths, every=picture.kind is Kinds.steps)
     names = dict(zip(paths, map(printable, short_names(paths)), strict=True))
     summaries: dict[str, dict[str, Summary]] = {name: {} for name in targets}
     for path, quality in batch.each(paths, lambda path: batch.measure(path, targets)):
@@ -54,6 +55,11 @@ def plot(
         last, title = quality, names[path]
     if len(batch.failures) == len(paths):
         return COULD_NOT
+    if picture.kind is Kinds.steps:
+        known = {path: summaries[JENS][name] for path, name in names.items() if name in summaries[JENS]}
+        with batch.progress(f"drawing {output}"):
+            drawing.save(_over_time(known), output)
+        return batch.exit_code
     for name, target in targets.items():
         with batch.progress(f"drawing {target}"):
             figure = _chart(summaries[name], picture) if not picture.is_scene else _scene(last, title, picture)
@@ -70,6 +76,24 @@ def _chart(summaries: Mapping[str, Summary], picture: Picture) -> Any:
     if picture.kind is Kinds.cumulative:
         return drawing.cumulative(summaries, log=picture.log is not False)
     return drawing.histogram(summaries, bins=picture.bins, log=bool(picture.log))
+
+
+def _over_time(summaries: Mapping[str, Summary]) -> Any:
+    """The chart of the time steps of a file: over time, if it tells that of each, else over their numbers."""
+    from .. import plot as drawing
+    from ..look.style import printable
+
+    steps = {path: one for path, one in summaries.items() if isinstance(path, inputs.State) and one.all.n_measured}
+    if len(steps) < 2:
+        raise OptionError("--kind steps draws a file of several time steps; this one has no two with values")
+    states = list(steps)
+    has_times = len({state.time for state in states if state.time is not None}) == len(states)
+    values = {(state.time if has_times else float(state.step)): one for state, one in steps.items()}
+    return drawing.over_time(
+        {at: one for at, one in values.items() if at is not None},
+        title=printable(states[0].file),
+        axis="time" if has_times else "step",
+    )
 
 
 def _scene(quality: Quality, title: str, picture: Picture) -> Any:

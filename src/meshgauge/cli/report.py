@@ -16,6 +16,7 @@ from .options import WRITING, option
 if TYPE_CHECKING:
     from ..report import FileReport
     from ..report.html import HtmlWriter
+    from ..report.states import StateJob, StateReader
     from ..slices.partial import CellRows
 
 
@@ -178,8 +179,14 @@ def report(
             about_bad.extend(write_bad(batch, quality, bad, bad_set))
         if page is not None:
             with batch.progress(f"drawing {path}"):
-                page.add(quality, one)
+                page.add(quality, replace(one, step=path.of_file) if isinstance(path, inputs.State) else one)
         return one
+
+    def job_of(reader: StateReader, path: str) -> StateJob:
+        from ..report.states import StateJob
+
+        n_worst, by_region = contents.n_worst(several=several), contents.by is not None
+        return StateJob(reader, contents.metrics(), n_worst, by_region, contents.diagnosis)
 
     at_once = target is None and csv is None and html is None and purpose != "fv"
     printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=several, over_time=reading.step == "all")
@@ -188,7 +195,7 @@ def report(
     with (
         CsvWriter(csv, (*metrics, *of_faces), with_file=several) if csv else contextlib.nullcontext() as table,
         _page(html, len(paths), bins) as page,
-        batch.in_processes(paths if at_once else (), contents, contents.n_worst(several=several)) as in_processes,
+        batch.in_processes(paths if at_once else (), job_of) as in_processes,
     ):
         batch.on_failure = page.fail if page is not None else None
         for path, one in batch.each(paths, in_processes or examine):

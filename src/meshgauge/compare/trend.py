@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,9 +17,9 @@ from .._version import __version__
 from ..errors import ReadError
 from ..files import sources
 from ..look import style
-from ..look.colours import ON_ANY
 from ..look.names import natural
 from ..quality.summary import CRITERIA, ROUNDING, KeyFigures
+from ..report.html.line_charts import Chart, line_chart
 from ..report.html.page import page
 from ..report.json import finite
 from ..report.text import new_table
@@ -169,43 +170,13 @@ class TrendText:
         yield table
 
 
-class Chart(NamedTuple):
-    """One criterion of one mesh as a line."""
-
-    label: str
-    points: str
-    dots: list[tuple[float, float, str]]
-    low: str
-    high: str
-    first: str  #: report, at the left
-    last: str
-    colour: str
-
-
-WIDTH, HEIGHT = 300.0, 90.0
-
-
 def charts(trend: Trend) -> list[Chart]:
     """A chart for each criterion that has a value."""
-    made = []
-    for key in KEYS:
-        values = trend.values(key)
-        known = [(at, value) for at, value in enumerate(values) if not math.isnan(value)]
-        if not known:
-            continue
-        low, high = min(v for _, v in known), max(v for _, v in known)
-        heights = [(value - low) / (high - low) if high > low else 0.5 for _, value in known]
-        across = WIDTH / max(len(values) - 1, 1)
-        places = [(across * at, HEIGHT * (1 - height)) for (at, _), height in zip(known, heights, strict=True)]
-        dots = [
-            (round(x, 1), round(y, 1), f"{trend.points[at].report}: {number(key, value)}")
-            for (x, y), (at, value) in zip(places, known, strict=True)
-        ]
-        line = " ".join(f"{x},{y}" for x, y, _ in dots)
-        ends = number(key, low), number(key, high)
-        names = trend.points[0].report, trend.points[-1].report if len(trend.points) > 1 else ""
-        made.append(Chart(CRITERIA[key].label, line, dots, *ends, *names, ON_ANY["good"]))
-    return made
+    names = [point.report for point in trend.points]
+    lines = (
+        line_chart(CRITERIA[key].label, trend.values(key), names, partial(number, key), unit="report") for key in KEYS
+    )
+    return [line for line in lines if line is not None]
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 >>> from meshgauge import plot
 >>> plot.histogram(quality).savefig("quality.svg")  # doctest: +SKIP
 
-Charts take a `Summary`, a `Quality`, or several by name; scenes take a `Quality`. Importing this loads NumPy only.
+Charts take a `Summary`, a `Quality`, or several by name (`over_time`: by time); scenes take a `Quality`. Importing this
+loads NumPy only.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from .figure_file import save as save
     from .histogram_chart import histogram as histogram
     from .interactive_scene import plotter as plotter
+    from .steps_chart import over_time as over_time
     from .type_chart import types as types
     from .worst_cells_scene import one_cell as one_cell
     from .worst_cells_scene import worst as worst
@@ -26,6 +28,7 @@ _HOME = {
     "histogram": "histogram_chart",
     "types": "type_chart",
     "cumulative": "cumulative_chart",
+    "over_time": "steps_chart",
     "worst": "worst_cells_scene",
     "one_cell": "worst_cells_scene",
     "cut": "cut_scene",

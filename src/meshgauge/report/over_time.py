@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..io.plumbing.steps import Step
+from ..look import style
 from ..look.records import brief
-from .record import FileReport
+from ..quality.summary import Tally
+from .record import FileReport, StepOf
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,27 @@ class Trend:
         """The position of the worst step: the most invalid cells, then the lowest minimum."""
         return min(range(len(self.numbers)), key=lambda at: (-self.n_invalid[at], self.minimum[at]))
 
+    @property
+    def names(self) -> list[str]:
+        """Of the steps: ``step 2 (time 0.5)``."""
+        return [str(Step(n, time)) for n, time in zip(self.numbers, self.times, strict=True)]
+
+    @property
+    def first_invalid(self) -> int | None:
+        """The position of the first step that has invalid cells."""
+        return next((at for at, n in enumerate(self.n_invalid) if n), None)
+
+    @property
+    def sentence(self) -> str:
+        """How the steps go: which is the first with invalid cells, and which the worst."""
+        n, first, worst = len(self.numbers), self.first_invalid, self.worst
+        least = f"the least minimum is {style.quality(self.minimum[worst])}, of {self.names[worst]}"
+        if first is None:
+            return f"None of {style.plural(n, 'step')} has invalid cells; {least}."
+        most = style.number_of(self.n_invalid[worst], "invalid cell", "invalid cells")
+        begin = f"The first of {style.plural(n, 'step')} with invalid cells is {self.names[first]}"
+        return f"{begin}; the worst is {self.names[worst]}, with {most}."
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data, for JSON, except that undefined numbers are NaN."""
         return {
@@ -53,18 +77,23 @@ class Trend:
 
 def trends(reports: Sequence[FileReport]) -> list[Trend]:
     """That of each file of which steps were measured."""
-    files: dict[str, list[FileReport]] = {}
-    for report in reports:
-        if report.step is not None and report.summary.all.n_measured:
-            files.setdefault(report.step.file, []).append(report)
+    return trends_of((report.step, report.summary.all) for report in reports if report.step is not None)
+
+
+def trends_of(steps: Iterable[tuple[StepOf, Tally]]) -> list[Trend]:
+    """The same of J_ENS of all cells of each step; those without a value are left out."""
+    files: dict[str, list[tuple[StepOf, Tally]]] = {}
+    for step, tally in steps:
+        if tally.n_measured:
+            files.setdefault(step.file, []).append((step, tally))
     return [
         Trend(
             file,
-            tuple(one.step.number for one in own if one.step),
-            tuple(one.step.time for one in own if one.step),
-            tuple(one.summary.all.min for one in own),
-            tuple(one.summary.all.quantiles()[0.01] for one in own),
-            tuple(one.summary.all.n_invalid for one in own),
+            tuple(step.number for step, _ in own),
+            tuple(step.time for step, _ in own),
+            tuple(tally.min for _, tally in own),
+            tuple(tally.quantiles()[0.01] for _, tally in own),
+            tuple(tally.n_invalid for _, tally in own),
         )
         for file, own in files.items()
     ]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from ..._version import __version__
 from ...errors import FailedFile
 from ...report.json import finite
+from ...report.over_time import trends_of
 from .. import Check
 from ..outcome import first_step
 from .statistics import statistics
@@ -35,6 +36,7 @@ def checks_json(
             "settings": settings,
             "passed": not failures and all(check.is_passed for check in checks),
             "first_failing_step": None if first is None else first.path,
+            "over_time": [one.to_dict() for one in trends_of((c.step, c.tally) for c in checks if c.step and c.tally)],
             **({"statistics": [one.to_dict() for one in statistics(checks)]} if with_statistics else {}),
             "files": [check.to_dict() for check in checks],
             "errors": [{"path": failure.path, "message": failure.reason} for failure in failures],

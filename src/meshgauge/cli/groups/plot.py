@@ -25,6 +25,7 @@ class Kinds(StrEnum):
     histogram = "histogram"
     types = "types"
     cumulative = "cumulative"
+    steps = "steps"
 
 
 class Scenes(StrEnum):
@@ -91,9 +92,11 @@ class Picture:
                 raise typer.BadParameter(f"a scene takes one mesh, {len(paths)} are given")
             if self.metrics != (JENS,) or self.log is not None:
                 raise typer.BadParameter("--metric and --log are of charts; a scene is coloured by jens")
+        if self.kind is Kinds.steps and (len(paths) > 1 or self.metrics != (JENS,)):
+            raise typer.BadParameter("--kind steps draws jens over the time steps of one file")
         if self.scene is Scenes.worst and not 1 <= self.worst <= MOST:
             raise typer.BadParameter(f"--worst is {self.worst}; a scene shows 1 to {MOST} cells")
         if self.scene is not Scenes.cut and (self.normal, self.at) != (None, None):
             raise typer.BadParameter("--normal and --at are of --scene cut")
-        if self.kind is Kinds.types and self.log is not None:
+        if self.kind in (Kinds.types, Kinds.steps) and self.log is not None:
             raise typer.BadParameter("--log is of histogram and cumulative")

@@ -21,8 +21,10 @@ from ...look.names import cell_entry, listed, point_entry, point_name
 from ...quality.poor import limit_of
 from .. import beside
 from ..finite_volume import face_text, place, worst_faces
-from ..record import FileReport
+from ..over_time import Trend, trends_of
+from ..record import FileReport, StepOf
 from . import charts
+from .over_time_charts import OverTime
 from .section import BUDGET, Section, section
 from .sketch import sketch
 
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     import jinja2
 
     from ...quality.measure import Quality
+    from ...quality.summary import Tally
     from ...quality.worst import StatusCells
 
 SCRIPTS = ("shaders.js", "model.js", "hollows.js", "stage.js", "cards.js", "meshview.js", "wipe.js", "page.js")
@@ -45,6 +48,7 @@ def page(
     title: str = "",
     lead: Any = None,
     templates: str | None = None,
+    over_time: Sequence[Trend] = (),
 ) -> str:
     """A page of sections: the whole text of an HTML file that needs nothing else.
 
@@ -60,6 +64,8 @@ def page(
         What comes before the sections of several meshes: anything with a ``template``, a name in ``templates``.
     templates
         A package with a folder ``templates`` of its own, where the template of a section may be: ``{kind}.html.jinja``.
+    over_time
+        How the time steps of files go that are among the sections.
     """
     scripts = [_file(LIBRARY), "\n".join(_file(f"assets/{name}") for name in SCRIPTS)]
     limits = list(dict.fromkeys(one.summary.poor_below.text for one in sections))
@@ -80,6 +86,7 @@ def page(
             stops=colours.STOPS,
             overlay=charts.overlay([(one.path, one.summary) for one in sections], 40),
             lead=lead,
+            over_time=[OverTime.of(one) for one in over_time if len(one.numbers) > 1],
             poor_text=style.enumeration(limits) or bands.POOR_TEXT,
         )
     )
@@ -115,6 +122,7 @@ class HtmlWriter:
         self.budget = BUDGET // max(n_files, 1)
         self._sections: list[Section] = []
         self._failures: list[FailedFile] = []
+        self._steps: list[tuple[StepOf, Tally]] = []
 
     def __enter__(self) -> HtmlWriter:
         output.check(self.path, text=True)  # known before an hour of measuring, not after
@@ -123,6 +131,8 @@ class HtmlWriter:
     def add(self, quality: Quality, report: FileReport) -> None:
         """Append a mesh; nothing of it is kept but its section."""
         self._sections.append(section(quality, report, bins=self.bins, budget=self.budget))
+        if report.step is not None:
+            self._steps.append((report.step, report.summary.all))
 
     def fail(self, failure: FailedFile) -> None:
         """Name a file that could not be reported."""
@@ -132,7 +142,7 @@ class HtmlWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if kind is None and self._sections:
-            write(self.path, page(self._sections, self._failures))
+            write(self.path, page(self._sections, self._failures, over_time=trends_of(self._steps)))
 
 
 def _title(sections: Sequence[Section], failures: Sequence[FailedFile]) -> str:
