@@ -1,6 +1,7 @@
 """``python -m meshgauge``, and the program ``meshgauge``."""
 
 import _signal  # type: ignore[import-not-found]  # of the interpreter itself: ``signal`` takes milliseconds in which Ctrl-C would be a traceback
+import gc
 import sys
 
 
@@ -8,6 +9,7 @@ def run() -> int:
     """The command line as a process; returns the exit code. A signal is no traceback, while all is being loaded too."""
     if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
         _signal.signal(_signal.SIGINT, _signal.SIG_DFL)  # ends the process without a word
+    gc.set_threshold(100_000)  # objects: a hundredth of the usual sweeps over what is loaded, which all of it stays
     try:
         from .cli import interrupts, streams
         from .cli.main import main

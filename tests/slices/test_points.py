@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from meshgauge.errors import MeshError
 from meshgauge.kernels import blocks
 from meshgauge.slices import points
 from meshgauge.slices.points import Points
@@ -43,3 +44,26 @@ def test_they_are_read_window_by_window(monkeypatch: pytest.MonkeyPatch) -> None
     assert np.array_equal(made[local], xyz[ids])
     assert len(made) == len(np.unique(ids))
     assert [origins.of(int(at)) for at in local] == ids.tolist()
+
+
+@pytest.mark.parametrize("budget", [1, 1 << 30])
+@pytest.mark.parametrize("is_read", [True, False], ids=["ids-read-for-it", "ids-of-others"])
+def test_points_that_are_close_are_read_from_the_first_to_the_last(*, is_read: bool, budget: int) -> None:
+    xyz = np.random.default_rng(0).random((5000, 3))
+    ids = np.random.default_rng(1).integers(1000, 1100, 400)
+    known = ids.copy()
+    if not is_read:
+        ids.flags.writeable = False
+    some = Points(InMemory(xyz), budget)
+    made, local, origins = some.of(ids)
+    assert len(made) == known.max() + 1 - known.min()
+    assert some.bytes_read == made.nbytes
+    assert np.array_equal(made[local], xyz[known])
+    assert origins.all(len(made))[local].tolist() == known.tolist()
+    assert is_read or np.array_equal(ids, known)
+
+
+@pytest.mark.parametrize("wrong", [-1, 5000])
+def test_an_id_of_no_point_is_refused_where_the_others_are_close(wrong: int) -> None:
+    with pytest.raises(MeshError, match=f"point id {wrong} is outside 0..4999"):
+        Points(InMemory(np.zeros((5000, 3))), 1).of(np.array([*range(4995, 5000), *range(4995, 5000), wrong]))

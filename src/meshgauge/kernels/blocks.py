@@ -11,6 +11,19 @@ Ids = NDArray[np.int64]
 
 
 @kernel
+def span(ids: Ids) -> tuple[int, int]:
+    """The least and the greatest id; 0 and -1 if there are none."""
+    n = len(ids)
+    if n == 0:
+        return 0, -1
+    least, greatest = ids[0], ids[0]
+    for i in range(n):
+        least = min(least, ids[i])
+        greatest = max(greatest, ids[i])
+    return least, greatest
+
+
+@kernel
 def mark(ids: Ids, n: int, shift: int, touched: NDArray[np.uint8]) -> int:
     """Set ``touched`` to 1 for each block of ``2**shift`` items that one of the ids lies in.
 
