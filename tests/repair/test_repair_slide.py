@@ -373,7 +373,7 @@ def test_sliding_starts_where_the_worst_was_raised_unless_that_was_refused(monke
     assert whole.point_ids[0] == 0
     for reached, raised in ((before, 9.0), (fixed, 9.0), (fixed, None)):
         run = SimpleNamespace(
-            raised=None if raised is None else np.full((1, 3), raised), points_of_moving=first, whole=whole
+            raised=None if raised is None else np.full((1, 3), raised), points_of_moving=first, whole=whole, form=None
         )
         promise = SimpleNamespace(before=before, constraints=constraints)
         with pytest.raises(Started):

@@ -92,7 +92,7 @@ def accept(
 def violations(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for cells that have lost what they may not lose."""
     purpose = before.mesh.purpose
-    lost: NDArray[np.bool_] = _soundness(after.status, purpose) < _soundness(before.status, purpose)
+    lost: NDArray[np.bool_] = soundness(after.status, purpose) < soundness(before.status, purpose)
     measured = ~np.isnan(before.values)
     lost |= measured & np.isnan(after.values)
     worst = np.nanmin(before.values) if measured.any() else 0.0
@@ -103,10 +103,10 @@ def violations(before: Quality, after: Quality, *, strict: bool) -> NDArray[np.b
     return lost
 
 
-def _soundness(status: NDArray[np.uint8], purpose: Purpose) -> NDArray[np.int8]:
+def soundness(status: NDArray[np.uint8], purpose: Purpose) -> NDArray[np.int8]:
     """How sure a cell is to be of use: 3 valid, 2 undecided inside, 1 only as a cell of finite volumes, 0 not."""
-    soundness = np.where(status == Status.OK, 3, np.where(category(status, purpose) == Category.UNDECIDED, 2, 1))
-    return np.where(is_usable(status, purpose), soundness, 0).astype(np.int8)
+    sure = np.where(status == Status.OK, 3, np.where(category(status, purpose) == Category.UNDECIDED, 2, 1))
+    return np.where(is_usable(status, purpose), sure, 0).astype(np.int8)
 
 
 def is_better(after: Quality, before: Quality, target: float | None = None) -> bool:

@@ -37,7 +37,9 @@ class Ceiling:
         return float(self.bounds.min(initial=1.0))
 
 
-def ceiling(problem: Problem, points: Points, fixed: NDArray[np.bool_]) -> Ceiling:
+def ceiling(
+    problem: Problem, points: Points, fixed: NDArray[np.bool_], turns: NDArray[np.bool_] | None = None
+) -> Ceiling:
     """Bounds for every cell of a problem.
 
     Parameters
@@ -46,8 +48,12 @@ def ceiling(problem: Problem, points: Points, fixed: NDArray[np.bool_]) -> Ceili
         All corners of the cells, and where the points are.
     fixed
         ``(n_points,)`` of the problem.
+    turns
+        ``(n_corners, 3)`` True for edges that may turn although both of their ends are fixed; None: none.
     """
     held = gather(fixed, problem.corners)
+    if turns is not None:
+        held[:, 1:] &= ~turns
     n_held = held.sum(axis=1)
     bounds, by_four = np.ones(problem.n_cells), np.zeros(problem.n_cells, bool)
     of_cell = problem.cell_of_corner()

@@ -82,6 +82,25 @@ def move_nodes_between(mesh: Mesh, points: Points, cells: Mask, fixed: Mask) -> 
     return out
 
 
+def middle_places(mesh: Mesh, cells: Mask, fixed: Mask) -> tuple[NDArray[np.int64], Points, Points]:
+    """Nodes between the corners of some curved cells, but for those that are fixed, ascending: their ids, where they
+    were if the cells were straight ``(n, 3)``, and how far the corners are from there ``(n,)``."""
+    ids, places, sizes = [np.empty(0, np.int64)], [np.empty((0, 3))], [np.empty(0)]
+    points = np.asarray(mesh.points, np.float64)
+    for row, some, weights in _curved_groups(mesh, cells):
+        nodes = pick(mesh, row, some, tuple(range(len(weights))))
+        corners = points[nodes[:, list(row.corners)]]
+        for node in between(row):
+            free = ~fixed[nodes[:, node]]
+            of = np.flatnonzero(weights[node])
+            mean = np.einsum("c,ncx->nx", weights[node], corners[free])
+            ids.append(nodes[free, node])
+            places.append(mean)
+            sizes.append(2.0 * np.linalg.norm(corners[free][:, of] - mean[:, None], axis=2).mean(axis=1))
+    every, first = np.unique(np.concatenate(ids), return_index=True)
+    return every, np.concatenate(places)[first], np.concatenate(sizes)[first]
+
+
 def between(row: CellType) -> list[int]:
     """Positions of the nodes of a type that are no corners."""
     return [node for node in range(row.n_nodes or 0) if node not in row.corners]

@@ -9,6 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ..mesh import Mesh
 from .constraints import Constraints, Mask
 from .descent import Descent, Energy, Freedom, Workers
 from .hanging import NONE, Hanging
@@ -86,6 +87,7 @@ class Run:
     should_stop: Callable[[], bool] | None = None
     hanging: Hanging = NONE
     history: list[Progress] = field(default_factory=list)
+    form: Mesh | None = None  #: whose curved edges keep their form while corners move; None: the mesh given
     raised: Points | None = None  #: of ``moving``, with the worst raised and the mean not yet
     evaluations: int = 0
     stopped: str = ""

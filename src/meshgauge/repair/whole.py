@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ..cells import CELL_TYPES
 from ..doctor.points import extent
 from ..errors import MeshError
 from ..look.style import number_of
@@ -24,6 +25,7 @@ from .hard_faces import cells_at_hard_faces
 from .phases.mean import raise_mean
 from .phases.mend import mend, values_of
 from .phases.strict import keep_every_cell
+from .phases.unbend import is_to_unbend, unbend
 from .phases.untangle import smooth, untangle
 from .phases.untwist import untwist
 from .phases.worst import raise_worst
@@ -149,21 +151,59 @@ def repair(
 ) -> Outcome:
     """Move the points of a mesh as far as the constraints allow; ``is_brief``: near bad cells, one by one only.
 
+    Curved cells keep the form of their edges; where that leaves some bad, it is changed first, and all is done again.
     ``reached`` is the mesh as an earlier repair left it, from which this one goes on. Raises `MeshError` if no cell
     takes part.
     """
+    given = before if reached is None else reached
+
+    def move(form: Quality) -> Outcome:
+        return _repair(before, given, form, constraints, options, team, start, progress, should_stop, is_brief=is_brief)
+
+    outcome = move(given)
+    run = outcome.run
+    if is_brief or run.stopped or not len(run.whole.bends):
+        return outcome
+    unbent = _unbent(given, constraints, options, run.is_stopped)
+    if unbent is given or not is_to_unbend(outcome.quality, constraints, options.target):
+        return outcome
+    again = move(unbent)
+    again.run.history, again.run.evaluations = run.history + again.run.history, run.evaluations + again.run.evaluations
+    return again if is_better(again.quality, outcome.quality, _target(options)) else outcome
+
+
+def _repair(
+    before: Quality,
+    given: Quality,
+    form: Quality,
+    constraints: Constraints,
+    options: Options,
+    team: Workers,
+    start: float,
+    progress: Callable[[Progress], object] | None,
+    should_stop: Callable[[], bool] | None,
+    *,
+    is_brief: bool,
+) -> Outcome:
+    """The same with curved edges that keep the form that they have in one mesh."""
     began = time.monotonic()
     mesh = before.mesh
     of_polyhedra = corners(before)
     polyhedral = of_polyhedra.cells, of_polyhedra.points, of_polyhedra.constants
-    whole = problem(mesh, constraints.cells, polyhedral, constraints.pinned)
+    whole = problem(form.mesh, constraints.cells, polyhedral, constraints.pinned)
     if whole.n_cells == 0 and (options.everywhere or mesh.n_cells):
         raise MeshError(f"{mesh.path or 'the mesh'}: no solid cell that could be improved")
     run = begin_run(
         constraints, whole, team, options.target, options.floor, start, options.seconds, progress, should_stop
     )
-    limit = ceiling(whole, run.base, constraints.bounding[whole.point_ids])
-    outcome = Outcome(before if reached is None else reached, run, limit)
+    run.form = form.mesh
+    turns = None
+    if len(whole.bends):
+        curved = np.array([(row := CELL_TYPES.get(t)) is not None and row.is_curved for t in range(256)])
+        stays = problem(form.mesh, constraints.cells, polyhedral, constraints.bounding).bends[:, :, 3] > 0.0
+        turns = ~stays & curved[mesh.types[whole.cell_ids]][whole.cell_of_corner(), None]
+    limit = ceiling(whole, run.base, constraints.bounding[whole.point_ids], turns)
+    outcome = Outcome(given, run, limit)
     run.record("start", run.base[run.points_of_moving], now=True)
     run.base[:] = outcome.quality.mesh.points[whole.point_ids]
     points = run.base[run.points_of_moving].copy()
@@ -173,14 +213,18 @@ def repair(
         return outcome
     if options.everywhere:
         promise = Promise(before, constraints, strict=options.strict)
+        _take_unbent(outcome, promise, form, options)
         _take_moved(outcome, promise, _phases(run, points, limit, strict=options.strict), options)
     else:
         outcome.sizes = size_limits(before, constraints.topology, whole, options.size_change)
         outcome.hard = cells_at_hard_faces(before)
         constraints = replace(constraints, sizes=outcome.sizes)
         promise = Promise(before, constraints, strict=options.strict)
+        _take_unbent(outcome, promise, form, options)
         _mend(outcome, promise, points, options, is_brief=is_brief)
     if not run.stopped:
+        if form is not given:
+            _take_unbent(outcome, promise, _unbent(outcome.quality, constraints, options, run.is_stopped), options)
         better = untwist(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
         outcome.take(better, promise)
     if options.slides and not run.stopped:
@@ -198,9 +242,24 @@ def repair(
     return outcome
 
 
+def _unbent(quality: Quality, constraints: Constraints, options: Options, is_over: Callable[[], bool]) -> Quality:
+    return unbend(quality, constraints, options.target, strict=options.strict, threads=options.threads, is_over=is_over)
+
+
+def _take_unbent(outcome: Outcome, promise: Promise, unbent: Quality, options: Options) -> None:
+    """Let curved cells stand with nodes between their corners that have moved by themselves."""
+    if is_better(unbent, outcome.quality, _target(options)):
+        outcome.take(unbent, promise)
+
+
+def _target(options: Options) -> float | None:
+    """What `is_better` counts cells below of."""
+    return None if options.everywhere else options.target
+
+
 def _round(outcome: Outcome, promise: Promise, options: Options) -> None:
     """Let the points that moved stand as the file will hold them; what that costs a cell is put back where it was."""
-    before, target = promise.before, None if options.everywhere else options.target
+    before, target = promise.before, _target(options)
     old, points = (np.asarray(one.mesh.points, np.float64) for one in (before, outcome.quality))
     moved = np.flatnonzero((old != points).any(axis=1))
     if np.array_equal(options.rounding[0](moved, points[moved]), points[moved], equal_nan=True):
@@ -294,11 +353,11 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
 def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Options) -> None:
     """Let the mesh stand with the points that were reached, as far as they are acceptable."""
     before, constraints, run = promise.before, promise.constraints, outcome.run
-    mesh = before.mesh
+    mesh = run.form or before.mesh
     moved = np.asarray(mesh.points, np.float64).copy()
     moved[run.whole.point_ids[run.points_of_moving]] = points
     moved = move_nodes_between(mesh, moved, constraints.cells, constraints.fixed)
-    constraints.hanging.follow(moved, np.asarray(mesh.points, np.float64))
+    constraints.hanging.follow(moved, np.asarray(before.mesh.points, np.float64))
     after, n_back = accept(
         before,
         moved,
@@ -308,7 +367,7 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Opt
         sizes=constraints.sizes,
         hanging=constraints.hanging,
     )
-    if is_better(after, outcome.quality, None if options.everywhere else options.target):
+    if is_better(after, outcome.quality, _target(options)):
         if n_back:
             count = number_of(
                 n_back, "point was put back, since a cell of its own", "points were put back, since a cell of theirs"

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...look.style import number_of, plural
+from ...mesh import Mesh
 from ...quality.measure import Quality
 from ..acceptance import accept, is_better
 from ..claims import Promise
@@ -133,7 +134,7 @@ def slide(
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
     for _ in range(ATTEMPTS):
-        points = _with_nodes_between(before, _slide(here, run, surface, kind), constraints, surface)
+        points = _with_nodes_between(run.form or before.mesh, _slide(here, run, surface, kind), constraints, surface)
         if not promise.is_given:
             points = restore_volumes(surface, constraints, kind, points)
         slid, n_back = accept(
@@ -185,9 +186,8 @@ def _points_to_hold(
     return hold
 
 
-def _with_nodes_between(before: Quality, points: Points, constraints: Constraints, surface: Surface) -> Points:
+def _with_nodes_between(mesh: Mesh, points: Points, constraints: Constraints, surface: Surface) -> Points:
     """Points with the nodes between corners of curved cells following, those of the surface on it."""
-    mesh = before.mesh
     out = move_nodes_between(mesh, points, constraints.cells, constraints.pinned)
     follows = (out != points).any(axis=1) & ((surface.kind == EDGE) | (surface.kind == FACE))
     ids = np.flatnonzero(follows)
