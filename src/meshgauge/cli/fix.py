@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -29,6 +30,9 @@ def require_alone(paths: Sequence[str], folder: Path) -> None:
     """
     if folder.exists() and not folder.is_dir():
         raise WriteError(f"{folder}: is no folder; --fix takes one, for the meshes")
+    there = next(path for path in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(path))
+    if not there.is_dir():
+        raise WriteError(f"{folder}: {there} is no folder")
     names: dict[str, str] = {}
     for path in paths:
         if isinstance(path, (inputs.State, inputs.Joined)):

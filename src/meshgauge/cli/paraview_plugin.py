@@ -17,7 +17,7 @@ def paraview_plugin(
 ) -> None:
     """Print the path of the file to load in ParaView."""
     if preset is not None:
-        if preset.suffix.lower() != ".json":
+        if str(preset) != "-" and preset.suffix.lower() != ".json":
             raise OptionError(f"{preset}: ParaView imports presets from .json files")
         from ..files import output
         from ..plot.paraview_preset import presets_json
