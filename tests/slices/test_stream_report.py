@@ -39,8 +39,8 @@ METRICS = ("jens", "jens_mean", "edge_ratio")
 
 pytestmark = pytest.mark.usefixtures("readers_here")
 
-MEMORY = {"whole": 1 << 30, "blocks": 1 << 20, "ids": 1}
-"""Bytes for points: all of them, blocks, only those of a slice."""
+MEMORY = {"whole": 1 << 30, "blocks": 1 << 20, "ids": 1, "close": 1}
+"""Bytes for points: all of them, blocks, only those of a slice, all between the first and the last of a slice."""
 
 
 @pytest.fixture(autouse=True)
@@ -82,6 +82,15 @@ def streamed(path: Path, memory: int = 1 << 30, size: int = 97, **how: Any) -> F
     return report_on(pieces_of(path), path=str(path), **how)
 
 
+@pytest.fixture(autouse=True)
+def how_points_are_read(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the first to the last of a slice where a test is about that, and nowhere else."""
+    call = getattr(request.node, "callspec", None)
+    asked = None if call is None else call.params.get("memory")
+    if asked is not None:
+        monkeypatch.setattr("meshgauge.slices.points.CLOSE", 0 if asked == "close" else 1 << 40)
+
+
 def write(path: Path, mesh: Mesh, kind: str) -> Path:
     path = path / f"mesh{kind}"
     {".vtkhdf": io.write, ".vtu": io.write, ".raw.vtu": write_raw_vtu, ".gz.vtkhdf": write_packed_hdf}[kind](path, mesh)
@@ -89,7 +98,7 @@ def write(path: Path, mesh: Mesh, kind: str) -> Path:
 
 
 KINDS = (".vtkhdf", ".gz.vtkhdf", ".vtu", ".raw.vtu")
-PLACES = ((False, "whole"), (True, "blocks"), (True, "ids"))
+PLACES = ((False, "whole"), (True, "blocks"), (True, "ids"), (True, "close"))
 
 
 @pytest.mark.parametrize(
@@ -101,6 +110,7 @@ PLACES = ((False, "whole"), (True, "blocks"), (True, "ids"))
         (".vtu", True, "blocks"),
         (".vtu", False, "whole"),
         (".raw.vtu", True, "ids"),
+        (".vtkhdf", True, "close"),
     ),
 )
 def test_the_report_is_that_of_the_whole(
@@ -116,6 +126,16 @@ def test_the_report_is_that_of_the_whole(
     assert min(counts.n_invalid, counts.n_degenerate, counts.n_unmeasured, len(made.findings[0].labels)) > 0
     assert len(made.regions) == 4
     assert None not in (made.worst[0].cell_label, made.worst[0].point_label)
+
+
+@pytest.mark.parametrize("memory", ["whole", "close"])
+def test_the_diagnosis_is_that_of_the_whole(tmp_path: Path, memory: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("meshgauge.report.diagnosis.CELLS", 61)
+    path = write(tmp_path, garden(), ".vtkhdf")
+    made = streamed(path, MEMORY["whole"], with_diagnosis=True)
+    assert made.diagnosis is not None
+    assert made.diagnosis.findings
+    assert_same(made, whole(path, with_diagnosis=True))
 
 
 def test_all_metrics_of_slices_are_those_of_the_whole(tmp_path: Path) -> None:

@@ -119,7 +119,7 @@ class _Source:
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:
         pieces = self.job.pieces
-        points = [Points(_NoCoordinates(piece.n_points), 12 * piece.n_points) for piece in pieces.pieces]
+        points = [Points(_NoCoordinates(piece.n_points), 0, keeps_ids=True) for piece in pieces.pieces]
         for place in places(pieces, CELLS):
             pieces.check_unchanged()
             facts = self.job.facts

@@ -69,11 +69,14 @@ class Points:
         ``(n_points, 3)`` of the piece.
     budget
         Bytes that points may take; those of one slice in any case.
+    keeps_ids
+        All points are given, by their ids in the piece, whatever they take.
     """
 
-    def __init__(self, rows: Rows, budget: int) -> None:
+    def __init__(self, rows: Rows, budget: int, *, keeps_ids: bool = False) -> None:
         self.rows, self.n, self.budget = rows, rows.shape[0], budget
         self.bytes_read = 0
+        self._keeps_ids = keeps_ids
         self._whole: NDArray[np.floating] | None = None
         self._lock = threading.Lock()
 
@@ -85,7 +88,7 @@ class Points:
     @property
     def fits(self) -> bool:
         """Whether all are kept."""
-        return self.n_bytes <= self.budget
+        return self._keeps_ids or self.n_bytes <= self.budget
 
     def of(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Origins]:
         """Points that include those of some ids.
@@ -104,7 +107,7 @@ class Points:
         MeshError
             If there is no such point.
         """
-        if self._whole is None:
+        if self._whole is None and not self._keeps_ids:
             first, last = self._span(ids)
             if 0 <= first <= last < self.n and CLOSE * (last + 1 - first) <= len(ids):
                 return self._between(ids, first, last + 1)
