@@ -105,13 +105,21 @@ def test_a_plotter_with_the_worst_cells(grid: object) -> None:
     code = f"""
 import pyvista
 pyvista.OFF_SCREEN = True
-made = pyvista.read({BRACKET!r}).gauge.plot_worst(4, show=False)
-print("hexahedron 521" in str(made.actors) or len(made.actors) >= 4)
+made = pyvista.read({BRACKET!r}).gauge.plot_worst(12, show=False)
+rows = made.actors["worst cells"].GetText(2).splitlines()
+print([row.split()[0] for row in rows] == [str(n) for n in range(1, 13)], rows[0])
+numbers = made.actors["numbers"].GetMapper().GetInput().GetPointData().GetAbstractArray("number")
+print([numbers.GetValue(n).strip() for n in range(12)] == [str(n) for n in range(1, 13)])
+print(sorted(set(made.actors) & {{"invalid", "degenerate", "poor, below 0.2", "good, light is ideal"}}))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     if "libEGL" in done.stderr:
         pytest.skip("there is no library to draw with")
-    assert done.stdout == "True\n", done.stderr
+    assert done.stdout.splitlines() == [
+        "True 1  hexahedron 521  −0.060",
+        "True",
+        "['invalid', 'poor, below 0.2']",
+    ], done.stderr
 
 
 def test_points_move_and_nothing_else(grid: object) -> None:

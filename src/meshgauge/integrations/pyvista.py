@@ -6,7 +6,7 @@ PyVista from 0.48 on finds this module by its entry point (group ``pyvista.acces
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshgaugeError
 from ..io import from_pyvista
-from ..look.bands import POOR
+from ..look.bands import POOR, PoorBelow
 from ..quality.measure import JENS, Quality, measure
 
 if TYPE_CHECKING:
@@ -158,6 +158,7 @@ class Gauge:
         should_stop: Callable[[], bool] | None = None,
         threads: int | None = None,
         keep_bricks: bool = False,
+        poor_below: float | Mapping[str, float] | PoorBelow | None = None,
         rounding: Rounding | Sequence[Rounding] | None = None,
     ) -> Improved:
         """A copy of the data set with its points moved so that its quality is better, and the report on that.
@@ -199,6 +200,7 @@ class Gauge:
             should_stop=should_stop,
             threads=threads,
             keep_bricks=keep_bricks,
+            poor_below=poor_below,
             rounding=rounding,
         )
         if topology or split_hopeless:

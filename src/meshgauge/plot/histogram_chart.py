@@ -63,15 +63,20 @@ def histogram(
 
 
 def _one(mesh: Series, edges: Values, log: bool) -> Figure:
+    from matplotlib.ticker import MaxNLocator
+
     every = mesh.summary.all
     figure = chart_style.figure(8, 4.4)
     chart_style.title(figure, mesh.name or "Quality of all cells", chart_style.sentence(mesh.summary))
-    axes = chart_style.axes(figure, (0.09, 0.13, 0.88, 0.62))
+    axes = chart_style.axes(figure, (0.09, 0.13, 0.88, 0.55 if every.n_degenerate else 0.62))
     chart_style.shade(axes, every.scale, float(edges[0]), float(edges[-1]))
     counts = counts_in(every, edges)
     bars(axes, every, edges, counts, log)
     axes.set_ylabel("cells", fontsize=10, color=INK)
     axes.set_xlabel(chart_style.axis_label(every.scale), fontsize=10, color=INK)
+    if not log:
+        # There are no parts of cells.
+        axes.yaxis.set_major_locator(MaxNLocator("auto", integer=True, min_n_ticks=1, steps=[1, 2, 2.5, 5, 10]))
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
     _count_bands(axes, every, edges)
     return figure

@@ -6,15 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from ..look.colours import FAINT, INK, SKIN
+from ..look.colours import DEGENERATE, FAINT, INK, INVALID, POOR, RAMP, SKIN, rgb
 from ..quality.measure import Quality
+from ..status import Category, category
 from . import callouts
 from .pyvista_cells import CELL, drawable, edges, surface
 from .rendering import check_drawing
 
 
 def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) -> Any:
-    """A PyVista plotter with the worst cells in the colours of their quality, a ball at the worst node of each.
+    """A PyVista plotter with the worst cells in the colours of their quality, numbered balls at their worst nodes.
+
+    All of them are named in a list, with their values, and a legend says what the colours mean.
 
     Parameters
     ----------
@@ -58,15 +61,67 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
             show_edges=True,
             edge_color=INK,
         )
-        made.add_point_labels(
-            solids.place([cell.coordinates for cell in cells]),
-            [f"    {': '.join(callouts.caption(cell)[:2])}" for cell in cells],
-            point_color=INK,
-            point_size=14,
-            render_points_as_spheres=True,
-            always_visible=True,
-            text_color=INK,
-            shape=None,
-            font_size=12,
-        )
+        at = pyvista.PolyData(solids.place([cell.coordinates for cell in cells]))
+        made.add_mesh(at, color=INK, point_size=14, render_points_as_spheres=True, pickable=False)
+        made.add_actor(_numbers(at), name="numbers", pickable=False, reset_camera=False)
+        rows = [f"{n}  {'  '.join(callouts.caption(cell)[:2])}" for n, cell in enumerate(cells, 1)]
+        made.add_text("\n".join(rows), position="upper_left", font_size=9, color=INK, name="worst cells")
+        entries = _legend(quality, [cell.cell for cell in cells])
+        made.add_actor(_square(0.015, 0.02, 0.3, 0.02 + 0.04 * len(entries), "#ffffff", 0.8), name="legend")
+        for n, (text, colour) in enumerate(entries[::-1]):
+            low = 0.03 + 0.04 * n
+            made.add_actor(_square(0.025, low, 0.045, low + 0.024, colour), name=text)
+            made.add_text(text, position=(0.055, low), viewport=True, font_size=9, color=INK, name=f"{text} in words")
     return made
+
+
+def _legend(quality: Quality, cells: list[int]) -> list[tuple[str, str]]:
+    """What the colours of some cells mean."""
+    of_cells = category(quality.status[cells], quality.mesh.purpose)
+    is_poor = quality.values[cells] < quality.poor_limits(np.array(cells, np.int64))
+    valid = of_cells == Category.VALID
+    entries = [
+        ("invalid", INVALID, of_cells == Category.INVALID),
+        ("degenerate", DEGENERATE, of_cells == Category.DEGENERATE),
+        (f"poor, below {quality.poor_below.text}", POOR, valid & is_poor),
+        ("good, light is ideal", RAMP[1], valid & ~is_poor),
+    ]
+    return [(text, colour) for text, colour, which in entries if which.any()]
+
+
+def _square(left: float, low: float, right: float, high: float, colour: str, opacity: float = 1.0) -> Any:
+    """A rectangle on the picture, in shares of its width and height."""
+    import pyvista
+    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
+
+    place = vtkCoordinate()
+    place.SetCoordinateSystemToNormalizedViewport()
+    mapper = vtkPolyDataMapper2D()
+    mapper.SetInputData(pyvista.Rectangle([(left, low, 0.0), (right, low, 0.0), (right, high, 0.0)]))
+    mapper.SetTransformCoordinate(place)
+    actor = vtkActor2D()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*rgb(colour))
+    actor.GetProperty().SetOpacity(opacity)
+    return actor
+
+
+def _numbers(at: Any) -> Any:
+    """An actor of 1, 2, 3 ... beside some points; none is left out where they are near each other."""
+    from vtkmodules.vtkRenderingCore import vtkActor2D
+    from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
+
+    at["number"] = np.array([f"  {n}" for n in range(1, at.n_points + 1)])
+    labels = vtkLabeledDataMapper()
+    labels.SetInputData(at)
+    labels.SetLabelModeToLabelFieldData()
+    labels.SetFieldDataName("number")
+    look = labels.GetLabelTextProperty()
+    look.SetColor(*rgb(INK))
+    look.SetFontSize(16)
+    look.BoldOn()
+    look.ItalicOff()
+    look.ShadowOff()
+    actor = vtkActor2D()
+    actor.SetMapper(labels)
+    return actor
