@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .page_words import name_of
+
 ROWS, DEPTH = 20, 5
 """Entries of a list that are shown, and levels."""
 
@@ -59,20 +61,24 @@ class Node(NamedTuple):
     rows: tuple[tuple[str, ...], ...] = ()
 
 
-def tree(item: Any, depth: int = 0) -> Node:
-    """Any plain data as nodes; what is too deep or too long is cut, and says so."""
+def tree(item: Any, depth: int = 0, within: str = "") -> Node:
+    """Any plain data as nodes; what is too deep or too long is cut, and says so.
+
+    ``within`` is the key that it has in what it is in.
+    """
     item = _plain(item)
     if isinstance(item, Mapping):
         if depth >= DEPTH:
             return Node("text", f"{len(item)} entries")
-        return Node("parts", parts=tuple((_name(key), tree(value, depth + 1)) for key, value in item.items()))
+        parts = ((name_of(key, within), tree(value, depth + 1, str(key))) for key, value in item.items())
+        return Node("parts", parts=tuple(parts))
     if isinstance(item, list | tuple):
         entries = [_plain(entry) for entry in item[:ROWS]]
         more = f", … ({len(item):,} in all)" if len(item) > ROWS else ""
         if entries and all(isinstance(entry, Mapping) for entry in entries):
             head = tuple(dict.fromkeys(key for entry in entries for key in entry))
             rows = tuple(tuple(_id_or_text(key, entry.get(key, "")) for key in head) for entry in entries)
-            return Node("table", more.removeprefix(", "), head=tuple(map(_name, head)), rows=rows)
+            return Node("table", more.removeprefix(", "), head=tuple(map(name_of, head)), rows=rows)
         return Node("text", ", ".join(map(_entry, entries)) + more if entries else "none")
     return Node("text", _text(item))
 
@@ -90,7 +96,7 @@ def claims(entries: Any) -> list[Claim]:
     if not isinstance(entries, Sequence) or isinstance(entries, str):
         return []
     return [
-        Claim(_name(_of(entry, "name") or ""), bool(_of(entry, "holds")), str(_of(entry, "text") or ""))
+        Claim(name_of(_of(entry, "name") or ""), bool(_of(entry, "holds")), str(_of(entry, "text") or ""))
         for entry in entries
         if _of(entry, "holds") is not None
     ]
@@ -102,10 +108,6 @@ def _plain(item: Any) -> Any:
     if isinstance(item, np.ndarray):
         return item.tolist() if item.size <= 10_000 else f"{' × '.join(map(str, item.shape))} numbers"
     return item.item() if isinstance(item, np.generic) else item
-
-
-def _name(key: Any) -> str:
-    return str(key).replace("_", " ")
 
 
 def _id_or_text(key: Any, item: Any) -> str:
@@ -129,7 +131,7 @@ def _text(item: Any) -> str:
     if isinstance(item, float):
         return f"{item:.5g}"
     if isinstance(item, Mapping):
-        return ", ".join(f"{_name(key)} {_text(value)}" for key, value in item.items())
+        return ", ".join(f"{name_of(key)} {_text(value)}" for key, value in item.items())
     if isinstance(item, list | tuple):
         return ", ".join(map(_entry, item[:ROWS])) + (", …" if len(item) > ROWS else "")
     return str(item) or "–"

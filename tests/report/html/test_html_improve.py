@@ -17,6 +17,8 @@ from html_pages import BRACKET, EVIL, ROOT, grid, unpacked
 import meshgauge
 from meshgauge.repair.page import change, improve_page, improve_section
 from meshgauge.repair.page_report import history, tree
+from meshgauge.repair.page_words import WORDS
+from meshgauge.repair.report import CellChanges, LimitedCell, WorsenedCell
 from meshgauge.report import html
 
 HISTORY = [
@@ -110,6 +112,17 @@ def test_a_history_may_have_any_of_three_forms() -> None:
 
 def test_a_record_is_shown_like_a_mapping() -> None:
     assert tree(Step(1.5, 0.25)) == tree({"seconds": 1.5, "worst": 0.25, "phase": "start"})
+
+
+def test_entries_have_words_for_people() -> None:
+    result = meshgauge.improve(grid(2).replace(points=grid(2).points + 0.3 * (np.arange(81).reshape(27, 3) % 2 == 0)))
+    facts = result.report.to_dict()
+    known = {f"{key}.{name}" for key, value in facts.items() if isinstance(value, dict) for name in value} | set(facts)
+    cells = {name for kind in (LimitedCell, WorsenedCell) for name in kind.__dataclass_fields__}
+    changes = {f"reconnection.{name}" for name in CellChanges.__dataclass_fields__}
+    assert set(WORDS) <= known | cells | changes, "of no entry"
+    names = [name for name, _ in tree(facts).parts]
+    assert not [name for name in names if name.startswith("n ") or "_" in name]
 
 
 def test_both_states_are_in_the_page(states: tuple[meshgauge.Quality, meshgauge.Quality]) -> None:

@@ -228,7 +228,7 @@ def overlay(summaries: Sequence[tuple[str, Summary]], bins: int) -> Overlay | No
         points = " ".join(f"{x:.1f},{y:.1f}" for x, y in corners if x >= -0.1)
         dash = " ".join(map(str, DASHES[n % len(DASHES)]))
         bad = [f"{k:,} {what}" for k, what in ((tally.n_invalid, "invalid"), (tally.n_poor, "poor")) if k]
-        note = ", ".join([f"{tally.n_cells:,} cells", *bad])
+        note = ", ".join([style.plural(tally.n_cells, "cell"), *bad])
         outlines.append(Outline(name, ON_ANY["good"] if n == 0 else SERIES[n % len(SERIES)], dash, points, note))
     first = _histogram("all", "", there[0][1], bins, start)
     return Overlay(outlines, first.zero, first.poor, first.ticks, style.percent(round(1e6 * top), 1_000_000))

@@ -141,7 +141,7 @@ def _remarks(
     summary: Summary, n: int, n_drawn: int, reach: float, boundary: surface.Polygons, arrays: dict[str, NDArray[Any]]
 ) -> list[str]:
     if n == n_drawn:
-        remarks = [f"All {style.number(n)} cells are in this page."]
+        remarks = ["The one cell is in this page." if n == 1 else f"All {style.number(n)} cells are in this page."]
     else:
         remarks = [
             f"Of {style.number(n_drawn)} cells the {style.number(n)} worst are in this page with their shape: all that "

@@ -286,7 +286,7 @@ class MeshView {
     const count = (n) => n.toLocaleString("en");
     const cells = (n) => `${count(n)} cell${n === 1 ? "" : "s"}`;
     this.shown = shown;
-    const some = shown === this.model.total ? `Shows all ${cells(shown)}.` : `Shows ${count(shown)} of ${cells(this.model.total)}.`;
+    const some = shown === 1 && this.model.total === 1 ? "Shows the one cell." : shown === this.model.total ? `Shows all ${cells(shown)}.` : `Shows ${count(shown)} of ${cells(this.model.total)}.`;
     const cut = this.axis ? `, cut, and ${cells(shown)} behind the slice.` : ".";
     this.$("shown").textContent = this.skin.visible ? `Shows the surface of all ${cells(this.model.total)}${cut}` : filtered && !this.axis ? "" : some;
     this.$("chip").hidden = !filtered;
