@@ -6,15 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shell_meshes import curved
 
 import meshgauge
 from meshgauge import Mesh, MeshError
 from meshgauge.kernels import path
 from meshgauge.kernels.repair import surfaces as kernels
-from meshgauge.repair import flat, flat_ascent
-from meshgauge.repair.flat_cells import Part, part_of
-from meshgauge.repair.flat_held import Held
 from meshgauge.repair.reasons import ALL, FOUR, INVERTED, ONE
+from meshgauge.repair.shells import ascent, claims
+from meshgauge.repair.shells.cells import Part, part_of
+from meshgauge.repair.shells.held import Held
 from meshgauge.status import is_invalid, is_usable
 
 Z = 0.1  # no number of few bits: what would be added to it and taken away again would show
@@ -172,17 +173,131 @@ def test_layers_keep_their_heights() -> None:
         assert ratio.max() <= 1.1 + 1e-6
 
 
-def test_curved_cells_take_no_part_and_stay() -> None:
+CURVED = ("triangle6", "triangle7", "quad8", "quad9", "quad6")
+
+
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
+@pytest.mark.parametrize("kind", CURVED)
+def test_nodes_between_the_corners_of_curved_cells_follow(kind: str, boundary: str) -> None:
+    n, of = 8, kind[:-1]
+    mesh = curved(plane(n, of, 0.42, seed=2), kind, 0.05)
+    result = meshgauge.improve(mesh, everywhere=True, boundary=boundary)
+    before, after = result.before, result.after
+    assert before.values.min() < 0.2
+    assert after.values.min() > 0.4
+    assert is_usable(after.status).all()  # inside, too
+    assert result.report.holds
+    old, new = mesh.points, result.mesh.points
+    assert old[:, 2].tobytes() == new[:, 2].tobytes()
+    on_edge = ((old[:, :2] == 0.0) | (old[:, :2] == n)).any(axis=1)
+    assert (old[on_edge] == new[on_edge]).all() == (boundary == "fixed")
+    # A node inside has moved as much as the mean of the ends of its edge.
+    cells, size = mesh.connectivity.reshape(mesh.n_cells, -1), 3 if of == "triangle" else 4
+    ends = cells[:, [0, 1]]
+    middles = cells[:, size]
+    inside = ~on_edge[middles]
+    way = (new - old)[ends].mean(axis=1)
+    assert np.allclose((new - old)[middles[inside]], way[inside], atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", CURVED)
+def test_values_of_curved_cells_are_those_that_are_measured(kind: str) -> None:
+    mesh = curved(plane(6, kind[:-1], 0.4), kind, 0.1)
+    for shape in (mesh, mesh.replace(points=mesh.points + np.array([0, 0, 0.03]) * mesh.points[:, :1] ** 2, up=None)):
+        quality = meshgauge.measure(shape)
+        part = part_of(shape, np.ones(shape.n_cells, bool))
+        _, jens = part.qualities(np.array(shape.points))
+        assert np.allclose(jens, quality.values[part.cell_ids], atol=1e-12)
+
+
+def test_cells_of_high_order_take_no_part_and_stay() -> None:
     quads = plane(8, "quad", 0.4)
     ids = quads.connectivity.reshape(-1, 4)
-    a, b = ids[20], np.roll(ids[20], -1)
-    points = np.concatenate([quads.points, 0.5 * (quads.points[a] + quads.points[b])])
-    curved = np.concatenate([a, np.arange(4) + quads.n_points])[None]
-    mesh = Mesh.from_arrays(points, {"quad": np.delete(ids, 20, axis=0), "quad8": curved})
+    lagrange = np.concatenate([ids[20], quads.n_points + np.arange(12)])[None]
+    points = np.concatenate([quads.points, quads.points[ids[20]].mean(axis=0) + np.zeros((12, 3))])
+    mesh = Mesh.from_arrays(points, {"quad": np.delete(ids, 20, axis=0), "lagrange_quad": lagrange})
     result = meshgauge.improve(mesh, everywhere=True)
-    assert (result.mesh.points[curved[0]] == points[curved[0]]).all()
+    assert (result.mesh.points[lagrange[0]] == points[lagrange[0]]).all()
     assert any("1 surface cell takes no part" in note for note in result.report.notes)
-    assert result.after.values[-1] == result.before.values[-1]
+
+
+def disc(n: int, kind: str, noise: float) -> Mesh:
+    """A square drawn onto a disc: its border bends everywhere, and its points are moved along it."""
+    mesh = plane(n, kind, noise)
+    rng = np.random.default_rng(1)
+    x, y = (2.0 * mesh.points[:, axis] / n - 1.0 for axis in (0, 1))
+    for one, other in ((x, y), (y, x)):
+        on = (np.abs(one) == 1.0) & (np.abs(other) < 1.0)
+        other[on] += rng.uniform(-noise, noise, on.sum()) * 2.0 / n
+    points = np.stack([x * np.sqrt(1 - y * y / 2), y * np.sqrt(1 - x * x / 2), np.full(len(x), Z)], axis=1)
+    return mesh.replace(points=points)
+
+
+@pytest.mark.parametrize("everywhere", [False, True])
+@pytest.mark.parametrize("kind", ["quad", "triangle"])
+def test_points_slide_along_a_curve_and_keep_its_area(kind: str, everywhere: bool) -> None:
+    mesh = disc(16, kind, 0.4)
+    fixed = meshgauge.improve(mesh, everywhere=everywhere)
+    result = meshgauge.improve(mesh, everywhere=everywhere, boundary="slide")
+    assert result.report.holds
+    assert result.report.displacement.n_boundary > 20
+    assert result.after.values.min() > fixed.after.values.min() + 0.005
+    old, new = result.report.surface
+    assert abs(new / old - 1.0) < 5e-4
+    assert 0.0 < result.report.displacement.deviation < 0.03
+    border = np.abs(np.linalg.norm(mesh.points[:, :2], axis=1) - 1.0) < 1e-12
+    assert border.sum() == 64
+    assert np.abs(np.linalg.norm(result.mesh.points[border, :2], axis=1) - 1.0).max() < 0.03
+
+
+def test_corners_stay_and_straight_sides_stay_straight() -> None:
+    mesh = plane(12, "quad", 0.4)
+    points = np.array(mesh.points)
+    rng = np.random.default_rng(4)
+    for axis in (0, 1):
+        on = ((points[:, axis] == 0.0) | (points[:, axis] == 12.0)) & (points[:, 1 - axis] % 12.0 > 0.0)
+        points[on, 1 - axis] += rng.uniform(-0.4, 0.4, on.sum())
+    mesh = mesh.replace(points=points)
+    result = meshgauge.improve(mesh, everywhere=True, boundary="slide")
+    new = result.mesh.points
+    for axis in (0, 1):
+        for end in (0.0, 12.0):
+            on = points[:, axis] == end
+            assert np.abs(new[on, axis] - end).max() < 1e-12
+    corners = np.isin(points[:, :2], [0.0, 12.0]).all(axis=1)
+    assert corners.sum() == 4
+    assert (new[corners] == points[corners]).all()
+    assert result.after.values.min() > meshgauge.improve(mesh, everywhere=True).after.values.min()
+
+
+def test_curves_end_where_regions_and_line_cells_change() -> None:
+    """Two regions side by side, and half of the lower side a line of another name: its ends and theirs stay."""
+    mesh = plane(12, "quad", 0.3)
+    at = np.arange(13)
+    lines = np.stack([at[:-1], at[1:]], axis=1)
+    half = (np.arange(144) % 12 >= 6).astype(int)
+    blocks = {"quad": mesh.connectivity.reshape(-1, 4), "line": lines}
+    data = {"material": np.concatenate([half, 2 + (np.arange(12) >= 4)])}
+    mesh = Mesh.from_arrays(mesh.points, blocks, cell_data=data)
+    result = meshgauge.improve(mesh, everywhere=True, boundary="slide")
+    moved = (result.mesh.points != mesh.points).any(axis=1)
+    assert result.report.holds
+    assert not moved[[0, 4, 6, 12, 6 + 13 * 12]].any()
+    assert moved[13 * 3 + 6]  # between the regions
+    assert np.allclose(result.mesh.points[at, 1], 0.0, atol=1e-12)
+    pinned = meshgauge.improve(mesh, everywhere=True, boundary="slide", fixed=[13 * 3 + 6])
+    assert (pinned.mesh.points[13 * 3 + 6] == mesh.points[13 * 3 + 6]).all()
+
+
+def test_an_area_that_sliding_changes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    from meshgauge.repair.shells import improve
+
+    mesh = disc(16, "quad", 0.4)
+    fixed = meshgauge.improve(mesh, everywhere=True)
+    monkeypatch.setattr(improve, "restored_areas", lambda *rest: rest[-1])
+    result = meshgauge.improve(mesh, everywhere=True, boundary="slide")
+    assert any("the area of each region has changed by at most 0.1 %" in note for note in result.report.notes)
+    assert result.mesh.points.tobytes() == fixed.mesh.points.tobytes()
 
 
 @pytest.mark.parametrize("size", [1e-70, 1e70])
@@ -209,7 +324,7 @@ def test_time_and_stops() -> None:
     [
         ({"topology": True}, "--topology is for solid cells"),
         ({"split_hopeless": True}, "--split-hopeless is for solid cells"),
-        ({"boundary": "slide"}, "--boundary slide is for solid cells"),
+        ({"boundary": "slide", "tolerance": 0.1}, "--tolerance is for solid cells"),
     ],
 )
 def test_what_is_for_solids_is_refused(options: dict[str, object], text: str) -> None:
@@ -217,14 +332,9 @@ def test_what_is_for_solids_is_refused(options: dict[str, object], text: str) ->
         meshgauge.improve(plane(4, "quad", 0.3), **options)  # type: ignore[arg-type]
 
 
-def test_shells_and_finite_volumes_are_refused() -> None:
-    mesh = plane(4, "quad", 0.3)
+def test_finite_volumes_are_refused() -> None:
     with pytest.raises(MeshError, match="--for fv is for solid cells"):
-        meshgauge.improve(mesh.replace(purpose="fv"))
-    points = mesh.points.copy()
-    points[:, 2] = 0.1 * points[:, 0] ** 2
-    with pytest.raises(MeshError, match="surface cells in space are not improved"):
-        meshgauge.improve(mesh.replace(points=points, up=None))
+        meshgauge.improve(plane(4, "quad", 0.3).replace(purpose="fv"))
 
 
 @pytest.mark.parametrize(
@@ -242,7 +352,7 @@ def test_a_broken_promise_is_refused(name: str, breaks: object, monkeypatch: pyt
         ascend(points, *rest)
         breaks(points)  # type: ignore[operator]
 
-    monkeypatch.setattr(flat_ascent.kernels, "ascend", broken)
+    monkeypatch.setattr(ascent.kernels, "ascend", broken)
     mesh = plane(8, "quad", 0.48)
     result = meshgauge.improve(mesh, everywhere=True)
     assert result.report.outcome == "refused", name
@@ -251,12 +361,12 @@ def test_a_broken_promise_is_refused(name: str, breaks: object, monkeypatch: pyt
 
 def test_a_region_whose_area_changes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = plane(8, "quad", 0.48)
-    areas = flat.region_areas
+    areas = claims.region_areas
 
     def larger(held: Held, part: Part, points: np.ndarray) -> np.ndarray:
         return np.asarray(areas(held, part, points) + (0.1 if (points != mesh.points).any() else 0.0))
 
-    monkeypatch.setattr(flat, "region_areas", larger)
+    monkeypatch.setattr(claims, "region_areas", larger)
     result = meshgauge.improve(mesh, everywhere=True)
     assert result.report.outcome == "refused"
     assert any("the area of each region is unchanged" in note for note in result.report.notes)
@@ -269,7 +379,7 @@ def test_points_that_ruin_a_cell_are_put_back(monkeypatch: pytest.MonkeyPatch) -
         ascend(points, *rest)
         points[40, :2] += 5.0
 
-    monkeypatch.setattr(flat_ascent.kernels, "ascend", broken)
+    monkeypatch.setattr(ascent.kernels, "ascend", broken)
     mesh = plane(8, "quad", 0.3)
     result = meshgauge.improve(mesh, everywhere=True)
     assert not (is_usable(result.before.status) & ~is_usable(result.after.status)).any()

@@ -132,18 +132,23 @@ def contradicting(edges: Edges, sign: NDArray[np.int8]) -> Ids:
 
 
 def hanging(mesh: Mesh, edges: Edges) -> Ids:
-    """Points, ascending, that lie within an edge of a cell that does not have them: T-joints.
+    """Points, ascending, that lie within an edge of a cell that does not have them: T-joints."""
+    return np.unique(joints(mesh, edges)[0])
+
+
+def joints(mesh: Mesh, edges: Edges) -> tuple[Ids, Ids]:
+    """T-joints: ``(n,)`` points that lie within an edge, a point once for each such edge, and ``(n, 2)`` its ends.
 
     Looked for along the boundary: from both ends of an edge that one cell has, over such edges of other cells.
     """
     alone = np.flatnonzero(edges.windings == 0)
     ends = edges.ends[alone]
     if not len(ends):
-        return np.empty(0, np.int64)
+        return np.empty(0, np.int64), np.empty((0, 2), np.int64)
     around = np.concatenate([ends, ends[:, ::-1]])
     around = around[np.argsort(around[:, 0], kind="stable")]
     first = np.searchsorted(around[:, 0], np.arange(mesh.n_points + 1))
-    hangs = [np.empty(0, np.int64)]
+    hangs, holders = [np.empty(0, np.int64)], [np.empty((0, 2), np.int64)]
     edge, at = np.arange(len(ends)), ends[:, 0]  # an edge, and how far along it points hang
     x = np.asarray(mesh.points, np.float64)
     reached = np.zeros(len(ends))
@@ -161,4 +166,5 @@ def hanging(mesh: Mesh, edges: Edges) -> Ids:
             lies = (off <= ON_EDGE) & (share > before + ON_EDGE) & (share < 1.0 - ON_EDGE)
         edge, at, reached = own[lies], beside[lies], share[lies]
         hangs.append(at)
-    return np.unique(np.concatenate(hangs))
+        holders.append(ends[edge])
+    return np.concatenate(hangs), np.concatenate(holders)

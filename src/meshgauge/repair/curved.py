@@ -20,7 +20,7 @@ NEAR = 1e-9
 
 def can_follow(row: CellType) -> bool:
     """True for linear cells, and for curved ones of which it is known where their nodes are."""
-    return not row.is_curved or row.order > 0
+    return not row.is_curved or (row.order > 0 and not row.is_bernstein)
 
 
 def edge_bends(mesh: Mesh, row: CellType, cells: CellIds, triple: tuple[int, ...], fixed: Mask | None) -> Points:
@@ -35,7 +35,7 @@ def edge_bends(mesh: Mesh, row: CellType, cells: CellIds, triple: tuple[int, ...
     fixed
         ``(n_points,)`` nodes that do not follow; None: all do.
     """
-    middles = _middles(row.vtk_id)
+    middles = _middles(row)
     columns = tuple(range(row.n_nodes or 0))
     nodes = pick(mesh, row, cells, columns)
     points = np.asarray(mesh.points, np.float64)
@@ -109,27 +109,36 @@ def between(row: CellType) -> list[int]:
 def _curved_groups(mesh: Mesh, cells: Mask) -> list[tuple[CellType, NDArray[np.int64], Points]]:
     """The curved cells that take part, by type, with the weights of their nodes."""
     groups = []
-    for _, vtk_id, of_type in mesh.groups():
-        row = CELL_TYPES.get(vtk_id)
+    for row, _, of_type in mesh.groups():
         if row is None or row.shape is None or not row.is_curved or not can_follow(row):
             continue
         ids = np.arange(mesh.n_cells)[of_type]
-        groups.append((row, ids[cells[ids]], _weights(row.vtk_id)))
+        groups.append((row, ids[cells[ids]], _weights(row)))
     return groups
 
 
 @cache
-def _middles(vtk_id: int) -> dict[frozenset[int], int]:
+def _middles(row: CellType) -> dict[frozenset[int], int]:
     """The node on each edge that has one, by the positions of its ends among the corners."""
-    row = CELL_TYPES[vtk_id]
     at = {node: n for n, node in enumerate(row.corners)}
-    return {frozenset((at[edge[0]], at[edge[1]])): edge[2] for edge in row.edges if len(edge) == 3}
+    middles = {frozenset((at[edge[0]], at[edge[1]])): edge[2] for edge in row.edges if len(edge) == 3}
+    # The edges of a quad6 do not name their nodes: those half-way between their ends.
+    for node in between(row) if len(middles) < len(row.edges) else ():
+        place = np.array(row.places[node])
+        for edge in row.edges:
+            if len(edge) == 2 and (2 * place == np.array(row.places[edge[0]]) + row.places[edge[1]]).all():
+                middles[frozenset((at[edge[0]], at[edge[1]]))] = node
+    return middles
+
+
+def node_between(row: CellType, one: int, other: int) -> int | None:
+    """The node of a curved type on the edge between two corners, given by their positions among them."""
+    return _middles(row).get(frozenset((one, other))) if row.is_curved else None
 
 
 @cache
-def _weights(vtk_id: int) -> Points:
+def _weights(row: CellType) -> Points:
     """``(n_nodes, n_corners)``: of which corners each node is the mean."""
-    row = CELL_TYPES[vtk_id]
     assert row.shape is not None
     places = np.array(row.places[: row.n_nodes], np.float64)
     if row.shape.is_collapsed:  # where they are in the pyramid
@@ -139,7 +148,7 @@ def _weights(vtk_id: int) -> Points:
     weights = np.full((len(places), n), 1.0 / n)
     for position, node in enumerate(row.corners):
         weights[node] = np.eye(n)[position]
-    on_edges = _middles(vtk_id)
+    on_edges = _middles(row)
     for ends, node in on_edges.items():
         weights[node] = 0.0
         weights[node, list(ends)] = 0.5
@@ -156,7 +165,7 @@ def nodes_on_faces(vtk_id: int) -> tuple[tuple[int, ...], ...]:
     """For each face of a curved type its nodes that are no corners: those of its edges in turn, then that inside."""
     row = CELL_TYPES[vtk_id]
     assert row.shape is not None
-    weights = _weights(vtk_id)
+    weights = _weights(row)
     faces = []
     for face in row.shape.faces:
         on_edges = [node for node in ring_of_face(vtk_id, face) if node not in row.corners]
@@ -167,7 +176,12 @@ def nodes_on_faces(vtk_id: int) -> tuple[tuple[int, ...], ...]:
 
 def ring_of_face(vtk_id: int, face: tuple[int, ...]) -> tuple[int, ...]:
     """Nodes around a face of a curved type, given by its positions among the corners: a corner, a middle, and so on."""
-    row, middles = CELL_TYPES[vtk_id], _middles(vtk_id)
+    return ring_of(CELL_TYPES[vtk_id], face)
+
+
+def ring_of(row: CellType, face: tuple[int, ...]) -> tuple[int, ...]:
+    """The same of a type's row, which may be that of a surface cell."""
+    middles = _middles(row)
     ring: list[int] = []
     for a, b in zip(face, (*face[1:], face[0]), strict=True):
         middle = middles.get(frozenset((a, b)))

@@ -73,7 +73,7 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     largest, mean = _largest(fans, far[owner], surface.facets, start[owner]), mean_from_old(surface, points)
     if not is_given:
         of_triangles, largest_old, mean_old = _from_the_old_side(surface, points)
-        np.maximum.at(far_old, _faces_of_triangles(surface), of_triangles)
+        np.maximum.at(far_old, faces_of_triangles(surface), of_triangles)
         largest, mean = max(largest, largest_old), max(mean, mean_old)
     return Deviation(far, far_old, largest, mean)
 
@@ -115,7 +115,7 @@ def _mean(values: Points, weights: Points) -> float:
     return float(values @ weights) / total if total > 0.0 else 0.0
 
 
-def _faces_of_triangles(surface: Surface) -> Ids:
+def faces_of_triangles(surface: Surface) -> Ids:
     """The face of each triangle: they come in the order of the faces, whole ones first."""
     sizes = np.diff(surface.face_offsets)
     order = np.argsort(sizes != 3, kind="stable")

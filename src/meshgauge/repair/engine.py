@@ -21,7 +21,6 @@ from .alternate import Way, alternate
 from .ceiling import ceiling
 from .constraints import Mask, constraints_of, fixed_mask
 from .descent import workers
-from .flat import improve_flat
 from .hard_faces import n_hard_faces
 from .near_bad import Attempt, Attempting, repair_near_bad
 from .patch import PatchOfMesh, WholeMesh, whole_patch
@@ -33,6 +32,7 @@ from .report import RepairReport
 from .rounding import Rounding
 from .run import Progress
 from .scale import power_of, rescaled, restored, scaled
+from .shells.improve import improve_shells
 from .target import scaled_surface
 from .whole import Options, Outcome
 
@@ -156,7 +156,8 @@ def improve(
         With "slide": a mesh, or a PyVista or VTK data set, on whose boundary points move instead of on the boundary
         itself; its surface cells if it has no solid ones.
     feature_angle
-        Degrees between two faces of the boundary from which on their edge is a feature that is kept.
+        Degrees between two faces of the boundary, or two cells of a surface in space, from which on their edge is a
+        feature that is kept; and of the turn of a curve from which on a point of it is a corner that stays.
     tolerance
         With "slide": where cells stay bad, points of the boundary may leave it, so that the surfaces before and after
         are nowhere further apart than this share of the diagonal of the mesh. None: points stay on the surface.
@@ -244,7 +245,7 @@ def _improve(
     start, threads = time.monotonic(), options.threads
     before = measure(mesh, threads=threads, keep_bricks=keep_bricks, poor_below=poor_below)
     if mesh.dimension == 2:
-        return Improvement(*improve_flat(before, held, options, progress, should_stop))
+        return Improvement(*improve_shells(before, held, options, progress, should_stop))
     if options.changes_cells:
 
         def move(mesh: Mesh, fixed: Mask, own: Options) -> Improvement:

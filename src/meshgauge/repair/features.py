@@ -45,16 +45,22 @@ def patch_labels(mesh: Mesh, region_ids: Ids, ids: Ids, offsets: Ids) -> Ids:
 
 def kept_edges(mesh: Mesh) -> Ids:
     """``(n, 2)`` ends of the line cells, with the node between them if there is one as an end of both halves."""
-    edges = []
-    for row, _, cells in mesh.groups():
+    return line_cells(mesh)[0]
+
+
+def line_cells(mesh: Mesh) -> tuple[Ids, Ids]:
+    """As `kept_edges`, and ``(n,)`` the line cell of each."""
+    edges, cells = [np.empty((0, 2), np.int64)], [np.empty(0, np.int64)]
+    for row, _, some in mesh.groups():
         if row is None or row.dimension != 1 or row.n_nodes not in (2, 3):
             continue
-        of_type = np.arange(mesh.n_cells)[cells]
+        of_type = np.arange(mesh.n_cells)[some]
         nodes = np.asarray(mesh.connectivity, np.int64)[
             np.asarray(mesh.offsets, np.int64)[of_type][:, None] + np.arange(row.n_nodes)
         ]
         edges += [nodes] if row.n_nodes == 2 else [nodes[:, [0, 2]], nodes[:, [2, 1]], nodes[:, :2]]
-    return np.concatenate(edges) if edges else np.empty((0, 2), np.int64)
+        cells += [of_type] * (1 if row.n_nodes == 2 else 3)
+    return np.concatenate(edges), np.concatenate(cells)
 
 
 def kept_points(mesh: Mesh) -> NDArray[np.bool_]:

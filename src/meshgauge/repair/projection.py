@@ -10,12 +10,6 @@ from numpy.typing import NDArray
 from ..kernels.repair import projection as kernel
 from .problem import Ids, Points
 
-ROUNDS = 3
-"""How often the place under a curved surface is found anew, so that a point on it stays where it is."""
-
-HALF = 0.5
-"""Share of the way from a facet to the planes at its vertices: with it a paraboloid is met exactly."""
-
 
 @dataclass(frozen=True, eq=False)
 class Projection:
@@ -47,6 +41,11 @@ class Projection:
     is_smooth: bool = False
 
     @property
+    def arrays(self) -> tuple[Points, Ids, Ids, Points, Ids, Ids]:
+        """As the kernels take it."""
+        return self.points, self.items, self.groups, self.axes, self.offsets, self.around
+
+    @property
     def is_segment(self) -> NDArray[np.bool_]:
         """``(n_items,)`` True for segments of curves."""
         return np.asarray(self.items[:, 1] == self.items[:, 2])
@@ -63,7 +62,7 @@ class Projection:
         """
         place, weights = np.empty_like(queries), np.empty_like(queries)
         bulge = np.zeros_like(queries)
-        for _ in range(ROUNDS if self.is_smooth else 1):
+        for _ in range(kernel.ROUNDS if self.is_smooth else 1):
             kernel.project(
                 np.ascontiguousarray(queries - bulge), start, self.points, self.items, self.groups,
                 self.offsets, self.around, place, weights,
@@ -77,7 +76,7 @@ class Projection:
         to_vertex = self.points[self.items[items]] - place[:, None, :]
         along = np.einsum("qmx,qmx->qm", to_vertex, axes)[:, :, None] * axes
         way = np.where(self.is_segment[items][:, None, None], to_vertex - along, along)
-        return np.asarray(HALF * np.einsum("qm,qmx->qx", weights, way))
+        return np.asarray(kernel.HALF * np.einsum("qm,qmx->qx", weights, way))
 
     def is_curved(self) -> NDArray[np.bool_]:
         """``(n_groups,)`` False for groups that are flat or straight."""
@@ -104,7 +103,7 @@ class Projection:
         along = np.einsum("qmx,qmx->qm", others, self.axes[item])[:, :, None] * self.axes[item]
         sums, n = np.zeros_like(points), np.bincount(at, minlength=len(points))
         np.add.at(sums, at, along.sum(axis=1))  # that of the centre itself is zero
-        points[centres] += HALF * sums[centres] / np.maximum(2 * n[centres], 1)[:, None]
+        points[centres] += kernel.HALF * sums[centres] / np.maximum(2 * n[centres], 1)[:, None]
         return replace(self, points=points, is_smooth=True)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,6 +101,53 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     patches = patch_labels(mesh, constraints.region_ids, corner_ids, corner_offsets)
     label = np.unique(np.concatenate([sides, patches[:, None]], axis=1), axis=0, return_inverse=True)[1].reshape(-1)
 
+    parts = parted(points, faces, label, kept_edges(mesh), feature_angle)
+    kind = parts.kind
+    outer = sides[:, 1] < 0
+    alone = np.repeat(outer, np.diff(corner_offsets))
+    loose = hanging(points, corner_ids[alone], np.concatenate([[0], np.cumsum(np.diff(corner_offsets)[outer])]))
+    hangs = doctor.hanging(constraints.quality, constraints.topology)  # anywhere on an edge, but not of inverted cells
+    loose[hangs.points] = loose[hangs.holders] = True
+    kind[(loose | kept_points(mesh)) & (kind != INSIDE)] = CORNER
+    return assemble(points, faces, parts, sides, patches)
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Faces parted at features: of each face its patch, what each point is, feature edges and the curve of each."""
+
+    patch: Ids
+    kind: NDArray[np.uint8]
+    features: Ids
+    curve: Ids
+    feature_angle: float
+
+
+def parted(
+    points: Points,
+    faces: Faces,
+    label: Ids,
+    kept: Ids,
+    feature_angle: float,
+    of_edges: Callable[[Ids], Ids] | None = None,
+) -> Parts:
+    """Cut faces into patches at their features.
+
+    Parameters
+    ----------
+    points
+        ``(n_points, 3)``.
+    faces, label
+        Faces, and what each is of: faces of different labels are of different patches.
+    kept
+        ``(n, 2)`` ends of edges that are features whatever meets there.
+    feature_angle
+        In degrees.
+    of_edges
+        From ``(n, 2)`` feature edges to a label of each: where labels, or what lies beside, change, a curve ends. None:
+        a curve goes on as long as it is straight.
+    """
+    limit = np.cos(np.radians(feature_angle))
     # Edges of faces, those of two faces side by side.
     by_place = np.lexsort(points.T)
     rank = np.empty(len(points), np.int64)
@@ -109,9 +157,8 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     edges = by_place[edges]
     order = np.argsort(edge_of.reshape(-1), kind="stable")
     first = np.concatenate([[0], np.cumsum(n_faces)[:-1]])
-    pairs = np.flatnonzero((n_faces == 2) & ~_in_rows(np.sort(edges, axis=1), kept_edges(mesh)))
+    pairs = np.flatnonzero((n_faces == 2) & ~_in_rows(np.sort(edges, axis=1), kept))
     one, two = faces.owner[order[first[pairs]]], faces.owner[order[first[pairs] + 1]]
-    limit = np.cos(np.radians(feature_angle))
     smooth = (np.einsum("ij,ij->i", faces.normals[one], faces.normals[two]) >= limit) & (label[one] == label[two])
     is_feature = np.ones(len(edges), bool)
     is_feature[pairs[smooth]] = False
@@ -121,19 +168,21 @@ def surface_of(constraints: Constraints, points: Points, feature_angle: float) -
     kind[faces.ids] = FACE
     kind[faces.centre_ids[faces.centre_ids >= 0]] = FACE
     features = edges[is_feature]
-    kind, curve = _curves(points, kind, features, limit)
+    labels = np.zeros(len(features), np.int64)
+    if of_edges is not None:
+        beside = np.full((len(edges), 2), -1)
+        np.maximum.at(beside[:, 1], edge_of.reshape(-1), label[faces.owner])
+        beside[:, 0] = beside[:, 1]
+        np.minimum.at(beside[:, 0], edge_of.reshape(-1), label[faces.owner])
+        rows = np.concatenate([beside[is_feature], of_edges(features)[:, None]], axis=1)
+        labels = np.unique(rows, axis=0, return_inverse=True)[1].reshape(-1)
+    kind, curve = _curves(points, kind, features, labels, limit)
     # A point at which two patches meet without an edge between them stays.
     least, most = np.full(len(points), faces.n), np.full(len(points), -1)
     np.minimum.at(least, faces.ids, patch[faces.owner])
     np.maximum.at(most, faces.ids, patch[faces.owner])
     kind[(kind == FACE) & (least != most) & (most >= 0)] = CORNER
-    outer = sides[:, 1] < 0
-    alone = np.repeat(outer, np.diff(corner_offsets))
-    loose = hanging(points, corner_ids[alone], np.concatenate([[0], np.cumsum(np.diff(corner_offsets)[outer])]))
-    hangs = doctor.hanging(constraints.quality, constraints.topology)  # anywhere on an edge, but not of inverted cells
-    loose[hangs.points] = loose[hangs.holders] = True
-    kind[(loose | kept_points(mesh)) & (kind != INSIDE)] = CORNER
-    return _assemble(points, faces, patch, sides, patches, kind, features, curve, feature_angle)
+    return Parts(patch, kind, features, curve, feature_angle)
 
 
 def _slots(constraints: Constraints, points: Points) -> tuple[Ids, Ids]:
@@ -162,29 +211,24 @@ def _slots(constraints: Constraints, points: Points) -> tuple[Ids, Ids]:
 
 def _faces(constraints: Constraints, slots: Ids, points: Points) -> Faces:
     ids, offsets = face_points(constraints.topology, slots, rings=True)
+    return faces_of(ids, offsets, face_centres(constraints.topology, slots), points)
+
+
+def faces_of(ids: Ids, offsets: Ids, inside: Ids, points: Points) -> Faces:
+    """Faces by their rings of points, with the node ``inside`` each, -1 where there is none."""
     sizes = np.diff(offsets)
     owner = np.repeat(np.arange(len(sizes)), sizes)
     following = next_in_face(offsets)
     middle = np.add.reduceat(points[ids], offsets[:-1]) / sizes[:, None] if len(ids) else np.empty((0, 3))
-    inside = face_centres(constraints.topology, slots)
     centres = np.where((inside >= 0)[:, None], points[np.maximum(inside, 0)], middle)
     normals = np.zeros((len(sizes), 3))
     np.add.at(normals, owner, np.cross(points[ids] - centres[owner], points[ids[following]] - centres[owner]))
     return Faces(ids, offsets, owner, following, inside, centres, unit(normals))
 
 
-def _assemble(
-    points: Points,
-    faces: Faces,
-    patch: Ids,
-    sides: Ids,
-    labels: Ids,
-    kind: NDArray[np.uint8],
-    features: Ids,
-    curve: Ids,
-    feature_angle: float,
-) -> Surface:
-    """The items to slide on, and an item for each point."""
+def assemble(points: Points, faces: Faces, parts: Parts, sides: Ids, labels: Ids) -> Surface:
+    """The items to slide on, and an item for each point; ``sides`` and ``labels`` as those of faces in `Surface`."""
+    patch, kind, features, curve = parts.patch, parts.kind, parts.features, parts.curve
     n_patches, n_curves = int(patch.max(initial=-1)) + 1, int(curve.max(initial=-1)) + 1
     items, item_face = _triangles(len(points), faces)
     groups = np.concatenate([patch[item_face], n_patches + curve])
@@ -213,7 +257,7 @@ def _assemble(
         face_items=face_items,
         n_patches=n_patches,
         n_curves=n_curves,
-        feature_angle=feature_angle,
+        feature_angle=parts.feature_angle,
     )
 
 
@@ -238,7 +282,9 @@ def _in_rows(rows: Ids, among: Ids) -> NDArray[np.bool_]:
     return np.isin(group[: len(rows)], group[len(rows) :])
 
 
-def _curves(points: Points, kind: NDArray[np.uint8], features: Ids, limit: float) -> tuple[NDArray[np.uint8], Ids]:
+def _curves(
+    points: Points, kind: NDArray[np.uint8], features: Ids, labels: Ids, limit: float
+) -> tuple[NDArray[np.uint8], Ids]:
     """Kinds with edges and corners, and the curve of each feature edge."""
     kind = kind.copy()
     ends = features.reshape(-1)
@@ -251,6 +297,6 @@ def _curves(points: Points, kind: NDArray[np.uint8], features: Ids, limit: float
     e, f = order[first[at]] // 2, order[first[at] + 1] // 2
     a, b = features[e].sum(axis=1) - at, features[f].sum(axis=1) - at
     turn = np.einsum("ij,ij->i", unit(points[at] - points[a]), unit(points[b] - points[at]))
-    straight = turn >= limit
+    straight = (turn >= limit) & (labels[e] == labels[f])
     kind[at[straight]] = EDGE
     return kind, components(len(features), e[straight], f[straight])

@@ -183,6 +183,9 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
             f"it is at most {moved.deviation:.3g} ({share(moved.deviation_share)} of the diagonal) off the old one, "
             f"{moved.deviation_mean:.3g} ({share(moved.deviation_mean_share)}) in the mean"
         )
+    elif moved.deviation > 0.0:
+        far = f"{moved.deviation:.3g} ({share(moved.deviation_share)} of the diagonal)"
+        lines.append(f"the surface is at most {far} off the old one")
     if report.sizes.n_cells and moved.n_points:
         lines.append(sizes(report))
     is_local = not report.options.get("everywhere", True)

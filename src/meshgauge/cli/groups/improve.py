@@ -157,7 +157,12 @@ class ConstraintOptions:
     ] = None
     feature_angle: Annotated[
         float,
-        option("--feature-angle", "DEGREES", "With --boundary slide: faces that meet at more keep their edge.", FIXED),
+        option(
+            "--feature-angle",
+            "DEGREES",
+            "With --boundary slide, and on surfaces: faces that meet at more keep their edge.",
+            FIXED,
+        ),
     ] = 40.0
     tolerance: Annotated[
         float | None,

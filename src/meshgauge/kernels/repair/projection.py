@@ -12,6 +12,12 @@ from ..jit import inlined, kernel
 STEPS = 200
 """Items that a search may cross."""
 
+ROUNDS = 3
+"""How often the place under a curved surface is found anew, so that a point on it stays where it is."""
+
+HALF = 0.5
+"""Share of the way from a facet to the planes at its vertices: with it a paraboloid is met exactly."""
+
 
 @inlined
 def _nearest(x: float, y: float, z: float, points: Float64Array, i: int, j: int, k: int, weights: Float64Array) -> Any:
@@ -48,6 +54,83 @@ def _nearest(x: float, y: float, z: float, points: Float64Array, i: int, j: int,
     return best
 
 
+@inlined
+def search(
+    x: float,
+    y: float,
+    z: float,
+    item: int,
+    points: Float64Array,
+    items: Int64Array,
+    groups: Int64Array,
+    offsets: Int64Array,
+    around: Int64Array,
+    trial: Float64Array,
+    weights: Float64Array,
+) -> Any:
+    """The item that is nearest, reached over ever nearer ones of the same group; ``weights`` of the nearest place."""
+    best = _nearest(x, y, z, points, items[item, 0], items[item, 1], items[item, 2], weights)
+    for _ in range(STEPS):
+        better = -1
+        for m in range(3):
+            v = items[item, m]
+            for n in range(offsets[v], offsets[v + 1]):
+                other = around[n]
+                if other == item or groups[other] != groups[item]:
+                    continue
+                d = _nearest(x, y, z, points, items[other, 0], items[other, 1], items[other, 2], trial)
+                if d < best:
+                    best, better = d, other
+                    weights[0], weights[1], weights[2] = trial[0], trial[1], trial[2]
+        if better < 0:
+            break
+        item = better
+    return item
+
+
+@inlined
+def settle(
+    x: float,
+    y: float,
+    z: float,
+    item: int,
+    track: tuple[Float64Array, Int64Array, Int64Array, Float64Array, Int64Array, Int64Array],
+    trial: Float64Array,
+    weights: Float64Array,
+    place: Float64Array,
+) -> Any:
+    """Set ``place`` to where a point comes to lie on the curved surface or curve of an item's group; the item there.
+
+    ``track`` is what there is to slide on: vertices, items, groups, axes, offsets and items at each vertex, as in
+    `repair.projection.Projection`.
+    """
+    points, items, groups, axes, offsets, around = track
+    b0, b1, b2 = 0.0, 0.0, 0.0
+    for _ in range(ROUNDS):
+        item = search(x - b0, y - b1, z - b2, item, points, items, groups, offsets, around, trial, weights)
+        is_segment = items[item, 1] == items[item, 2]
+        for d in range(3):
+            place[d] = 0.0
+            for m in range(3):
+                place[d] += weights[m] * points[items[item, m], d]
+        b0, b1, b2 = 0.0, 0.0, 0.0
+        for m in range(3):
+            v = items[item, m]
+            t0, t1, t2 = points[v, 0] - place[0], points[v, 1] - place[1], points[v, 2] - place[2]
+            a0, a1, a2 = axes[item, m, 0], axes[item, m, 1], axes[item, m, 2]
+            along = t0 * a0 + t1 * a1 + t2 * a2
+            a0, a1, a2 = along * a0, along * a1, along * a2
+            if is_segment:
+                a0, a1, a2 = t0 - a0, t1 - a1, t2 - a2
+            b0 += HALF * weights[m] * a0
+            b1 += HALF * weights[m] * a1
+            b2 += HALF * weights[m] * a2
+    place[0] += b0
+    place[1] += b1
+    place[2] += b2
+    return item
+
+
 @kernel
 def project(
     queries: Float64Array,
@@ -80,23 +163,7 @@ def project(
     trial, best_weights = np.empty(3), np.empty(3)
     for q in range(len(queries)):
         x, y, z = queries[q, 0], queries[q, 1], queries[q, 2]
-        item = start[q]
-        best = _nearest(x, y, z, points, items[item, 0], items[item, 1], items[item, 2], best_weights)
-        for _ in range(STEPS):
-            better = -1
-            for m in range(3):
-                v = items[item, m]
-                for n in range(offsets[v], offsets[v + 1]):
-                    other = around[n]
-                    if other == item or groups[other] != groups[item]:
-                        continue
-                    d = _nearest(x, y, z, points, items[other, 0], items[other, 1], items[other, 2], trial)
-                    if d < best:
-                        best, better = d, other
-                        best_weights[0], best_weights[1], best_weights[2] = trial[0], trial[1], trial[2]
-            if better < 0:
-                break
-            item = better
+        item = search(x, y, z, start[q], points, items, groups, offsets, around, trial, best_weights)
         start[q] = item
         for axis in range(3):
             s = 0.0

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import BoolArray, Float64Array, Int32Array, Int64Array
 from ..jit import fused_inlined, fused_kernel
+from .projection import search, settle
 
 FIRST_STEP, LEAST_STEP = 0.2, 1e-3
 """Size of the first simplex, in shortest edges at the point; and the least, in natural steps."""
@@ -21,26 +22,50 @@ STEPS, CLOSE = 30, 1e-5
 PENALTY = 100.0
 """Worth of a point for each share by which sizes pass their bounds."""
 
+STRIDES = 4
+"""How often the way to a place is halved that is worth too little once the point is back on its surface."""
+
 BY_AREA = -1.0
 """The sharpness for which a point is worth the least area of its corners, in squares of its natural step."""
 
-Star = tuple[Float64Array, Int64Array, Float64Array, Float64Array, Float64Array, Float64Array, Int64Array, Float64Array]
-"""Around a point. Of each corner its coordinates ``(n, 3)``, 1 where it is the point, and room for its value.
-Of each cell: k, its floor, the four bounds of its sizes ``(n, 4)``, where its corners begin, and the normal ``(n, 3)``
-that it may not turn away from."""
+Star = tuple[
+    Float64Array,
+    Int64Array,
+    Float64Array,
+    Float64Array,
+    Float64Array,
+    Float64Array,
+    Float64Array,
+    Int64Array,
+    Float64Array,
+]
+"""Around a point. Of each corner its coordinates ``(n, 3)``, 1 where it is the point, room for its value, and what its
+edges are bent by ``(n, 2, 4)``, or nothing. Of each cell: k, its floor, the four bounds of its sizes ``(n, 4)``, where
+its corners begin, and the normal ``(n, 3)`` that it may not turn away from."""
+
+Track = tuple[Float64Array, Int64Array, Int64Array, Float64Array, Int64Array, Int64Array]
+"""What points slide on, see `kernels.repair.projection.settle`."""
 
 
 @fused_inlined
 def _corner(
-    x: Float64Array, first: int, last: int, m: int, nx: float, ny: float, nz: float
+    x: Float64Array, bent: Float64Array, first: int, last: int, m: int, nx: float, ny: float, nz: float
 ) -> tuple[float, float, float]:
     """J_S and twice the area of corner ``m`` of a ring, along a unit normal; the square of the edge behind it."""
     b, c = m + 1 if m + 1 < last else first, m - 1 if m > first else last - 1
     u0, u1, u2 = x[b, 0] - x[m, 0], x[b, 1] - x[m, 1], x[b, 2] - x[m, 2]
     v0, v1, v2 = x[c, 0] - x[m, 0], x[c, 1] - x[m, 1], x[c, 2] - x[m, 2]
+    square = u0 * u0 + u1 * u1 + u2 * u2
+    if len(bent) > 0:
+        u0 += bent[m, 0, 0] - 2.0 * bent[m, 0, 3] * (x[b, 0] + x[m, 0])
+        u1 += bent[m, 0, 1] - 2.0 * bent[m, 0, 3] * (x[b, 1] + x[m, 1])
+        u2 += bent[m, 0, 2] - 2.0 * bent[m, 0, 3] * (x[b, 2] + x[m, 2])
+        v0 += bent[m, 1, 0] - 2.0 * bent[m, 1, 3] * (x[c, 0] + x[m, 0])
+        v1 += bent[m, 1, 1] - 2.0 * bent[m, 1, 3] * (x[c, 1] + x[m, 1])
+        v2 += bent[m, 1, 2] - 2.0 * bent[m, 1, 3] * (x[c, 2] + x[m, 2])
     det = nx * (u1 * v2 - u2 * v1) + ny * (u2 * v0 - u0 * v2) + nz * (u0 * v1 - u1 * v0)
     u, v = u0 * u0 + u1 * u1 + u2 * u2, v0 * v0 + v1 * v1 + v2 * v2
-    return (det / sqrt(u * v) if u > 0.0 and v > 0.0 else 0.0), det, u
+    return (det / sqrt(u * v) if u > 0.0 and v > 0.0 else 0.0), det, square
 
 
 @fused_inlined
@@ -56,6 +81,26 @@ def _normal(x: Float64Array, first: int, last: int) -> tuple[float, float, float
     return nx, ny, nz
 
 
+@fused_inlined
+def _bent_normal(x: Float64Array, bent: Float64Array, first: int, last: int) -> tuple[float, float, float]:
+    """The same of a cell with parabolas for edges: the sum of (4 (p - q) x m - p x q)/3, m between p and q."""
+    nx, ny, nz = 0.0, 0.0, 0.0
+    for m in range(first, last):
+        b = m + 1 if m + 1 < last else first
+        p0, p1, p2 = x[m, 0] - x[first, 0], x[m, 1] - x[first, 1], x[m, 2] - x[first, 2]
+        q0, q1, q2 = x[b, 0] - x[first, 0], x[b, 1] - x[first, 1], x[b, 2] - x[first, 2]
+        # Four times the node between them, as far as it is off the middle.
+        free = 2.0 * bent[m, 0, 3]
+        m0 = bent[m, 0, 0] - free * (x[m, 0] + x[b, 0])
+        m1 = bent[m, 0, 1] - free * (x[m, 1] + x[b, 1])
+        m2 = bent[m, 0, 2] - free * (x[m, 2] + x[b, 2])
+        d0, d1, d2 = p0 - q0, p1 - q1, p2 - q2
+        nx += p1 * q2 - p2 * q1 + (d1 * m2 - d2 * m1) / 3.0
+        ny += p2 * q0 - p0 * q2 + (d2 * m0 - d0 * m2) / 3.0
+        nz += p0 * q1 - p1 * q0 + (d0 * m1 - d1 * m0) / 3.0
+    return nx, ny, nz
+
+
 @fused_kernel
 def cell_quality(
     points: Float64Array,
@@ -63,6 +108,7 @@ def cell_quality(
     kinds: Int32Array,
     constants: Float64Array,
     cells: Int64Array,
+    bends: Float64Array,
     up: float,
     normals: Float64Array,
     lowest: Float64Array,
@@ -70,21 +116,24 @@ def cell_quality(
 ) -> None:
     """Fill in the least J_S/k of each cell, and its J_ENS, see `kernels.repair.cells.cell_quality`.
 
-    ``up`` is 1 or -1 for cells in a plane that is seen from +z or -z; 0 for those in space, which are inverted, -1,
-    where they have turned away from their ``normals``, ``(n_cells, 3)``.
+    ``bends``, ``(n_corners, 2, 4)`` or empty, is what the edges to the next and the previous corner are bent by, see
+    `kernels.repair.shape.shape`. ``up`` is 1 or -1 for cells in a plane that is seen from +z or -z; 0 for those in
+    space, which are inverted, -1, where they have turned away from their ``normals``, ``(n_cells, 3)``.
     """
     most = 3
     for e in range(len(cells) - 1):
         most = max(most, cells[e + 1] - cells[e])
-    x = np.empty((most, 3))
+    x, bent = np.empty((most, 3)), bends[:0]
     for e in range(len(cells) - 1):
         n = cells[e + 1] - cells[e]
+        if len(bends) > 0:
+            bent = bends[cells[e] : cells[e + 1]]
         for m in range(n):
             for d in range(3):
                 x[m, d] = points[corners[cells[e] + m, 0], d]
         nx, ny, nz = 0.0, 0.0, up
         if up == 0.0:
-            nx, ny, nz = _normal(x, 0, n)
+            nx, ny, nz = _bent_normal(x, bent, 0, n) if len(bent) > 0 else _normal(x, 0, n)
             size = sqrt(nx * nx + ny * ny + nz * nz)
             if nx * normals[e, 0] + ny * normals[e, 1] + nz * normals[e, 2] <= 0.0:
                 lowest[e], folded[e] = (0.0, 0.0) if size == 0.0 else (-1.0, -1.0)
@@ -93,7 +142,7 @@ def cell_quality(
         k = constants[kinds[cells[e]]]
         least, positive, negative, zero = 2.0, 1.0, -np.inf, False
         for m in range(n):
-            js, _, _ = _corner(x, 0, n, m, nx, ny, nz)
+            js, _, _ = _corner(x, bent, 0, n, m, nx, ny, nz)
             least = min(least, js / k)
             jens = js / k if abs(js) <= k else (1.0 + k - js if js > 0.0 else -(1.0 + k) - js)
             if jens > 0.0:
@@ -120,7 +169,7 @@ def _worth(
     penalty: float,
 ) -> float:
     """What a point is worth at a place; -inf if a corner falls below its floor, or a cell turns away."""
-    x, own, values, ks, floors, bounds, begins, normals = star
+    x, own, values, bent, ks, floors, bounds, begins, normals = star
     n = begins[n_cells]
     for m in range(n):
         if own[m] == 1:
@@ -131,14 +180,14 @@ def _worth(
         first, last = begins[e], begins[e + 1]
         nx, ny, nz = 0.0, 0.0, up
         if up == 0.0:
-            nx, ny, nz = _normal(x, first, last)
+            nx, ny, nz = _bent_normal(x, bent, first, last) if len(bent) > 0 else _normal(x, first, last)
             size = sqrt(nx * nx + ny * ny + nz * nz)
             if nx * normals[e, 0] + ny * normals[e, 1] + nz * normals[e, 2] <= 0.0:
                 return -np.inf
             nx, ny, nz = nx / size, ny / size, nz / size
         least, shortest, area = 1.0, np.inf, 0.0
         for m in range(first, last):
-            js, det, square = _corner(x, first, last, m, nx, ny, nz)
+            js, det, square = _corner(x, bent, first, last, m, nx, ny, nz)
             value = js / ks[e] if js <= ks[e] else 1.0 + ks[e] - js
             values[m] = value
             least, shortest, least_area = min(least, value), min(shortest, square), min(least_area, det)
@@ -173,6 +222,72 @@ def _worth(
     return worth - penalty * excess if excess > 0.0 else worth
 
 
+@fused_inlined
+def _is_near(
+    star: Star,
+    cells: Int64Array,
+    under: tuple[Int64Array, Float64Array],
+    track: Track,
+    trial: Float64Array,
+    weights: Float64Array,
+) -> bool:
+    """True if the middles of the cells at a point, and of their edges at it, are near the surface that was."""
+    x, own, begins = star[0], star[1], star[7]
+    points, items, groups, _, offsets, around = track
+    for e in range(len(cells)):
+        item, most = under[0][cells[e]], under[1][cells[e]]
+        first, last = begins[e], begins[e + 1]
+        for m in range(first, last + 1):
+            b = m + 1 if m + 1 < last else first
+            if m < last and own[m] == 0 and own[b] == 0:
+                continue
+            q0, q1, q2 = 0.0, 0.0, 0.0
+            if m < last:
+                q0, q1, q2 = 0.5 * (x[m, 0] + x[b, 0]), 0.5 * (x[m, 1] + x[b, 1]), 0.5 * (x[m, 2] + x[b, 2])
+            else:
+                for o in range(first, last):
+                    q0 += x[o, 0] / (last - first)
+                    q1 += x[o, 1] / (last - first)
+                    q2 += x[o, 2] / (last - first)
+            item = search(q0, q1, q2, item, points, items, groups, offsets, around, trial, weights)
+            for o in range(3):
+                q0 -= weights[o] * points[items[item, o], 0]
+                q1 -= weights[o] * points[items[item, o], 1]
+                q2 -= weights[o] * points[items[item, o], 2]
+            if q0 * q0 + q1 * q1 + q2 * q2 > most * most:
+                return False
+    return True
+
+
+@fused_inlined
+def _turn(axes: Float64Array, track: Track, item: int, weights: Float64Array) -> None:
+    """Turn the directions of a point to those of what it slides on: the tangent of a curve, or two in a surface."""
+    n = np.zeros(3)
+    for d in range(3):
+        for m in range(3):
+            n[d] += weights[m] * track[3][item, m, d]
+    size = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    if size == 0.0:
+        return
+    if track[1][item, 1] == track[1][item, 2]:
+        for d in range(3):
+            axes[0, d] = n[d] / size
+        return
+    along = 0.0
+    for d in range(3):
+        n[d] /= size
+        along += n[d] * axes[0, d]
+    size = 0.0
+    for d in range(3):
+        axes[0, d] -= along * n[d]
+        size += axes[0, d] ** 2
+    for d in range(3):
+        axes[0, d] /= sqrt(size)
+    for d in range(3):
+        e, f = (d + 1) % 3, (d + 2) % 3
+        axes[1, d] = n[e] * axes[0, f] - n[f] * axes[0, e]
+
+
 @fused_kernel
 def ascend(
     points: Float64Array,
@@ -182,8 +297,12 @@ def ascend(
     floors: Float64Array,
     free: Int64Array,
     freedom: tuple[Float64Array, Float64Array],
+    track: Track,
+    items: Int64Array,
+    bends: Float64Array,
     up: float,
     normals: Float64Array,
+    under: tuple[Int64Array, Float64Array],
     sharpness: float,
     least_gain: float,
     has_moved: BoolArray,
@@ -191,7 +310,7 @@ def ascend(
     """Move each free point once to where it is worth most: Nelder and Mead's simplex, from the best of some places.
 
     These are where it is, the mean of its neighbours, and the fourth corners of the parallelograms of the quads at it.
-    A point that has moved is used at once, so the order counts.
+    A point that has moved is used at once, so the order counts. One that slides is put back on its surface or curve.
 
     Parameters
     ----------
@@ -209,9 +328,13 @@ def ascend(
         Points to move, in this order.
     freedom
         ``(n_points, 2, 3)`` the two directions in which each may move, the second 0 if there is one; and
-        ``(n_points,)`` the length of a natural step.
-    up, normals
+        ``(n_points,)`` the length of a natural step. The directions of points that slide change as they move.
+    track, items
+        What points slide on; and ``(n_points,)`` the item of it that each is on, -1: it moves in its plane.
+    bends, up, normals
         As for `cell_quality`.
+    under
+        In space: for each cell the item under its middle, and how far it and its edges may be from the surface.
     sharpness
         Of the smooth minimum over the corners; 0: the sum over the cells is raised; `BY_AREA`: the least area is.
     least_gain
@@ -231,13 +354,15 @@ def ascend(
         np.empty((most, 3)),
         np.empty(most, np.int64),
         np.empty(most),
+        np.empty((most if len(bends) > 0 else 0, 2, 4)),
         np.empty(most_cells),
         np.empty(most_cells),
         np.empty((most_cells, 4)),
         np.empty(most_cells + 1, np.int64),
         np.empty((most_cells, 3)),
     )
-    x, own, _, ks, lows, limits, begins, away = star
+    x, own, _, bent, ks, lows, limits, begins, away = star
+    trial, weights, beside = np.empty(3), np.empty(3), np.empty(3)
     now, place = np.empty(3), np.empty(3)
     wa, wb, worth = np.empty(3), np.empty(3), np.empty(3)
     for p in free:
@@ -262,6 +387,8 @@ def ascend(
                 own[n] = 1 if q == p else 0
                 for d in range(3):
                     x[n, d] = points[q, d]
+                if len(bends) > 0:
+                    bent[n] = bends[c]
                 n += 1
         begins[n_cells] = n
         shortest = np.inf
@@ -356,7 +483,32 @@ def ascend(
         for m in range(1, 3):
             if worth[m] > worth[high]:
                 high = m
-        if worth[high] > begin + least_gain:
+        if not worth[high] > begin + least_gain:
+            continue
+        if items[p] < 0:
             has_moved[p] = True
             for d in range(3):
                 points[p, d] = now[d] + wa[high] * axes[0, d] + wb[high] * axes[1, d]
+            continue
+        stride = 1.0
+        for _ in range(STRIDES):
+            a, b_way = stride * wa[high], stride * wb[high]
+            item = settle(
+                now[0] + a * axes[0, 0] + b_way * axes[1, 0],
+                now[1] + a * axes[0, 1] + b_way * axes[1, 1],
+                now[2] + a * axes[0, 2] + b_way * axes[1, 2],
+                items[p], track, trial, weights, place,
+            )  # fmt: skip
+            if up != 0.0:
+                place[2] = now[2]
+            value = _worth(star, n_cells, place, axes, 0.0, 0.0, up, sharpness, scale[p], penalty)
+            if value > begin + least_gain and (
+                up != 0.0 or _is_near(star, around[1][start : start + n_cells], under, track, trial, beside)
+            ):
+                has_moved[p] = True
+                items[p] = item
+                for d in range(3):
+                    points[p, d] = place[d]
+                _turn(axes, track, item, weights)
+                break
+            stride *= 0.5

@@ -1,4 +1,4 @@
-"""Rounds over the points of surface cells in a plane: untangling, raising the worst, raising the mean."""
+"""Rounds over the points of surface cells: untangling, raising the worst, raising the mean."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..kernels.repair import surfaces as kernels
-from ..look.bands import POOR
-from .constraints import Mask
-from .flat_cells import Part, Sizes
-from .problem import Ids, Points
-from .run import FINISH, Progress
-from .sizes import GOOD, STRETCHED, WITHIN
-from .whole import MUCH, Options
+from ...kernels.repair import surfaces as kernels
+from ...look.bands import POOR
+from ..constraints import Mask
+from ..problem import Ids, Points
+from ..run import FINISH, Progress
+from ..sizes import GOOD, STRETCHED, WITHIN
+from ..whole import MUCH, Options
+from .cells import Part, Sizes
+from .track import APART, EMPTY, Track
 
 RINGS, SWEEPS, SHARPNESS = 4, 10, (20.0, 80.0)
 """Rings of cells around bad ones whose points move at last; rounds for each sharpness of the smooth minimum."""
@@ -41,6 +42,7 @@ class Ascent:
     def __init__(
         self,
         part: Part,
+        track: Track | None,
         is_free: Mask,
         options: Options,
         begin: Points,
@@ -48,7 +50,7 @@ class Ascent:
         progress: Callable[[Progress], object] | None,
         should_stop: Callable[[], bool] | None,
     ) -> None:
-        self.part, self.is_free, self.options, self.start = part, is_free, options, start
+        self.part, self.track, self.options, self.start = part, track, options, start
         self.progress, self.should_stop = progress, should_stop
         self.deadline = np.inf if options.seconds is None else start + options.seconds
         self.deadline -= FINISH * (time.monotonic() - start)  # what is checked at the end takes about as long
@@ -57,9 +59,10 @@ class Ascent:
         n = len(begin)
         lengths = part.edge_lengths(begin)
         counts = np.maximum(np.bincount(part.ring, minlength=n), 1)
-        axes = np.zeros((n, 2, 3))
-        axes[:, 0, 0] = axes[:, 1, 1] = 1.0
-        self.freedom = axes, np.bincount(part.ring, lengths, minlength=n) / counts
+        self.axes = np.zeros((n, 2, 3))
+        self.axes[:, 0, 0] = self.axes[:, 1, 1] = 1.0
+        self.scale = np.bincount(part.ring, lengths, minlength=n) / counts
+        self.release(is_free)
         areas, shortest, longest = part.sizes(begin)
         good = np.flatnonzero((self.had >= GOOD) & (areas > 0.0))
         is_long = longest[good] > STRETCHED * shortest[good]
@@ -68,6 +71,11 @@ class Ascent:
         rows = np.full(len(part.cell_ids), -1, np.int64)
         rows[good] = np.arange(len(good))
         self.bounds = rows, self.sizes.bounds(WITHIN * options.size_change)
+
+    def release(self, is_free: Mask) -> None:
+        """Let other points move from now on."""
+        self.is_free = is_free
+        self.items = np.full(len(is_free), -1) if self.track is None else self.track.items(is_free)
 
     def is_over(self) -> bool:
         if not self.stopped:
@@ -93,15 +101,21 @@ class Ascent:
         if self.options.strict:
             floors = np.maximum(floors, self.had - ROUNDING)
         gain = 0.0 if sharpness == kernels.BY_AREA else LEAST_GAIN
+        if self.track is not None:
+            self.axes = self.track.axes(points, self.items)
         for _ in range(n):
             moved = np.zeros(len(points), bool)
+            normals, under = NONE, (EMPTY[2], NONE[:, 0])
+            if self.track is not None and not part.up:
+                normals, under = self.track.normals(points), (self.track.under, WITHIN * APART * self.track.size)
             for first in range(0, len(ids), AT_A_TIME):
                 if self.is_over():
                     break
                 kernels.ascend(
                     points, (part.corners, part.kinds, part.constants, part.cells), part.around, self.bounds, floors,
-                    ids[first : first + AT_A_TIME], self.freedom, float(part.up), NONE, sharpness,
-                    gain, moved,
+                    ids[first : first + AT_A_TIME], (self.axes, self.scale),
+                    EMPTY if self.track is None else self.track.arrays, self.items, part.bends, float(part.up),
+                    normals, under, sharpness, gain, moved,
                 )  # fmt: skip
             self.evaluations += 1
             self.record(phase, points)
@@ -136,7 +150,7 @@ class Ascent:
         target = self.options.target
         enough = np.where(self.had < max(target, ROUNDING), max(target, POOR), np.minimum(self.had, max(target, POOR)))
         many = self.had < enough - ROUNDING
-        if np.count_nonzero(many) > MUCH * len(many):
+        if np.count_nonzero(many) > MUCH * part.n_all:
             self.all_of(points, part.grow(many, 1, n))
         for level in range(RINGS + 1):
             values = part.values(points)

@@ -1,4 +1,4 @@
-"""The report of a repair of surface cells in a plane."""
+"""The report of a repair of surface cells."""
 
 from __future__ import annotations
 
@@ -6,32 +6,23 @@ import time
 
 import numpy as np
 
-from ..cells import type_name
-from ..doctor.points import extent
-from ..mesh.labels import cell_label
-from ..quality.measure import Quality
-from . import report as records
-from .acceptance import is_below, status_counts
-from .ceiling import FOUR, Ceiling
-from .constraints import Mask
-from .flat_ascent import Ascent
-from .flat_cells import Part
-from .flat_held import Held
-from .problem import Points
-from .reasons import ALL, ASIDE, FREE, INVERTED, NEAR, ONE, STRICT, verdict
-from .report import Claim, LimitedCell, RepairReport
-from .sizes import MOST, SizeChange
-from .whole import Options
-
-
-def points_of(quality: Quality) -> Points:
-    """``(n_points, 3)`` of its mesh, in double precision."""
-    return np.ascontiguousarray(quality.mesh.points, np.float64)
-
-
-def region_areas(held: Held, part: Part, points: Points) -> Points:
-    areas = np.bincount(held.region_ids[part.cell_ids], part.sizes(points)[0], minlength=len(held.region_names))
-    return np.asarray(areas, np.float64)
+from ...cells import type_name
+from ...doctor.points import extent
+from ...mesh.labels import cell_label
+from ...quality.measure import Quality
+from .. import report as records
+from ..acceptance import is_below, status_counts
+from ..ceiling import FOUR, Ceiling
+from ..constraints import Mask
+from ..problem import Points
+from ..reasons import ALL, ASIDE, FREE, INVERTED, NEAR, ONE, STRICT, verdict
+from ..report import Claim, LimitedCell, RepairReport
+from ..sizes import MOST, SizeChange
+from ..whole import Options
+from .ascent import Ascent
+from .cells import Part
+from .claims import points_of, region_areas
+from .held import Held
 
 
 def report_of(
@@ -43,15 +34,17 @@ def report_of(
     notes: tuple[str, ...],
     broken: list[str],
     takes_part: Mask,
+    deviation: tuple[float, float],
 ) -> RepairReport:
     part, options = ascent.part, ascent.options
     old, new = points_of(before), points_of(after)
-    limit = _ceiling(part, old, held.fixed)
+    fixed = held.pinned if options.slides else held.fixed
+    limit = _ceiling(part, old, fixed)
     summaries = before.summary(threads=options.threads), after.summary(threads=options.threads)
-    word, text = verdict(before, after, summaries, options.target, limit.worst, slides=False, broken=broken)
+    word, text = verdict(before, after, summaries, options.target, limit.worst, slides=options.slides, broken=broken)
     n_worse, worse, largest, mean = records.losses(before, after)
-    why, below = _reasons(after, held, part, limit, options, takes_part)
-    areas = (float(part.sizes(old)[0].sum()), float(part.sizes(new)[0].sum()))
+    why, below = _reasons(after, fixed, part, limit, options, takes_part)
+    areas = (float(part.areas(old).sum()), float(part.areas(new).sum()))
     regions = region_areas(held, part, old), region_areas(held, part, new)
     named = {name: (float(a), float(b)) for name, a, b in zip(held.region_names, *regions, strict=False) if a or b}
     return RepairReport(
@@ -72,7 +65,7 @@ def report_of(
         worse=worse,
         largest_loss=largest,
         mean_loss=mean,
-        displacement=records.displacement(old, new, held.boundary, (0.0, 0.0), extent(old)[1], len(old)),
+        displacement=records.displacement(old, new, held.boundary, deviation, extent(old)[1], len(old)),
         sizes=_size_change(ascent, old, new),
         volume=(0.0, 0.0),
         surface=areas,
@@ -92,9 +85,13 @@ def _ceiling(part: Part, points: Points, fixed: Mask) -> Ceiling:
     following, previous = n + 1, n - 1
     following[part.cells[1:] - 1], previous[part.cells[:-1]] = part.cells[:-1], part.cells[1:] - 1
     held = np.flatnonzero(fixed[ring] & fixed[ring[following]] & fixed[ring[previous]])
-    u, v = (points[ring[to[held]], :2] - points[ring[held], :2] for to in (following, previous))
-    size = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)
-    js = part.up * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]) / np.where(size > 0.0, size, 1.0)
+    if len(part.middles):  # the tangent of a curved edge turns with the node on it
+        held = held[(part.middles[held] < 0) & (part.middles[previous[held]] < 0)]
+    u, v = (points[ring[to[held]]] - points[ring[held]] for to in (following, previous))
+    size, cross = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1), np.cross(u, v)
+    # In space no normal of the cell makes more of the corner than the cross product is long.
+    area = part.up * cross[:, 2] if part.up else np.linalg.norm(cross, axis=1)
+    js = area / np.where(size > 0.0, size, 1.0)
     k = part.constants[part.kinds[held]]
     bounds = np.ones(len(part.cell_ids))
     cell = np.repeat(np.arange(len(bounds)), np.diff(part.cells))[held]
@@ -103,7 +100,7 @@ def _ceiling(part: Part, points: Points, fixed: Mask) -> Ceiling:
 
 
 def _reasons(
-    after: Quality, held: Held, part: Part, limit: Ceiling, options: Options, takes_part: Mask
+    after: Quality, fixed: Mask, part: Part, limit: Ceiling, options: Options, takes_part: Mask
 ) -> tuple[dict[str, int], tuple[LimitedCell, ...]]:
     mesh = after.mesh
     bad = is_below(after, options.target)
@@ -111,7 +108,7 @@ def _reasons(
     bounds[part.cell_ids] = limit.bounds
     n_free, n_all = np.zeros(mesh.n_cells, np.int64), np.zeros(mesh.n_cells, np.int64)
     n_all[part.cell_ids] = np.diff(part.cells)
-    n_free[part.cell_ids] = np.add.reduceat((~held.fixed[part.ring]).astype(np.int64), part.cells[:-1])
+    n_free[part.cell_ids] = np.add.reduceat((~fixed[part.ring]).astype(np.int64), part.cells[:-1])
     counts, named = dict[str, int](), list[LimitedCell]()
     cells = np.flatnonzero(bad)
     for cell in cells[np.argsort(np.nan_to_num(after.values[cells], nan=-2.0), kind="stable")].tolist():

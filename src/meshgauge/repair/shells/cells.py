@@ -1,4 +1,4 @@
-"""Surface cells in a plane as improvement sees them: rings of corners, and the sizes that good ones keep."""
+"""Surface cells as improvement sees them: rings of corners, and the sizes that good ones keep."""
 
 from __future__ import annotations
 
@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernels.repair import surfaces as kernels
-from ..kernels.repair.corners import at_points
-from ..mesh import Mesh
-from ..mesh.connectivity import pick
-from .constraints import Mask
-from .faces import mask_of
-from .problem import Ids, Points, along_a_curve
-from .sizes import SHORTEST
+from ...cells import CellType
+from ...kernels.repair import surfaces as kernels
+from ...kernels.repair.corners import at_points
+from ...mesh import Mesh
+from ...mesh.connectivity import pick
+from ..constraints import Mask
+from ..curved import edge_bends, node_between
+from ..faces import mask_of
+from ..problem import Ids, Points, along_a_curve
+from ..sizes import SHORTEST
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,18 +60,21 @@ class Part:
     cells: Ids
     cell_ids: Ids
     around: tuple[Ids, Ids]
+    bends: Points  #: ``(n_corners, 2, 4)`` of the edges to the next and the previous corner; empty if none is curved
+    middles: Ids  #: ``(n_corners,)`` the node on the edge to the next corner, or -1; empty if no edge is curved
     n_all: int
-    up: int
+    up: int  #: 1 or -1 in a plane, 0 in space
 
     @property
     def ring(self) -> Ids:
         return np.asarray(self.corners[:, 0], np.int64)
 
     def qualities(self, points: Points) -> tuple[Points, Points]:
-        """``(n,)`` the least J_S/k of each cell, and its J_ENS."""
+        """``(n,)`` the least J_S/k of each cell, and its J_ENS; in space along its own normal."""
         lowest, folded = np.empty(len(self.cell_ids)), np.empty(len(self.cell_ids))
+        normals = np.empty((0, 3)) if self.up else self.normals(points)
         kernels.cell_quality(
-            points, self.corners, self.kinds, self.constants, self.cells, float(self.up), np.empty((0, 3)), lowest,
+            points, self.corners, self.kinds, self.constants, self.cells, self.bends, float(self.up), normals, lowest,
             folded,
         )  # fmt: skip
         return lowest, folded
@@ -80,18 +85,42 @@ class Part:
         return np.where(lowest <= 0.0, lowest, folded)
 
     def _edges(self, points: Points) -> tuple[Points, Points]:
-        x = points[self.ring, :2]
+        x = points[self.ring, :2] if self.up else points[self.ring]
         following = np.arange(1, len(x) + 1)
         following[self.cells[1:] - 1] = self.cells[:-1]
         return x, x[following]
 
+    def normals(self, points: Points, *, curved: bool = True) -> Points:
+        """``(n, 3)`` along the cells, each as long as its area; ``curved``: with the nodes between the corners."""
+        starts, sizes = self.cells[:-1], np.diff(self.cells)
+        x = points[self.ring]
+        x = x - np.repeat(x[starts], sizes, axis=0)
+        following = np.arange(1, len(x) + 1)
+        following[self.cells[1:] - 1] = starts
+        y = x[following]
+        twice = np.cross(x, y)
+        if curved and len(self.middles):
+            on = np.flatnonzero(self.middles >= 0)
+            first = points[np.repeat(self.ring[starts], sizes)[on]]
+            m = points[self.middles[on]] - first - 0.5 * (x[on] + y[on])
+            twice[on] += np.cross(x[on] - y[on], m) * (4.0 / 3.0)
+        return np.asarray(0.5 * np.add.reduceat(twice, starts))
+
+    def areas(self, points: Points) -> Points:
+        """``(n,)`` of the cells, with the nodes between the corners; in a plane negative where they run clockwise."""
+        normals = self.normals(points)
+        return np.asarray(self.up * normals[:, 2] if self.up else np.linalg.norm(normals, axis=1))
+
     def sizes(self, points: Points) -> tuple[Points, Points, Points]:
-        """``(n,)`` area, shortest and longest edge of each cell."""
+        """``(n,)`` area, shortest and longest edge of each cell, all between its corners."""
         x, y = self._edges(points)
         starts = self.cells[:-1]
-        origin = np.repeat(x[starts], np.diff(self.cells), axis=0)
-        a, b = x - origin, y - origin
-        areas = 0.5 * self.up * np.add.reduceat(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], starts)
+        if self.up:
+            origin = np.repeat(x[starts], np.diff(self.cells), axis=0)
+            a, b = x - origin, y - origin
+            areas = 0.5 * self.up * np.add.reduceat(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], starts)
+        else:
+            areas = np.linalg.norm(self.normals(points, curved=False), axis=1)
         lengths = np.linalg.norm(y - x, axis=1)
         return areas, np.minimum.reduceat(lengths, starts), np.maximum.reduceat(lengths, starts)
 
@@ -111,28 +140,38 @@ class Part:
         return cells
 
 
-def part_of(mesh: Mesh, takes_part: Mask) -> Part:
-    """The rings of some cells of a mesh of surfaces, along a curve in space."""
+def part_of(mesh: Mesh, takes_part: Mask, fixed: Mask | None = None) -> Part:
+    """The rings of some cells of a mesh of surfaces, along a curve in space; ``fixed`` are points that stay."""
     order = along_a_curve(mesh, np.flatnonzero(takes_part))
     sizes, place = np.zeros(mesh.n_cells, np.int64), np.full(mesh.n_cells, -1, np.int64)
     place[order] = np.arange(len(order))
-    groups, constants = list[tuple[Ids, Ids, int]](), list[float]()
+    groups, constants = list[tuple[CellType, Ids, Ids, int]](), list[float]()
     for row, _, some in mesh.groups():
         if row is None or row.shape is None:
             continue
         ids = np.arange(mesh.n_cells)[some]
         ids = ids[takes_part[ids]]
         sizes[ids] = row.shape.n_nodes
-        groups.append((ids, pick(mesh, row, ids, row.corners), len(constants)))
+        groups.append((row, ids, pick(mesh, row, ids, row.corners), len(constants)))
         constants.append(row.shape.k)
     cells = np.concatenate([[0], np.cumsum(sizes[order])])
-    corners, kinds = np.empty((int(cells[-1]), 4), np.int32), np.empty(int(cells[-1]), np.int32)
-    for ids, nodes, kind in groups:
-        at = cells[place[ids]]
-        for m in range(nodes.shape[1]):
+    n = int(cells[-1])
+    corners, kinds = np.empty((n, 4), np.int32), np.empty(n, np.int32)
+    is_curved = any(row.is_curved and len(ids) for row, ids, _, _ in groups)
+    bends, middles = np.zeros((n if is_curved else 0, 2, 4)), np.full(n if is_curved else 0, -1)
+    for row, ids, nodes, kind in groups:
+        at, last = cells[place[ids]], nodes.shape[1] - 1
+        for m in range(last + 1):
             corners[at + m] = nodes[:, [m]]
             kinds[at + m] = kind
+            if row.is_curved:
+                around = (m, m + 1 if m < last else 0, m - 1 if m else last)
+                bends[at + m] = edge_bends(mesh, row, ids, around, fixed)[:, :2]
+                middle = node_between(row, *around[:2])
+                if middle is not None:
+                    middles[at + m] = pick(mesh, row, ids, (middle,))[:, 0]
     links = at_points(corners, cells, mesh.n_points)
     return Part(
-        corners, kinds, np.array(constants), cells, order, (links[3], links[4]), mesh.n_cells, int(mesh.up or 0)
-    )
+        corners, kinds, np.array(constants), cells, order, (links[3], links[4]), bends, middles, mesh.n_cells,
+        int(mesh.up or 0),
+    )  # fmt: skip
