@@ -101,6 +101,7 @@ def report(
     from ..report.stream import file_report
     from ..slices import Ask
     from .bad import write as write_bad
+    from .bad import write_in_slices as write_bad_in_slices
     from .batch import Batch
     from .printer import printer
     from .terminal import Output, emit
@@ -137,7 +138,8 @@ def report(
 
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
-        if page is None and not has_bad and (target is None or (table is None and batch.adds_rows(path, target))):
+        is_added = target is None or (table is None and not has_bad and batch.adds_rows(path, target))
+        if page is None and bad_set is None and (bad is None or table is None) and is_added:
             beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
             counter = MarkCounter() if contents.diagnosis else None
             ask = Ask(
@@ -149,7 +151,11 @@ def report(
                 counter=counter,
                 whole=beside,
             )
-            if target is None:
+            if bad is not None:
+                known = write_bad_in_slices(batch, path, ask, bad)
+                done, lines = (None, []) if known is None else known
+                about_bad.extend(lines)
+            elif target is None:
                 done = batch.in_slices(path, ask, partial(add_rows, path))
             else:
                 from .changed import add_in_slices

@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 
 from ..cells import type_name
 from ..files import output
+from ..look.bands import PoorBelow
 from ..mesh.labels import labels_of
 from ..mesh.regions import regions
 from ..quality.measure import Quality
-from ..status import STATUSES, Category, Status, category, is_solid
+from ..quality.poor import limits_of_cells
+from ..status import STATUSES, Category, Purpose, Status, category, is_solid
 from .csv import FORMULA
 
 SET, NUMBER = "MESHGAUGE_BAD", 9999
@@ -30,10 +32,20 @@ Numbers = NDArray[np.int64]
 def is_bad(quality: Quality) -> NDArray[np.bool_]:
     """``(n_cells,)`` True for solid cells whose status is not that of a valid one, undecided among them, or that are
     below poor."""
-    status = quality.status
+    return among(quality.mesh.types, quality.status, quality.values, quality.poor_below, quality.mesh.purpose)
+
+
+def among(
+    types: NDArray[np.uint8],
+    status: NDArray[np.uint8],
+    values: NDArray[np.float64],
+    poor_below: PoorBelow,
+    purpose: Purpose,
+) -> NDArray[np.bool_]:
+    """`is_bad` of some cells, by their types, status and J_ENS."""
     with np.errstate(invalid="ignore"):
-        is_good = quality.values >= quality.poor_limits()
-    is_good &= np.equal(category(status, quality.mesh.purpose), Category.VALID)
+        is_good = values >= limits_of_cells(types, poor_below)
+    is_good &= np.equal(category(status, purpose), Category.VALID)
     return np.asarray(is_solid(status) & ~is_good)
 
 
@@ -64,20 +76,27 @@ def write_list(path: Path, quality: Quality) -> int:
         If the file cannot be written.
     """
     cells = np.flatnonzero(is_bad(quality))
-    kind = path.suffix.lower() or ".txt"
-    if kind == ".csv":
-        text = _table(quality, cells)
+    if path.suffix.lower() == ".csv":
+        output.write_text(path, _table(quality, cells))
     else:
         labels = labels_of(quality.mesh, "cell")
-        if kind == ".cellset":
-            numbers = cells
-        elif labels is not None:
-            numbers = labels[cells]
-        else:  # a deck that is written of the mesh counts from 1
-            numbers = cells + (kind in _FROM_ONE)
-        text = _LISTS[kind](np.asarray(numbers, np.int64), path.stem)
-    output.write_text(path, text)
+        write_numbers(path, cells, None if labels is None else labels[cells])
     return len(cells)
+
+
+def write_numbers(path: Path, cells: Numbers, labels: Numbers | None) -> None:
+    """Write a list, but for a table, of cells by their positions, and the file's own numbers of them, if it has any.
+
+    Raises `WriteError` if the file cannot be written.
+    """
+    kind = path.suffix.lower() or ".txt"
+    if kind == ".cellset":
+        numbers = cells
+    elif labels is not None:
+        numbers = labels
+    else:  # a deck that is written of the mesh counts from 1
+        numbers = cells + (kind in _FROM_ONE)
+    output.write_text(path, _LISTS[kind](np.asarray(numbers, np.int64), path.stem))
 
 
 def _table(quality: Quality, cells: Numbers) -> str:

@@ -22,6 +22,7 @@ from ..slices import Job, Partial
 from ..slices.labels import cell_label, point_label
 from ..slices.points import WINDOW, Points
 from ..slices.read import places, read_slice
+from ..slices.some_cells import gathered
 from ..status import Purpose
 
 Ids = NDArray[np.int64]
@@ -137,16 +138,7 @@ class _Source:
 
     def points_of(self, ids: Ids) -> NDArray[np.floating]:
         pieces = self.job.pieces
-        out = np.empty((len(ids), 3), pieces.pieces[0].points.dtype.newbyteorder("="))
-        for number, piece in enumerate(pieces.pieces):
-            for start in range(0, piece.n_points, WINDOW):
-                first, stop = start + pieces.point_starts[number], min(start + WINDOW, piece.n_points)
-                low, high = np.searchsorted(ids, (first, first + stop - start))
-                if low < high:
-                    here = ids[low:high] - first
-                    at, end = int(here[0]), int(here[-1]) + 1
-                    out[low:high] = piece.points.read(start + at, start + end)[here - at]
-        return out
+        return gathered([piece.points for piece in pieces.pieces], pieces.point_starts, ids)
 
     def cell_labels(self, ids: Sequence[int]) -> tuple[int | None, ...]:
         if self.job.facts.cell_labels == "none":

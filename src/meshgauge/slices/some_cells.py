@@ -1,0 +1,110 @@
+"""Some cells of a mesh in pieces as a mesh: the same as ``mesh[ids]`` of the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..io.plumbing.pieces import Pieces, ReadWhole, Rows
+from ..io.plumbing.wedge_order import apply, has_wedges
+from ..mesh import CellBlock, Mesh
+from ..mesh.labels import LABEL
+from ..mesh.polyhedra import ragged_positions
+from ..status import Purpose
+from .facts import Facts, Labels
+
+Ids = NDArray[np.int64]
+
+WINDOW = 1 << 18
+"""Rows that are read at a time."""
+
+
+def gathered(parts: Sequence[Rows], starts: Sequence[int], ids: Ids) -> NDArray[Any]:
+    """Some rows of arrays that stand one after another, ``starts`` as of `Pieces.cell_starts`; ids ascend."""
+    first = parts[0]
+    out = np.empty((len(ids), *first.shape[1:]), first.dtype.newbyteorder("="))
+    for rows, start in zip(parts, starts, strict=False):
+        for own, at in _windows(ids - start, rows.shape[0]):
+            low = int(at[0])
+            out[own] = rows.read(low, int(at[-1]) + 1)[at - low]
+    return out
+
+
+def _windows(ids: Ids, n: int) -> Iterator[tuple[slice, Ids]]:
+    """Those of some ids, ascending, that are of ``n`` rows, those of a window at a time: which, and they."""
+    begin, end = np.searchsorted(ids, (0, n)).tolist()
+    while begin < end:
+        stop = int(np.searchsorted(ids, (int(ids[begin]) // WINDOW + 1) * WINDOW))
+        stop = min(stop, end)
+        yield slice(begin, stop), ids[begin:stop]
+        begin = stop
+
+
+def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose) -> tuple[Mesh, Ids]:
+    """Some cells, ascending, with all of their data, and the ids of their points in the whole.
+
+    Raises
+    ------
+    ReadError
+        If the file is broken.
+    ReadWhole
+        If there are polyhedra.
+    """
+    if any(piece.polyhedra is not None for piece in pieces.pieces):
+        raise ReadWhole("it has polyhedra")
+    sizes, nodes = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    for piece, start, first_point in zip(pieces.pieces, pieces.cell_starts, pieces.point_starts, strict=False):
+        for _, at in _windows(ids - start, piece.n_cells):
+            low = int(at[0])
+            offsets = piece.offsets.read(low, int(at[-1]) + 2).astype(np.int64)
+            begin, end = offsets[at - low] - offsets[0], offsets[at - low + 1] - offsets[0]
+            held = piece.connectivity.read(int(offsets[0]), int(offsets[-1])).astype(np.int64)
+            sizes.append(end - begin)
+            nodes.append(held[ragged_positions(begin, end - begin)] + first_point)
+    named = np.concatenate(nodes)
+    used, local = np.unique(named, return_inverse=True)
+    data = []
+    for kind, starts, rows, labels in (
+        ("cell_data", pieces.cell_starts, ids, facts.cell_labels),
+        ("point_data", pieces.point_starts, used, facts.point_labels),
+    ):
+        parts = [getattr(piece, kind) for piece in pieces.pieces]
+        own = {name: gathered([part[name] for part in parts], starts, rows) for name in parts[0] if name != LABEL}
+        data.append(own | _labels(labels, [part.get(LABEL) for part in parts], starts, rows))
+    mesh = Mesh(
+        points=gathered([piece.points for piece in pieces.pieces], pieces.point_starts, used),
+        types=gathered([piece.types for piece in pieces.pieces], pieces.cell_starts, ids),
+        offsets=np.concatenate([[0], np.cumsum(np.concatenate(sizes))]),
+        connectivity=local.reshape(-1),
+        blocks=_blocks(pieces, ids),
+        cell_data=data[0],
+        point_data=data[1],
+        field_data=pieces.field_data,
+        path=pieces.path,
+        notes=facts.notes,
+        purpose=purpose,
+        stored=pieces.precision,
+        dimension=facts.view.dimension if facts.view.dimension == 2 else None,
+        up=facts.view.up if facts.view.dimension == 2 else None,
+        copy=False,
+    )
+    return (apply(mesh, facts.decision) if facts.decision.turn and has_wedges(mesh.types) else mesh), used
+
+
+def _labels(how: Labels, parts: Sequence[Rows | None], starts: Sequence[int], ids: Ids) -> dict[str, NDArray[Any]]:
+    if how == "counted":
+        return {LABEL: ids + 1}
+    known = [rows for rows in parts if rows is not None]
+    return {LABEL: gathered(known, starts, ids).astype(np.int64)} if how == "stored" else {}
+
+
+def _blocks(pieces: Pieces, ids: Ids) -> tuple[CellBlock, ...]:
+    made = []
+    for block in pieces.blocks:
+        start, stop = np.searchsorted(ids, (block.start, block.stop)).tolist()
+        if stop > start:
+            made.append(CellBlock(block.name, start, stop))
+    return tuple(made)

@@ -1,0 +1,96 @@
+"""The bad cells of a mesh that is read in slices are those of the whole, as a list and as a mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from slice_meshes import garden, write_parts, write_raw_vtu
+from surface_meshes import surface
+from thinned import quick
+
+from meshgauge import Mesh, io
+from meshgauge.cli import batch
+from meshgauge.cli.main import main
+from meshgauge.kernels import path as kernels_path
+
+pytestmark = pytest.mark.usefixtures("readers_here")
+
+
+@pytest.fixture(autouse=True)
+def some_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 60)
+    monkeypatch.setattr("meshgauge.slices.run.slice_size", lambda memory: 97)
+    monkeypatch.setattr("meshgauge.slices.some_cells.WINDOW", 50)
+
+
+def plain(seed: int = 0) -> Mesh:
+    """Without collapsed bricks, which are read whole where values of points are asked for."""
+    mesh = garden(seed=seed, shuffled=True)
+    ids = np.flatnonzero([len(set(mesh.nodes(cell))) == len(mesh.nodes(cell)) for cell in range(mesh.n_cells)])
+    return mesh[ids]
+
+
+def file(folder: Path, kind: str) -> Path:
+    path = folder / f"mesh.{kind.split()[0]}"
+    if kind == "vtkhdf of parts":
+        write_parts(path, [plain(1), plain(2)])
+    elif kind == "vtu":
+        write_raw_vtu(path, plain())
+    else:
+        io.write(path, surface(turned=0.2) if "surfaces" in kind else plain())
+    return path
+
+
+@pytest.mark.parametrize("kind", quick(["vtkhdf", "vtkhdf of parts", "vtu", "vtkhdf of surfaces"], "vtkhdf of parts"))
+def test_they_are_those_of_the_whole(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = file(tmp_path, kind)
+    outputs = ("bad.inc", "bad.cellSet", "bad.vtkhdf")
+    said = []
+    for way in ("whole", "slices"):
+        (tmp_path / way).mkdir()
+        if way == "slices":
+            monkeypatch.setattr(batch, "LARGE", 0)
+            monkeypatch.setattr(batch, "DIAGNOSED", 0)
+            monkeypatch.setattr(batch.Batch, "read", None)  # nothing is read whole
+        for name in outputs:
+            monkeypatch.chdir(tmp_path / way)
+            assert main(["report", f"../{path.name}", "--bad", name, "--no-diagnosis"]) == 0
+        said.append(capsys.readouterr())
+    assert said[0] == said[1]
+    for name in outputs[:2]:
+        assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "slices" / name).read_bytes()
+    whole, made = (io.read(tmp_path / way / outputs[2]) for way in ("whole", "slices"))
+    assert whole.n_cells > 20
+    for name in ("points", "types", "offsets", "connectivity"):
+        np.testing.assert_array_equal(getattr(made, name), getattr(whole, name))
+    for data in ("cell_data", "point_data"):
+        old, new = getattr(whole, data), getattr(made, data)
+        assert list(old) == list(new)
+        for name, values in old.items():
+            np.testing.assert_array_equal(new[name], values)
+            assert new[name].dtype == values.dtype
+
+
+def test_there_may_be_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    mesh = plain()
+    io.write(tmp_path / "a.vtkhdf", mesh[[0]].replace(cell_data={}, point_data={}))
+    monkeypatch.setattr(batch, "DIAGNOSED", -1)
+    for name in ("bad.vtu", "bad.txt"):
+        assert main(["report", str(tmp_path / "a.vtkhdf"), "--bad", str(tmp_path / name)]) == 0
+    assert "0 bad cells: no mesh is written" in capsys.readouterr().out.replace("\n", " ")
+    assert not (tmp_path / "bad.vtu").exists()
+    assert (tmp_path / "bad.txt").read_text() == ""
+    assert not list(tmp_path.glob(".meshgauge-*"))
+
+
+def test_what_needs_the_whole_is_read_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = file(tmp_path, "vtkhdf")
+    monkeypatch.setattr(batch, "DIAGNOSED", 0)
+    for more in (["--bad", "b.csv"], ["--bad", "b.txt", "--csv", "c.csv"]):
+        monkeypatch.chdir(tmp_path)
+        assert main(["report", str(path), *more, "-q"]) == 0
+        assert Path(more[1]).stat().st_size > 0
