@@ -116,8 +116,9 @@ def test_fix_writes_new_files_and_leaves_the_inputs(here: Path, capsys: Captured
 
 
 def test_fix_says_why_a_folder_cannot_be_made(here: Path, capsys: Captured) -> None:
-    assert main(["check", "fine", "--fix", "fine/good.vtu/new", "-q"]) == 1
-    assert "bad.vtu: not fixed: fine/good.vtu/new: Not a directory\n" in capsys.readouterr().err
+    assert main(["check", "fine", "--fix", "fine/good.vtu/new", "-q"]) == 2
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", f"meshgauge: error: fine/good.vtu/new: {here / 'fine' / 'good.vtu'} is no folder\n")
 
 
 def test_watching_checks_again_when_a_file_changes(
