@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -49,12 +50,12 @@ def add(old: Path, new: Path, added: Added) -> None:
                 if (extent := _same_extent(layout, held, values, encoded)) is not None:
                     puts.append((*extent, encoded))
                     continue
-                puts += [(_line_start(data, one.tag), stop, b"") for one, stop in held]
+                puts += [(line_start(data, one.tag), stop, b"") for one, stop in held]
                 place = end - layout.appended + sum(map(len, blobs)) if end >= 0 else -1
-                elements.append(_element(name, values, encoded, place))
+                elements.append(element(name, values.dtype, encoded, place))
                 blobs += [encoded] if end >= 0 else []
             if elements:
-                puts.append(_put(layout, piece, kind, b"".join(elements)))
+                puts.append(put(layout, piece, kind, b"".join(elements)))
             at += n
     if end >= 0:
         puts.append((end, end, b"".join(blobs)))
@@ -73,13 +74,18 @@ def _same_extent(
     if len(held) != 1 or not held[0][0].is_appended:
         return None
     array = held[0][0]
-    is_alike = array.attributes.get("type") == _NAMES[values.dtype.str[1:]] and array.width == 1
     try:
-        extent = layout.extent(array) if is_alike and "TimeStep" not in array.attributes else (0, -1)
+        extent = layout.extent(array) if is_alone(layout, array, values.dtype) else (0, -1)
     except NOT_WHOLE:
         return None
+    return extent if extent[1] - extent[0] == len(encoded) else None
+
+
+def is_alone(layout: Layout, array: LayoutArray, kind: np.dtype[Any]) -> bool:
+    """Whether what is appended of an array is of such numbers, and of no other array or time step."""
+    is_alike = array.attributes.get("type") == _NAMES[kind.str[1:]] and array.width == 1
     is_shared = _offsets(layout).count(int(array.attributes["offset"])) > 1
-    return extent if extent[1] - extent[0] == len(encoded) and not is_shared else None
+    return is_alike and "TimeStep" not in array.attributes and not is_shared
 
 
 def _offsets(layout: Layout) -> list[int]:
@@ -87,21 +93,21 @@ def _offsets(layout: Layout) -> list[int]:
     return [int(offset) for offset in re.findall(rb"\boffset\s*=\s*[\"'](\d+)[\"']", layout.data[: layout.appended])]
 
 
-def _line_start(data: bytes, tag: int) -> int:
+def line_start(data: bytes, tag: int) -> int:
     """Where the line of an element begins, if there are blanks only in front of it."""
     line = data.rfind(b"\n", 0, tag) + 1
     return tag if data[line:tag].strip() else max(line - 1, 0)
 
 
-def _element(name: str, values: Array, encoded: bytes, offset: int) -> bytes:
+def element(name: str, kind: np.dtype[Any], encoded: bytes, offset: int) -> bytes:
     """A DataArray, appended unless the offset is -1."""
-    head = f'        <DataArray type="{_NAMES[values.dtype.str[1:]]}" Name="{html.escape(name)}"'
+    head = f'        <DataArray type="{_NAMES[kind.str[1:]]}" Name="{html.escape(name)}"'
     if offset >= 0:
         return f'{head} format="appended" offset="{offset}"/>\n'.encode()
     return f'{head} format="binary">\n          '.encode() + encoded + b"\n        </DataArray>\n"
 
 
-def _put(layout: Layout, piece: Piece, kind: str, elements: bytes) -> tuple[int, int, bytes]:
+def put(layout: Layout, piece: Piece, kind: str, elements: bytes) -> tuple[int, int, bytes]:
     """First byte, end and text of what changes to have elements in a group of a piece, which may not be there."""
     data, group = layout.data, piece.groups.get(kind)
     if group is None:

@@ -18,7 +18,7 @@ from .vtu_raw import DTYPES
 _OFFSET = re.compile(rb"(\boffset\s*=\s*[\"'])(\d+)([\"'])")
 NOT_WHOLE = (expat.ExpatError, ValueError, KeyError, IndexError)
 """Errors of what VTK did not write. (`binascii.Error` is a `ValueError`.)"""
-_BLOCK = 1 << 15
+BLOCK = 1 << 15
 """Bytes of a block, as VTK packs them."""
 _COMPRESSORS = {f"vtk{name}DataCompressor" for name in ("ZLib", "LZ4", "LZMA")}
 
@@ -130,10 +130,11 @@ class Layout:
             group.end = self._parser.CurrentByteIndex
         if parent in ("PointData", "CellData") and self.pieces:
             begin, stop = self.data.index(b">", tag) + 1, self._parser.CurrentByteIndex
-            last = stop if stop > tag else tag  # an element without an end tag ends with its only one
+            has_end = self.data[begin - 2 : begin] != b"/>"  # else its only tag is its end
             n = int(self.pieces[-1].attributes[f"NumberOf{parent[:-4]}s"])
             array = Array(attributes, tag, begin, max(stop, begin), n, int(attributes.get("NumberOfComponents", 1)))
-            self.pieces[-1].groups[parent].arrays.append((array, self.data.index(b">", last) + 1))
+            end = self.data.index(b">", stop) + 1 if has_end else begin
+            self.pieces[-1].groups[parent].arrays.append((array, end))
         if name != "DataArray" or parent != "Points":
             return
         piece = self._open[-2][1]
@@ -238,12 +239,16 @@ class Layout:
         packed: NDArray[np.uint8] = vtk_to_numpy(made)
         return packed.tobytes()
 
+    def packed_blocks(self, content: bytes) -> list[bytes]:
+        """Blocks of some bytes, packed as those of the file are."""
+        return [self._with_packing(content[at : at + BLOCK]) for at in range(0, len(content), BLOCK)]
+
     def encoded(self, content: bytes, *, is_text: bool, old: Unpacked | None = None) -> bytes:
         """The bytes of an array as they stand in a file; blocks that an old one has keep their bytes."""
         count = np.array([len(content)], self.header).tobytes()
         parts = [count + content] if old is not None and old.is_joined else [count, content]
         if self.compressor:
-            block = old.block if old is not None else _BLOCK
+            block = old.block if old is not None else BLOCK
             made = []
             for number, at in enumerate(range(0, len(content), block)):
                 part = content[at : at + block]
