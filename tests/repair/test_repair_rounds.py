@@ -176,3 +176,22 @@ def test_a_point_alone_gets_where_the_least_of_its_cells_is_highest(kind: str, s
 
         best = -optimize.minimize(loss, points[free], method="Nelder-Mead", tol=1e-5).fun
         assert least + 0.05 < best < run.moving.qualities(points)[0].min() + 2e-3
+
+
+@pytest.mark.parametrize("sharpness", [0.0, 40.0])
+def test_tetrahedra_side_by_side_are_those_one_by_one(sharpness: float) -> None:
+    """Bends of nothing make cells curved, which are not taken side by side."""
+    mesh = shaken("tetra", 4, 0.2)
+    with workers(1) as team:
+        run = run_of(mesh, team)
+        given = run.base[run.points_of_moving]
+        floors = 0.8 * np.minimum(*run.moving.qualities(given))
+        which = np.ones(len(given), bool)
+        results = []
+        for bends in (run.moving.bends, np.zeros((len(run.moving.corners), 3, 4))):
+            rounds, points = Rounds(run), given.copy()
+            rounds._shape = *rounds._shape[:2], bends, *rounds._shape[3:]
+            assert rounds.visit(points, which, floors, sharpness, 1e-5).any()
+            assert (run.moving.qualities(points)[1] >= floors - 1e-12).all()
+            results.append(points)
+    np.testing.assert_allclose(*results, rtol=0, atol=1e-9)

@@ -7,11 +7,14 @@ and the volume of a cell grows with it in proportion. A place is then tried by l
 from __future__ import annotations
 
 from math import log, sqrt
+from typing import Any
 
 import numpy as np
 
 from ..arrays import BoolArray, Float64Array, Int32Array, Int64Array
+from ..cells.simd import widest
 from ..jit import fused_inlined, fused_kernel
+from .around import HALVINGS, KIND, ROWS, WIDTH, gather, shortest_edge, worth_of
 
 FIRST_STEP, LEAST_STEP = 0.2, 1e-3
 """Size of the first simplex, in shortest edges at the point; and the least, in natural steps."""
@@ -24,9 +27,6 @@ PENALTY = 100.0
 
 FLAT = 0.02
 """J_S of four points of a face of a polyhedron up to which it counts as flat, if it was not further from it."""
-
-HALVINGS = 6
-"""The weight of a value in the smooth minimum is a power of 2 to this, which comes near to an exponential."""
 
 Shape = tuple[Int32Array, Int32Array, Float64Array, Float64Array, Int64Array]
 Links = tuple[Int64Array, Int64Array, Int64Array, Int64Array, Int64Array, Int64Array, Int64Array]
@@ -339,7 +339,11 @@ def ascend(
     for p in free:
         most = max(most, links[0][p + 1] - links[0][p])
         most_cells = max(most_cells, links[3][p + 1] - links[3][p])
+    widest()
     simplex, worth, now = np.empty((4, 3)), np.empty(4), np.empty(3)
+    none: Any = np.int64(0)
+    lanes = (most_cells + WIDTH - 1) // WIDTH * WIDTH
+    tetrahedra, of_four, leasts = np.empty(ROWS * lanes), np.empty(4 * lanes), np.empty(lanes)
     place, chosen, mean, total = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     corners, kinds, _, constants, _ = shape
     star = (
@@ -365,18 +369,22 @@ def ascend(
         if n_beside == 0:
             continue
         n_cells = links[3][p + 1] - links[3][p]
-        n, n_all = _gather(points, shape, links, floors, sizes, p, star)
-        _jacobians(star, n, n_all, now)
-        for a in range(n, n_all):
-            flat = max(flat, abs(star[4][a]))
-        # Sizes that are within their bounds stay there; others are brought nearer to them before all else.
-        penalty = np.inf if _excess(star, n_cells, now, now) <= 0.0 else PENALTY
+        n, n_all, penalty = none, none, np.inf
+        n_four = none - 1 if is_trial else gather(points, shape, links, floors, sizes, p, tetrahedra)
+        if n_four < 0:
+            n, n_all = _gather(points, shape, links, floors, sizes, p, star)
+            _jacobians(star, n, n_all, now)
+            for a in range(n, n_all):
+                flat = max(flat, abs(star[4][a]))
+            # Sizes that are within their bounds stay there; others are brought nearer to them before all else.
+            penalty = np.inf if _excess(star, n_cells, now, now) <= 0.0 else PENALTY
         first, last = links[5][p], links[5][p + 1]
         start, best, step = -np.inf, -np.inf, 0.0
         # Where it is, then places that its neighbours suggest, then a simplex at the best of them.
         for t in range(first - 1, last + 5):
             if t == last + 2:
-                step = max(FIRST_STEP * _shortest(star, n, chosen), LEAST_STEP * scale[p])
+                shortest = shortest_edge(tetrahedra, n_four, chosen) if n_four >= 0 else _shortest(star, n, chosen)
+                step = max(FIRST_STEP * shortest, LEAST_STEP * scale[p])
             for d in range(3):
                 if t < first:
                     place[d] = points[p, d]
@@ -390,7 +398,10 @@ def ascend(
                 else:
                     place[d] = chosen[d] + (step if d == t - last - 2 else 0.0)
                     simplex[t - last - 2, d] = place[d]
-            value = _worth(star, n, n_all, n_cells, now, place, flat, sharpness, penalty)
+            if n_four < 0:
+                value = _worth(star, n, n_all, n_cells, now, place, flat, sharpness, penalty)
+            else:
+                value = worth_of(tetrahedra, n_four, constants[KIND], place, sharpness, of_four, leasts)
             if t < first:
                 start = value
             if t > last + 1:
@@ -424,7 +435,10 @@ def ascend(
                     else:
                         simplex[m, d] = 0.5 * (simplex[m, d] + simplex[high, d])
                         place[d] = simplex[m, d]
-                value = _worth(star, n, n_all, n_cells, now, place, flat, sharpness, penalty)
+                if n_four < 0:
+                    value = _worth(star, n, n_all, n_cells, now, place, flat, sharpness, penalty)
+                else:
+                    value = worth_of(tetrahedra, n_four, constants[KIND], place, sharpness, of_four, leasts)
                 t += 1
                 if t > 2:
                     worth[m] = value
