@@ -21,7 +21,7 @@ LOSS = 3e-4
 STIFF = 1e-3
 """Points of cells that are nearer to what they may not fall to stay: they would hold up all others."""
 
-AT_LAST, BETWEEN = 80.0, 60
+AT_LAST, BETWEEN = 80.0, 80
 """Sharpness and iterations of the descent between rounds over the points."""
 
 ROUNDS, ENOUGH, SMALL_GAIN = 6, 5e-4, 1e-5
