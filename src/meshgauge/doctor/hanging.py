@@ -38,8 +38,8 @@ TOLERANCE = 1e-4
 units in the last place of the stored coordinates."""
 
 
-CHUNK = 1 << 17
-"""Edges, or faces, looked at together."""
+CHUNK = 1 << 14
+"""Edges, or faces, looked at together: some 10 MB of coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +119,13 @@ def hanging_of(
     if not is_seam.any():
         return Hanging(slots[:0], 0, 0, slots[:0], slots[:0])
     owner = np.repeat(np.arange(len(slots)), np.diff(offsets))
-    ends = np.sort(np.stack([ids, ids[_following(offsets[1:])]], axis=1), axis=1)
-    codes, edge_of = np.unique(_codes(ends, len(points)), return_inverse=True)
+    after = ids[_following(offsets[1:])]
+    codes, edge_of = np.unique(
+        np.minimum(ids, after) * len(points) + np.maximum(ids, after, out=after), return_inverse=True
+    )
+    del after
     edges = np.stack(np.divmod(codes, len(points)), axis=1)
+    del codes
     fans = _fans(edges, len(points))
     slack = LAST_PLACES * last_place(points, faces.mesh.stored)
     in_edges = _on_edges(points, edges, fans, is_seam, slack)
@@ -227,8 +231,8 @@ def _seam(points: NDArray[np.floating], ids: Ids, offsets: Ids) -> NDArray[np.bo
     Their normals are opposite, so that one of the three components is above 0.5 for one and below -0.5 for the other.
     """
     sides = np.zeros(len(points), np.uint8)  # a bit for each component and sign
-    for first in range(0, len(offsets) - 1, CHUNK // 8):
-        own = offsets[first : first + CHUNK // 8 + 1] - offsets[first]
+    for first in range(0, len(offsets) - 1, CHUNK):
+        own = offsets[first : first + CHUNK + 1] - offsets[first]
         ring = ids[offsets[first] : offsets[first] + own[-1]]
         with np.errstate(all="ignore"):
             x = points[ring].astype(np.float64)
@@ -243,9 +247,11 @@ def _seam(points: NDArray[np.floating], ids: Ids, offsets: Ids) -> NDArray[np.bo
 
 def _fans(edges: Ids, n_points: int) -> tuple[Ids, Ids]:
     """Where the edges that leave each point start, and their other ends."""
-    ends = np.concatenate([edges, edges[:, ::-1]])
-    ends = ends[np.argsort(ends[:, 0], kind="stable")]
-    return np.concatenate([[0], np.cumsum(np.bincount(ends[:, 0], minlength=n_points))]), ends[:, 1]
+    near = np.concatenate([edges[:, 0], edges[:, 1]])
+    starts = np.concatenate([[0], np.cumsum(np.bincount(near, minlength=n_points))])
+    order = np.argsort(near, kind="stable")
+    del near
+    return starts, np.concatenate([edges[:, 1], edges[:, 0]])[order]
 
 
 def _next(fans: tuple[Ids, Ids], points: Ids) -> tuple[Ids, Ids]:

@@ -64,11 +64,15 @@ def diagnosis_of(
     if source.dimension == 2:
         return diagnosis_of_surfaces(source, marks, tolerance=tolerance, room=room)
     crowded = crowd(source.points, source.n_points, tolerance, source.stored)
+    give_back()
+    matched = match(source, marks, room)  # before anything else that takes memory for each cell
+    give_back()
     seen = look(source, crowded.ids[crowded.moved])
     try:
-        return _conclusion(source, marks, crowded, seen, tolerance, room, is_strict=False).diagnosis()
+        return _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=False).diagnosis()
     except _Contradiction:  # then it matters which faces are believed first
-        return _conclusion(source, marks, crowded, seen, tolerance, room, is_strict=True).diagnosis()
+        matched = match(source, marks, room, is_strict=True)
+        return _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=True).diagnosis()
 
 
 class _Contradiction(Exception):
@@ -80,13 +84,14 @@ def _conclusion(
     marks: NDArray[np.uint8],
     crowded: Crowd,
     seen: Seen,
+    matched: Matched,
     tolerance: float,
     room: int,
     *,
     is_strict: bool,
 ) -> _Conclusion:
     """What the faces say; ``is_strict``: of those between cells of which one is inverted, too."""
-    matched, hashes_twice = second_look(source, seen, match(source, marks, room, is_strict=is_strict))
+    matched, hashes_twice = second_look(source, seen, matched)
     few = keep(source, seen, matched, hashes_twice)
     _, _, hashes = driver.signatures(
         few.mesh.types, few.mesh.offsets, few.mesh.connectivity, IS_SOLID, few.mesh.n_points
@@ -123,8 +128,10 @@ class _Conclusion:
         has_doubles = len(doubles) + len(by_design) > 0
         covering = cells.covering(few.mesh, representative) if has_doubles else self.twice[:0]
         oriented = self._orientation(representative if len(doubles) else None)
+        give_back()
         three = few.cells[faces.of_three_cells(few.faces)].tolist()
         split, hangs = faces.split_quadrilaterals(few.faces), self._hanging()
+        give_back()
         conforms = not (few.faces.n_multiple or len(split) or len(hangs.points))
         repeated = np.zeros(source.n_cells, np.bool_)
         repeated[np.setdiff1d(seen.repeated, seen.interface)] = True

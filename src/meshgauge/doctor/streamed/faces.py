@@ -176,6 +176,8 @@ def _match(
         wanted.append(table.open_keys)
         del table
     open_faces.compress(parent)
+    if not parent.any():  # one part, as a rule
+        parent = np.broadcast_to(parent[:1].copy(), n)
     return Matched(
         n_half, n_collapsed, parent, np.unique(np.concatenate(wanted)), np.unique(np.concatenate(again)), n_parts
     )

@@ -26,7 +26,7 @@ Mask = NDArray[np.bool_]
 REAL = 64
 """Flag of a point: a cell that is no ghost has it."""
 
-CHUNK = 1 << 20
+CHUNK = 1 << 17
 """Cells that are concluded on at a time."""
 
 PER_CELL = 8
@@ -169,7 +169,8 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
     """
     suspects, hashes_twice = table_of(matched.suspects), table_of(twice)
     is_first = np.zeros(source.n_cells, np.bool_)
-    is_first[matched.parent] = True
+    for start in range(0, source.n_cells, CHUNK):  # of all at once the index would take eight bytes a cell
+        is_first[matched.parent[start : start + CHUNK]] = True
     width = driver.index_type(source.n_points)
     parts: list[tuple[Ids, NDArray[np.uint8], Ids, IndexArray, Mask]] = []
     for first, first_point, mesh in source.cells():
@@ -187,6 +188,7 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
         sizes = np.diff(mesh.offsets)[at].astype(np.int64)
         ids = nodes[ragged_positions(_offsets(mesh)[at], sizes)]
         parts.append((at + first, mesh.types[at], sizes, ids, is_suspect[wanted[half.cells]]))
+    give_back()
     ids = np.concatenate([part[3] for part in parts])
     points = np.union1d(np.unique(ids), np.flatnonzero(seen.flags & DOUBLE))
     few = Mesh(
