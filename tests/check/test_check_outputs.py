@@ -225,9 +225,10 @@ def test_where_no_table_fits_the_one_without_regions_is_shown(width: int, last: 
     console = Console(width=width, highlight=False, markup=False)
     with console.capture() as captured:
         console.print(CheckText(one))
-    (header,) = [line.split() for line in captured.get().splitlines() if line.strip().startswith("cell ")]
-    assert header[:4] == ["cell", "type", "jens", "status"]
-    assert header[-1] == last
+    heads = [line.split() for line in captured.get().splitlines() if line.strip().startswith("cell ")]
+    assert heads[0][:4] == ["cell", "type", "jens", "status"]
+    assert heads[-1][-1] == last
+    assert len(heads) == (2 if width < 60 else 1), "what does not fit goes on below"
 
 
 def test_words_stand_on_the_left_of_their_column_and_numbers_on_the_right() -> None:

@@ -15,6 +15,7 @@ from meshgauge.errors import FailedFile
 from meshgauge.look import style
 from meshgauge.report import FileReport
 from meshgauge.report.several import SeveralText
+from meshgauge.report.tables import new_table
 from meshgauge.report.text import FileText
 
 
@@ -42,6 +43,22 @@ def test_everything_is_there_at_any_width(mixed: FileReport, width: int) -> None
         assert part in flat
     for part in ("a note", "aspect_ratio_gamma", "worst 2 cells", "-0.250", "0.1 … 0.2"):
         assert part in flat
+
+
+@pytest.mark.parametrize("width", [24, 40, 60, 90, 200])
+def test_no_word_of_a_table_is_broken(width: int) -> None:
+    table = new_table("cells", "measured", "degenerate", "of all, whatever their shape", "minimum", "place")
+    rows = [("hexahedron", "1,234,567", "12", "3.456 %", "-0.123", "0.1, 0.22, 0.333"), ("tetra", *"12345")]
+    for row in rows:
+        table.add_row(*row)
+    lines = rendered(table, width).splitlines()
+    assert max(map(len, lines)) <= width
+    words = {word for line in lines for word in line.split()}
+    assert {word for row in rows for cell in row for word in cell.split()} <= words
+    assert {"measured", "degenerate", "whatever", "minimum", "place"} <= words
+    heads = [line for line in lines if line.startswith(" cells")]
+    assert len(heads) == [line.strip()[:10] for line in lines].count("hexahedron")
+    assert (len(heads) == 1) == (width >= 90)
 
 
 @pytest.mark.parametrize("width", [80, 120])

@@ -15,7 +15,8 @@ from ..errors import FailedFile
 from ..look import style
 from ..look.names import cell_entry, point_entry
 from ..quality.summary import CRITERIA, Tally
-from ..report.text import fits, new_table, quality_text, spark
+from ..report.tables import new_table
+from ..report.text import fits, quality_text, spark
 from . import Against, Comparison, Loss, PairCounts, PairedCells, Row, sentences
 from .comparison import ALL
 

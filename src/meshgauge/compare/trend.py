@@ -22,7 +22,7 @@ from ..quality.summary import CRITERIA, ROUNDING, KeyFigures
 from ..report.html.line_charts import Chart, line_chart
 from ..report.html.page import page
 from ..report.json import finite
-from ..report.text import new_table
+from ..report.tables import new_table
 from .git_history import Version, versions
 
 SCHEMA, REPORT, VERSION = "meshgauge-trend", "meshgauge-report", 3

@@ -16,7 +16,8 @@ from ..look import style
 from ..look.names import cell_entry
 from ..quality.summary import Tally
 from ..report.json import finite
-from ..report.text import count, fits, new_table, quality_text, spark
+from ..report.tables import new_table
+from ..report.text import count, fits, quality_text, spark
 
 if TYPE_CHECKING:
     from ..errors import FailedFile

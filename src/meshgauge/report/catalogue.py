@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ..quality.metrics import Metric
-from .text import new_table
+from .tables import new_table
 
 
 class MetricsText:

@@ -15,7 +15,8 @@ from ..look import style
 from ..look.names import cell_name, point_entry
 from ..quality.one_cell import OneCell
 from .json import finite
-from .text import STATUS_STYLES, new_table, quality_text
+from .tables import new_table
+from .text import STATUS_STYLES, quality_text
 
 SCHEMA, VERSION = "meshgauge-cell", 1
 

@@ -11,7 +11,8 @@ from ..errors import FailedFile
 from ..look import style
 from .comparison import compare, sentence
 from .record import FileReport, short_names
-from .text import STYLES_OF_COUNTS, count, new_table, quality_text
+from .tables import new_table
+from .text import STYLES_OF_COUNTS, count, quality_text
 
 
 class SeveralText:

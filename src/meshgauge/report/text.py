@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from rich.box import Box
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.measure import Measurement
 from rich.padding import Padding
@@ -25,6 +24,7 @@ from ..status import STATUSES, Category
 from . import beside
 from .finite_volume import FiniteVolumeMeasure, face_text, place, worst_faces
 from .record import FileReport
+from .tables import new_table
 from .verdict import verdict
 
 SPARK_WIDTH = 20
@@ -49,16 +49,6 @@ UNLIKE_THEIR_VALUE = {
 
 STATUS_TEXTS = {row.name: row.text for row in STATUSES.values()}
 
-
-class _Lines(Box):
-    """A line below the header and nothing else, also where the terminal has only ASCII."""
-
-    def substitute(self, options: ConsoleOptions, safe: bool = True) -> Box:
-        return _Lines(_HEADER_LINE.replace("─", "-"), ascii=True) if options.ascii_only else self
-
-
-_HEADER_LINE = "    \n    \n ── \n    \n    \n    \n    \n    \n"
-LINES = _Lines(_HEADER_LINE)
 
 Column = tuple[str, Callable[[Tally], str | Text]]
 
@@ -425,15 +415,6 @@ def _hanging(mark: str, lines: list[str], look: str) -> Table:
 
 def _title(text: str) -> Text:
     return Text(text, "bold")
-
-
-def new_table(first: str, *others: str) -> Table:
-    """A table whose first column is text and whose others are numbers; what does not fit is wrapped, never cut."""
-    table = Table(box=LINES, header_style="dim", padding=(0, 1), pad_edge=False, collapse_padding=True)
-    table.add_column(first, overflow="fold")
-    for name in others:
-        table.add_column(name, justify="right", overflow="fold")
-    return table
 
 
 def count(n: int, band: str) -> Text:

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from ...errors import FailedFile
 from ...look import style
-from ...report.text import new_table
+from ...report.tables import new_table
 from .. import Check, State
 from .text import LOOKS
 

@@ -12,7 +12,8 @@ from rich.text import Text
 from ...errors import FailedFile
 from ...look import style
 from ...look.names import cell_entry, point_entry
-from ...report.text import fits, new_table, quality_text
+from ...report.tables import new_table
+from ...report.text import fits, quality_text
 from .. import Check, FailingCell, Outcome, State
 from ..outcome import first_step
 
