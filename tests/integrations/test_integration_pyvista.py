@@ -164,6 +164,7 @@ def test_options_of_improve_arrive(grid: pyvista.UnstructuredGrid) -> None:
         "should_stop": bool,
         "threads": 1,
         "keep_bricks": True,
+        "poor_below": 0.4,
         "rounding": tuple,
     }
     taken = {}

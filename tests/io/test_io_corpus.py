@@ -79,7 +79,7 @@ def test_wedges_of_the_corpus_are_turned_where_the_manifest_says_so(shared: Path
         path = shared / "meshes" / row["path"]
         if not int(row["prism"]):
             continue
-        turned = [note for note in io.read(path).notes if "turned from VTK" in note]
+        turned = [note for note in io.read(path).notes if "turned from the order that VTK" in note]
         # VTK's reader of EnSight gave them in VTK's older order, before that was changed in 9.7.
         older = path.suffix == ".case" and (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) < (9, 7)
         assert bool(turned) == ("prism" in row["reversed_types_as_read"] or older), path.name

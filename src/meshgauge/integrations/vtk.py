@@ -72,8 +72,8 @@ def low_cells(data: Any, threshold: float = POOR, statuses: Iterable[str] = LOW)
     named = set(statuses)
     codes = [int(row.status) for row in STATUSES.values() if row.name in named]
     with np.errstate(invalid="ignore"):
-        is_low = np.isin(status, codes) | ((status == Status.OK) & (values < threshold))
-    chosen = is_solid(status) & is_low
+        is_below = (status == Status.OK) & (values < threshold)
+    chosen = is_solid(status) & (np.isin(status, codes) | is_below)
     masked = data.NewInstance()
     masked.ShallowCopy(data)
     _add(masked.GetCellData(), _MASK, chosen.astype(np.uint8))

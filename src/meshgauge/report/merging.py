@@ -207,8 +207,8 @@ def _check_decisions(whole: Sequence[PartialReport]) -> None:
         first = measured[0]
         if one.dimension != first.dimension:
             raise MeshgaugeError(
-                f"of {one.path} {_MEASURED[one.dimension]} cells were measured, of {first.path} "
-                f"{_MEASURED[first.dimension]} ones; measure all parts with --dimension 2 or 3"
+                f"{_MEASURED[one.dimension]} cells of {one.path} were measured, and "
+                f"{_MEASURED[first.dimension]} ones of {first.path}; measure all parts with --dimension 2 or 3"
             )
         if one.up != first.up:
             raise MeshgaugeError(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..look.colours import rgb
+from ..look.colours import INK, rgb
 from . import actors
 
 PIXELS = 76
@@ -25,9 +25,7 @@ class Axes:
         self.renderer.InteractiveOff()
         ends = 0.6 * np.eye(3, dtype=np.float32)
         points = np.concatenate([np.zeros((1, 3), np.float32), ends])
-        self._parts: list[Any] = [
-            actors.plain(actors.lines(points, [(0, n) for n in (1, 2, 3)]), "#000000", line_width=1.6)
-        ]
+        self._parts: list[Any] = [actors.plain(actors.lines(points, [(0, n) for n in (1, 2, 3)]), INK, line_width=1.6)]
         for letter, end in zip("xyz", ends, strict=True):
             text = vtkBillboardTextActor3D()
             text.SetInput(letter)

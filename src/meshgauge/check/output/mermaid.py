@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ...look.colours import DEGENERATE, INVALID, POOR, RAMP, UNKNOWN
+from ...look.colours import DEGENERATE, FAINT, INVALID, POOR, RAMP, UNKNOWN
 from ...quality.summary import Tally
 
 BINS = 20
@@ -18,7 +18,7 @@ BINS = 20
 COLOURS = {"good": RAMP[1], "poor": POOR, "undecided": UNKNOWN, "degenerate": DEGENERATE, "invalid": INVALID}
 """Of bars, the later over the earlier."""
 
-FLOOR = "#9aa0a6"
+FLOOR = FAINT
 """Of a line below them: Mermaid draws bars of 0, and those of the last would be a line of its colour."""
 
 
