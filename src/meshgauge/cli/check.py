@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import options, terminal
+from .completion import mesh_files
 from .groups.check import PipelineOptions, RuleOptions
 
 if TYPE_CHECKING:
@@ -19,7 +20,10 @@ def check(
     meshes: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="MESH", help="Mesh files, folders of them, or patterns.", show_default="those of the settings"
+            metavar="MESH",
+            help="Mesh files, folders of them, or patterns.",
+            show_default="those of the settings",
+            autocompletion=mesh_files,
         ),
     ] = None,
     *,

@@ -9,13 +9,18 @@ import typer
 
 from ..errors import MeshgaugeError
 from . import inputs, options
+from .completion import mesh_files
 from .options import WRITING, option
 
 
 def compare(
     meshes: Annotated[
         list[str],
-        typer.Argument(metavar="MESH MESH...", help="Two or more; the first is what others are held against."),
+        typer.Argument(
+            metavar="MESH MESH...",
+            help="Two or more; the first is what others are held against.",
+            autocompletion=mesh_files,
+        ),
     ],
     *,
     as_json: options.Json = False,

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from . import options
+from . import completion
 
 
 def explain(
@@ -15,7 +15,7 @@ def explain(
         typer.Argument(
             metavar="NAME",
             help="Metrics, statuses, rules in quotes, fem, fv or explicit.",
-            autocompletion=options.metric_names,
+            autocompletion=completion.explained,
         ),
     ],
 ) -> None:

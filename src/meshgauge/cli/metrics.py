@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from . import options
+from . import completion, options
 
 
 def metrics(
@@ -16,7 +16,7 @@ def metrics(
             metavar="NAME",
             help="Say everything about these.",
             show_default=False,
-            autocompletion=options.metric_names,
+            autocompletion=completion.metric_names,
         ),
     ] = None,
     *,

@@ -14,6 +14,8 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from .completion import format_names, mesh_files, metric_names
+
 READING, MEASURING, WRITING = "How to read", "What to measure", "Where to"
 """Panels of the help."""
 
@@ -60,20 +62,6 @@ def option(
     )
 
 
-def metric_names(begin: str) -> list[str]:
-    """Names of metrics that begin so."""
-    from ..quality.metrics import METRICS
-
-    return [name for name in METRICS if name.startswith(begin)]
-
-
-def format_names(begin: str) -> list[str]:
-    """Names of formats that can be read and begin so."""
-    from ..io.registry import FORMATS
-
-    return [name for name, row in FORMATS.items() if row.is_readable and name.startswith(begin)]
-
-
 class WedgeOrders(StrEnum):
     """How the wedges of a file may be numbered."""
 
@@ -117,10 +105,15 @@ class Purposes(StrEnum):
 Meshes = Annotated[
     list[str],
     typer.Argument(
-        metavar="MESH", help="Mesh files, folders of them, OpenFOAM or Elmer cases, or patterns such as 'runs/*.vtu'."
+        metavar="MESH",
+        help="Mesh files, folders of them, OpenFOAM or Elmer cases, or patterns such as 'runs/*.vtu'.",
+        autocompletion=mesh_files,
     ),
 ]
-OneMesh = Annotated[str, typer.Argument(metavar="MESH", help="A mesh file, or a folder of OpenFOAM or Elmer.")]
+OneMesh = Annotated[
+    str,
+    typer.Argument(metavar="MESH", help="A mesh file, or a folder of OpenFOAM or Elmer.", autocompletion=mesh_files),
+]
 
 FileFormat = Annotated[
     str | None,

@@ -6,12 +6,7 @@ from typing import Annotated
 
 import typer
 
-
-def schema_names(begin: str) -> list[str]:
-    """Names of schemas that begin so."""
-    from ..schemas import NAMES
-
-    return [name for name in NAMES if name.startswith(begin)]
+from .completion import schema_names
 
 
 def schema(

@@ -14,6 +14,7 @@ import typer
 from ..errors import MeshgaugeError
 from ..look.style import share_of
 from . import inputs, options
+from .completion import mesh_files
 from .groups.view import Window
 
 if TYPE_CHECKING:
@@ -21,7 +22,10 @@ if TYPE_CHECKING:
 
 
 def view(
-    meshes: Annotated[list[str], typer.Argument(metavar="MESH [AFTER]", help="A mesh file, or two to compare.")],
+    meshes: Annotated[
+        list[str],
+        typer.Argument(metavar="MESH [AFTER]", help="A mesh file, or two to compare.", autocompletion=mesh_files),
+    ],
     *,
     window: Window,
     metric: options.Metrics = None,

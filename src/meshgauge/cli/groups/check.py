@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from ...errors import FailedFile
 from .. import terminal
+from ..completion import rules
 from ..options import option
 
 if TYPE_CHECKING:
@@ -27,10 +28,12 @@ class RuleOptions:
     """Which rules a mesh must keep."""
 
     fail: Annotated[
-        list[str] | None, option("--fail", "RULE", "Fail if this rule is broken; repeatable.", default=False)
+        list[str] | None,
+        option("--fail", "RULE", "Fail if this rule is broken; repeatable.", default=False, completes=rules),
     ] = None
     warn: Annotated[
-        list[str] | None, option("--warn", "RULE", "Warn if this rule is broken; repeatable.", default=False)
+        list[str] | None,
+        option("--warn", "RULE", "Warn if this rule is broken; repeatable.", default=False, completes=rules),
     ] = None
     config: Annotated[
         Path | None, option("--config", "FILE", "Take the settings from this file.", default="the nearest one")

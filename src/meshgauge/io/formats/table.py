@@ -66,6 +66,11 @@ def by_name() -> dict[str, Format]:
     return {one.name: one for one in every()}
 
 
+def extensions() -> frozenset[str]:
+    """All extensions, in lower case and with the dot; no format is loaded."""
+    return frozenset(one for *_, text in _ROWS for one in text.split())
+
+
 def of_extension(extension: str) -> tuple[Format, ...]:
     """The formats of an extension, in lower case and with the dot."""
     here = (_load(module, name) for module, name, extensions in _ROWS if extension in extensions.split())
