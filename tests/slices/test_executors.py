@@ -10,6 +10,7 @@ import subprocess
 import sys
 from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,32 @@ def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(MeshgaugeError, match=r"meshgauge\[dask\]"), executor("tcp://head:8786"):
         pass
+
+
+@pytest.mark.parametrize("address", ["tcp://head:8786", "head:8786"])
+def test_large_meshes_go_to_the_cluster_that_the_environment_names(
+    address: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.vtkhdf"
+    io.write(path, garden())
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    monkeypatch.setenv("DASK_SCHEDULER_ADDRESS", address)
+    assert main(["report", str(path), "--no-diagnosis", "-q"]) == 0  # it is small
+    monkeypatch.setattr("meshgauge.cli.batch.DIAGNOSED", 0)
+    assert main(["report", str(path), "--no-diagnosis", "-q"]) == 2
+    assert "needs Dask: pip install 'meshgauge[dask]'" in capsys.readouterr().err
+    asked: list[str] = []
+
+    class Client:
+        def __init__(self, address: str) -> None:
+            asked.append(address)
+            raise OSError("nobody answers")
+
+    monkeypatch.setitem(__import__("sys").modules, "distributed", SimpleNamespace(Client=Client))
+    assert main(["report", str(path), "--no-diagnosis", "-q"]) == 2
+    assert "$DASK_SCHEDULER_ADDRESS tcp://head:8786: nobody answers" in capsys.readouterr().err
+    assert asked == ["tcp://head:8786"]
+    assert main(["report", str(path), "--no-diagnosis", "-q", "--scheduler", "1"]) == 0  # what is asked for goes before
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -204,7 +204,7 @@ class Batch:
         from ..report.stream import job_of
         from ..slices import measure_pieces
         from ..slices.job import forget_points
-        from ..slices.plan import times_points_are_read
+        from ..slices.plan import seconds_of_reading, times_points_are_read
 
         ask = replace(
             ask,
@@ -221,8 +221,12 @@ class Batch:
                 whole = slices.size_text(
                     1.01 * sum(piece.points.shape[0] * row_bytes(piece.points) for piece in listed.pieces)
                 )
-                terminal.warn("note", f"{path}: points are read {times:.0f} times; --memory {whole} reads them once")
-            with scheduler.executor(self.scheduler) as (pool, n_processes):
+                about = slices.duration(seconds_of_reading(job, times))
+                terminal.warn(
+                    "note",
+                    f"{path}: points are read {times:.0f} times, about {about}; --memory {whole} reads them once",
+                )
+            with scheduler.executor(self.scheduler or scheduler.of_environment()) as (pool, n_processes):
                 if pool is not None:  # each process has points of its own
                     forget_points()
                     job = replace(job, memory=job.memory // n_processes)

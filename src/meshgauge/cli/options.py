@@ -236,7 +236,7 @@ Scheduler = Annotated[
         "N|ADDRESS",
         "Measure a large mesh in so many processes, or on a cluster of Dask.",
         MEASURING,
-        default="threads",
+        default="$DASK_SCHEDULER_ADDRESS, else threads",
     ),
 ]
 

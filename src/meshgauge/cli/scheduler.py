@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Iterator
 from concurrent.futures import Executor
 
 from ..errors import MeshgaugeError, OptionError
+
+VARIABLE = "DASK_SCHEDULER_ADDRESS"
 
 MOST = 1024
 """Processes that may be asked for."""
@@ -19,6 +22,12 @@ def check(text: str | None) -> None:
             f"--scheduler is {text!r}, expected a number of processes up to {MOST}, or the address of a scheduler of "
             "Dask such as tcp://head:8786"
         )
+
+
+def of_environment() -> str | None:
+    """The address of a scheduler of Dask that ``$DASK_SCHEDULER_ADDRESS`` names, as Dask's own programs take it."""
+    address = os.environ.get(VARIABLE, "").strip()
+    return None if not address else address if "://" in address else f"tcp://{address}"
 
 
 @contextlib.contextmanager
@@ -58,6 +67,7 @@ def _dask(address: str) -> Iterator[Executor]:
     try:
         client = Client(address)
     except (OSError, ValueError) as error:
-        raise MeshgaugeError(f"--scheduler {address}: {error}") from error
+        by = f"${VARIABLE}" if address == of_environment() else "--scheduler"
+        raise MeshgaugeError(f"{by} {address}: {error}") from error
     with client:
         yield client.get_executor()

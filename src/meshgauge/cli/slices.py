@@ -54,7 +54,7 @@ def progress(path: str, *, shown: bool) -> Iterator[Progress]:
             nonlocal at
             at = done, total
             left = (time.monotonic() - start) * (total - done) / done
-            working.text = f"measuring {path}: {done / total:.0%}, {_duration(left)} left"
+            working.text = f"measuring {path}: {done / total:.0%}, {duration(left)} left"
 
         try:
             yield update
@@ -70,5 +70,6 @@ def progress(path: str, *, shown: bool) -> Iterator[Progress]:
             raise
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """``40 s``, or ``10 min``."""
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.0f} min"

@@ -1,14 +1,29 @@
-"""How often points will be read, said before it is done."""
+"""How often points will be read, and how long that will take, said before it is done."""
 
 from __future__ import annotations
 
+import time
+
 from ..io.plumbing.pieces import row_bytes
 from .job import Job, points_of
-from .points import BLOCK
+from .points import BLOCK, WINDOW
 from .read import places, slice_size
 
 SAMPLE = 8
 """Slices that are looked at, evenly spread."""
+
+
+def seconds_of_reading(job: Job, times: float) -> float:
+    """How long it takes to read all points so often, estimated from some of them."""
+    n_bytes, start = 0, time.perf_counter()
+    every = [(piece.points, row) for piece in job.pieces.pieces for row in range(0, piece.n_points, WINDOW)]
+    for rows, row in every[:: max(len(every) // SAMPLE, 1)]:
+        stop = min(row + WINDOW, rows.shape[0])
+        rows.read(row, stop)
+        n_bytes += (stop - row) * row_bytes(rows)
+    passed = time.perf_counter() - start
+    total = sum(piece.n_points * row_bytes(piece.points) for piece in job.pieces.pieces)
+    return passed * times * total / max(n_bytes, 1)
 
 
 def times_points_are_read(job: Job, size: int | None = None) -> float:
