@@ -39,7 +39,7 @@ def test_no_type_of_python_in_a_help(command: list[str], capsys: pytest.CaptureF
     [
         ("meshgauge rep", "report"),
         ("meshgauge report --metric scaled_j", "scaled_jacobian"),
-        ("meshgauge report --format vt", "vtu\nvtk-xml\nvtk\nvtkhdf"),
+        ("meshgauge report --format vt", "vtu\nvtk-xml\nvtp\nvtk\nvtkhdf"),
         ("meshgauge explain edge", "edge_ratio"),
     ],
 )

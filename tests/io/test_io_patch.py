@@ -51,6 +51,7 @@ def shifted(mesh: Mesh, patch: Patch, every: int = 7) -> tuple[Mesh, np.ndarray]
 def test_every_format_that_is_patched_is_here() -> None:
     here = {kind for kind, _, _ in PATCHED.values()} | {"openfoam"}  # test_io_patch_folder.py
     here |= {"vtk-xml", "pvd", "series", "xdmf"}  # test_io_patch_collections.py, test_io_patch_xdmf.py
+    here |= {"vtp"}  # test_io_written_surfaces.py
     assert here == {f.name for f in FORMATS.values() if f.is_patched}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from ..quality.measure import Quality
     from ..slices import Ask, Job, Partial
 
+Reals = NDArray[np.float64]
 
 MANY = 6
 """Time steps from which on they are counted, not named."""
@@ -45,6 +47,8 @@ class ChangedMesh:
         How the file is patched; None: the mesh is converted.
     undo
         Where the old bytes are kept; None: nowhere.
+    changes
+        What does, as for `of`.
     """
 
     batch: Batch
@@ -53,6 +57,7 @@ class ChangedMesh:
     in_place: bool
     patch: Patch | None
     undo: Path | None
+    changes: Changes | Literal["cells"]
 
     @classmethod
     def of(
@@ -88,6 +93,9 @@ class ChangedMesh:
         if not convert and changes != "cells":
             patch = batch.patch(before, target, changes)
             patch = None if patch is None else replace(patch, all_times=all_times)
+            if patch is not None and patch.is_fixed.all() and not patch.places.why:
+                same = format_if_same(before, target, file_format=batch.reading.file_format)
+                patch = patch if same is None or not same.is_exact else None  # packed, but written anew to the bit
         if patch is None:
             same = None if convert else format_if_same(before, target, file_format=batch.reading.file_format)
             written_as = _for_writing(target, same)
@@ -127,12 +135,21 @@ class ChangedMesh:
             terminal.warn("note", f"{target}: {note}")
         if in_place and undo is None:
             undo = _beside(target)
-        return cls(batch, before, target, in_place, patch, undo)
+        return cls(batch, before, target, in_place, patch, undo, changes)
 
     @property
     def is_fixed(self) -> NDArray[np.bool_] | None:
         """``(n_points,)`` True for points that cannot move; None: all can."""
         return None if self.patch is None or not self.patch.is_fixed.any() else self.patch.is_fixed
+
+    @property
+    def roundings(self) -> tuple[Callable[[NDArray[np.int64], Reals], Reals], ...] | None:
+        """From ids of points and their coordinates to these as the file will hold them, see `Patch.roundings`; None: it
+        holds every bit, or other cells."""
+        if self.patch is not None:
+            return self.patch.roundings
+        is_single = self.changes != "cells" and for_writing(self.target, None).is_single
+        return (lambda _, points: points.astype(np.float32).astype(np.float64),) if is_single else None
 
     def write(self, mesh: Mesh) -> None:
         """Write the changed mesh; in place nothing, if it is the one that was read."""

@@ -79,7 +79,7 @@ def _mend(batch: Batch, path: str, target: Path) -> int:
             fixed=changed.is_fixed,
             threads=batch.threads,
             keep_bricks=batch.keep_bricks,
-            rounding=None if changed.patch is None else changed.patch.roundings,
+            rounding=changed.roundings,
         )
         changed.write(mesh if result.report.outcome == "refused" else result.mesh)
     return n

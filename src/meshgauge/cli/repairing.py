@@ -95,7 +95,7 @@ class Repairing:
                     threads=batch.threads,
                     keep_bricks=batch.keep_bricks,
                     poor_below=batch.poor,
-                    rounding=None if changed.patch is None else changed.patch.roundings,
+                    rounding=changed.roundings,
                 )
             if result.report.outcome != "refused":
                 changed.write(result.mesh)

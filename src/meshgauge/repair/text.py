@@ -186,7 +186,8 @@ def cost(report: RepairReport) -> Iterator[RenderableType]:
         )
     elif moved.deviation > 0.0:
         far = f"{moved.deviation:.3g} ({share(moved.deviation_share)} of the diagonal)"
-        lines.append(f"the surface is at most {far} off the old one")
+        mean = f"{moved.deviation_mean:.3g} ({share(moved.deviation_mean_share)})"
+        lines.append(f"the surface is at most {far} off the old one, {mean} in the mean")
     if report.sizes.n_cells and moved.n_points:
         lines.append(sizes(report))
     is_local = not report.options.get("everywhere", True)

@@ -118,6 +118,22 @@ def _of_one_integer(module: str, key: str) -> Writer:
     return write
 
 
+def _surface(module: str, *types: str, precision: type = np.float32, **options: Any) -> Writer:
+    """Surface cells of some types alone, their points as precise as readers hold them, without data."""
+
+    def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
+        writing.check_types(mesh, types)
+        notes = [
+            f"The format could not hold the {what} data {', '.join(map(repr, data))}."
+            for what, data in (("point", mesh.point_data), ("cell", mesh.cell_data), ("field", mesh.field_data))
+            if data
+        ]
+        bare = mesh.replace(points=mesh.points.astype(precision), point_data={}, cell_data={}, field_data={})
+        return (*notes, *meshio.write(path, bare, module, **options))
+
+    return write
+
+
 _TECPLOT_CELLS = ("line", "triangle", "quad", "tetra", "hexahedron")
 
 
@@ -167,10 +183,13 @@ OTHERS: tuple[Format, ...] = (
            forbidden=",\"'=()" + _BLANKS, steps=tecplot.steps, read_step=tecplot.read,
            reduce=_reduce_tecplot),
     # By either.
-    Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False),
-    Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply"))),
+    Format("stl", "STL", (".stl",), anything, foreign=_first_of(by_pyvista, _by_meshio("stl")), by_content=False,
+           write=_surface("stl", "triangle", binary=True), is_single=True),
+    Format("ply", "PLY", (".ply",), _mark(rb"\Aply\s"), foreign=_first_of(by_pyvista, _by_meshio("ply")),
+           write=_surface("ply", "triangle", "quad"), is_single=True),
     Format("obj", "Wavefront OBJ", (".obj",), anything,
-           foreign=_first_of(by_pyvista, _by_meshio("obj")), by_content=False),
+           foreign=_first_of(by_pyvista, _by_meshio("obj")), by_content=False,
+           write=_surface("obj", "triangle", "quad", precision=np.float64)),
     # By meshio.
     Format("avs", "AVS UCD", (".inp", ".avs", ".ucd"), _mark(_FIVE_COUNTS),
            foreign=_avs, places=rows_places.avs, by_content=False,

@@ -15,7 +15,8 @@ from ..plumbing.format import Format
 _ROWS: tuple[tuple[str, str, str], ...] = (
     ("collection", "PVD", ".pvd"),  # before VTK's others, whose mark it has
     ("vtk.xml", "VTU", ".vtu"),
-    ("vtk.xml", "VTK_XML", ".pvtu .vtm .vtmb .vtpd .vtpc .vtp .vts .vtr .vti .pvtp .pvts .pvtr .pvti"),
+    ("vtk.xml", "VTK_XML", ".pvtu .vtm .vtmb .vtpd .vtpc .vts .vtr .vti .pvtp .pvts .pvtr .pvti"),
+    ("vtk.polydata", "VTP", ".vtp"),
     ("vtk.legacy", "VTK_LEGACY", ".vtk"),
     ("vtk.hdf", "VTKHDF", ".vtkhdf .hdf"),
     ("gmsh.format", "GMSH", ".msh"),

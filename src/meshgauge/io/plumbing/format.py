@@ -136,6 +136,8 @@ class Format:
         True if the extensions are those of the files of one mesh, by any of which it is read.
     has_kinds
         True if each extension is that of a kind of its own, which a file that is patched keeps.
+    is_single
+        True if coordinates that are written are floats of four bytes.
     has_both_wedge_orders
         True if files of the format hold wedges in either of two orders, without a mark: those of VTK, and formats that
         are read by VTK's readers or written after its documentation.
@@ -164,6 +166,7 @@ class Format:
     is_several: bool = False
     has_kinds: bool = False
     has_both_wedge_orders: bool = False
+    is_single: bool = False
     forbidden: str = ""
     is_exact: bool = False
     steps: StepLister | None = None

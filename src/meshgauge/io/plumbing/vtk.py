@@ -295,33 +295,33 @@ def grid(mesh: Mesh, *, called: Callable[[str], str] = str) -> tuple[Any, tuple[
 
     made = vtkUnstructuredGrid()
     points = vtkPoints()
-    points.SetData(_vtk(mesh.points))
+    points.SetData(as_vtk(mesh.points))
     made.SetPoints(points)
     if mesh.n_cells:
-        cells = _cell_array(mesh.offsets, mesh.connectivity)
+        cells = cell_array(mesh.offsets, mesh.connectivity)
         if mesh.polyhedra is None:
-            made.SetCells(_vtk(mesh.types), cells)
+            made.SetCells(as_vtk(mesh.types), cells)
         else:
             poly = mesh.polyhedra.with_own_faces()
-            faces = _cell_array(poly.face_offsets, poly.face_points)
-            made.SetPolyhedralCells(_vtk(mesh.types), cells, _cell_array(poly.cell_offsets, poly.cell_faces), faces)
+            faces = cell_array(poly.face_offsets, poly.face_points)
+            made.SetPolyhedralCells(as_vtk(mesh.types), cells, cell_array(poly.cell_offsets, poly.cell_faces), faces)
     lost: list[str] = []
     for attributes, data, what in (
         (made.GetPointData(), mesh.point_data, "point"),
         (made.GetCellData(), mesh.cell_data, "cell"),
         (made.GetFieldData(), mesh.field_data, "field"),
     ):
-        _attach(attributes, {called(name): values for name, values in data.items()}, what, lost)
+        attach(attributes, {called(name): values for name, values in data.items()}, what, lost)
     return made, tuple(lost)
 
 
-def _attach(attributes: Any, data: Mapping[str, NDArray[Any]], what: str, lost: list[str]) -> None:
+def attach(attributes: Any, data: Mapping[str, NDArray[Any]], what: str, lost: list[str]) -> None:
     for name, values in data.items():
         flat = values.reshape(len(values), -1) if values.ndim > 2 else np.atleast_1d(values)
         if flat.dtype.kind in "US":
             array = _vtk_strings(flat)
         elif flat.dtype.kind in "fiub" and flat.dtype.itemsize <= 8 and flat.dtype != np.float16:
-            array = _vtk(flat.view(np.uint8) if flat.dtype == np.bool_ else flat)
+            array = as_vtk(flat.view(np.uint8) if flat.dtype == np.bool_ else flat)
         else:
             lost.append(f"The {what} data {name!r} (of type {values.dtype}) cannot be held by VTK's formats.")
             continue
@@ -348,17 +348,17 @@ def _vtk_strings(values: NDArray[Any]) -> Any:
     return array
 
 
-def _cell_array(offsets: NDArray[Any], items: NDArray[Any]) -> Any:
+def cell_array(offsets: NDArray[Any], items: NDArray[Any]) -> Any:
     """VTK wants offsets and items of one integer type."""
     from vtkmodules.vtkCommonDataModel import vtkCellArray
 
     dtype = np.int32 if offsets.dtype == items.dtype == np.int32 else np.int64
     cells = vtkCellArray()
-    cells.SetData(_vtk(offsets.astype(dtype, copy=False)), _vtk(items.astype(dtype, copy=False)))
+    cells.SetData(as_vtk(offsets.astype(dtype, copy=False)), as_vtk(items.astype(dtype, copy=False)))
     return cells
 
 
-def _vtk(values: NDArray[Any]) -> Any:
+def as_vtk(values: NDArray[Any]) -> Any:
     """A VTK array that shares a NumPy array and keeps it alive."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
 

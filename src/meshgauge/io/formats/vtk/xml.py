@@ -144,7 +144,7 @@ def _check(path: Path, *, refers: bool) -> None:
         within.check_present(path, sorted(names_in_xml(path).others))
 
 
-def _escape(name: str) -> str:
+def escaped(name: str) -> str:
     return html.escape(name)
 
 
@@ -152,7 +152,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """A VTU with raw appended data compressed by zlib, as PyVista writes it."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
-    grid, lost = vtk.grid(mesh, called=_escape)  # VTK's writer puts names into its XML as they are
+    grid, lost = vtk.grid(mesh, called=escaped)  # VTK's writer puts names into its XML as they are
     for attributes in (grid.GetPointData(), grid.GetCellData()):
         for name in vtk.MARKED:
             if attributes.HasArray(name):  # or VTK does not know them for what they are
@@ -172,8 +172,8 @@ VTU = Format(
 )  # fmt: skip
 VTK_XML = Format(
     "vtk-xml",
-    "VTK XML (other than .vtu)",
-    (".pvtu", ".vtm", ".vtmb", ".vtpd", ".vtpc", ".vtp", ".vts", ".vtr", ".vti", ".pvtp", ".pvts", ".pvtr", ".pvti"),
+    "VTK XML (other than .vtu and .vtp)",
+    (".pvtu", ".vtm", ".vtmb", ".vtpd", ".vtpc", ".vts", ".vtr", ".vti", ".pvtp", ".pvts", ".pvtr", ".pvti"),
     sniff,
     has_both_wedge_orders=True,
     steps=steps,
