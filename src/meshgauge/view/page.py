@@ -153,7 +153,10 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
                     window, ref="scene", interactive_ratio=0.5, interactive_quality=75, still_quality=95
                 )
                 for n in range(len(models)):
-                    with html.Div(classes="mg-over", style=f"left: calc({100 * n / len(models)}% + 12px); top: 12px"):
+                    share = 100 / len(models)
+                    # Between the left of its pane and the axes at the right.
+                    place = f"left: calc({share * n}% + 12px); top: 12px; max-width: calc({share}% - 96px)"
+                    with html.Div(classes="mg-over", style=place):
                         if len(models) > 1:
                             html.Span(f"{{{{ names[{n}] }}}}", classes="mr-2")
                         html.Span(
