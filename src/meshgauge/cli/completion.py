@@ -71,7 +71,7 @@ def explained(begin: str) -> list[str]:
     from ..status import STATUSES
 
     names = [*(row.name for row in STATUSES.values()), *WORDS, "fem", "fv", "explicit"]
-    return _for_shell(_beginning(begin, [*names, *metric_names(begin), *rules(begin)]))
+    return _for_shell(_beginning(begin, [*names, *metric_names(begin), *(f"nothing {word}" for word in WORDS)]))
 
 
 def _beginning(begin: str, names: Iterable[str]) -> list[str]:
