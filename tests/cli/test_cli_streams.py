@@ -54,6 +54,9 @@ def test_closed_streams(good: Path, bad: Path) -> None:
     [
         ("meshgauge report $1 <&- >&- 2>&-", 0),  # closed before Python starts
         ("set -o pipefail; meshgauge check $2 | head -1", 1),
+        pytest.param(
+            "set -o pipefail; meshgauge check --fail 'nothing x' $2 2>&1 | (exec <&-)", 2, marks=pytest.mark.long
+        ),
         pytest.param("set -o pipefail; meshgauge report --csv - $1 | head -1", 0, marks=pytest.mark.long),
         pytest.param("set -o pipefail; meshgauge metrics | head -1", 0, marks=pytest.mark.long),
     ],

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..files.standard import drop
 from . import options, terminal
 from .completion import mesh_files
 from .groups.check import PipelineOptions, RuleOptions
@@ -94,6 +95,9 @@ def _init() -> int:
 def _point_at(refused: RefusedRule) -> int:
     """Print a rule that cannot be understood, with carets below the place; returns the exit code."""
     terminal.warn("error", f"{refused.where}: {refused.error.reason}")
-    for line in refused.error.pointed.split("\n"):
-        print(f"  {line}", file=sys.stderr)
+    try:
+        for line in refused.error.pointed.split("\n"):
+            print(f"  {line}", file=sys.stderr, flush=True)
+    except (OSError, ValueError):  # nobody reads it: the exit code still tells
+        drop(sys.stderr)
     return terminal.COULD_NOT

@@ -115,7 +115,7 @@ def require_known(filters: Filters, meshes: Sequence[Cells]) -> None:
     A type or status that only these meshes lack passes: a view may be meant for another mesh.
     """
     for what, chosen, have, known in (
-        ("cell type", filters.types, [cells.type_names for cells in meshes], BY_NAME),
+        ("cell type", filters.types, [_present(cells) for cells in meshes], BY_NAME),
         ("status", filters.statuses, [[row.name for row in STATUSES.values()]], ()),
         ("region", filters.regions, [cells.region_names for cells in meshes], ()),
     ):
@@ -123,6 +123,11 @@ def require_known(filters: Filters, meshes: Sequence[Cells]) -> None:
         for name in sorted(chosen or ()):
             if name not in names and name not in known:
                 raise ViewError(f"no {what} {name!r}{meant_or_known(name, names)}")
+
+
+def _present(cells: Cells) -> list[str]:
+    """Names of the types that a mesh has."""
+    return [cells.type_names[at] for at in np.unique(cells.type_ids).tolist()]
 
 
 def in_range(values: NDArray[np.float64], filters: Filters) -> Mask:
