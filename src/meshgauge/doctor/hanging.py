@@ -129,9 +129,11 @@ def hanging_of(
     fans = _fans(edges, len(points))
     slack = LAST_PLACES * last_place(points, faces.mesh.stored)
     in_edges = _on_edges(points, edges, fans, is_seam, slack)
-    rims = _rims(ids, owner, edge_of.reshape(-1), in_edges)
-    at_seam = np.bincount(owner[is_seam[ids]], minlength=len(slots)) > 0
-    in_faces = _in_faces(points, fans, ids, offsets, rims[at_seam[rims[:, 0]]], slack)
+    at_seam = np.zeros(len(slots), np.bool_)
+    at_seam[owner[is_seam[ids]]] = True
+    some = at_seam[owner]
+    rims = _rims(ids[some], owner[some], edge_of.reshape(-1)[some], in_edges)
+    in_faces = _in_faces(points, fans, ids, offsets, rims, slack)
     broken = np.unique(in_edges[:, 0])
     split = np.unique(in_faces[:, 0])
     of_faces = faces.cells[slots[split]].astype(np.int64)
@@ -182,9 +184,11 @@ def _boundary(faces: Topology, wanted: NDArray[np.bool_], is_shared: NDArray[np.
     each = cells[np.diff(cells, prepend=-1) > 0]
     firsts = mesh.offsets[each].astype(np.int64)
     sizes = mesh.offsets[each + 1] - firsts
-    nodes = mesh.connectivity[ragged_positions(firsts, sizes)]
-    n_shared = np.bincount(np.repeat(np.arange(len(each)), sizes), is_shared[nodes], len(each))
-    return np.asarray(slots[(n_shared > 0)[np.searchsorted(each, cells)]])
+    shares = is_shared[mesh.connectivity[ragged_positions(firsts, sizes)]]
+    before = np.concatenate([[0], np.cumsum(shares, dtype=np.int32)])
+    ends = np.cumsum(sizes)
+    has_shared = before[ends] > before[ends - sizes]
+    return np.asarray(slots[has_shared[np.searchsorted(each, cells)]])
 
 
 def _rings(faces: Topology, slots: Ids) -> tuple[Ids, Ids]:
@@ -303,7 +307,7 @@ def _between(points: NDArray[np.floating], a: Ids, b: Ids, after: Ids, p: Ids, s
 
 def _rims(ids: Ids, owner: Ids, edge_of: Ids, in_edges: Ids) -> Ids:
     """``(n, 2)`` a face, and a corner of it or a point that hangs in one of its edges."""
-    starts = np.searchsorted(in_edges[:, 0], np.arange(int(edge_of.max()) + 2))
+    starts = np.searchsorted(in_edges[:, 0], np.arange(int(edge_of.max(initial=-1)) + 2))
     n = starts[edge_of + 1] - starts[edge_of]
     hangs = np.stack([np.repeat(owner, n), in_edges[ragged_positions(starts[edge_of], n), 1]], axis=1)
     return np.concatenate([np.stack([owner, ids], axis=1), hangs])
