@@ -40,9 +40,11 @@ def by_hand(mesh: Mesh) -> dict[str, dict[str, object]]:
 @pytest.mark.parametrize("threads", [1, 2])
 def test_regions_have_the_summaries_of_their_cells(threads: int) -> None:
     mesh = meshgauge.read(BRACKET)
-    mesh = mesh.replace(
-        cell_data={**mesh.cell_data, "vtkGhostType": (np.arange(mesh.n_cells) % 9 == 3).astype(np.uint8)}
-    )
+    data = {
+        "material": np.random.default_rng(0).integers(1, 4, mesh.n_cells),
+        "vtkGhostType": (np.arange(mesh.n_cells) % 9 == 3).astype(np.uint8),
+    }
+    mesh = Mesh(mesh.points, mesh.types, mesh.offsets, mesh.connectivity, cell_data=data)
     report = FileReport.of(meshgauge.measure(mesh), by_region=True, threads=threads)
     expected = by_hand(mesh)
     assert [name for name, _ in report.regions] == list(expected)
