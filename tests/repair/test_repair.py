@@ -269,7 +269,7 @@ def test_faces_of_four_points_are_flat_by_one_corner_larger_ones_by_all(shape: s
 
 
 def test_polyhedra_keep_their_faces_flat() -> None:
-    from meshgauge.repair.polyhedral import WARP, _warps
+    from meshgauge.repair.polyhedral import WARP, warps
 
     mesh = shaken("hexahedron", 3, 0.08)
     faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -282,7 +282,7 @@ def test_polyhedra_keep_their_faces_flat() -> None:
     result = meshgauge.improve(solid, everywhere=True)
     assert result.report.displacement.n_points > 0
     assert worst(result.after) > worst(result.before)
-    was, now = _warps(poly, np.asarray(mesh.points)), _warps(poly, np.asarray(result.mesh.points))
+    was, now = (warps(flat, 4 * np.arange(6 * n + 1), np.asarray(one.points)) for one in (mesh, result.mesh))
     assert (now <= np.maximum(was, WARP["fem"])).all()
 
 

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from ..quality.measure import Quality
 from ..status import STATUSES, Category, Purpose, Status, category, is_solid, is_usable
 from .hanging import NONE, Hanging
-from .hard_faces import cells_at_hard_faces, hard_faces_of, n_hard_faces, newly_hard
+from .hard_faces import cells_at_hard_faces, hard_faces_of, hardness, newly_hard
 from .polyhedral import is_warped
 from .remeasure import remeasured
 
 ROUNDS = 40
 """How often points are put back before all are."""
+
+HARDER = 0.01
+"""Of a limit: differences below this between the hardest faces of two meshes do not count."""
 
 SAME = 1e-12
 """Differences of values below this are rounding."""
@@ -110,16 +113,19 @@ def soundness(status: NDArray[np.uint8], purpose: Purpose) -> NDArray[np.int8]:
 
 
 def is_better(after: Quality, before: Quality, target: float | None = None) -> bool:
-    """Fewer cells that are not usable; for finite volumes, of as many fewer faces that pass a limit; of as many fewer
-    cells below a target, if there is one; of as many a better worst; of an equal worst a better mean."""
+    """Fewer cells that are not usable; for finite volumes, of as many fewer faces that pass a limit, of as many a worst
+    that passes it by less; of as many fewer cells below a target, if there is one; of as many a better worst; of an
+    equal worst a better mean."""
     counts = n_unusable(after), n_unusable(before)
     worst = float(np.nanmin(after.values)), float(np.nanmin(before.values))
     mean = float(np.nanmean(after.values)), float(np.nanmean(before.values))
     if counts[0] != counts[1]:
         return counts[0] < counts[1]
-    n_hard = n_hard_faces(after.mesh), n_hard_faces(before.mesh)
-    if n_hard[0] != n_hard[1]:
-        return n_hard[0] < n_hard[1]
+    hard = hardness(after.mesh), hardness(before.mesh)
+    if hard[0].n != hard[1].n:
+        return hard[0].n < hard[1].n
+    if abs(hard[0].most - hard[1].most) > HARDER:
+        return hard[0].most < hard[1].most
     if target is not None:
         below = (int(np.count_nonzero(is_below(quality, target))) for quality in (after, before))
         if (difference := next(below) - next(below)) != 0:

@@ -21,7 +21,7 @@ from .alternate import Way, alternate
 from .ceiling import ceiling
 from .constraints import Mask, constraints_of, fixed_mask
 from .descent import workers
-from .hard_faces import n_hard_faces
+from .hard_faces import hardness
 from .near_bad import Attempt, Attempting, repair_near_bad
 from .patch import PatchOfMesh, WholeMesh, whole_patch
 from .patch_report import Known, patch_report
@@ -116,7 +116,8 @@ def improve(
     Parameters
     ----------
     mesh
-        Any mesh. Cells of high order take no part: their points stay. Faces of polyhedra are kept as flat as they are,
+        Any mesh. For finite volumes, inner faces beyond the limits of non-orthogonality and skewness are to come within
+        them, too. Cells of high order take no part: their points stay. Faces of polyhedra are kept as flat as they are,
         or within a hundredth of their radius; nodes that hang follow their edge or face.
     everywhere
         False: only points near cells that are invalid or below the target move, in rings that grow while it helps; all
@@ -327,7 +328,7 @@ def _result(best: Attempt[PatchOfMesh], whole: PatchOfMesh, held: Mask, options:
         before.mesh.n_points,
         extent(before.mesh.points)[1],
         patch.claims(after),
-        (n_hard_faces(before.mesh), n_hard_faces(after.mesh)),
+        (hardness(before.mesh), hardness(after.mesh)),
     )
     report = patch_report(best, known, options, _ceiling(patch, whole, held, best.outcome))
     given = before.source

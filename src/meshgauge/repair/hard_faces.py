@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,7 +50,30 @@ def hard_faces_of(mesh: Mesh) -> Mask:
 
 def n_hard_faces(mesh: Mesh) -> int:
     """How many there are; 0 unless the mesh is for finite volumes."""
-    return int(np.count_nonzero(hard_faces_of(mesh)))
+    return hardness(mesh).n
+
+
+@dataclass(frozen=True, slots=True)
+class Hardness:
+    """How many hard faces there are, and the worst of all inner faces."""
+
+    n: int = 0
+    non_orthogonality: float = 0.0  #: in degrees
+    skewness: float = 0.0
+
+    @property
+    def most(self) -> float:
+        """How far the hardest face is, in limits; 1 if it passes none."""
+        return max(1.0, *(float(getattr(self, name)) / METRICS[name].acceptable[1] for name in MEASURES))
+
+
+def hardness(mesh: Mesh) -> Hardness:
+    """Of the faces of a mesh for finite volumes; of another there are none."""
+    if mesh.purpose != "fv":
+        return Hardness()
+    faces = FaceQuality(mesh)
+    worst = (float(np.nanmax(getattr(faces, name), initial=0.0)) for name in MEASURES)
+    return Hardness(int(np.count_nonzero(hard_faces(faces))), *worst)
 
 
 def newly_hard(was_hard: Mask, after: Mesh) -> Mask:
@@ -60,7 +85,10 @@ def newly_hard(was_hard: Mask, after: Mesh) -> Mask:
     return cells_at(now, hard_faces(now) & ~was_hard)
 
 
-def faces_text(before: int, after: int) -> str:
+def faces_text(before: Hardness, after: Hardness) -> str:
     """What became of them, a sentence."""
     limits = " or ".join(f"{name.replace('_', '-')} above {METRICS[name].acceptable[1]:g}" for name in MEASURES)
-    return f"Inner faces with {limits}: {before:,} before, {after:,} after."
+    worst = ", ".join(
+        f"{name.replace('_', '-')} {getattr(before, name):.3g} → {getattr(after, name):.3g}" for name in MEASURES
+    )
+    return f"Inner faces with {limits}: {before.n:,} before, {after.n:,} after (worst {worst})."

@@ -199,6 +199,8 @@ def patch_around(
     if beside is not None:
         touched[beside.free] = True
         cells = np.arange(mesh.n_cells) if beside.cells is None else np.union1d(cells, beside.cells)
+    if mesh.purpose == "fv":  # faces of all cells whose points move, with the cells beyond them
+        cells = cells_at(mesh, mask_of(mesh.n_points, nodes_of(mesh, cells)))
     if is_whole or len(cells) > LARGE * mesh.n_cells:
         return replace(whole, pinned=~touched)
     used = mask_of(mesh.n_points, nodes_of(mesh, cells))

@@ -13,7 +13,7 @@ from ..quality.summary import Summary
 from . import report as records
 from .acceptance import is_below, is_to_mend
 from .claims import Promise, within
-from .hard_faces import faces_text
+from .hard_faces import Hardness, faces_text
 from .kept import unkept
 from .near_bad import AnyPatch, Attempt
 from .patch import Patch
@@ -37,8 +37,8 @@ class Known:
         Of the mesh.
     elsewhere
         Claims on what is not in the patch.
-    n_hard
-        Inner faces that pass a limit of finite volumes, before and after.
+    faces
+        Inner faces for finite volumes, before and after.
     """
 
     summaries: tuple[Summary, Summary]
@@ -46,7 +46,7 @@ class Known:
     n_points: int
     diagonal: float
     elsewhere: tuple[Claim, ...]
-    n_hard: tuple[int, int] = (0, 0)
+    faces: tuple[Hardness, Hardness] = (Hardness(), Hardness())
 
 
 def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: float) -> RepairReport:
@@ -99,11 +99,12 @@ def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: 
             *constraints.notes,
             *best.faults,
             *outcome.notes,
-            *([faces_text(*known.n_hard)] if any(known.n_hard) else []),
+            *([faces_text(*known.faces)] if any(one.n for one in known.faces) else []),
             *_of_unkept(patch),
             *_hints(near, near_after, options, why.counts),
         ),
         options=options.to_dict(),
+        faces=known.faces if any(one.n for one in known.faces) else None,
     )
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..kernels.repair.ascent import FLAT
 from ..mesh.beyond import beyond
-from ..mesh.polyhedra import Polyhedra, ragged_positions
+from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import Quality
 from ..quality.polyhedral_corners import corner_triples
 from ..status import Purpose
@@ -76,7 +76,8 @@ def is_warped(before: Quality, points: Points) -> NDArray[np.bool_]:
     poly = mesh.polyhedra
     if poly is None:
         return out
-    now, was = _warps(poly, points), _warps(poly, np.asarray(mesh.points, np.float64))
+    ids, offsets = np.asarray(poly.face_points, np.int64), np.asarray(poly.face_offsets, np.int64)
+    now, was = (warps(ids, offsets, x) for x in (points, np.asarray(mesh.points, np.float64)))
     bad = now > np.maximum(was, WARP[mesh.purpose])
     ends = np.asarray(poly.cell_offsets, np.int64)
     cells = np.repeat(np.arange(mesh.n_cells), ends[1:] - ends[:-1])
@@ -84,10 +85,11 @@ def is_warped(before: Quality, points: Points) -> NDArray[np.bool_]:
     return out
 
 
-def _warps(poly: Polyhedra, points: Points) -> Points:
-    """For each face the largest distance of a point from the mean plane, in mean distances from its middle."""
-    ids = np.asarray(poly.face_points, np.int64)
-    offsets = np.asarray(poly.face_offsets, np.int64)
+def warps(ids: Ids, offsets: Ids, points: Points) -> Points:
+    """For each face the largest distance of a point from the mean plane, in mean distances from its middle.
+
+    ``ids`` are the points of the faces one after another, ``offsets`` where each face's begin.
+    """
     sizes: Ids = offsets[1:] - offsets[:-1]
     owner = np.repeat(np.arange(len(sizes)), sizes)
     following = next_in_face(offsets)

@@ -13,6 +13,7 @@ from ..look.records import brief
 from ..mesh.labels import cell_label
 from ..quality.measure import Quality
 from ..quality.summary import Summary
+from .hard_faces import Hardness
 from .run import Progress
 
 if TYPE_CHECKING:
@@ -134,6 +135,10 @@ class RepairReport:
         What is to be known beside.
     options
         As they were given.
+    reconnection
+        Which cells were replaced; None if none could be.
+    faces
+        For finite volumes, if inner faces pass a limit: how many, and the worst, before and after; else None.
     """
 
     verdict: str
@@ -164,6 +169,7 @@ class RepairReport:
     notes: tuple[str, ...]
     options: dict[str, Any]
     reconnection: CellChanges | None = None
+    faces: tuple[Hardness, Hardness] | None = None
 
     __repr__ = brief
 
@@ -198,6 +204,7 @@ class RepairReport:
             "displacement": asdict(self.displacement),
             "sizes": asdict(self.sizes),
             "reconnection": None if self.reconnection is None else asdict(self.reconnection),
+            "faces": [asdict(one) for one in self.faces or ()],
             "volume": list(self.volume),
             "surface": list(self.surface),
             "region_volumes": {name: list(pair) for name, pair in self.region_volumes.items()},

@@ -24,6 +24,7 @@ from .faces import mask_of
 from .hard_faces import cells_at_hard_faces
 from .phases.mean import raise_mean
 from .phases.mend import mend, values_of
+from .phases.straighten import straighten
 from .phases.strict import keep_every_cell
 from .phases.unbend import is_to_unbend, unbend
 from .phases.untangle import smooth, untangle
@@ -227,6 +228,10 @@ def _repair(
             _take_unbent(outcome, promise, _unbent(outcome.quality, constraints, options, run.is_stopped), options)
         better = untwist(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
         outcome.take(better, promise)
+    if mesh.purpose == "fv" and not run.stopped:
+        straight = straighten(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
+        if straight is not outcome.quality:
+            outcome.take(straight, promise)
     if options.slides and not run.stopped:
         if not options.everywhere:
             near = _near_bad(outcome, constraints, options)

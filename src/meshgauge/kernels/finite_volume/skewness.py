@@ -3,11 +3,48 @@
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 
-from ..arrays import Float64Array, Int64Array
-from ..jit import kernel
+from ..arrays import Float64Array, Index, Int64Array
+from ..jit import inlined, kernel
+
+
+@inlined
+def off_centre(
+    points: Float64Array,
+    ids: Int64Array,
+    low: Index,
+    high: Index,
+    centre: Float64Array,
+    area: Float64Array,
+    start: Float64Array,
+    line: Float64Array,
+    least: float,
+    off: Float64Array,
+) -> Any:
+    """`skewness` of the face of the points ``ids[low:high]``; ``off`` ``(3,)`` is working space."""
+    up, along, length, square = 0.0, 0.0, 0.0, 0.0
+    for axis in range(3):
+        up += area[axis] * (centre[axis] - start[axis])
+        along += area[axis] * line[axis]
+        square += line[axis] * line[axis]
+    for axis in range(3):
+        off[axis] = centre[axis] - start[axis] - up / along * line[axis]
+        length += off[axis] * off[axis]
+    length = sqrt(length)
+    if not np.isfinite(up / along):
+        return np.inf
+    if length == 0.0:
+        return 0.0
+    reach = least * sqrt(square)
+    for at in range(low, high):
+        there = 0.0
+        for axis in range(3):
+            there += off[axis] / length * (points[ids[at], axis] - centre[axis])
+        reach = max(reach, abs(there))
+    return length / reach
 
 
 @kernel
@@ -40,25 +77,15 @@ def skewness(
     """
     off = np.empty(3)
     for face in range(first, last):
-        up, along, length, line = 0.0, 0.0, 0.0, 0.0
-        for axis in range(3):
-            up += areas[face, axis] * (centres[face, axis] - starts[face, axis])
-            along += areas[face, axis] * lines[face, axis]
-            line += lines[face, axis] * lines[face, axis]
-        for axis in range(3):
-            off[axis] = centres[face, axis] - starts[face, axis] - up / along * lines[face, axis]
-            length += off[axis] * off[axis]
-        length = sqrt(length)
-        if not np.isfinite(up / along):
-            out[face] = np.inf
-            continue
-        if length == 0.0:
-            out[face] = 0.0
-            continue
-        reach = least * sqrt(line)
-        for at in range(offsets[face], offsets[face + 1]):
-            there = 0.0
-            for axis in range(3):
-                there += off[axis] / length * (points[ids[at], axis] - centres[face, axis])
-            reach = max(reach, abs(there))
-        out[face] = length / reach
+        out[face] = off_centre(
+            points,
+            ids,
+            offsets[face],
+            offsets[face + 1],
+            centres[face],
+            areas[face],
+            starts[face],
+            lines[face],
+            least,
+            off,
+        )
