@@ -33,6 +33,7 @@ class InMemory:
         self.mesh, self.size = without_ghosts(quality.mesh), size
         self.n_cells, self.n_points = self.mesh.n_cells, self.mesh.n_points
         self.stored, self.purpose, self.blocks = self.mesh.stored or "double", self.mesh.purpose, self.mesh.blocks
+        self.joined = None
         self.dimension, self.up = self.mesh.dimension or 3, self.mesh.up or 0
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:

@@ -40,9 +40,11 @@ def files(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def expected(tmp_path: Path) -> FileReport:
-    path = tmp_path / "all.pvtu"
-    write_parallel(path, cut(garden()))
-    return FileReport.of(meshgauge.measure(io.read(path)), by_region=True, with_diagnosis=True)
+    path, parts = tmp_path / "all.pvtu", cut(garden())
+    write_parallel(path, parts)
+    starts = tuple(np.cumsum([0, *(part.n_points for part in parts)]).tolist()[:-1])
+    mesh = io.read(path).replace(parts=starts)
+    return FileReport.of(meshgauge.measure(mesh), by_region=True, with_diagnosis=True)
 
 
 def plain(text: str) -> dict[str, object]:
@@ -63,6 +65,57 @@ def test_the_command(files: list[Path], more: tuple[str, ...], tmp_path: Path, c
 def test_stream(files: list[Path], tmp_path: Path) -> None:
     made = meshgauge.stream(files, by_region=True, with_diagnosis=True)
     assert plain(json.dumps(report_dict([made]))) == plain(json.dumps(report_dict([expected(tmp_path)])))
+
+
+def cube(n: int = 6, *, with_slit: bool) -> Mesh:
+    """Hexahedra of which some are numbered in reverse, with a slit whose points are there twice, or without."""
+    i = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
+    bottom = [i[:-1, :-1, :-1], i[1:, :-1, :-1], i[1:, 1:, :-1], i[:-1, 1:, :-1]]
+    top = [i[:-1, :-1, 1:], i[1:, :-1, 1:], i[1:, 1:, 1:], i[:-1, 1:, 1:]]
+    cells = np.stack(bottom + top, -1).reshape(-1, 8)
+    points = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    slit = i[2:5, 3, 2:5].ravel() if with_slit else i[:0, 0, 0]
+    above = points[cells].mean(axis=1)[:, 1] > 3
+    for k, point in enumerate(slit):
+        cells[above] = np.where(cells[above] == point, len(points) + k, cells[above])
+    points = np.vstack([points, points[slit]])
+    cells[5::17] = cells[5::17][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    return Mesh.from_arrays(points, {"hexahedron": cells}, point_data={"GlobalNodeId": np.arange(len(points)) * 3 + 50})
+
+
+@pytest.mark.parametrize("numbers", ["global", "local", "none"])
+@pytest.mark.parametrize("way", ["whole", "in slices"])
+def test_points_of_parts_are_joined_for_the_diagnosis(
+    way: str, numbers: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(slices_read, "SIZE", 31)
+    mesh = cube(with_slit=numbers == "global")  # on which side of it a point is coordinates cannot tell
+    alone = FileReport.of(meshgauge.measure(mesh), with_diagnosis=True).diagnosis
+    files = []
+    for k, ids in enumerate(np.array_split(np.random.default_rng(2).permutation(mesh.n_cells), 4)):
+        part = mesh[ids]
+        if numbers != "global":
+            local = {"GlobalNodeId": np.arange(part.n_points) + 7} if numbers == "local" else {}
+            part = part.replace(point_data=local)
+        files.append(tmp_path / f"p{k}.vtkhdf")
+        io.write(files[-1], part)
+    if way == "whole":
+        made = FileReport.of(meshgauge.measure(io.read_as_one(files)), with_diagnosis=True).diagnosis
+    else:
+        made = meshgauge.stream(files, with_diagnosis=True).diagnosis
+    assert alone is not None
+    assert made is not None
+    of = {finding.name: finding for finding in made.findings}
+    joined = of.pop("joined_points")
+    how = "numbers" if numbers == "global" else "equal coordinates"
+    assert joined.text.startswith("Of 4 parts ")
+    assert joined.text.endswith(f"by their {how}.")
+    assert joined.count > 100
+    assert ("duplicate_points" in of) == (numbers == "global")
+    assert "orientation" in of
+    assert {name: finding.count for name, finding in of.items()} == {f.name: f.count for f in alone.findings}
+    assert (made.n_interior_faces, made.n_boundary_faces) == (alone.n_interior_faces, alone.n_boundary_faces)
+    assert made.part_sizes == alone.part_sizes
 
 
 def test_the_gate(files: list[Path], capsys: Captured) -> None:

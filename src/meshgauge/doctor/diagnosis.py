@@ -24,6 +24,7 @@ from . import cells, faces, findings, points, shells, surfaces
 from .findings import Finding
 from .hanging import hanging
 from .inward import inward
+from .joined import Joined
 from .orientation import Orientation, orientation
 
 LIMIT = 5_000_000
@@ -145,8 +146,12 @@ def diagnosis(
     if is_ghost is not None:
         mesh = without_ghosts(mesh)
         quality = replace(quality, mesh=mesh)
+    together = Joined.of_mesh(mesh, tolerance) if mesh.parts else None
+    if together is not None:
+        mesh = together.on(mesh)
+        quality = replace(quality, mesh=mesh)
     if mesh.dimension == 2:
-        return _of_surfaces(quality, tolerance, is_ghost)
+        return _of_surfaces(quality, tolerance, is_ghost, together)
     matched, representative, (is_used, repeated, hashes) = _side_by_side(
         mesh,
         lambda: topology(mesh),
@@ -189,7 +194,8 @@ def diagnosis(
         findings.parts(sizes),
         _duplicate_points(names, doubles, representative, tolerance),
         findings.interfaces(names, np.flatnonzero(interface) if interface is not None else doubles[:0], len(by_design)),
-        findings.unused_points(names, np.flatnonzero(~is_used)),
+        findings.joined_points(names, together),
+        findings.unused_points(names, _unused(is_used, together)),
         *(_beside_solids(mesh) if has_others(n_of) else ()),
     ]
     return Diagnosis(
@@ -219,7 +225,15 @@ def _duplicate_points(
     return findings.duplicate_points(names, doubles, exact, within)
 
 
-def _of_surfaces(quality: Quality, tolerance: float, is_ghost: NDArray[np.bool_] | None) -> Diagnosis:
+def _unused(is_used: NDArray[np.bool_], joined: Joined | None) -> NDArray[np.int64]:
+    """Points of no cell; those for which others stand are none."""
+    unused = np.flatnonzero(~is_used)
+    return unused if joined is None else np.setdiff1d(unused, joined.ids)
+
+
+def _of_surfaces(
+    quality: Quality, tolerance: float, is_ghost: NDArray[np.bool_] | None, together: Joined | None
+) -> Diagnosis:
     """The diagnosis of a mesh whose surface cells are measured; ghosts are marked, and vertices in it."""
     mesh = quality.mesh
     is_used, repeated, hashes = driver.signatures(
@@ -241,7 +255,8 @@ def _of_surfaces(quality: Quality, tolerance: float, is_ghost: NDArray[np.bool_]
         findings.points_on_edges(names, shells.hanging(mesh, edges)),
         findings.parts(sizes),
         _duplicate_points(names, doubles, representative, tolerance),
-        findings.unused_points(names, np.flatnonzero(~is_used)),
+        findings.joined_points(names, together),
+        findings.unused_points(names, _unused(is_used, together)),
     ]
     return Diagnosis(
         findings=tuple(finding for finding in made if finding is not None),

@@ -15,6 +15,7 @@ from ..mesh import Mesh
 from ..mesh.labels import cell_labels, point_labels
 from .hanging import Hanging
 from .inward import InwardFaces
+from .joined import Joined
 from .orientation import EXAMPLES, Orientation
 from .points import LAST_PLACES, PointScale
 
@@ -216,6 +217,18 @@ def interfaces(names: Names, ids: NDArray[np.int64], n_sides: int) -> Finding | 
     text = f"{_count(n, 'cohesive or gasket cell')} {_verb(n, 'is', 'are')} flat by design, and not measured{sides}"
     listed_ids = _ids(names, "cell", ids) if n else ""
     return _of_cells(names, "interface_cells", n, ids.tolist(), f"{text} ({listed_ids}).", level="notice")
+
+
+def joined_points(names: Names, joined: Joined | None) -> Finding | None:
+    """Points that several parts of a mesh have."""
+    if joined is None:
+        return None
+    n, how = len(joined.ids), "numbers" if joined.by_numbers else "equal coordinates"
+    of_others = f"{_count(n, 'point')} {_verb(n, 'was', 'were')} joined with those of another"
+    what = of_others if n else "none has a point of another"
+    ids = joined.ids[:EXAMPLES].tolist()
+    text = f"Of {joined.n_parts:,} parts {what}, by their {how}."
+    return Finding("joined_points", "notice", n, tuple(ids), text, names.point_labels(ids))
 
 
 def unused_points(names: Names, ids: NDArray[np.int64]) -> Finding | None:

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import ReadError
 from ..look.names import of_files
 from ..mesh import Mesh
@@ -52,6 +54,8 @@ def read_as_one(
     mesh = join_pieces(meshes, [os.fspath(path) for path in paths], path=Path(paths[0]), names_blocks=False)
     mesh = normalise(mesh, wedge_order, has_both=_has_both(paths, file_format))
     files = dict.fromkeys(source for one in meshes for source in one.sources)
+    starts = np.cumsum([0, *(one.n_points for one in meshes)])[:-1].tolist()
+    mesh = mesh.replace(parts=tuple(starts) if len(meshes) > 1 else ())
     mesh = note_ghosts(mesh.replace(path=of_files([os.fspath(path) for path in paths]), sources=tuple(files)))
     return displace(mesh, displacement) if displacement is not None else mesh
 
@@ -73,6 +77,7 @@ def pieces_as_one(
         known = [one for one in listed if one is not None]
         return replace(
             joined,
+            parts=(0, *np.cumsum([one.n_points for one in known]).tolist()[:-1]),
             path=of_files([os.fspath(path) for path in paths]),
             notes=tuple(dict.fromkeys(note for one in known for note in one.notes)),
             has_both_wedge_orders=any(one.has_both_wedge_orders for one in known),

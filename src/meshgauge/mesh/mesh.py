@@ -97,6 +97,8 @@ class Mesh:
         Of surface cells: 1 or -1 if they are in a plane, seen from +z or -z: a cell that runs clockwise is inverted.
         0: in space, where each has its own normal. None: 1 if the points are given by two coordinates; if z is the same
         at all surface cells, the sign of their area together; else 0.
+    parts
+        The first point of each of several parts that were put together, points not merged; of one mesh none.
     """
 
     points: NDArray[np.floating]
@@ -116,6 +118,7 @@ class Mesh:
     counted: tuple[str, ...] = ()
     dimension: Literal[2, 3] | None = None
     up: Literal[-1, 0, 1] | None = None
+    parts: tuple[int, ...] = ()
     copy: InitVar[bool] = field(default=True, kw_only=True)
 
     def __post_init__(self, copy: bool) -> None:
@@ -331,6 +334,8 @@ class Mesh:
             sizes = {"cells": (self.n_cells, "types"), "points": (self.n_points, "points")}
             same = {what for what, (n, array) in sizes.items() if len(changes.get(array, range(n))) == n}
             changes["counted"] = tuple(what for what in self.counted if what in same)
+        if len(changes.get("points", self.points)) != self.n_points:
+            changes["parts"] = ()
         return replace(self, **changes, copy=False)
 
     def to_pyvista(self) -> Any:

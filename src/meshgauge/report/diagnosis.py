@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..doctor import LIMIT, Diagnosis, not_diagnosed
+from ..doctor.joined import Joined
 from ..doctor.streamed import MarkCounter, Marks, bytes_needed
 from ..doctor.streamed.marks import STANDS
 from ..files.resources import free_memory, give_back
@@ -17,6 +18,7 @@ from ..io.plumbing.pieces import Pieces
 from ..mesh import CellBlock, Mesh
 from ..mesh.collapsed import resolve
 from ..mesh.ghosts import without_ghosts
+from ..mesh.labels import LABEL
 from ..mesh.mesh import Precision
 from ..slices import Job, Partial
 from ..slices.labels import cell_label, point_label
@@ -62,7 +64,27 @@ def streamed_diagnosis(job: Job, partial: Partial, memory: int | None) -> Diagno
     marks = partial.counted.all(job.facts.n_cells)
     left = 0 if memory is None else memory - bytes_needed(job.facts.n_cells, job.facts.n_points)
     give_back()
-    return diagnosis_of(_Source(job, marks), marks, room=max(ROOM, left // 2))
+    source = _Source(job, marks)
+    if job.pieces.parts:
+        source = replace(source, joined=_joined(source))
+    return diagnosis_of(source, marks, room=max(ROOM, left // 2))
+
+
+def _joined(source: _Source) -> Joined:
+    """The points that parts have in common, of those that coincide."""
+    from ..doctor.points import TOLERANCE
+    from ..doctor.streamed.doubles import crowd
+
+    pieces, facts = source.job.pieces, source.job.facts
+    crowded = crowd(source.points, source.n_points, TOLERANCE, source.stored)
+    at = crowded.moved
+    ids, labels = crowded.ids[at], None
+    if facts.point_labels == "counted":
+        labels = ids + 1
+    elif facts.point_labels == "stored":
+        columns = [piece.point_data[LABEL] for piece in pieces.pieces]
+        labels = gathered(columns, pieces.point_starts, ids).astype(np.int64)
+    return Joined.of(ids, crowded.points[at], crowded.representative[at], labels, pieces.parts)
 
 
 @dataclass(frozen=True)
@@ -89,6 +111,7 @@ class _Source:
 
     job: Job
     marks: NDArray[np.uint8]
+    joined: Joined | None = None
 
     @property
     def n_cells(self) -> int:
@@ -121,6 +144,7 @@ class _Source:
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:
         pieces = self.job.pieces
         points = [Points(_NoCoordinates(piece.n_points), 0, keeps_ids=True) for piece in pieces.pieces]
+        nowhere = np.zeros((self.n_points if self.joined is not None else 0, 3), np.float32)
         for place in places(pieces, CELLS):
             pieces.check_unchanged()
             facts = self.job.facts
@@ -129,7 +153,11 @@ class _Source:
             stands = self.marks[first : first + mesh.n_cells] & STANDS > 0
             if stands.any():
                 mesh = resolve(mesh, stands)
-            yield first, part.first_point, without_ghosts(mesh)
+            mesh, first_point = without_ghosts(mesh), part.first_point
+            if self.joined is not None:  # cells are at points of other parts, too
+                nodes = self.joined.applied(np.asarray(mesh.connectivity, np.int64) + first_point)
+                mesh, first_point = replace(mesh, points=nowhere, connectivity=nodes, copy=False), 0
+            yield first, first_point, mesh
 
     def points(self) -> Iterator[NDArray[np.floating]]:
         for piece in self.job.pieces.pieces:

@@ -37,7 +37,7 @@ from ..orientation import (
 )
 from .doubles import Crowd, crowd
 from .faces import ROOM, Matched, match
-from .few import CHUNK, REAL, Few, Seen, keep, look, part_sizes, second_look
+from .few import CHUNK, REAL, Few, Seen, keep, look, part_sizes, second_look, unused
 from .marks import HANDED, INVERTED, MEASURED, USABLE
 from .shells import diagnosis_of_surfaces
 from .source import Source
@@ -148,7 +148,8 @@ class _Conclusion:
             findings.parts(sizes),
             findings.duplicate_points(source, doubles, n_exact, within),
             findings.interfaces(source, seen.interface, len(by_design)),
-            findings.unused_points(source, np.flatnonzero(seen.flags & USED == 0)),
+            findings.joined_points(source, source.joined),
+            findings.unused_points(source, unused(source, seen)),
             *(self._beside_solids() if has_others(n_of) else ()),
         ]
         n_multiple = int(np.count_nonzero(few.faces.mates == MULTIPLE))

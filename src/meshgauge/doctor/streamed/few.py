@@ -94,6 +94,12 @@ def look(source: Source, doubles: Ids, of_types: Mask = IS_SOLID) -> Seen:
     )
 
 
+def unused(source: Source, seen: Seen) -> Ids:
+    """Points of no cell; those for which others stand are none."""
+    ids = np.flatnonzero(seen.flags & USED == 0)
+    return ids if source.joined is None else np.setdiff1d(ids, source.joined.ids)
+
+
 def part_sizes(source: Source, seen: Seen, parent: IndexArray, of_types: Mask = IS_SOLID) -> list[int]:
     """Cells of some types of each part that points hold together, largest first; ``parent``: of those that faces do."""
     n = int(np.count_nonzero(of_types[seen.types]))

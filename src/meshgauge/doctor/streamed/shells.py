@@ -18,7 +18,7 @@ from .. import cells, findings, points, shells
 from ..diagnosis import OF_SURFACES, Diagnosis
 from .doubles import Crowd, crowd
 from .faces import HalfFaces, Keys, Matched, among, match, table_of
-from .few import CHUNK, REAL, Seen, hashes_of, look, part_sizes, second_look
+from .few import CHUNK, REAL, Seen, hashes_of, look, part_sizes, second_look, unused
 from .marks import INVERTED
 from .source import Source
 
@@ -78,7 +78,8 @@ def _conclusion(
         findings.duplicate_points(
             source, crowded.ids[at], n_exact, findings.within(crowded.scale, tolerance, source.stored)
         ),
-        findings.unused_points(source, np.flatnonzero(seen.flags & USED == 0)),
+        findings.joined_points(source, source.joined),
+        findings.unused_points(source, unused(source, seen)),
     ]
     return Diagnosis(
         findings=tuple(finding for finding in made if finding is not None),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...mesh import CellBlock, Mesh
 from ...mesh.mesh import Precision
 from ...status import Purpose
+from ..joined import Joined
 
 Ids = NDArray[np.int64]
 
@@ -29,6 +30,11 @@ class Source(Protocol):
 
     @property
     def purpose(self) -> Purpose: ...
+
+    @property
+    def joined(self) -> Joined | None:
+        """Points of parts for which others stand, of which the cells that pass by have none."""
+        ...
 
     @property
     def dimension(self) -> Literal[2, 3]: ...

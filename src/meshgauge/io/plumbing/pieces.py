@@ -247,6 +247,8 @@ class Pieces:
         As of `Mesh`; None: as the points are held.
     drops_counts
         Numbers that only count cells or points are none, whatever they were taken from.
+    parts
+        As of `Mesh`.
     """
 
     path: str
@@ -258,6 +260,7 @@ class Pieces:
     stamps: tuple[Stamp, ...] = ()
     stored: Precision | None = None
     drops_counts: bool = False
+    parts: tuple[int, ...] = ()
 
     @property
     def n_cells(self) -> int:
