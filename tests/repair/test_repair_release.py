@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import pyvista
-from repair_meshes import ball
+from repair_meshes import ball, on_boundary, shaken
 from test_reconnection import delaunay
 
 import meshgauge
@@ -93,6 +93,23 @@ def test_the_surface_is_within_the_tolerance(inverted: Mesh, released: meshgauge
 def test_the_volume_is_kept(inverted: Mesh, released: meshgauge.Improvement) -> None:
     was, now = (volume_and_surface(topology(mesh), mesh.points)[0] for mesh in (inverted, released.mesh))
     assert now == pytest.approx(was, rel=1e-3)
+
+
+@pytest.mark.long
+def test_a_boundary_that_is_folded_is_mended() -> None:
+    """A cube of 6³ drawn onto a ball, the points of its boundary moved along it by up to half an edge."""
+    mesh = shaken("hexahedron", 6, 0.0)
+    points = np.asarray(mesh.points) / 3.0 - 1.0
+    largest, length = np.abs(points).max(axis=1), np.linalg.norm(points, axis=1)
+    points = points * np.divide(largest, length, out=np.ones_like(length), where=length > 0.0)[:, None]
+    outer = on_boundary(mesh, 6)
+    moved = points[outer] + np.random.default_rng(1).uniform(-0.12, 0.12, (np.count_nonzero(outer), 3))
+    points[outer] = moved / np.linalg.norm(moved, axis=1)[:, None]
+    mesh = mesh.replace(points=points)
+    assert np.count_nonzero(measure(mesh).values <= 0.0) > 3
+    result = meshgauge.improve(mesh, boundary="slide", tolerance=TOLERANCE, everywhere=True)
+    assert (result.after.status == meshgauge.Status.OK).all()
+    assert all(claim.holds for claim in result.report.claims)
 
 
 @pytest.mark.long

@@ -312,6 +312,43 @@ def test_the_deviation_is_found_where_it_is_largest() -> None:
     assert deviation(surface, out, is_given=False).largest == pytest.approx(0.5, rel=1e-3)
 
 
+def folded() -> Mesh:
+    """A cube of 5³ with two edges of its top pushed over each other: the face between them is turned over."""
+    mesh = shaken("hexahedron", 5, 0.0)
+    points = np.array(mesh.points)
+    x, y, top = points[:, 0], points[:, 1], points[:, 2] == 5.0
+    pushed = top & ((y == 2.0) | (y == 3.0))
+    way = np.where(pushed & (x == 2.0), 1.3, np.where(pushed & (x == 3.0), -1.3, 0.0))
+    points[:, 0] += way
+    points[:, 2] += 0.02 * np.abs(way)
+    return mesh.replace(points=points)
+
+
+def test_edges_of_faces_that_are_folded_are_no_features() -> None:
+    mesh = folded()
+    surface = surface_of(constraints_of(mesh, measure(mesh), None), np.asarray(mesh.points), 40.0)
+    assert (surface.n_patches, surface.n_curves) == (6, 12)
+    assert np.count_nonzero(surface.kind == CORNER) == 8
+    assert np.count_nonzero(surface.kind == FACE) == 6 * 16
+
+
+def test_faces_of_few_cells_at_a_sharp_edge_are_not_folded() -> None:
+    mesh = shaken("hexahedron", 4, 0.0)
+    points = np.array(mesh.points)
+    points[:, 2] *= 0.25 * (1.02 - points[:, 0] / 4)  # a wedge of less than 15 degrees
+    surface = surface_of(constraints_of(mesh, measure(mesh), None), points, 40.0)
+    assert (surface.n_patches, surface.n_curves) == (6, 12)
+
+
+def test_the_deviation_from_a_folded_surface_is_no_larger_than_it_is() -> None:
+    """A search from item to item would end in the fold."""
+    mesh, flat = folded(), shaken("hexahedron", 5, 0.0)
+    surface = surface_of(constraints_of(mesh, measure(mesh), None), np.asarray(mesh.points), 40.0)
+    found = deviation(surface, np.asarray(flat.points), is_given=False)
+    assert found.largest == pytest.approx(0.026, rel=0.05)
+    assert 0.0 < found.mean < 0.026
+
+
 def test_what_was_mended_by_points_before_does_not_take_sliding_back() -> None:
     mesh = shaken("hexahedron", 12, 0.0)
     points = np.array(mesh.points)
@@ -349,6 +386,7 @@ def test_a_face_may_have_the_first_point_in_its_middle() -> None:
         centre_ids=np.array([0]),
         centres=np.zeros((1, 3)),
         normals=np.array([[0.0, 0.0, 1.0]]),
+        areas=np.ones(1),
     )
     triangles, of_face = _triangles(5, faces)
     assert triangles.tolist() == [[1, 2, 0], [2, 3, 0], [3, 4, 0], [4, 1, 0]]

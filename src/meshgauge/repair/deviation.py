@@ -68,8 +68,7 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
         (0.5 * (fans[:, 0] + fans[:, 1]), owner),
         (fans[first, 2], np.arange(n_faces)),
     ):
-        place, _ = surface.facets.nearest(np.ascontiguousarray(queries), start[at])
-        np.maximum.at(far, at, np.linalg.norm(place - queries, axis=1))
+        np.maximum.at(far, at, surface.facets.distances(queries, start[at]))
     largest, mean = _largest(fans, far[owner], surface.facets, start[owner]), mean_from_old(surface, points)
     if not is_given:
         of_triangles, largest_old, mean_old = _from_the_old_side(surface, points)
@@ -83,9 +82,7 @@ def mean_from_old(surface: Surface, points: Points) -> float:
     if not len(surface.faces):
         return 0.0
     fans, owner = _fans(surface, points)
-    queries = fans.mean(axis=1)
-    place, _ = surface.facets.nearest(queries, _starts(surface)[owner])
-    return _mean(np.linalg.norm(place - queries, axis=1), _areas(fans))
+    return _mean(surface.facets.distances(fans.mean(axis=1), _starts(surface)[owner]), _areas(fans))
 
 
 def _fans(surface: Surface, points: Points) -> tuple[Points, Ids]:
@@ -142,12 +139,10 @@ def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float,
     vertices[n:] += sums / np.maximum(count, 1.0)[:, None]
     new = replace(facets, points=vertices)
     corners = facets.points[items]
-    place, _ = new.nearest(corners.mean(axis=1), triangles.copy())
-    far = np.linalg.norm(place - corners.mean(axis=1), axis=1)
+    far = new.distances(corners.mean(axis=1), triangles.copy())
     mean = _mean(far, _areas(corners))
     for m in range(3):
-        place, _ = new.nearest(np.ascontiguousarray(corners[:, m]), triangles.copy())
-        np.maximum(far, np.linalg.norm(place - corners[:, m], axis=1), out=far)
+        np.maximum(far, new.distances(corners[:, m], triangles.copy()), out=far)
     return far, _largest(corners, far, new, triangles), mean
 
 
@@ -189,8 +184,7 @@ def _distances(
     """The largest distance of some places of each triangle, and the weights of that place."""
     queries = np.einsum("tpw,twx->tpx", weights, corners)
     n, per = queries.shape[:2]
-    place, _ = projection.nearest(queries.reshape(-1, 3), np.repeat(start, per))
-    far = np.linalg.norm(place - queries.reshape(-1, 3), axis=1).reshape(n, per)
+    far = projection.distances(queries.reshape(-1, 3), np.repeat(start, per)).reshape(n, per)
     which = far.argmax(axis=1)
     rows = np.arange(n)
     return far[rows, which], weights[rows, which]

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from ..kernels.repair import projection as kernel
 from .problem import Ids, Points
 
+FURTHEST = 0.5
+"""Share of the largest distance from which on a nearest place is looked for everywhere."""
+
 
 @dataclass(frozen=True, eq=False)
 class Projection:
@@ -70,6 +73,42 @@ class Projection:
             if self.is_smooth:
                 bulge = self._bulge(place, weights, start, self.axes[start])
         return place + bulge, unit(np.einsum("qm,qmx->qx", weights, self.axes[start]))
+
+    def distances(self, queries: Points, start: Ids) -> Points:
+        """``(n,)`` distances of queries from the nearest places on the groups of some items.
+
+        A search from item to item ends where it goes no further down: on a surface with folds that may be far from the
+        nearest place. So where it ends furthest off, the nearest items of all are tried, if they are of the group.
+
+        Parameters
+        ----------
+        queries, start
+            As for `nearest`, on items that are not smooth.
+        """
+        queries = np.ascontiguousarray(queries)
+        place, _ = self.nearest(queries, start)
+        far: Points = np.linalg.norm(place - queries, axis=1)
+        is_checked = np.zeros(len(far), bool)
+        while True:
+            rest = np.flatnonzero(~is_checked & (far > FURTHEST * far.max(initial=0.0)))
+            if not len(rest):
+                return far
+            is_checked[rest] = True
+            item = self._nearest_triangles(queries[rest])
+            rest, item = (one[self.groups[item] == self.groups[start[rest]]] for one in (rest, item))
+            place, _ = self.nearest(queries[rest], item)
+            way = np.linalg.norm(place - queries[rest], axis=1)
+            closer = way < far[rest]
+            far[rest[closer]], start[rest[closer]] = way[closer], item[closer]
+
+    def _nearest_triangles(self, queries: Points) -> Ids:
+        """``(n,)`` the triangle of any group that is nearest to each query."""
+        import pyvista
+
+        triangles = np.flatnonzero(~self.is_segment)
+        used, local = np.unique(self.items[triangles], return_inverse=True)
+        data = pyvista.PolyData.from_regular_faces(self.points[used], local.reshape(-1, 3))
+        return np.asarray(triangles[np.asarray(data.find_closest_cell(queries)).reshape(-1)])
 
     def _bulge(self, place: Points, weights: Points, items: Ids, axes: Points) -> Points:
         """From places on the items to the curved surface (Boubekeur, Alexa: Phong tessellation, ACM TOG 27, 2008)."""

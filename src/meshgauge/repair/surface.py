@@ -16,6 +16,9 @@ from .features import hanging, kept_edges, kept_points, patch_labels
 from .problem import Ids, Points
 from .projection import Projection, projection_of, unit
 
+FOLD_RINGS = 3
+"""Faces around one that tell whether it is folded."""
+
 CORNER, EDGE, FACE, INSIDE = 0, 1, 2, 3
 """What a point is: that is how many directions it has to move in."""
 
@@ -72,6 +75,7 @@ class Faces:
     centre_ids: Ids  #: the node inside each, -1 where there is none
     centres: Points
     normals: Points
+    areas: Points
 
     @property
     def n(self) -> int:
@@ -160,6 +164,8 @@ def parted(
     pairs = np.flatnonzero((n_faces == 2) & ~_in_rows(np.sort(edges, axis=1), kept))
     one, two = faces.owner[order[first[pairs]]], faces.owner[order[first[pairs] + 1]]
     smooth = (np.einsum("ij,ij->i", faces.normals[one], faces.normals[two]) >= limit) & (label[one] == label[two])
+    folded = _folded(faces, one, two)
+    smooth |= (folded[one] | folded[two]) & (label[one] == label[two])
     is_feature = np.ones(len(edges), bool)
     is_feature[pairs[smooth]] = False
     patch = components(faces.n, one[smooth], two[smooth])
@@ -183,6 +189,21 @@ def parted(
     np.maximum.at(most, faces.ids, patch[faces.owner])
     kind[(kind == FACE) & (least != most) & (most >= 0)] = CORNER
     return Parts(patch, kind, features, curve, feature_angle)
+
+
+def _folded(faces: Faces, one: Ids, two: Ids) -> NDArray[np.bool_]:
+    """``(n_faces,)`` True for faces that are turned against those around: points are out of place, no edge is there.
+
+    ``one`` and ``two`` are faces side by side.
+    """
+    areas = faces.normals * faces.areas[:, None]
+    around = areas
+    for _ in range(FOLD_RINGS):
+        sums = around.copy()
+        np.add.at(sums, one, around[two])
+        np.add.at(sums, two, around[one])
+        around = sums
+    return np.asarray(np.einsum("ij,ij->i", faces.normals, around) < 0.0)
 
 
 def _slots(constraints: Constraints, points: Points) -> tuple[Ids, Ids]:
@@ -223,7 +244,8 @@ def faces_of(ids: Ids, offsets: Ids, inside: Ids, points: Points) -> Faces:
     centres = np.where((inside >= 0)[:, None], points[np.maximum(inside, 0)], middle)
     normals = np.zeros((len(sizes), 3))
     np.add.at(normals, owner, np.cross(points[ids] - centres[owner], points[ids[following]] - centres[owner]))
-    return Faces(ids, offsets, owner, following, inside, centres, unit(normals))
+    areas = 0.5 * np.linalg.norm(normals, axis=1)
+    return Faces(ids, offsets, owner, following, inside, centres, unit(normals), areas)
 
 
 def assemble(points: Points, faces: Faces, parts: Parts, sides: Ids, labels: Ids) -> Surface:

@@ -116,8 +116,12 @@ class VolumeKeeper:
     Points of faces between the same two regions, or of the boundary of one, move by the same distance.
     """
 
-    def __init__(self, surface: Surface, points: Points, moving: NDArray[np.bool_], gain: Points) -> None:
-        """For points of the mesh as they are, those that may move, and what the volume of each region is to gain."""
+    def __init__(self, surface: Surface, points: Points, moving: NDArray[np.bool_], gain: Points, most: Points) -> None:
+        """For points of the mesh as they are, those that may move, and what the volume of each region is to gain.
+
+        ``most`` is what each may be off.
+        """
+        self._most = most
         near = np.logical_or.reduceat(moving[surface.faces], surface.face_offsets[:-1])
         sizes = np.diff(surface.face_offsets)[near]
         self._ids = surface.faces[np.repeat(near, np.diff(surface.face_offsets))]
@@ -133,6 +137,10 @@ class VolumeKeeper:
         self._middle = points[self._ids].mean(axis=0) if len(self._ids) else np.zeros(3)
         self._n_regions = len(gain)
         self._wanted = self._volumes(points)[0] + gain
+
+    def keeps(self, points: Points) -> bool:
+        """True if no volume is off by more than it may."""
+        return bool((np.abs(self._wanted - self._volumes(points)[0]) <= self._most).all())
 
     def __call__(self, points: Points) -> Points:
         """``(n_points, 3)`` points of the mesh with the volumes that are wanted."""

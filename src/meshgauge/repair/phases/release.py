@@ -27,7 +27,7 @@ from ..faces import mask_of
 from ..problem import Ids, Part, Points, Problem
 from ..run import Run
 from ..surface import EDGE, FACE, INSIDE, Surface
-from ..volumes import VolumeKeeper
+from ..volumes import KEPT, VolumeKeeper
 from .mean import STRETCH, floors, raise_mean
 from .untangle import reference_lengths_of_cells
 from .worst import raise_worst
@@ -75,8 +75,9 @@ SETTLES, FIRMER, CHEAPER, CHEAPEST = 10, 3.0, 0.9, 0.5
 """How often the soft springs are made firmer to that end, and by which factor; the share of the worst that is given for
 it each time, and the least of it that is kept."""
 
-GIVE, STRIDES = 0.95, (1.0, 0.5, 0.25)
-"""What floors of cells give way to keep volumes, and shares of the way that are tried."""
+GIVE, STRIDES, OFF = 0.95, (1.0, 0.5, 0.25), 0.5
+"""What floors of cells give way to keep volumes, shares of the way that are tried, and the share of what a volume may
+change by at which cells need not give more."""
 
 ROUNDING = 1e-6
 """Share of the tolerance that a point has not moved by."""
@@ -263,14 +264,21 @@ class Springs:
         """Points with the volumes of regions as they were, as far as cells stay above their floors."""
         if self.keeper is None:
             return points
-        ids, mesh_points = self.problem.point_ids, self.base.copy()
-        mesh_points[ids] = points
-        way = self.keeper(mesh_points)[ids] - points
+        way = self.keeper(self._of_mesh(points))[self.problem.point_ids] - points
         for stride in STRIDES:
             trial: Points = points + stride * way
             if (self.problem.qualities(trial)[0] > floors).all():
                 return trial
         return points
+
+    def keeps_volumes(self, points: Points) -> bool:
+        """True if no region's volume is off by more than it may."""
+        return self.keeper is None or self.keeper.keeps(self._of_mesh(points))
+
+    def _of_mesh(self, points: Points) -> Points:
+        out = self.base.copy()
+        out[self.problem.point_ids] = points
+        return out
 
     def added_to(self, energy: Energy) -> Energy:
         """The energy with that of the springs."""
@@ -315,7 +323,7 @@ class _Release:
         keeper = None
         if not promise.is_given:
             was, is_now = promise.volumes(reached)
-            keeper = VolumeKeeper(surface, now, self.released, was - is_now)
+            keeper = VolumeKeeper(surface, now, self.released, was - is_now, OFF * KEPT * np.abs(was))
         self.springs = Springs(part, surface, on, run.freedom.scale[on], old[ids], now, keeper)
         self.descent = run.descent(part, np.arange(part.n_points))
 
@@ -423,6 +431,8 @@ class _Release:
             least = np.minimum(thresholds, max(CHEAPER**n, CHEAPEST) * worst)
             energy = QualityEnergy(part, lengths, least, barrier=BARRIER, mean=1.0, stretch=STRETCH)
             here = springs.keep_volumes(self._descend(energy, here).points, GIVE * least)
+        if springs.keeps_volumes(here):
+            return here
         return springs.keep_volumes(here, np.minimum(KEEP * part.qualities(here)[0], self.target))
 
 
