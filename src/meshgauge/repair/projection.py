@@ -91,7 +91,7 @@ class Projection:
         is_checked = np.zeros(len(far), bool)
         while True:
             rest = np.flatnonzero(~is_checked & (far > FURTHEST * far.max(initial=0.0)))
-            if not len(rest):
+            if not len(rest) or self.is_segment.all():
                 return far
             is_checked[rest] = True
             item = self._nearest_triangles(queries[rest])
