@@ -9,7 +9,7 @@ from view_meshes import cubes
 
 from meshgauge.cells import BY_NAME
 from meshgauge.view import hollows
-from meshgauge.view.hollows import normals
+from meshgauge.view.hollows import normals, roughly
 from meshgauge.view.model import Model
 
 
@@ -40,6 +40,15 @@ def test_a_convex_body_has_no_hollow_and_a_pit_is_darkest_at_its_bottom(
     assert value[bottom].min() < 0.72
     assert value[inside].min() >= 1 - hollows.DARKEST - 1e-6
     assert np.median(value[middle[:, 2] < middle[:, 2].min() + 1e-3]) > 0.97  # below it nothing changed
+
+
+def test_roughly_is_much_the_same() -> None:
+    model = cubes(6, noise=0.05)
+    surface = model.surface(model.is_solid)
+    points = model.points[surface.points]
+    exact, rough = normals(surface, points), roughly(surface, points, model.centres)
+    assert np.abs(exact[0] - rough[0]).max() < 0.2 * np.ptp(points, axis=0).max() / 6
+    assert (exact[1] * rough[1]).sum(axis=1).min() > 0.85
 
 
 def test_cells_apart_let_more_light_in() -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..look.colours import FAINT, HALO, INK, rgb
 from ..status import is_usable
-from .hollows import Grid, normals
+from .hollows import Grid, normals, roughly
 from .model import QUALITY, Model
 from .surface import Surface
 
@@ -47,7 +47,7 @@ def cells(
     colours = model.colours(surface.cells, by)
     is_smooth = grid is not None and surface.n_faces <= SMOOTH
     if grid is not None:
-        middle, normal = normals(surface, points)
+        middle, normal = normals(surface, points) if is_smooth else roughly(surface, points, model.centres)
         if is_smooth:
             sizes = np.diff(surface.offsets)
             points = points[surface.connectivity]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..mesh.polyhedra import ragged_positions
 from .surface import Ids, Surface
 
-BOXES = 80
+BOXES = 64
 """Along the longest side of the grid, at most."""
 
 REACHES = ((1, 0.3), (2, 0.3), (5, 0.4))
@@ -60,6 +60,25 @@ def volumes(points: NDArray[np.float32], connectivity: NDArray[np.integer], offs
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Boxes:
+    """In which box of a grid the centre of each cell is; ``n`` are in each, of which ``counts`` are along each axis."""
+
+    low: NDArray[np.float32]
+    box: float
+    counts: Ids
+    at: Ids
+    n: Ids
+
+    @classmethod
+    def of(cls, centres: NDArray[np.float32]) -> Boxes:
+        """Of centres ``(n, 3)``, all finite and one at least."""
+        extent = np.ptp(centres, axis=0).astype(np.float64)
+        least = 1.2 * float(extent.prod() / len(centres)) ** (1 / 3)  # with an empty box in a body there would be holes
+        low, box, counts, at = _boxes(centres, min(least, float(extent.max()) / 20))
+        return cls(low, box, counts, at, np.bincount(at, minlength=int(counts.prod())))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Grid:
     """How full space is.
 
@@ -100,16 +119,12 @@ class Grid:
         return cls._of(low, box, np.asarray(sums, np.float64))
 
     @classmethod
-    def by_count(cls, centres: NDArray[np.float32], shown: NDArray[np.bool_], *, empty: float = 0.0) -> Grid | None:
-        """The grid of the shown ones among cells with centres ``(n, 3)``, all finite; None if none is shown."""
+    def by_count(cls, whole: Boxes, shown: NDArray[np.bool_], *, empty: float = 0.0) -> Grid | None:
+        """The grid of the shown ones among the cells of boxes; None if none is shown."""
         if not shown.any():
             return None
-        extent = np.ptp(centres, axis=0).astype(np.float64)
-        least = 1.2 * float(extent.prod() / len(centres)) ** (1 / 3)  # with an empty box in a body there would be holes
-        low, box, counts, at = _boxes(centres, min(least, float(extent.max()) / 20))
-        n = int(counts.prod())
-        share = np.bincount(at[shown], minlength=n) / np.maximum(np.bincount(at, minlength=n), 1)
-        return cls._of(low, box, (share * (1 - empty) ** 3).reshape(counts))
+        share = np.bincount(whole.at[shown], minlength=len(whole.n)) / np.maximum(whole.n, 1)
+        return cls._of(whole.low, whole.box, (share * (1 - empty) ** 3).reshape(whole.counts))
 
     @classmethod
     def _of(cls, low: NDArray[np.float32], box: float, sums: NDArray[np.float64]) -> Grid:
@@ -136,6 +151,18 @@ def normals(surface: Surface, points: NDArray[np.float32]) -> tuple[NDArray[np.f
     normal = np.add.reduceat(np.cross(spokes, spokes[after]), starts)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     return middle.astype(np.float32), np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+
+
+def roughly(
+    surface: Surface, points: NDArray[np.float32], centres: NDArray[np.float32]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """As `normals`, in a fifth of the time: about the middle, and the way there from the centre of its cell."""
+    starts = surface.offsets[:-1]
+    across = surface.connectivity[starts + np.diff(surface.offsets) // 2]
+    middle = np.float32(0.5) * (points[surface.connectivity[starts]] + points[across])
+    way = middle - centres[surface.cells]
+    length = np.sqrt(np.einsum("ij,ij->i", way, way))[:, None]
+    return middle, np.divide(way, length, out=np.zeros_like(way), where=length > 0)
 
 
 def parts(

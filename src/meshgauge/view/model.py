@@ -30,7 +30,7 @@ from ..quality.measure import Quality, measure
 from ..status import STATUSES, Category, Status, is_degenerate, is_invalid, is_solid
 from ..status import category as category_of
 from .filters import ViewError
-from .hollows import FINE, Grid, parts, volumes
+from .hollows import FINE, Boxes, Grid, parts, volumes
 from .layers import layers
 from .surface import Surface, all_faces, drawn, seen_faces, surface
 
@@ -224,13 +224,19 @@ class Model:
         """``(n_cells,)`` about how large each cell is in the scene."""
         return volumes(self.points, self.mesh.connectivity, np.asarray(self.mesh.offsets, np.int64))
 
+    @cached_property
+    def _boxes(self) -> tuple[NDArray[np.bool_], Boxes]:
+        """The cells that have a finite centre, and their boxes."""
+        there = self.is_solid & np.isfinite(self.centres).all(axis=1)
+        return there, Boxes.of(self.centres[there])
+
     def grid(self, shown: NDArray[np.bool_], shrink: float = 0.0) -> Grid | None:
         """How full space is of some cells, each smaller by a share of itself; None of surface cells."""
         if self.mesh.dimension == 2:
             return None
         if self.n_cells > FINE:
-            there = self.is_solid & np.isfinite(self.centres).all(axis=1)
-            return Grid.by_count(self.centres[there], shown[there], empty=shrink)
+            there, boxes = self._boxes
+            return Grid.by_count(boxes, shown[there], empty=shrink)
         cells = np.flatnonzero(shown & (self.volumes > 0))
         if not len(cells):
             return None
