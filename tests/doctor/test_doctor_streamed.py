@@ -248,6 +248,20 @@ def test_real_meshes(file: str, shared: Path) -> None:
     assert_same(diagnosis_of(InMemory(quality, 1000), marks_of(quality)), diagnosis(quality.mesh, quality))
 
 
+@pytest.mark.long
+def test_all_real_meshes(shared: Path) -> None:
+    """Every mesh that is there, but for polyhedra, which are not diagnosed in slices."""
+    rows = (shared / "meshes" / "MANIFEST.tsv").read_text().splitlines()[1:]
+    asked = 0
+    for row in rows:
+        mesh = meshgauge.read(shared / "meshes" / row.split("\t")[0])
+        if mesh.polyhedra is None:
+            quality = meshgauge.measure(mesh)
+            assert_same(diagnosis_of(InMemory(quality, 20_000), marks_of(quality)), diagnosis(quality.mesh, quality))
+            asked += 1
+    assert asked >= 25
+
+
 def test_few_faces_are_open_where_cells_follow_one_another() -> None:
     """A layer of cells and what it takes to make the next."""
     mesh = hexahedra(*grid(12))
