@@ -388,6 +388,9 @@ def quad(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: flo
 
     The sign of a corner is certain where |J_S| |N| exceeds 4e-15 of the product of the diagonals: the rounding of N and
     of the corner's cross product are each below 6u of the lengths that they are made of.
+
+    In space four cross products and four times the normal take 15 cycles a cell, the gather 9. That opposite corners
+    add up to |N|² would save a third, but a corner of short edges would be the difference of two long areas.
     """
     widest()
     m, left = len(out), 0
@@ -395,7 +398,23 @@ def quad(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: flo
     for first in range(0, m, BLOCK):
         n = min(BLOCK, m - first)
         _gather(points, connectivity, out, 4, first, n, x)
-        for lane in range(BLOCK):
+        for lane in range(BLOCK if up != 0.0 else 0):  # the same to the last bit, without what is zero in a plane
+            p = U(lane)
+            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
+            ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
+            da, db = up * (ed[0] * ea[1] - ed[1] * ea[0]), up * (ea[0] * eb[1] - ea[1] * eb[0])
+            dc, dd = up * (eb[0] * ec[1] - eb[1] * ec[0]), up * (ec[0] * ed[1] - ec[1] * ed[0])
+            a, b, c, d = _square(ea), _square(eb), _square(ec), _square(ed)
+            s0, s1 = _squares(da, d * a, db, a * b)
+            s2, s3 = _squares(dc, b * c, dd, c * d)
+            small = min(min(s0, s1), min(s2, s3))
+            nearest = max(max(_negative(s0), _negative(s1)), max(_negative(s2), _negative(s3)))
+            flattest = min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3)))
+            least = min(min(a, b), min(c, d))
+            total = (a + b) + (c + d)  # NaN if any is: min may drop it
+            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
+            q[p] = _worst_of_right_angles(small, nearest) if is_certain else np.nan
+        for lane in range(BLOCK if up == 0.0 else 0):
             p = U(lane)
             x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
             ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
