@@ -12,6 +12,13 @@ from .mesh import Mesh
 FROM_BELOW = "All surface cells have the same z, and most of their area runs clockwise: the mesh is seen from -z."
 
 
+def seen_from(mesh: Mesh, up: Literal[-1, 0, 1] | None) -> Mesh:
+    """A mesh of surfaces with another `Mesh.up`, and no note on what it would have been."""
+    if up == mesh.up:
+        return mesh
+    return mesh.replace(up=up, notes=tuple(note for note in mesh.notes if note != FROM_BELOW))
+
+
 def side(mesh: Mesh, known: plane.Side | None = None) -> tuple[Literal[-1, 0, 1], str]:
     """What `Mesh.up` is of a mesh of surfaces with points in space, and a note if that is not to be expected; of one
     that is looked at in parts ``known`` is of those before."""

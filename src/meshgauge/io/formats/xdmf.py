@@ -11,6 +11,7 @@ from ...cells import BY_NAME, type_name
 from ...errors import ReadError, WriteError
 from ...mesh import Mesh
 from ...mesh.cast import frozen
+from ...mesh.plane import seen_from
 from ..plumbing import included, meshio, vtk, within, writing
 from ..plumbing.format import Format
 from ..plumbing.merge import Part, merge_parts
@@ -18,6 +19,8 @@ from ..plumbing.steps import Step, number_steps
 from . import xdmf_places
 
 _ROOT = re.compile(rb"<Xdmf\b", re.IGNORECASE)
+_GEOMETRY = re.compile(rb"<Geometry\b[^>]*>", re.IGNORECASE)
+_XY = re.compile(rb"Type\s*=\s*[\"']XY[\"']", re.IGNORECASE)
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -46,7 +49,15 @@ def read(path: Path, at: int) -> Mesh:
             raise ReadError(f"{path}: {'; '.join(dict.fromkeys(reasons))}") from other
     if not mesh.n_cells:
         raise ReadError(f"{path}: no cells were found in it")
-    return _simple(mesh)
+    mesh = _simple(mesh)
+    is_seen = mesh.dimension == 2 and _is_plane(path) and not mesh.points[:, 2].any()
+    return seen_from(mesh, 1) if is_seen else mesh
+
+
+def _is_plane(path: Path) -> bool:
+    """True if all points have two coordinates: VTK's reader fills in a third."""
+    text = path.read_bytes()
+    return bool(_GEOMETRY.search(text)) and all(_XY.search(tag[0]) for tag in _GEOMETRY.finditer(text))
 
 
 def _simple(mesh: Mesh) -> Mesh:

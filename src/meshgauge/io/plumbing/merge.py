@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ...mesh import CellBlock, Mesh
 from ...mesh.labels import LABEL, NO_LABEL, labels_of
 from ...mesh.mesh import GHOST_TYPE
+from ...mesh.plane import seen_from
 from ...mesh.polyhedra import IndexArray, Polyhedra
 
 
@@ -31,6 +32,10 @@ def join_pieces(meshes: Sequence[Mesh], names: Sequence[str], *, path: Path, nam
                 called = ": ".join(filter(None, (name, block.name))) if names_blocks else block.name
                 blocks.append(CellBlock(called, start + block.start, start + block.stop))
         start += mesh.n_cells
+    seen = {mesh.up for mesh in meshes if mesh.n_cells}
+    # A format may say that all is in a plane seen from +z, which points of three coordinates do not.
+    is_said = whole.dimension == 2 and len(seen) == 1 and (len(meshes) == 1 or whole.up != 0)
+    whole = seen_from(whole, seen.pop()) if is_said else whole
     return whole.replace(
         blocks=tuple(blocks) if any(block.name for block in blocks) else (),
         notes=(*whole.notes, *_lacking(meshes, names)),

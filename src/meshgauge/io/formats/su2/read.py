@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import CellBlock, Mesh
+from ....mesh.plane import seen_from
 from ...plumbing.build import Cells, Kind, check_codes, gather
 from ...plumbing.face_based import offsets_of
 from ...plumbing.format import Format
@@ -145,7 +146,7 @@ def _mesh(zones: list[_Zone], path: Path) -> Mesh:
     if len(zones) > 1:
         data["su2:zone"] = np.repeat(np.arange(1, len(zones) + 1, dtype=np.int32), [len(p.types) for p in parts])
     in_plane = all(zone.dimension == 2 for zone in zones)
-    return mesh.replace(blocks=tuple(blocks), cell_data=data, up=1 if in_plane else mesh.up)
+    return seen_from(mesh.replace(blocks=tuple(blocks), cell_data=data), 1 if in_plane else mesh.up)
 
 
 def _check_ids(part: Part, zone: _Zone, path: Path) -> None:
