@@ -114,6 +114,21 @@ def test_points_move_in_a_copy() -> None:
     assert said == expected.report.verdict
 
 
+def test_a_repair_tells_how_far_it_is_and_can_be_stopped() -> None:
+    told: list[float] = []
+    pipe = MeshRepair()
+    pipe.SetInputDataObject(0, vtk.grid(inverted_in_a_block())[0])
+    pipe.AddObserver("ProgressEvent", lambda *_: told.append(pipe.GetProgress()))
+    pipe.AddObserver("StartEvent", lambda *_: pipe.SetAbortExecute(1))
+    pipe.SetSeconds(100.0)
+    pipe.Update()
+    assert told
+    assert all(0 <= share <= 1 for share in told)
+    said = pipe.GetOutputDataObject(0).GetFieldData().GetAbstractArray("meshgauge").GetValue(0)
+    assert "invalid" in said
+    assert array(pipe.GetOutputDataObject(0).GetCellData(), "jens").min() < 0
+
+
 def test_what_has_no_points_of_its_own_is_not_repaired() -> None:
     from vtkmodules.vtkCommonDataModel import vtkImageData
 

@@ -100,9 +100,9 @@ class MeshgaugeRepair(MeshRepair):
         """Points of the boundary move on it."""
         super().SetBoundarySlides(value)
 
-    @_number("Seconds", 60.0, 0.0, 86400.0)
+    @_number("Seconds", 0.0, 0.0, 86400.0)
     def SetSeconds(self, value: float) -> None:
-        """The best so far is then the result."""
+        """The best so far is then the result; 0: no limit."""
         super().SetSeconds(value)
 
 

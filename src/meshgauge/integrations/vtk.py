@@ -224,7 +224,7 @@ class MeshRepair(_Filter):
 
     def __init__(self) -> None:
         super().__init__(nInputPorts=1, inputType="vtkPointSet", nOutputPorts=1, outputType="vtkPointSet")
-        self._options: dict[str, Any] = {"target": POOR, "everywhere": False, "boundary": "fixed", "seconds": 60.0}
+        self._options: dict[str, Any] = {"target": POOR, "everywhere": False, "boundary": "fixed", "seconds": None}
 
     def _set(self, name: str, value: Any) -> None:
         if self._options[name] != value:
@@ -244,7 +244,7 @@ class MeshRepair(_Filter):
         self._set("boundary", "slide" if value else "fixed")
 
     def SetSeconds(self, value: float) -> None:
-        """Time after which the best so far is the result, 60 until it is set; 0: no limit."""
+        """Time after which the best so far is the result, that of compiling on the first run too; 0: no limit."""
         self._set("seconds", value or None)
 
     def FillInputPortInformation(self, port: int, info: Any) -> int:
@@ -264,7 +264,15 @@ class MeshRepair(_Filter):
 
     def work(self, data: Any) -> tuple[Any, ...]:
         """Repair."""
-        result, report = repaired(data, should_stop=lambda: bool(self.GetAbortExecute()), **self._options)
+        seconds = self._options["seconds"]
+
+        def progress(now: Progress) -> None:
+            self.UpdateProgress(min(now.seconds / seconds, 1.0) if seconds else 0.5)  # which lets a user abort
+
+        def stop() -> bool:
+            return bool(self.GetAbortExecute())
+
+        result, report = repaired(data, progress=progress, should_stop=stop, **self._options)
         said = vtkStringArray()
         said.SetName("meshgauge")
         said.InsertNextValue(report.verdict)
