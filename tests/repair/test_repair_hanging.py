@@ -150,6 +150,18 @@ def test_what_is_held_holds_what_hangs_on_it() -> None:
     assert some().linked(7).tolist() == [True] * 6 + [False]
 
 
+def test_sliding_is_no_worse_where_points_hang() -> None:
+    """All that hangs has followed before points slide, and stays then."""
+    mesh = cut(4, 0.4)
+    fixed, slid = (meshgauge.improve(mesh, everywhere=True, boundary=way) for way in ("fixed", "slide"))
+    assert slid.report.holds
+    assert slid.after.values.min() >= fixed.after.values.min() - 1e-9
+    assert np.nanmean(slid.after.values) >= np.nanmean(fixed.after.values) - 1e-6
+    points = hanging(measure(mesh))[0].points
+    assert (slid.mesh.points[points] != mesh.points[points]).any()
+    assert off(slid.mesh).max() < 1e-9
+
+
 def test_what_is_put_back_takes_what_it_hangs_on_with_it() -> None:
     mesh = cut(4, 0.0)
     before, follows = measure(mesh), hanging(measure(mesh))[0]
@@ -164,13 +176,7 @@ def test_what_is_put_back_takes_what_it_hangs_on_with_it() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "boundary",
-    [
-        "fixed",
-        pytest.param("slide", marks=pytest.mark.xfail(reason="what hangs is held where the boundary slides: no gain")),
-    ],
-)
+@pytest.mark.parametrize("boundary", ["fixed", "slide"])
 def test_a_case_of_snappyhexmesh_takes_part(shared: Path, boundary: str) -> None:
     mesh = meshgauge.read(shared / "cases" / "finite_volume" / "snap")
     result = meshgauge.improve(mesh, everywhere=True, boundary=boundary)

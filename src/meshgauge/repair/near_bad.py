@@ -93,7 +93,7 @@ class Attempting:
         faults = _diagnose(patch)
         fixed = patch.pinned if self.held is None else patch.pinned | patch.of_points(self.held)
         constraints = constraints_of(patch.quality.mesh, patch.quality, fixed, (patch.region_ids, patch.region_names))
-        if (options.strict or options.slides) and constraints.hanging:
+        if options.strict and constraints.hanging:
             constraints = constraints.without_hanging()
         away = patch.pinned if self.held is None else patch.pinned & ~patch.of_points(self.held)
         outcome = repair(

@@ -233,9 +233,11 @@ def _repair(
         if straight is not outcome.quality:
             outcome.take(straight, promise)
     if options.slides and not run.stopped:
+        # What hangs has followed by now, and stays.
+        near = constraints.without_hanging() if constraints.hanging else constraints
         if not options.everywhere:
-            near = _near_bad(outcome, constraints, options)
-            promise = replace(promise, constraints=near, held=constraints.pinned)
+            near = _near_bad(outcome, near, options)
+        promise = replace(promise, constraints=near, held=constraints.pinned)
         _slide(outcome, promise, options)
     if options.rounding:
         held = constraints if options.tolerance is None else replace(constraints, sizes=None)

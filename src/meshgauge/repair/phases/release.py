@@ -24,6 +24,7 @@ from ..descent import DescentResult, Energy, Freedom
 from ..deviation import Deviation, deviation, mean_from_old
 from ..energies import QualityEnergy, ShapeEnergy
 from ..faces import mask_of
+from ..hanging import NONE
 from ..problem import Ids, Part, Points, Problem
 from ..run import Run
 from ..surface import EDGE, FACE, INSIDE, Surface
@@ -448,5 +449,5 @@ def _local(run: Run, reached: Quality, cells: NDArray[np.bool_], pinned: Mask) -
     freedom = Freedom(np.where(held[of_points], 0, 3).astype(np.uint8), np.zeros((len(of_points), 3)), sizes)
     return replace(
         run, moving=part, points_of_moving=of_points, cells_of_moving=of_cells, freedom=freedom, base=points.copy(),
-        phase_end=np.inf,
+        phase_end=np.inf, hanging=NONE,
     )  # fmt: skip

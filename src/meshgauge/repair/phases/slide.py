@@ -17,6 +17,7 @@ from ..curved import move_nodes_between
 from ..descent import Energy, Freedom
 from ..deviation import deviation
 from ..faces import mask_of
+from ..hanging import NONE
 from ..problem import Points, Problem, gather
 from ..run import Run
 from ..surface import CORNER, EDGE, FACE, INSIDE, Surface
@@ -216,6 +217,7 @@ def _slide(
         freedom=freedom,
         base=here[whole.point_ids].copy(),
         phase_end=np.inf,
+        hanging=NONE,
     )
     constraint = SlideConstraint(moving, of_points, surface, freedom)
     # A search starts from where a point was last: to go there first keeps searches short.
