@@ -12,7 +12,9 @@ import pytest
 import meshgauge
 from meshgauge import Mesh, io
 from meshgauge.cli.main import main
-from meshgauge.quality.metrics import LIMITS
+from meshgauge.quality.metrics import LIMITS, METRICS
+from meshgauge.report.html.frame import Frame
+from meshgauge.report.html.section import section
 
 
 @pytest.fixture
@@ -102,9 +104,32 @@ def test_the_page_lists_the_worst_faces(sheared: Path, tmp_path: Path) -> None:
     page = tmp_path / "page.html"
     assert main(["report", str(sheared), "--for", "fv", "--html", str(page), "-q"]) == 0
     (table,) = re.findall(r"data-faces>(.*?)</table>", page.read_text(encoding="utf-8"), re.DOTALL)
-    rows = re.findall(r'<th scope="row">non_orthogonality</th><td>75.964</td><td class="text"><bdi>(.*?)</bdi>', table)
+    beyond = r'<span class="v invalid">75.964</span>'
+    rows = re.findall(
+        rf'<th scope="row">non_orthogonality</th><td>{beyond}</td><td class="text"><bdi>(.*?)</bdi>', table
+    )
     assert len(rows) == 3
     assert all(re.fullmatch(r"cells \d, \d", row) for row in rows)
+    assert table.count("v invalid") == 3
+    assert [int(at) for at in re.findall(r'data-face="(\d+)"', table)] == list(range(table.count("<tr>") - 1))
+
+
+def test_the_page_has_the_faces_to_draw(sheared: Path) -> None:
+    mesh = meshgauge.read(sheared).replace(purpose="fv")
+    names = [name for name in LIMITS if "face" in METRICS[name].where]
+    made = section(meshgauge.measure(mesh, metrics=list(LIMITS)))
+    assert [one.face.measure for one in made.faces] == ["non_orthogonality"] * 3 + names[1:]  # worst first
+    assert made.model is not None
+    frame = Frame(tuple(made.model["frame"]["centre"]), made.model["frame"]["half"])
+    for one, drawn in zip(made.faces, made.model["faces"], strict=True):
+        np.testing.assert_allclose(drawn["points"], frame.shown(mesh.points[list(one.face.points)]))
+        assert drawn["class"] == int(one.is_beyond) == int(one.face.measure == "non_orthogonality")
+        assert 0.2 <= drawn["shade"] <= 1.0
+        assert one.face.measure in drawn["text"]
+    # At the limit the colour is that where poor begins; the ideal value has that of 1.
+    assert made.faces[0].shade == 0.2
+    assert next(one.shade for one in made.faces if one.face.measure == "volume_ratio") == pytest.approx(1.0)
+    assert section(meshgauge.measure(mesh)).faces == []
 
 
 def test_the_histogram_does_not_call_concave_cells_inverted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

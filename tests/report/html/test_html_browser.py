@@ -362,3 +362,22 @@ def test_a_line_wipes_between_two_meshes(opened: Open, tmp_path: Path) -> None:
     assert after[0] != pytest.approx(before[0])
     assert page.evaluate("() => [...document.querySelectorAll('[data-mesh]')].map((s) => s.meshView.limit)") == [1, 1]
     assert one.complaints == []
+
+
+def test_a_face_of_the_list_is_shown_in_the_mesh(opened: Open, tmp_path: Path) -> None:
+    points = grid(3).points + 0.0
+    points[:, 0] += 4.0 * points[:, 2]
+    path = tmp_path / "faces.html"
+    quality = meshgauge.measure(grid(3).replace(points=points, purpose="fv"), metrics=["non_orthogonality", "skewness"])
+    quality.to_html(path)
+    one = opened(path)
+    page = one.ready()
+    assert pixels(page)["red"] == 0
+    button = page.locator("[data-face='0']")
+    button.click()
+    page.wait_for_timeout(200)
+    assert "beyond its limit" in page.locator("[data-picked]").inner_text()
+    assert pixels(page)["red"] > 100
+    page.locator("[data-reset]").click()
+    assert pixels(page)["red"] == 0
+    assert not [text for text in one.complaints if "getImageData" not in text]

@@ -20,7 +20,7 @@ from ...look import bands, colours, style, theme
 from ...look.names import cell_entry, listed, point_entry, point_name
 from ...quality.poor import limit_of
 from .. import beside
-from ..finite_volume import face_text, place, worst_faces
+from ..finite_volume import face_text, place
 from ..over_time import Trend, trends_of
 from ..record import FileReport, StepOf
 from . import charts
@@ -179,7 +179,6 @@ def _environment(package: str | None) -> jinja2.Environment:
         "number": style.number,
         "quality": style.quality,
         "place": place,
-        "worst_faces": worst_faces,
         "face_text": face_text,
         "beside_nodes": beside.nodes,
         "beside_edges": beside.edges,

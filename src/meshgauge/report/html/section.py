@@ -18,6 +18,7 @@ from .cell_cards import Card, cards
 from .charts import Histogram, histograms
 from .frame import Frame
 from .geometry import geometry
+from .hard_faces import ListedFace, drawn_faces, listed_faces
 from .page_cells import drawable
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ class Section:
     left_out: list[str]
     model: dict[str, Any] | None  #: for the script of the page; None if there is nothing to draw
     geometry: str = ""  #: packed arrays
+    faces: list[ListedFace] = field(default_factory=list)  #: the worst for finite volumes
     kind: str = "mesh"  #: name of the template
     extra: dict[str, Any] = field(default_factory=dict)  #: what other templates need
 
@@ -96,6 +98,11 @@ def section(
         regions = sorted(regions, key=lambda row: row[1].min)[:REGIONS]
     worst = np.array([cell.cell for cell in report.worst], np.int64)
     drawn = geometry(quality, report.summary, ids, names, bins=bins, budget=budget, before=before, frame=frame)
+    faces = listed_faces(report.finite_volume)
+    model = drawn.model
+    if model is not None and faces:
+        place = Frame(tuple(model["frame"]["centre"]), model["frame"]["half"])
+        model = {**model, "faces": drawn_faces(faces, quality.mesh, place)}
     return Section(
         path=report.path,
         n_points=report.n_points,
@@ -110,7 +117,8 @@ def section(
         cards=cards(quality, worst, ids, names, drawable(quality)),
         report=report,
         left_out=[*left_out, *drawn.remarks],
-        model=drawn.model,
+        model=model,
+        faces=faces,
         geometry=drawn.text,
     )
 

@@ -71,6 +71,11 @@ class MeshView {
     spot.setAttribute("aClass", new THREE.BufferAttribute(new Float32Array([1]), 1));
     this.ring = add(new THREE.Points(spot, MG.markMaterial({ size: 34, ring: 1 })), 3);
     this.ring.visible = false;
+    // The worst faces for finite volumes, over everything: each is hidden inside of the mesh.
+    this.faces = model.faces || [];
+    this.hard = add(new THREE.Mesh(this.faces.length ? MG.facesGeometry(this.faces) : none, MG.material({ edge: 1.2, edgeOpacity: 1 })), 3);
+    this.hard.material.depthTest = false;
+    this.hard.visible = false;
   }
 
   // The triangles, values and marks of the state that is shown.
@@ -184,6 +189,8 @@ class MeshView {
     press("mode", (mode) => this.setMode(mode));
     press("slice", (axis) => this.setSlice(axis));
     press("locate", (cell) => this.locate(Number(cell)));
+    press("face", (face) => this.locateFace(Number(face)));
+    for (const button of this.root.querySelectorAll("[data-face]")) button.hidden = !this.faces[Number(button.dataset.face)];
     for (const button of this.root.querySelectorAll("[data-locate]")) {
       button.hidden = this.a.id.indexOf(Number(button.dataset.locate)) < 0;
     }
@@ -206,7 +213,10 @@ class MeshView {
       this.isStale = true;
       this.view.request();
     });
-    $("reset").addEventListener("click", () => this.view.reset());
+    $("reset").addEventListener("click", () => {
+      this.hard.visible = false;
+      this.view.reset();
+    });
     $("clear").addEventListener("click", () => {
       this.clear();
       this.update();
@@ -448,6 +458,28 @@ class MeshView {
     panel.replaceChildren(text);
     panel.dataset.cell = this.a.surfaceCell[face];
     this.unpick();
+  }
+
+  // Go to one of the listed faces; all of them are drawn then.
+  locateFace(at) {
+    const { points, text } = this.faces[at];
+    this.setState("after");
+    this.setMode("through");
+    this.unpick();
+    const about = document.createElement("p");
+    about.textContent = text;
+    this.$("picked").replaceChildren(about);
+    delete this.$("picked").dataset.cell;
+    const centre = new THREE.Vector3();
+    for (const point of points) centre.addScaledVector(new THREE.Vector3(...point), 1 / points.length);
+    const radius = Math.max(...points.map((point) => centre.distanceTo(new THREE.Vector3(...point))));
+    this.hard.visible = true;
+    this.ring.geometry.attributes.position.copyArray(centre.toArray());
+    this.ring.geometry.attributes.position.needsUpdate = true;
+    this.ring.visible = true;
+    this.view.goTo(centre, Math.max(radius * 20, 1e-4));
+    this.$("canvas").scrollIntoView({ block: "center" });
+    this.$("canvas").focus({ preventScroll: true });
   }
 
   // Go to a cell by its number in the file.

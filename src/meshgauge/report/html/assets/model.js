@@ -73,6 +73,18 @@ class Triangles {
 }
 MG.Triangles = Triangles;
 
+// Single faces, each with its points, shade and class.
+MG.facesGeometry = (faces) => {
+  const xyz = new Float32Array(faces.flatMap((face) => face.points.flat()));
+  const triangles = new MG.Triangles(faces.reduce((sum, face) => sum + Math.max(face.points.length - 2, 0), 0));
+  let first = 0;
+  faces.forEach((face, i) => {
+    triangles.face(xyz, face.points.map((_, m) => first + m), 0, face.points.length, i);
+    first += face.points.length;
+  });
+  return triangles.geometry((i) => [faces[i].shade, faces[i].class]);
+};
+
 // Where the nodes and faces of each cell are.
 MG.index = (model, a) => {
   const n = a.id.length;
