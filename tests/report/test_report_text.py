@@ -14,9 +14,10 @@ import meshgauge
 from meshgauge.errors import FailedFile
 from meshgauge.look import style
 from meshgauge.report import FileReport
+from meshgauge.report.html.page import _environment
 from meshgauge.report.several import SeveralText
 from meshgauge.report.tables import new_table
-from meshgauge.report.text import FileText
+from meshgauge.report.text import FileText, quality_text
 
 
 def rendered(item: object, width: int, *, encoding: str = "utf-8", **options: object) -> str:
@@ -163,3 +164,15 @@ def test_the_share_below_the_mean_of_corners_and_the_edge_ratio_stand_in_the_tab
         lines = [line for line in text.splitlines() if line.split()[:1] == [row]]
         assert any("0.6 %" in line for line in lines)
         assert any(f" {mean:.3f}  {edges:.3f}" in line for line in lines), lines
+
+
+def test_a_value_below_0_is_poor_where_nothing_is_invalid() -> None:
+    value = _environment(None).get_template("macros.html.jinja").module.value  # type: ignore[attr-defined]
+    assert str(quality_text(-0.1).style) == "bold red"
+    assert str(quality_text(-0.1, can_be_bad=False).style) == style.STYLES["poor"]
+    assert str(quality_text(0.5, can_be_bad=False).style) == ""
+    assert ["v invalid" in value(-0.1, 0.2), "v poor" in value(-0.1, 0.2, False), "v " in value(0.5, 0.2, False)] == [
+        True,
+        True,
+        False,
+    ]

@@ -130,10 +130,10 @@ def _by_type(rows: list[tuple[str, Tally, Tally]], *, ascii_only: bool, bars: bo
                 Text(when, "dim"),
                 count(tally.n_invalid, "invalid"),
                 count(tally.n_poor, "poor"),
-                quality_text(tally.min),
-                quality_text(at[0.01]),
-                quality_text(at[0.5]),
-                quality_text(tally.mean),
+                quality_text(tally.min, tally.scale.acceptable[0]),
+                quality_text(at[0.01], tally.scale.acceptable[0]),
+                quality_text(at[0.5], tally.scale.acceptable[0]),
+                quality_text(tally.mean, tally.scale.acceptable[0]),
                 *([spark(tally, ascii_only)] if bars and tally.n_measured else []),
             )
     return table

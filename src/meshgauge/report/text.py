@@ -182,7 +182,7 @@ def _companion_columns(rows: dict[str, Tally], tallies: beside.Tallies) -> list[
 def _value_columns(ascii_only: bool) -> list[Column]:
 
     def shown(tally: Tally, value: float) -> Text:
-        return quality_text(value, tally.scale.acceptable[0])
+        return quality_text(value, tally.scale.acceptable[0], can_be_bad=tally.n_invalid + tally.n_degenerate > 0)
 
     return [
         ("min", lambda t: shown(t, t.min)),
@@ -422,7 +422,11 @@ def count(n: int, band: str) -> Text:
     return Text(style.number(n), style.STYLES[band] if n else "dim")
 
 
-def quality_text(value: float, poor: float = POOR) -> Text:
-    """A value of J_ENS, in the colour of its band unless it is good."""
+def quality_text(value: float, poor: float = POOR, *, can_be_bad: bool = True) -> Text:
+    """A value of J_ENS, in the colour of its band unless it is good.
+
+    Where no cell is invalid or degenerate, one of a value below 0 is poor: a concave one, for finite volumes.
+    """
     bad = "bold magenta" if value == 0 else band_of(value, poor).style
+    bad = bad if can_be_bad else style.STYLES["poor"]
     return Text(style.quality(value), "" if value >= poor else bad)
