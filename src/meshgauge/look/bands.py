@@ -59,7 +59,7 @@ class Band:
     style: str  #: of the terminal
 
 
-BANDS = (Band("inverted", -1.0, "red"), Band("poor", 0.0, "yellow"), Band("good", POOR, "green"))
+BANDS = (Band("inverted", -1.0, "red"), Band("poor", 0.0, "yellow"), Band("good", POOR, "bright_blue"))
 """The bands of J_ENS on a histogram; a degenerate cell is at the start of *poor*, where no bin can tell it apart."""
 
 

@@ -11,8 +11,14 @@ SPARKS_ASCII = " .:-=+*%#"
 EIGHTHS = " ▏▎▍▌▋▊▉█"
 
 
-STYLES = {"invalid": "bold red", "degenerate": "bold magenta", "undecided": "yellow", "poor": "yellow", "good": "green"}
-"""Of the columns of counts, where the count is not 0."""
+STYLES = {
+    "invalid": "bold red",
+    "degenerate": "bold magenta",
+    "undecided": "yellow",
+    "poor": "yellow",
+    "good": "bright_blue",  # as in pages and pictures
+}
+"""Of the columns of counts, where the count is not 0: the palette of `look.colours` in the terminal's own colours."""
 
 LEVELS = {
     "bad": "bold red",
