@@ -46,8 +46,10 @@ def listed_faces(measures: tuple[FiniteVolumeMeasure, ...]) -> list[ListedFace]:
 
 
 def _shade(name: str, value: float, bound: float) -> float:
-    ideal = METRICS[name].standard("hexahedron").ideal
-    share = (value - ideal) / (bound - ideal) if bound != ideal else 0.0
+    row = METRICS[name]
+    if row.per_shape or row.ideal == bound:  # a volume: there is no ideal one
+        return 1.0
+    share = (value - row.ideal) / (bound - row.ideal)
     return float(np.clip(1.0 - (1.0 - POOR) * share, POOR, 1.0))
 
 
