@@ -168,7 +168,7 @@ def test_the_share_below_the_mean_of_corners_and_the_edge_ratio_stand_in_the_tab
 
 def test_a_value_below_0_is_poor_where_nothing_is_invalid() -> None:
     value = _environment(None).get_template("macros.html.jinja").module.value  # type: ignore[attr-defined]
-    assert str(quality_text(-0.1).style) == "bold red"
+    assert str(quality_text(-0.1).style) == "red"
     assert str(quality_text(-0.1, can_be_bad=False).style) == style.STYLES["poor"]
     assert str(quality_text(0.5, can_be_bad=False).style) == ""
     assert ["v invalid" in value(-0.1, 0.2), "v poor" in value(-0.1, 0.2, False), "v " in value(0.5, 0.2, False)] == [
