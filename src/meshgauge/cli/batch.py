@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
-from ..files.resources import free_memory
 from ..io import Limits, pieces_as_one, read_as_one, steps, write
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice, position
@@ -46,9 +45,6 @@ REFERRING = (".pvtu", ".pvd", ".series", ".vtkhdf", ".hdf")
 
 DIAGNOSED = 5_000_000
 """Cells up to which a mesh is read whole if there is memory: it is diagnosed as well, see `doctor.LIMIT`."""
-
-WHOLE = 3.0
-"""Times the bytes of its arrays that a mesh takes where it is read and measured whole."""
 
 OFTEN = 2.0
 """Times from which on it is said how often points are read."""
@@ -456,8 +452,7 @@ def _size(path: str) -> int:
 
 def is_large(listed: Pieces, memory: int | None) -> bool:
     """Whether a mesh is measured slice by slice: beyond what is diagnosed, or what memory allows."""
-    allowed = memory if memory is not None else free_memory()
-    return listed.n_cells > DIAGNOSED or (allowed is not None and WHOLE * listed.n_bytes > allowed)
+    return listed.n_cells > DIAGNOSED or slices.takes_more(listed, memory)
 
 
 def _choice(text: str | None) -> StepChoice:

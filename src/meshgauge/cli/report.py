@@ -100,6 +100,7 @@ def report(
     from ..report.one_cell import OneCellText, dumps
     from ..report.stream import file_report
     from ..slices import Ask
+    from . import slices
     from .bad import write as write_bad
     from .bad import write_in_slices as write_bad_in_slices
     from .batch import Batch
@@ -139,13 +140,15 @@ def report(
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         is_added = target is None or (table is None and not has_bad and batch.adds_rows(path, target))
-        if page is None and bad_set is None and (bad is None or table is None) and is_added:
+        # A page of a mesh that there is memory for shows it.
+        is_drawn = page is not None and not slices.takes_more(batch.pieces(path), batch.allowed_memory)
+        if not is_drawn and bad_set is None and (bad is None or table is None) and is_added:
             beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
             counter = MarkCounter() if contents.diagnosis else None
             ask = Ask(
                 metrics,
                 n_worst,
-                by_region=by_region,
+                by_region=by_region or page is not None,
                 companions=True,
                 keeps_rows=table is not None,
                 counter=counter,
@@ -163,7 +166,11 @@ def report(
                 done = add_in_slices(batch, path, ask, target, in_place=in_place)
             if done is not None:
                 with batch.progress(f"diagnosing {path}"):
-                    return file_report(*done, path=path, with_diagnosis=contents.diagnosis, memory=batch.allowed_memory)
+                    memory = batch.allowed_memory
+                    one = file_report(*done, path=path, with_diagnosis=contents.diagnosis, memory=memory)
+                if page is not None:
+                    page.add_without_model(replace(one, step=path.of_file) if isinstance(path, inputs.State) else one)
+                return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
         quality = batch.with_faces(path, batch.measure(path, metrics))
         with batch.progress(f"summarising {path}"):
             one = FileReport.of(

@@ -7,14 +7,28 @@ import re
 import sys
 import time
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ..errors import OptionError
+from ..files.resources import free_memory
 from ..look.style import number, number_of
 from ..slices import Progress
 from .terminal import activity
 
+if TYPE_CHECKING:
+    from ..io.plumbing.pieces import Pieces
+
+WHOLE = 3.0
+"""Times the bytes of its arrays that a mesh takes where it is read and measured whole."""
+
 _UNITS = {"": 1, "k": 1000, "m": 1000**2, "g": 1000**3, "t": 1000**4}
 _SIZE = re.compile(r"\s*(\d+(?:\.\d*)?)\s*([kmgt]?)(i?)b\s*", re.IGNORECASE)
+
+
+def takes_more(listed: Pieces | None, memory: int | None) -> bool:
+    """Whether a mesh in pieces takes more memory as a whole than is allowed, or free if nothing is said."""
+    allowed = memory if memory is not None else free_memory()
+    return listed is not None and allowed is not None and WHOLE * listed.n_bytes > allowed
 
 
 def n_bytes(text: str) -> int:

@@ -25,7 +25,7 @@ from ..over_time import Trend, trends_of
 from ..record import FileReport, StepOf
 from . import charts
 from .over_time_charts import OverTime
-from .section import BUDGET, Section, section
+from .section import BUDGET, Section, section, section_without_model
 from .sketch import sketch
 
 if TYPE_CHECKING:
@@ -131,6 +131,12 @@ class HtmlWriter:
     def add(self, quality: Quality, report: FileReport) -> None:
         """Append a mesh; nothing of it is kept but its section."""
         self._sections.append(section(quality, report, bins=self.bins, budget=self.budget))
+        if report.step is not None:
+            self._steps.append((report.step, report.summary.all))
+
+    def add_without_model(self, report: FileReport) -> None:
+        """Append a mesh that was measured slice by slice, see `section_without_model`."""
+        self._sections.append(section_without_model(report, bins=self.bins))
         if report.step is not None:
             self._steps.append((report.step, report.summary.all))
 

@@ -123,6 +123,44 @@ def section(
     )
 
 
+NOT_DRAWN = "The mesh is not drawn: it was measured slice by slice, and there is no memory for it as a whole."
+
+
+def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
+    """The section of a mesh that was measured slice by slice, and is not in memory: all but its pictures.
+
+    Parameters
+    ----------
+    report
+        With the regions, if they are to be shown.
+    bins
+        As for `section`.
+    """
+    regions = [(name, one.all) for name, one in report.regions if one.all.n_measured]
+    left_out = [NOT_DRAWN]
+    if len(regions) > REGIONS:
+        left_out.append(f"The table of regions has the {REGIONS} with the lowest minimum, of {len(regions)}.")
+        regions = sorted(regions, key=lambda row: row[1].min)[:REGIONS]
+    names = [name for name, _ in report.regions]
+    has_beside = len(regions) > 1 and len(report.region_companions) == len(names)
+    return Section(
+        path=report.path,
+        n_points=report.n_points,
+        n_cells=report.n_cells,
+        verdict=verdict(report.summary),
+        summary=report.summary,
+        types=[(name, tally) for name, tally in report.summary.types.items() if tally.n_measured],
+        regions=regions if len(regions) > 1 else [],
+        beside_types=beside.of_types(report),
+        beside_regions=beside.of_regions(names, report.region_companions) if has_beside else {},
+        histograms=histograms(report.summary, min(bins, BINS)),
+        cards=[],
+        report=report,
+        left_out=left_out,
+        model=None,
+    )
+
+
 def _beside_regions(
     quality: Quality, ids: NDArray[np.int64], names: tuple[str, ...], report: FileReport
 ) -> beside.Tallies:
