@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..look.colours import DEGENERATE, FAINT, INK, INVALID, POOR, RAMP, SKIN, rgb
+from ..look.colours import DEGENERATE, FAINT, HALO, INK, INVALID, POOR, RAMP, SKIN, rgb
 from ..quality.measure import Quality
 from ..status import Category, category
 from . import callouts
@@ -67,7 +67,7 @@ def plotter(quality: Quality, n: int = 10, *, off_screen: bool | None = None) ->
         rows = [f"{n}  {'  '.join(callouts.caption(cell)[:2])}" for n, cell in enumerate(cells, 1)]
         made.add_text("\n".join(rows), position="upper_left", font_size=9, color=INK, name="worst cells")
         entries = _legend(quality, [cell.cell for cell in cells])
-        made.add_actor(_square(0.015, 0.02, 0.3, 0.02 + 0.04 * len(entries), "#ffffff", 0.8), name="legend")
+        made.add_actor(_square(0.015, 0.02, 0.3, 0.02 + 0.04 * len(entries), HALO, 0.8), name="legend")
         for n, (text, colour) in enumerate(entries[::-1]):
             low = 0.03 + 0.04 * n
             made.add_actor(_square(0.025, low, 0.045, low + 0.024, colour), name=text)
