@@ -195,3 +195,22 @@ def test_tetrahedra_side_by_side_are_those_one_by_one(sharpness: float) -> None:
             assert (run.moving.qualities(points)[1] >= floors - 1e-12).all()
             results.append(points)
     np.testing.assert_allclose(*results, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_corners_that_are_put_away_come_back(kind: str) -> None:
+    """Meanwhile values are those of all corners, whatever signs there are."""
+    mesh = shaken(kind, 3, 1.2)
+    with workers(1) as team:
+        run = run_of(mesh, team)
+        given, points = run.whole, run.base[run.points_of_moving]
+        assert not run.in_moving.all()
+        run.base[run.points_of_moving] = points
+        expected = run.whole.qualities(run.base)[1]
+        assert (expected < 0).any()
+        with run.whole_put_away():
+            assert len(run.whole.corners) == 0
+            np.testing.assert_array_equal(run._values(points), expected)
+        np.testing.assert_array_equal(run.whole.corners, given.corners)
+        np.testing.assert_array_equal(run.whole.kinds, given.kinds)
+        np.testing.assert_array_equal(run._values(points), expected)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from itertools import product
 from types import SimpleNamespace
 
@@ -154,7 +155,13 @@ def test_each_phase_has_its_share_of_the_time(seconds: float, monkeypatch: pytes
     monkeypatch.setattr(whole, "raise_mean", lambda run, points, *_: note("mean", run, points))
     mesh = shaken("tetra", 2, 0.1)
     moving, began = problem(mesh, np.ones(mesh.n_cells, bool)), time.monotonic()
-    run = SimpleNamespace(moving=moving, deadline=began + seconds, target=0.2, is_stopped=lambda: False)
+    run = SimpleNamespace(
+        moving=moving,
+        deadline=began + seconds,
+        target=0.2,
+        is_stopped=lambda: False,
+        whole_put_away=nullcontext,
+    )
     limit = SimpleNamespace(bounds=np.ones(1), by_four=np.zeros(1, bool))
     whole._phases(run, np.asarray(mesh.points), limit, strict=False)  # type: ignore[arg-type]
     shares = whole.SHARES

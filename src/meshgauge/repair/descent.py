@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from .problem import Part, Points, Problem
 T = TypeVar("T")
 R = TypeVar("R")
 
-MEMORY = 7
+MEMORY = 5
 """Pairs of steps and changes of the gradient that are kept."""
 
 PATIENCE = 4
@@ -121,7 +121,9 @@ class Descent:
         self.team = team
         self.hanging = hanging
         n = problem.n_points
-        self._parts = [np.empty((part.high - part.low, 3)) for part in problem.parts]
+        # As many parts at a time as there are threads.
+        n_rows = max((part.high - part.low for part in problem.parts), default=0)
+        self._buffers = [np.empty((n_rows, 3)) for _ in range(min(team.n, len(problem.parts)))]
         self._ranges = [(first, min(first + RANGE, n)) for first in range(0, max(n, 1), RANGE)]
         self._history = np.zeros((2 * MEMORY, n, 3), np.float32)
         self._direction = np.empty((n, 3))
@@ -209,31 +211,37 @@ class Descent:
             converged = slow >= PATIENCE or not pull > 0.0
             if watch is not None and watch(here, value, least):
                 break
-        return DescentResult(here.copy(), value, least, n, converged)
+        self._spare[2] = there  # the other of the two, which of them it is now
+        return DescentResult(here, value, least, n, converged)
 
     def _evaluate(self, energy: Energy, points: Points, gradient: Points) -> tuple[float, float, float]:
         """Energy, the least value and the largest component of the gradient, which is set."""
 
-        def of_part(n: int) -> tuple[float, float]:
-            buffer = self._parts[n]
-            buffer[...] = 0.0
-            return energy(points, self.problem.parts[n], buffer)
+        parts, results = self.problem.parts, []
+        for first in range(0, len(parts), len(self._buffers)):
+            some = parts[first : first + len(self._buffers)]
+            rows = [buffer[: part.high - part.low] for part, buffer in zip(some, self._buffers, strict=False)]
 
-        results = self.team.map(of_part, list(range(len(self._parts))))
+            def of_part(n: int, some: Any = some, rows: Any = rows) -> tuple[float, float]:
+                rows[n][...] = 0.0
+                return energy(points, some[n], rows[n])
+
+            def sums(bounds: tuple[int, int], some: Any = some, rows: Any = rows, is_first: bool = first == 0) -> None:
+                if is_first:
+                    gradient[bounds[0] : bounds[1]] = 0.0
+                for part, buffer in zip(some, rows, strict=True):
+                    steps.accumulate(buffer, part.low, *bounds, gradient)
+
+            results += self.team.map(of_part, list(range(len(some))))
+            self.team.map(sums, self._ranges)
         value = float(sum(one for one, _ in results))
         least = min(one for _, one in results)
         if not np.isfinite(value):
             return np.inf, least, 0.0
 
-        def sums(bounds: tuple[int, int]) -> None:
-            gradient[bounds[0] : bounds[1]] = 0.0
-            for part, buffer in zip(self.problem.parts, self._parts, strict=True):
-                steps.accumulate(buffer, part.low, *bounds, gradient)
-
         def constrained(bounds: tuple[int, int]) -> float:
             return steps.constrain(self.freedom.kind, self.freedom.axes, self.freedom.scale, *bounds, gradient)
 
-        self.team.map(sums, self._ranges)
         self.hanging.pull(gradient)
         return value, least, max(self.team.map(constrained, self._ranges))
 

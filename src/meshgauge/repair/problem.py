@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..cells import SHAPES, TETRA
 from ..kernels.repair import cells as improve_cells
-from ..kernels.repair.corners import edge_lengths, grow
+from ..kernels.repair.corners import edge_lengths, grow, mark_points
 from ..mesh import Mesh
 from ..mesh.connectivity import chunks, pick
 from ..mesh.polyhedra import ragged_positions
@@ -24,7 +24,7 @@ Ids = NDArray[np.int64]
 PART_CORNERS = 24_000
 """Corners from which on another part, for another thread, is worth its while."""
 
-CHUNK = 1 << 20
+CHUNK = 1 << 17
 """Corners for which temporaries are made at a time."""
 
 BITS = 21
@@ -143,16 +143,21 @@ class Problem:
 
     def point_sizes(self, lengths: NDArray[np.float32]) -> Points:
         """``(n_points,)`` mean length of the edges at each point."""
-        at = self.corners[:, 0]
-        sums = np.bincount(at, lengths.sum(axis=1), minlength=self.n_points)
-        sizes: Points = sums / np.maximum(3.0 * np.bincount(at, minlength=self.n_points), 1.0)
+        sizes, counts = np.zeros(self.n_points), np.zeros(self.n_points)
+        for start in range(0, len(lengths), CHUNK):
+            at, part = self.corners[start : start + CHUNK, 0], lengths[start : start + CHUNK]
+            sizes += np.bincount(at, part.sum(axis=1), minlength=self.n_points)
+            counts += np.bincount(at, minlength=self.n_points)
+        sizes /= np.maximum(3.0 * counts, 1.0)
         return sizes
 
     def reference_lengths(self, points: Points) -> NDArray[np.float32]:
         """`edge_lengths`, none below a thousandth of the mean around its corner."""
         lengths = self.edge_lengths(points)
         sizes = (1e-3 * self.point_sizes(lengths)).astype(np.float32)
-        np.maximum(lengths, sizes[self.corners[:, 0]][:, None], out=lengths)
+        for start in range(0, len(lengths), CHUNK):
+            part = lengths[start : start + CHUNK]
+            np.maximum(part, sizes[self.corners[start : start + CHUNK, 0]][:, None], out=part)
         return lengths
 
     def cell_of_corner(self) -> Ids:
@@ -180,7 +185,7 @@ class Problem:
     def points_at(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """``(n_points,)`` True for points of some cells."""
         mark = np.zeros(self.n_points, np.bool_)
-        mark[self.corners[np.repeat(cells, np.diff(self.cells))]] = True
+        mark_points(self.corners, self.cells, np.asarray(cells, np.bool_), mark)
         return mark
 
     def grow(self, cells: NDArray[np.bool_], rings: int) -> NDArray[np.bool_]:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -70,6 +71,8 @@ class Run:
         On the monotonic clock, or infinity.
     hanging
         Points of ``moving`` that follow others.
+    in_moving
+        ``(n_corners,)`` the corners of ``whole`` that ``moving`` has, too.
     """
 
     whole: Problem
@@ -86,12 +89,14 @@ class Run:
     on_progress: Callable[[Progress], object] | None = None
     should_stop: Callable[[], bool] | None = None
     hanging: Hanging = NONE
+    in_moving: Mask = field(default_factory=lambda: np.empty(0, bool))
     history: list[Progress] = field(default_factory=list)
     form: Mesh | None = None  #: whose curved edges keep their form while corners move; None: the mesh given
     raised: Points | None = None  #: of ``moving``, with the worst raised and the mean not yet
     evaluations: int = 0
     stopped: str = ""
     phase_end: float = np.inf
+    _constant: Points | None = None  # what corners that no point moves allow each cell, while ``whole`` is put away
     _last: float = 0.0
     _cost: float = 0.0  # of the last entry, in seconds
 
@@ -116,7 +121,11 @@ class Run:
             at[points] = np.arange(len(points))
             hanging = self.hanging.of_part(at, stays)
             kind[hanging.points] = 0
-        freedom = Freedom(kind, self.freedom.axes[points], self.freedom.scale[points])
+        free = self.freedom
+        is_all = len(points) == self.moving.n_points
+        freedom = Freedom(
+            kind, free.axes if is_all else free.axes[points], free.scale if is_all else free.scale[points]
+        )
         return Descent(part, freedom, self.team, self.is_over, hanging)
 
     @property
@@ -142,13 +151,45 @@ class Run:
                 self.stopped = "time"
         return bool(self.stopped)
 
+    @contextmanager
+    def whole_put_away(self) -> Iterator[None]:
+        """While phases run on ``moving``, ``whole`` is without its corners, which are mostly the same."""
+        if self.in_moving.all():
+            yield
+            return
+        keep, cells = self.in_moving, np.flatnonzero(~self.in_moving)
+        rest, points, of_cells = self.whole.of_corners(~keep)
+        self._constant = np.ones(self.whole.n_cells)
+        self._constant[of_cells] = rest.qualities(self.base[points])[1]
+        left = self.whole.corners[cells], self.whole.kinds[cells], self.whole.bends[cells[: len(self.whole.bends)]]
+        none = np.empty((0, 4), np.int32), np.empty(0, np.int32), np.empty((0, 3, 4))
+        self.whole = replace(self.whole, corners=none[0], kinds=none[1], bends=none[2])
+        try:
+            yield
+        finally:
+            of_moving = gather(self.points_of_moving.astype(np.int32), self.moving.corners)
+            corners = _merged(keep, of_moving, left[0])
+            kinds, bends = _merged(keep, self.moving.kinds, left[1]), _merged(keep, self.moving.bends, left[2])
+            self.whole = replace(self.whole, corners=corners, kinds=kinds, bends=bends)
+            self._constant = None
+
+    def _values(self, points: Points) -> Points:
+        """``(n_cells,)`` J_ENS of the cells of ``whole``, with the points of ``moving`` where they are."""
+        if self._constant is None:
+            return self.whole.qualities(self.base)[1]
+        jens, mine = self._constant.copy(), self.moving.qualities(points)[1]
+        other = jens[self.cells_of_moving]
+        both = np.where((mine < 0.0) & (other < 0.0), np.maximum(mine, other), np.minimum(mine, other))
+        jens[self.cells_of_moving] = both
+        return jens
+
     def record(self, phase: str, points: Points, *, now: bool = False) -> None:
         """Add to the history and tell the caller, unless that was done just before."""
         clock = time.monotonic()
         if not now and clock - self._last < max(INTERVAL, COST_FACTOR * self._cost, TIME_SHARE * (clock - self.start)):
             return
         self.base[self.points_of_moving] = points
-        _, jens = self.whole.qualities(self.base)
+        jens = self._values(points)
         progress = Progress(
             phase=phase,
             seconds=clock - self.start,
@@ -180,7 +221,8 @@ def begin_run(
     base = np.asarray(constraints.quality.mesh.points, np.float64)[whole.point_ids].copy()
     held = constraints.hanging.held_with(constraints.fixed)
     fixed = held[whole.point_ids]
-    moving, of_points, of_cells = whole.of_corners(np.asarray(~gather(fixed, whole.corners).all(axis=1)))
+    in_moving = np.asarray(~gather(fixed, whole.corners).all(axis=1))
+    moving, of_points, of_cells = whole.of_corners(in_moving)
     lengths = moving.edge_lengths(base[of_points])
     freedom = Freedom(
         np.where(fixed[of_points], 0, 3).astype(np.uint8), np.zeros((len(of_points), 3)), moving.point_sizes(lengths)
@@ -200,6 +242,7 @@ def begin_run(
         on_progress=on_progress,
         should_stop=should_stop,
         hanging=_hanging(constraints, held, whole.point_ids[of_points]),
+        in_moving=in_moving,
     )
 
 
@@ -210,3 +253,12 @@ def _hanging(constraints: Constraints, held: Mask, ids: Ids) -> Hanging:
     at = np.full(len(held), -1, np.int64)
     at[ids] = np.arange(len(ids))
     return constraints.hanging.of_part(at, held)
+
+
+def _merged(keep: Mask, mine: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Rows of two arrays in their order: those of the first where ``keep`` is True; without rows if both are."""
+    if not len(mine) + len(other):
+        return mine
+    out = np.empty((len(keep), *mine.shape[1:]), mine.dtype)
+    out[keep], out[~keep] = mine, other
+    return out

@@ -204,12 +204,13 @@ def _repair(
         stays = problem(form.mesh, constraints.cells, polyhedral, constraints.bounding).bends[:, :, 3] > 0.0
         turns = ~stays & curved[mesh.types[whole.cell_ids]][whole.cell_of_corner(), None]
     limit = ceiling(whole, run.base, constraints.bounding[whole.point_ids], turns)
+    del whole  # the phases put its corners away
     outcome = Outcome(given, run, limit)
     run.record("start", run.base[run.points_of_moving], now=True)
-    run.base[:] = outcome.quality.mesh.points[whole.point_ids]
+    run.base[:] = outcome.quality.mesh.points[run.whole.point_ids]
     points = run.base[run.points_of_moving].copy()
     run.keep_time(began)
-    if not whole.n_cells:
+    if not run.whole.n_cells:
         run.record("end", points, now=True)
         return outcome
     if options.everywhere:
@@ -217,7 +218,7 @@ def _repair(
         _take_unbent(outcome, promise, form, options)
         _take_moved(outcome, promise, _phases(run, points, limit, strict=options.strict), options)
     else:
-        outcome.sizes = size_limits(before, constraints.topology, whole, options.size_change)
+        outcome.sizes = size_limits(before, constraints.topology, run.whole, options.size_change)
         outcome.hard = cells_at_hard_faces(before)
         constraints = replace(constraints, sizes=outcome.sizes)
         promise = Promise(before, constraints, strict=options.strict)
@@ -245,7 +246,7 @@ def _repair(
     if outcome.quality is before and not outcome.broken:
         outcome.notes.append("No better mesh was found: the mesh is as it was.")
     at_end = np.asarray(outcome.quality.mesh.points, np.float64)
-    run.record("end", at_end[whole.point_ids[run.points_of_moving]], now=True)
+    run.record("end", at_end[run.whole.point_ids[run.points_of_moving]], now=True)
     return outcome
 
 
@@ -326,7 +327,13 @@ def _improve_and_mend(
 
 def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points:
     had, _ = run.moving.qualities(points)
+    with run.whole_put_away():
+        reached = _raised(run, points, limit, had, strict=strict)
+    return keep_every_cell(run, points, reached) if strict and reached is not points else reached
 
+
+def _raised(run: Run, points: Points, limit: Ceiling, had: Points, *, strict: bool) -> Points:
+    """The phases, one after another; with ``strict`` cells are nearly back at what they had in the end."""
     began = time.monotonic()
 
     def until(phase: str) -> None:
@@ -353,7 +360,6 @@ def _phases(run: Run, points: Points, limit: Ceiling, *, strict: bool) -> Points
         return given
     if strict:
         points = raise_worst(run, points, lengths, offsets=np.minimum(had, 1.0), goal=1e-9, phase="strict")
-        points = keep_every_cell(run, given, points)
     return points
 
 

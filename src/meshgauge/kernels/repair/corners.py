@@ -53,6 +53,16 @@ def grow(corners: Int32Array, cells: Int64Array, chosen: BoolArray, touched: Boo
 
 
 @kernel
+def mark_points(corners: Int32Array, cells: Int64Array, chosen: BoolArray, marked: BoolArray) -> None:
+    """Make ``marked``, ``(n_points,)``, True for the points of the chosen cells, without a copy of their corners."""
+    for e in range(len(chosen)):
+        if chosen[e]:
+            for c in range(cells[e], cells[e + 1]):
+                for m in range(4):
+                    marked[corners[c, m]] = True
+
+
+@kernel
 def at_marked(offsets: IntArray, nodes: IntArray, marked: BoolArray, is_at: BoolArray) -> None:
     """Make ``is_at``, ``(n_cells,)``, True for cells with a node at a marked point, ``(n_points,)``.
 

@@ -51,8 +51,7 @@ def raise_mean(
     if part.n_cells == 0 or run.is_over():
         return points
     lowest, thresholds = part.qualities(points)[0], floors(run, points)
-    is_stiff = np.repeat(lowest - thresholds < STIFF, np.diff(part.cells))
-    stiff = np.unique(part.corners[is_stiff])
+    stiff = part.points_at(lowest - thresholds < STIFF)
     descent = run.descent(part, np.arange(part.n_points), stiff)
     # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.
     part.draw_lengths(points, lengths)

@@ -71,10 +71,12 @@ def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points
     if keep is not None:
         # Points of cells left out hold still, else those cells could be inverted.
         held = run.moving.points_at(~keep)[of_points]
-    here = points[of_points]
+    here = points if keep is None else points[of_points]
     descent = run.descent(part, of_points, held)
     energy = ShapeEnergy(part, reference_lengths_of_cells(part, here, local=keep is not None))
     here = _positive(run, descent, energy, here, points, of_points)
+    if keep is None:
+        return here
     out = points.copy()
     out[of_points] = here
     return out
@@ -84,11 +86,13 @@ def _positive(
     run: Run, descent: Descent, energy: ShapeEnergy, here: Points, points: Points, of_points: NDArray[np.int64]
 ) -> Points:
     """Continuation on ε until every corner is positive."""
-    whole = points.copy()
+    is_all = len(of_points) == len(points)
+    whole = points if is_all else points.copy()
 
     def watch(now: Points, value: float, least: float) -> bool:
-        whole[of_points] = now
-        run.record("untangle", whole)
+        if not is_all:
+            whole[of_points] = now
+        run.record("untangle", now if is_all else whole)
         return run.is_over()
 
     epsilon, least, stuck = 3e-5, -np.inf, 0
