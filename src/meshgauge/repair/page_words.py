@@ -24,6 +24,8 @@ WORDS: Mapping[str, str] = {
     "displacement.boundary_share": "the same, of the diagonal",
     "displacement.deviation": "surface from surface",
     "displacement.deviation_share": "the same, of the diagonal",
+    "displacement.deviation_mean": "surface from surface, in the mean",
+    "displacement.deviation_mean_share": "the same, of the diagonal",
     "sizes": "sizes of good cells near bad ones, larger over smaller",
     "sizes.n_cells": "cells",
     "sizes.volume": "volume, at most",

@@ -381,3 +381,27 @@ def test_a_face_of_the_list_is_shown_in_the_mesh(opened: Open, tmp_path: Path) -
     page.locator("[data-reset]").click()
     assert pixels(page)["red"] == 0
     assert not [text for text in one.complaints if "getImageData" not in text]
+
+
+def test_cells_that_are_reentrant_are_filled_as_they_are(opened: Open, bracket: Path) -> None:
+    """Arrows with the tip inwards at each of their corners in turn, and a polygon: no triangle lies outside."""
+    page = opened(bracket).ready()
+    square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    shapes = [square.copy() for _ in range(4)]
+    for m, shape in enumerate(shapes):
+        shape[m] = 0.5 + 0.4 * (0.5 - square[m])
+    shapes += [square, np.array([(0, 0), (1, 0), (1, 1), (0.5, 0.2), (0, 1)])]
+    for shape in shapes:
+        xyz = np.pad(shape, ((0, 0), (0, 1))).reshape(-1).tolist()
+        n = len(shape)
+        drawn = page.evaluate(
+            f"xyz => {{ const t = new MG.Triangles({n}); t.face(xyz, [...Array({n}).keys()], 0, {n}, 0); "
+            "return [...t.position].slice(0, 9 * t.n); }",
+            xyz,
+        )
+        a, b, c = np.array(drawn).reshape(-1, 3, 3)[:, :, :2].transpose(1, 0, 2)
+        areas = 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+        following = np.roll(shape, -1, axis=0)
+        whole = 0.5 * float((shape[:, 0] * following[:, 1] - shape[:, 1] * following[:, 0]).sum())
+        assert len(areas) == n - 2
+        assert np.abs(areas).sum() == pytest.approx(whole, abs=1e-6)

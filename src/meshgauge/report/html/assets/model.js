@@ -33,6 +33,26 @@ MG.unpack = async (text, layout) => {
   return arrays;
 };
 
+// The corner of a face that is re-entrant the most, from which a fan of triangles stays inside; the first if none is.
+const reentrant = (xyz, corners, from, size) => {
+  const at = (m, k) => xyz[3 * corners[from + (m + size) % size] + k];
+  const cross = (o, p, q) => [0, 1, 2].map((k) => {
+    const i = (k + 1) % 3;
+    const j = (k + 2) % 3;
+    return (at(p, i) - at(o, i)) * (at(q, j) - at(o, j)) - (at(p, j) - at(o, j)) * (at(q, i) - at(o, i));
+  });
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  let normal = [0, 0, 0];
+  for (let m = 1; m + 1 < size; m++) normal = cross(0, m, m + 1).map((value, k) => value + normal[k]);
+  let least = 0;
+  let found = 0;
+  for (let m = 0; m < size; m++) {
+    const area = dot(cross(m, m + 1, m - 1), normal);
+    if (area < least) [least, found] = [area, m];
+  }
+  return found;
+};
+
 // Gathers triangles of faces. Of the barycentric coordinates, the one opposite to an edge that is no edge of the face
 // is 1 at all corners, so that no line is drawn there.
 class Triangles {
@@ -43,9 +63,11 @@ class Triangles {
     this.n = 0;
   }
   face(xyz, corners, from, size, owner) {
+    const turn = size > 3 ? reentrant(xyz, corners, from, size) : 0;
+    const at = (m) => corners[from + (m + turn) % size];
     for (let t = 1; t + 1 < size; t++) {
       const first = 3 * this.n;
-      const points = [corners[from], corners[from + t], corners[from + t + 1]];
+      const points = [at(0), at(t), at(t + 1)];
       const inner = [0, t + 2 < size ? 255 : 0, t > 1 ? 255 : 0]; // opposite to each corner: is that edge inside the face?
       for (let c = 0; c < 3; c++) {
         const v = first + c;
