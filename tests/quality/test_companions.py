@@ -171,3 +171,21 @@ def test_summaries_beside_j_ens_leave_out_ghosts_and_know_polyhedra() -> None:
     mesh = Mesh.from_arrays(x.reshape(-1, 3), {"tetra": np.arange(12).reshape(3, 4)})
     ghost = mesh.replace(cell_data={"vtkGhostType": np.array([1, 0, 0], np.uint8)})
     assert [one.n_cells for one in companions(meshgauge.measure(ghost))] == [2, 2]
+
+
+def test_the_edge_ratio_of_a_polyhedron_does_not_depend_on_the_cells_beside() -> None:
+    x = random_cells(SHAPES["hexahedron"], 40, noise=0.2)
+    x[7, 1] = x[7, 0]
+    x[9] *= 1e-170
+    faces = np.array(SHAPES["hexahedron"].faces)
+    poly = Polyhedra(
+        np.arange(0, 241, 6),
+        np.arange(240),
+        np.arange(0, 961, 4),
+        np.concatenate([faces + 8 * cell for cell in range(40)]).reshape(-1),
+    )
+    mesh = Mesh(x.reshape(-1, 3), np.full(40, 42, np.uint8), np.arange(0, 321, 8), np.arange(320), poly)
+    whole = meshgauge.measure(mesh, metrics="edge_ratio").values_of("edge_ratio")
+    alone = [meshgauge.measure(mesh[c : c + 1], metrics="edge_ratio").values_of("edge_ratio")[0] for c in range(40)]
+    np.testing.assert_array_equal(whole, alone)
+    assert whole[7] == 0.0 < whole[9]

@@ -18,6 +18,9 @@ from .row import Metric, Values
 KNUPP = "P. Knupp, Algebraic mesh quality metrics, SIAM J. Sci. Comput. 23 (2001) 193-218"
 VERDICT = "C. Stimpson and others, The Verdict geometric quality library, SAND2007-1751, Sandia National Laboratories"
 
+SMALL, LARGE = 1e-280, 1e280
+"""Squares between these have lost no bits."""
+
 _TINY = float(np.finfo(np.float64).smallest_subnormal)
 
 
@@ -83,13 +86,20 @@ def edge_ratio_of_polyhedra(cells: PolyhedralCells) -> Values:
     if len(some):
         with np.errstate(all="ignore"):
             x = 0.25 * np.asarray(cells.points[faces.points], np.float64)
-            dx, dy, dz = (x[following] - x).T.copy()
-            largest = np.maximum.reduceat(np.maximum(np.maximum(np.abs(dx), np.abs(dy)), np.abs(dz)), starts)
-            scale = np.repeat(np.where(largest > 0.0, largest, 1.0), sizes[some])
-            dx, dy, dz = dx / scale, dy / scale, dz / scale
+            dx, dy, dz = (x[following] - x).T
             squares = dx * dx + dy * dy + dz * dz
-            found = np.sqrt(np.minimum.reduceat(squares, starts) / np.maximum.reduceat(squares, starts))
-        ratio[some] = np.where(largest == 0.0, 0.0, np.where(np.isfinite(largest), found, np.nan))
+            shortest, longest = np.minimum.reduceat(squares, starts), np.maximum.reduceat(squares, starts)
+            found = np.sqrt(shortest / longest)
+            is_sure = (shortest > SMALL) & (longest < LARGE)  # else squares may have lost bits, or be 0
+            if not is_sure.all():  # cell by cell: the value must not depend on the cells beside
+                largest = np.maximum.reduceat(np.maximum(np.maximum(np.abs(dx), np.abs(dy)), np.abs(dz)), starts)
+                scale = np.repeat(np.where(largest > 0.0, largest, 1.0), sizes[some])
+                dx, dy, dz = dx / scale, dy / scale, dz / scale
+                squares = dx * dx + dy * dy + dz * dz
+                other = np.sqrt(np.minimum.reduceat(squares, starts) / np.maximum.reduceat(squares, starts))
+                other = np.where(largest == 0.0, 0.0, np.where(np.isfinite(largest), other, np.nan))
+                found = np.where(is_sure, found, other)
+        ratio[some] = found
     return np.where(np.isnan(cells.quality.values), np.nan, ratio)
 
 
