@@ -150,6 +150,10 @@ def test_the_picture_shows_either_state(opened: Callable[..., Any], tmp_path: Pa
     # Nothing is left below the target: about the worst hundredth is shown, not an empty mesh.
     worst = page.inner_text(said)
     assert 20 <= int(worst.split()[1]) <= 200
+    size = page.viewport_size
+    page.set_viewport_size({"width": 360, "height": 740})
+    assert page.evaluate("document.documentElement.scrollWidth") == 360
+    page.set_viewport_size(size)
     page.click("[data-state=before]")
     assert page.inner_text(said) == "Shows 39 of 6,192 cells."
     page.click("[data-state=after]")
