@@ -1,11 +1,16 @@
 """Improvement: worst and mean quality before and after, fixed and sliding, and what it costs.
 
     python benchmarks/improve.py [MESH ...] [--cells 30000] [--threads N]
+    python benchmarks/improve.py --plane
 
 Without files: tangled grids of each cell type, made here. Four ways of each mesh: the boundary fixed, with `floor` 0.9
 and 1, with `topology`, and sliding. Each figure is worst / mean J_ENS, cells that are still invalid, and seconds of the
 processor, all threads together; kernels are compiled before. The ceiling is the most that the worst cell can have with
 the boundary fixed. The last column is the peak of the process until then.
+
+With `--plane` a tangled square of quads and of triangles, its boundary fixed, and quads of a plate with a notch, beside
+Gmsh's ways of `optimize` for surfaces and PyVista's `smooth`: what each makes of them, in J_ENS. Mesquite has no
+package that can be installed.
 """
 
 from __future__ import annotations
@@ -60,12 +65,109 @@ def row(name: str, mesh: meshgauge.Mesh, threads: int | None) -> str:
     return f"| {' | '.join(cells)} | {peak:,.0f} MB |"
 
 
+def square(n: int, kind: str, noise: float) -> meshgauge.Mesh:
+    """``n`` by ``n`` quads, or twice as many triangles, inner points moved by up to a share of an edge."""
+    x, y = np.meshgrid(np.arange(n + 1.0), np.arange(n + 1.0), indexing="ij")
+    inside = (x > 0) & (x < n) & (y > 0) & (y < n)
+    x, y = (one + inside * np.random.default_rng(m).uniform(-noise, noise, x.shape) for m, one in enumerate((x, y)))
+    at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]], axis=-1).reshape(-1, 4)
+    cells = quads if kind == "quad" else np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+    return meshgauge.Mesh.from_arrays(np.stack([x.ravel(), y.ravel()], axis=1), {kind: cells})
+
+
+def by_gmsh(mesh: meshgauge.Mesh, method: str) -> np.ndarray:
+    """The points of a square as Gmsh leaves them, which is given the square's corners and sides, too."""
+    import gmsh
+
+    gmsh.initialize()
+    gmsh.option.setNumber("General.Terminal", 0)
+    x, ids = np.asarray(mesh.points, np.float64), np.arange(1, mesh.n_points + 1)
+    (left, low, _), (right, high, _) = x.min(axis=0), x.max(axis=0)
+    corners = [(left, low), (right, low), (right, high), (left, high)]
+    geo, model = gmsh.model.geo, gmsh.model.mesh
+    points = [geo.addPoint(*corner, 0.0) for corner in corners]
+    lines = [geo.addLine(points[m], points[(m + 1) % 4]) for m in range(4)]
+    face = geo.addPlaneSurface([geo.addCurveLoop(lines)])
+    geo.synchronize()
+    is_inside = np.ones(mesh.n_points, bool)
+    for tag, corner in zip(points, corners, strict=True):
+        at = np.flatnonzero((x[:, :2] == corner).all(axis=1))
+        model.addNodes(0, tag, ids[at], x[at].ravel())
+        model.addElementsByType(tag, 15, [], ids[at])
+        is_inside[at] = False
+    for m, tag in enumerate(lines):
+        axis, fixed = m % 2, corners[m][1 - m % 2]
+        at = np.flatnonzero(x[:, 1 - axis] == fixed)
+        at = at[np.argsort(x[at, axis] if m < 2 else -x[at, axis])]
+        way = np.abs(x[at, axis] - x[at[0], axis])
+        model.addNodes(1, tag, ids[at[1:-1]], x[at[1:-1]].ravel(), way[1:-1] / way[-1])
+        model.addElementsByType(tag, 1, [], np.stack([ids[at[:-1]], ids[at[1:]]], axis=1).ravel())
+        is_inside[at] = False
+    at = np.flatnonzero(is_inside)
+    model.addNodes(2, face, ids[at], x[at].ravel(), x[at, :2].ravel())
+    kind = 3 if "quad" in mesh.type_counts() else 2
+    model.addElementsByType(face, kind, [], ids[mesh.connectivity])
+    model.optimize(method, False, 5)
+    tags, places, _ = model.getNodes()
+    at = np.zeros(int(max(tags)) + 1, np.int64)
+    at[np.asarray(tags, np.int64)] = np.arange(len(tags))
+    nodes = at[np.asarray(model.getElementsByType(kind)[1], np.int64)]  # it numbers them anew
+    out = x.copy()
+    out[mesh.connectivity] = np.asarray(places).reshape(-1, 3)[nodes]
+    gmsh.finalize()
+    return out
+
+
+def by_pyvista(mesh: meshgauge.Mesh) -> np.ndarray:
+    """Laplacian smoothing with the boundary fixed, as many rounds as help."""
+    import pyvista
+
+    n = len(mesh.connectivity) // mesh.n_cells
+    data = pyvista.PolyData.from_regular_faces(np.asarray(mesh.points), mesh.connectivity.reshape(-1, n))
+    return np.asarray(data.smooth(n_iter=100, relaxation_factor=0.2, boundary_smoothing=False).points, np.float64)
+
+
+def in_a_plane(threads: int | None) -> None:
+    ways = {
+        "meshgauge, everywhere": lambda mesh: meshgauge.improve(mesh, threads=threads, everywhere=True).mesh.points,
+        "meshgauge, near bad cells": lambda mesh: meshgauge.improve(mesh, threads=threads).mesh.points,
+        "Gmsh, UntangleMeshGeometry": lambda mesh: by_gmsh(mesh, "UntangleMeshGeometry"),
+        "Gmsh, Laplace2D": lambda mesh: by_gmsh(mesh, "Laplace2D"),
+        "Gmsh, Relocate2D": lambda mesh: by_gmsh(mesh, "Relocate2D"),
+        "PyVista, smooth": by_pyvista,
+    }
+    notched = square(40, "quad", 0.3)
+    x, y, z = np.asarray(notched.points, np.float64).T
+    notched = notched.replace(points=np.stack([x, y * (1.0 - 0.8 * np.exp(-(((x - 20.0) / 6.0) ** 2))), z], axis=1))
+    meshes = [square(40, "quad", 0.45), square(40, "triangle", 0.45), notched]
+    print("| 40 x 40 cells | quads, 0.45 | triangles, 0.45 | quads with a notch, 0.3 |\n|---|---|---|---|")
+    for name, way in {"as given": lambda mesh: mesh.points, **ways}.items():
+        way(square(4, "quad", 0.1))  # kernels are compiled
+        cells = [name]
+        for mesh in meshes:
+            if name.startswith("Gmsh") and mesh is notched:  # its geometry would have to be given, too
+                cells.append("")
+                continue
+            start = seconds()
+            points = way(mesh)
+            spent = seconds() - start
+            values = meshgauge.measure(mesh.replace(points=points)).values
+            cells.append(f"{values.min():.3f} / {values.mean():.3f}, {int((values <= 0.0).sum()):,} ({spent:.1f} s)")
+        print(f"| {' | '.join(cells)} |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("meshes", nargs="*", metavar="MESH")
     parser.add_argument("--cells", type=int, default=30_000, help="of each grid made here")
     parser.add_argument("--threads", type=int)
+    parser.add_argument("--plane", action="store_true", help="surface cells in a plane, beside other programs")
     options = parser.parse_args()
+    if options.plane:
+        print(versions())
+        in_a_plane(options.threads)
+        return
     for _, small in made(200):
         for way in WAYS:
             meshgauge.improve(small, everywhere=True, **way)  # type: ignore[arg-type]
