@@ -1,4 +1,4 @@
-"""Measure every cell of a 3D mesh, of every type, with one number.
+"""Measure every cell of a mesh, of every type, with one number.
 
 >>> import meshgauge
 >>> mesh = meshgauge.read("part.vtu")  # doctest: +SKIP

@@ -43,7 +43,7 @@ def _program(names: Iterable[str]) -> typer.Typer:
     """The program with some of its subcommands."""
     made = typer.Typer(
         name="meshgauge",
-        help="Measure every cell of a 3D mesh, of every type, with one number.",
+        help="Measure every cell of a mesh, of every type, with one number.",
         epilog="Start with: [bold]meshgauge report MESH[/bold]",
         invoke_without_command=True,
         cls=command.Commands,

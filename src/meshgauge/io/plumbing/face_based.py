@@ -59,6 +59,10 @@ class Solids:
     polyhedra: Polyhedra | None
 
 
+CHUNK = 1 << 15
+"""Cells that are looked at in one go: what is needed beside them then stays in the processor's cache."""
+
+
 def spans(starts: Ints, sizes: Ints) -> Ints:
     """Positions ``starts[i] .. starts[i] + sizes[i] - 1``, one range after another."""
     ends = np.cumsum(sizes)
@@ -75,9 +79,50 @@ def offsets_of(sizes: Ints) -> Ints:
 def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     """Standard cells where the faces are theirs, polyhedra elsewhere. Ids must be in range."""
     n_cells = len(faces.cell_offsets) - 1
+    parts = [_solids(_some(faces, start, start + CHUNK), points) for start in range(0, n_cells, CHUNK)]
+    if len(parts) < 2:
+        return parts[0] if parts else _solids(faces, points)
+    types, offsets, connectivity = (
+        np.concatenate([one.types for one in parts]),
+        _joined([one.offsets for one in parts]),
+        np.concatenate([one.connectivity for one in parts]),
+    )
+    if all(one.polyhedra is None for one in parts):
+        return Solids(types, offsets, connectivity, None)
+    none = np.empty(0, np.int64)
+    every = [
+        one.polyhedra
+        or Polyhedra(np.zeros(len(one.types) + 1, np.int64), none, np.zeros(1, np.int64), none, labels=none)
+        for one in parts
+    ]
+    polyhedra = Polyhedra(
+        cell_offsets=_joined([one.cell_offsets for one in every]),
+        cell_faces=np.arange(sum(len(one.cell_faces) for one in every)),
+        face_offsets=_joined([one.face_offsets for one in every]),
+        face_points=np.concatenate([one.face_points for one in every]),
+        labels=np.concatenate([none if one.labels is None else one.labels for one in every]),
+    )
+    return Solids(types, offsets, connectivity, polyhedra)
+
+
+def _some(faces: Faces, start: int, stop: int) -> Faces:
+    """The faces of some cells."""
+    offsets = faces.cell_offsets[start : stop + 1]
+    some = slice(int(offsets[0]), int(offsets[-1]))
+    inward = None if faces.inward is None else faces.inward[some]
+    return replace(faces, cell_offsets=offsets - offsets[0], cell_faces=faces.cell_faces[some], inward=inward)
+
+
+def _joined(offsets: Sequence[Ints]) -> Ints:
+    """Offsets of several parts, one behind the other."""
+    return offsets_of(np.concatenate([np.diff(one) for one in offsets]))
+
+
+def _solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
+    n_cells = len(faces.cell_offsets) - 1
     n_faces = np.diff(faces.cell_offsets)
     entry_cell = np.repeat(np.arange(n_cells), n_faces)
-    sizes = np.diff(faces.face_offsets)[faces.cell_faces]
+    sizes = faces.face_offsets[faces.cell_faces + 1] - faces.face_offsets[faces.cell_faces]
     starts = offsets_of(sizes)
     flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
     if faces.inward is not None:
@@ -255,10 +300,14 @@ def _ring_code(seen: Ints, size: Ints) -> Ints:
 
 
 def _smallest(ring: Ints) -> Ints:
-    width = ring.shape[-1]
-    weights = 10 ** np.arange(width)[::-1]
-    codes = [(np.roll(ring, -shift, axis=-1) * weights).sum(axis=-1) for shift in range(width)]
-    return np.asarray(np.min(codes, axis=0), np.int64)
+    columns = [ring[..., n] for n in range(ring.shape[-1])]
+    smallest = np.full(ring.shape[:-1], np.iinfo(np.int64).max)
+    for shift in range(len(columns)):
+        code = columns[shift]
+        for column in (*columns[shift + 1 :], *columns[:shift]):
+            code = 10 * code + column
+        np.minimum(smallest, code, out=smallest)
+    return smallest
 
 
 def _code(face: tuple[int, ...]) -> int:
