@@ -116,6 +116,24 @@ def test_what_has_to_be_read_whole_says_why(large: Path, sliced: list[int], caps
     assert not sliced
 
 
+@pytest.mark.parametrize(
+    ("asked", "why"),
+    [
+        (("--csv", "cells.csv", "--bad", "bad.txt"), "of -o, --csv and --bad one at a time is written slice by slice"),
+        (("-o", "out.vtkhdf", "--bad", "bad.txt"), "of -o, --csv and --bad one at a time is written slice by slice"),
+        (("--bad", "bad.csv"), "bad.csv asks for more than slices tell of bad cells"),
+        (("--bad-set", "bad.msh"), "bad.msh asks for more than slices tell of bad cells"),
+        (("-o", "out.med"), "values are added slice by slice where VTKHDF and VTU keep their format"),
+    ],
+)
+def test_outputs_that_take_all_cells_say_so(
+    asked: tuple[str, ...], why: str, large: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(large.parent)
+    assert main(["report", str(large), *asked, *LITTLE]) == 0
+    assert f"is read whole: {why}" in capsys.readouterr().err
+
+
 def test_what_finite_volumes_ask_takes_all_cells(large: Path, sliced: list[int], capsys: Captured) -> None:
     assert main(["report", str(large), "--for", "fv", *LITTLE]) == 0
     out, err = capsys.readouterr()

@@ -139,38 +139,48 @@ def report(
 
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
-        is_added = target is None or (table is None and not has_bad and batch.adds_rows(path, target))
         # A page of a mesh that there is memory for shows it.
         is_drawn = page is not None and not slices.takes_more(batch.pieces(path), batch.allowed_memory)
-        if not is_drawn and bad_set is None and (bad is None or table is None) and is_added:
-            beside = "what finite volumes ask depends on the cells beside" if purpose == "fv" else ""
-            counter = MarkCounter() if contents.diagnosis else None
-            ask = Ask(
-                metrics,
-                n_worst,
-                by_region=by_region or page is not None,
-                companions=True,
-                keeps_rows=table is not None,
-                counter=counter,
-                whole=beside,
-            )
-            if bad is not None:
-                known = write_bad_in_slices(batch, path, ask, bad)
-                done, lines = (None, []) if known is None else known
-                about_bad.extend(lines)
-            elif target is None:
-                done = batch.in_slices(path, ask, partial(add_rows, path))
-            else:
-                from .changed import add_in_slices
+        whole = ""
+        if purpose == "fv":
+            whole = "what finite volumes ask depends on the cells beside"
+        elif is_drawn:
+            whole = "the page shows it, and there is memory for it"
+        elif bad_set is not None or (bad is not None and bad.suffix.lower() == ".csv"):
+            whole = f"{bad_set or bad} asks for more than slices tell of bad cells"
+        elif sum(one is not None for one in (target, table, bad)) > 1:
+            whole = "of -o, --csv and --bad one at a time is written slice by slice"
+        elif target is not None and not batch.adds_rows(path, target):
+            whole = "values are added slice by slice where VTKHDF and VTU keep their format"
+        counter = MarkCounter() if contents.diagnosis else None
+        ask = Ask(
+            metrics,
+            n_worst,
+            by_region=by_region or page is not None,
+            companions=True,
+            keeps_rows=table is not None,
+            counter=counter,
+            whole=whole,
+        )
+        if whole:
+            done = batch.in_slices(path, ask)  # says why, if the mesh is large
+        elif bad is not None:
+            known = write_bad_in_slices(batch, path, ask, bad)
+            done, lines = (None, []) if known is None else known
+            about_bad.extend(lines)
+        elif target is None:
+            done = batch.in_slices(path, ask, partial(add_rows, path))
+        else:
+            from .changed import add_in_slices
 
-                done = add_in_slices(batch, path, ask, target, in_place=in_place)
-            if done is not None:
-                with batch.progress(f"diagnosing {path}"):
-                    memory = batch.allowed_memory
-                    one = file_report(*done, path=path, with_diagnosis=contents.diagnosis, memory=memory)
-                if page is not None:
-                    page.add_without_model(replace(one, step=path.of_file) if isinstance(path, inputs.State) else one)
-                return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
+            done = add_in_slices(batch, path, ask, target, in_place=in_place)
+        if done is not None:
+            with batch.progress(f"diagnosing {path}"):
+                memory = batch.allowed_memory
+                one = file_report(*done, path=path, with_diagnosis=contents.diagnosis, memory=memory)
+            if page is not None:
+                page.add_without_model(replace(one, step=path.of_file) if isinstance(path, inputs.State) else one)
+            return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
         quality = batch.with_faces(path, batch.measure(path, metrics))
         with batch.progress(f"summarising {path}"):
             one = FileReport.of(
