@@ -2,6 +2,7 @@
 
     python benchmarks/improve.py [MESH ...] [--cells 30000] [--threads N]
     python benchmarks/improve.py --plane
+    python benchmarks/improve.py --operations MESH ...
 
 Without files: tangled grids of each cell type, made here. Four ways of each mesh: the boundary fixed, with `floor` 0.9
 and 1, with `topology`, and sliding. Each figure is worst / mean J_ENS, cells that are still invalid, and seconds of the
@@ -11,6 +12,8 @@ the boundary fixed. The last column is the peak of the process until then.
 With `--plane` a tangled square of quads and of triangles, its boundary fixed, and quads of a plate with a notch, beside
 Gmsh's ways of `optimize` for surfaces and PyVista's `smooth`: what each makes of them, in J_ENS. Mesquite has no
 package that can be installed.
+
+With `--operations` what each operation of `topology` brings: worst / mean and seconds without it, `floor` 1.
 """
 
 from __future__ import annotations
@@ -19,12 +22,16 @@ import argparse
 import os
 import resource
 from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FunctionType
 
+import numba
 import numpy as np
 from grids import MAKE, cells_of
 from versions import versions
 
 import meshgauge
+from meshgauge.kernels.repair import reconnection
 
 WAYS = (
     {"floor": 0.9},
@@ -32,6 +39,15 @@ WAYS = (
     {"floor": 1.0, "topology": True},
     {"floor": 1.0, "boundary": "slide"},
 )
+
+
+OPERATIONS = {
+    "edge_removal": "removing edges (3-2, 4-4 flips)",
+    "face_removal": "removing faces (2-3 flips)",
+    "insertion": "putting points in",
+    "collapse": "taking points out",
+}
+"""Functions of the kernels' module, and what they do."""
 
 
 def made(least: int) -> Iterator[tuple[str, meshgauge.Mesh]]:
@@ -157,16 +173,54 @@ def in_a_plane(threads: int | None) -> None:
         print(f"| {' | '.join(cells)} |", flush=True)
 
 
+@contextmanager
+def without(*operations: str) -> Iterator[None]:
+    """Operations of `topology` that are never done: their kernel is compiled anew, for this alone."""
+
+    def compiled(function: FunctionType) -> FunctionType:
+        return numba.njit(error_model="numpy", nogil=True)(function)  # not into the cache of those that do all
+
+    space = {**vars(reconnection), **{name: compiled(lambda *_: False) for name in operations}}
+    for helper in ("_connect", "_collapse_one", "_raise"):
+        space[helper] = compiled(FunctionType(getattr(reconnection, helper).py_func.__code__, space))
+    whole, reconnection._raise = reconnection._raise, space["_raise"]
+    try:
+        yield
+    finally:
+        reconnection._raise = whole
+
+
+def by_operation(meshes: dict[str, meshgauge.Mesh], threads: int | None) -> None:
+    print("| left out |" + "".join(f" {name} |" for name in meshes) + "\n|---|" + "---|" * len(meshes))
+    ways = {"nothing": (), **{text: (name,) for name, text in OPERATIONS.items()}, "all of these": tuple(OPERATIONS)}
+    small = next(mesh for name, mesh in made(200) if name.startswith("tetra"))
+    for text, names in ways.items():
+        with without(*names):
+            meshgauge.improve(small, everywhere=True, topology=True)  # kernels are compiled
+            cells = [text]
+            for mesh in meshes.values():
+                start = seconds()
+                result = meshgauge.improve(mesh, threads=threads, everywhere=True, floor=1.0, topology=True)
+                values = result.after.values
+                cells.append(f"{values.min():.3f} / {values.mean():.3f} ({seconds() - start:.1f} s)")
+            print(f"| {' | '.join(cells)} |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("meshes", nargs="*", metavar="MESH")
     parser.add_argument("--cells", type=int, default=30_000, help="of each grid made here")
     parser.add_argument("--threads", type=int)
     parser.add_argument("--plane", action="store_true", help="surface cells in a plane, beside other programs")
+    parser.add_argument("--operations", action="store_true", help="of topology, each left out once")
     options = parser.parse_args()
     if options.plane:
         print(versions())
         in_a_plane(options.threads)
+        return
+    if options.operations:
+        print(versions())
+        by_operation({os.path.basename(path): meshgauge.read(path) for path in options.meshes}, options.threads)
         return
     for _, small in made(200):
         for way in WAYS:
