@@ -217,8 +217,8 @@ def test_unknown_order_is_an_error(tmp_path: Path) -> None:
 
 
 BOTH = {"vtu", "vtk", "vtkhdf", "su2", "xdmf"}
-NO_WEDGES = ("tecplot", "avs")
-"""Formats without wedges, with wedges as bricks (Tecplot), or with an order of their own (AVS)."""
+NO_WEDGES = ("tecplot", "avs", "vtp", "stl", "ply", "obj")
+"""Formats with wedges as bricks (Tecplot), with an order of their own (AVS), or of surfaces."""
 WRITTEN = [one for one in io.FORMATS.values() if one.write is not None and one.name not in NO_WEDGES]
 
 

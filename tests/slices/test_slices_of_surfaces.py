@@ -92,7 +92,7 @@ def test_parts_that_were_seen_otherwise_are_refused(tmp_path: Path) -> None:
     flat, below, solid = surface(), surface(mirrored=True), garden()
     with pytest.raises(MeshgaugeError, match=r"is seen from -z, that of .* is seen from \+z"):
         meshgauge.merge([meshgauge.partial(flat, part=(0, 2)), meshgauge.partial(below, part=(1, 2))])
-    with pytest.raises(MeshgaugeError, match=r"surface cells were measured, .* solid ones; .*--dimension"):
+    with pytest.raises(MeshgaugeError, match=r"surface cells of .* were measured, and solid ones of .*--dimension"):
         meshgauge.merge([meshgauge.partial(solid, part=(0, 2)), meshgauge.partial(flat, part=(1, 2))])
     both = [meshgauge.partial(solid, part=(0, 2)), meshgauge.partial(flat, part=(1, 2), dimension=3)]
     assert meshgauge.merge(both).n_cells == flat.n_cells + int(np.count_nonzero(~solid.is_ghost))
