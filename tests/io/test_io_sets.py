@@ -14,6 +14,7 @@ from test_io_patch import stored
 
 import meshgauge
 from meshgauge import Mesh, WriteError
+from meshgauge.cli.main import main
 from meshgauge.io.plumbing import vtk
 from meshgauge.io.sets import write_set
 
@@ -67,6 +68,25 @@ def test_vtk_reads_the_set_of_exodus(tmp_path: Path) -> None:
     assert reader.GetObjectName(kinds, 0).startswith(NAME)
     assert reader.GetObjectId(kinds, 0) == 1
     assert reader.GetNumberOfEntriesInObject(kinds, 0) == 3
+
+
+def test_cells_that_are_bad_in_a_deformed_shape(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The set is of the shape that was measured, the coordinates of the copy are those of the file."""
+    from vtkmodules.vtkIOExodus import vtkExodusIIWriter
+
+    mesh = bricks()
+    moves = np.zeros_like(mesh.points)
+    moves[mesh.nodes(3)[0]] = 10 * (mesh.points.max(axis=0) - mesh.points.min(axis=0))
+    writer = vtkExodusIIWriter()
+    writer.SetFileName(str(tmp_path / "mesh.e"))
+    writer.SetInputData(vtk.grid(mesh.replace(point_data={"u": moves}))[0])
+    writer.Write()
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", "mesh.e", "-q", "--displacement", "u", "--bad-set", "a.e", "--bad", "bad.txt"]) == 0
+    before, after = variables(tmp_path / "mesh.e"), variables(tmp_path / "a.e")
+    for name in ("coordx", "coordy", "coordz"):
+        assert after[name] == before[name]
+    assert "4" in (tmp_path / "bad.txt").read_text().split()
 
 
 @pytest.mark.parametrize("kind", ["cgns", "cgns packed"])

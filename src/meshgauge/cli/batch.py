@@ -389,7 +389,7 @@ class Batch:
 
         return write_set(
             mesh, target, cells, name, file_format=self.reading.file_format, limits=self._limits,
-            step=_choice(self.reading.step), wedge_order=self.wedge_order.value,
+            step=_choice(self.reading.step), wedge_order=self.wedge_order.value, displacement=self.reading.displacement,
         )  # fmt: skip
 
     def patch(self, mesh: Mesh, target: Path, changes: Changes = "points") -> Patch | None:

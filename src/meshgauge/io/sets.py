@@ -35,6 +35,7 @@ def write_set(
     limits: Limits | None = None,
     step: StepChoice = None,
     wedge_order: str = "auto",
+    displacement: str | None = None,
 ) -> tuple[str, ...]:
     """Write a mesh with a set of its cells.
 
@@ -51,7 +52,7 @@ def write_set(
         ``(n,)`` positions, ascending, one at least.
     name
         What the set is called.
-    file_format, limits, step, wedge_order
+    file_format, limits, step, wedge_order, displacement
         As the mesh was read.
 
     Returns
@@ -74,7 +75,14 @@ def write_set(
         with replacing(target) as staged, files.open_input(source) as (plain, _):
             try:
                 same.add_set(plain, staged, CellSet(name, cells, mesh))
-                back = read(staged, file_format=same.name, limits=limits, step=step, wedge_order=wedge_order)
+                back = read(
+                    staged,
+                    file_format=same.name,
+                    limits=limits,
+                    step=step,
+                    wedge_order=wedge_order,
+                    displacement=displacement,
+                )
                 verify.check(mesh, back, is_exact=True)
             except CannotAdd as reason:
                 raise WriteError(f"{target}: no set is added to a file that {reason}") from None
