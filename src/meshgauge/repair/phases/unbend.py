@@ -1,8 +1,8 @@
 """Unbending: nodes between the corners of curved cells that are bad move by themselves, measured by the certificate.
 
 Elsewhere a curved edge keeps its form while its corners move. Where the form is what makes a cell bad, its nodes that
-are not held go, one at a time, towards where a straight cell has them, or a little to a side: as far as no cell at them
-falls below what is wanted, or what it has.
+are not held go, one at a time, towards where a straight cell has them, or a little to a side: as far as no
+valid cell becomes invalid, none falls below what is wanted, and none of the others below the worst beside it.
 """
 
 from __future__ import annotations
@@ -34,6 +34,9 @@ N_CANDIDATES = len(TOWARDS) + 6
 
 ROUNDING = 1e-12
 """Differences of values below this are none."""
+
+DIGITS = 9
+"""Of a gain that count."""
 
 LEAST_GAIN = 1e-6
 """What the cells at a node gain together for it to move."""
@@ -75,7 +78,8 @@ def unbend(
     constraints
         What may move: points of the boundary, between regions and held ones do not.
     target
-        What cells are to reach, at least `POOR`. No cell that has it falls below it, and none of the others gets worse.
+        What cells are to reach, at least `POOR`. No cell that has it falls below it, no valid one becomes invalid, and
+        of the cells at a node none falls below the worst of them.
     strict
         True if no cell may have less than it has.
     threads
@@ -87,6 +91,8 @@ def unbend(
     nodes, straight, sizes = middle_places(mesh, is_below(before, wanted) & constraints.cells, constraints.fixed)
     if not len(nodes):
         return before
+    order = _scattered(np.asarray(mesh.points, np.float64)[nodes])
+    nodes, straight, sizes = nodes[order], straight[order], sizes[order]
     is_node = np.zeros(mesh.n_points, bool)
     is_node[nodes] = True
     cells = cells_at(mesh, is_node)
@@ -129,11 +135,18 @@ def unbend(
             places = np.stack([points, *(points for _ in range(N_CANDIDATES))])
             places[1:, ids] = _candidates(points[ids], straight[some], step * sizes[some])
             values, are_sure = score(around, places)
+            least = np.full(len(nodes), np.inf)  # what bad cells at a node may fall to
+            np.minimum.at(least, owner, now[around][position])
+            floors = now[around].copy()
+            if not strict:
+                bad = floors[position] < wanted
+                floors[position[bad]] = least[owner[bad]]
             gains = np.zeros((len(places), len(nodes)))
             for value, is_sure, gain in zip(values, are_sure, gains, strict=True):
                 np.add.at(gain, owner, (value - now[around])[position])
-                falls = (value < now[around] - ROUNDING) | (is_sure < sure[around])
+                falls = (value < floors - ROUNDING) | (is_sure < sure[around])
                 gain[owner[falls[position]]] = -1.0
+            gains = np.round(gains, DIGITS)  # of sums in any order
             gains[0] = LEAST_GAIN  # where it is
             best = np.argmax(gains, axis=0)
             points[ids] = places[best[some], ids]
@@ -144,6 +157,13 @@ def unbend(
     every = np.asarray(mesh.points, np.float64).copy()
     every[used] = points
     return remeasured(before, every, threads=threads) if (points != part.points).any() else before
+
+
+def _scattered(points: Points) -> Ids:
+    """An order that depends on where points are, not on their numbers, and in which neighbours are far apart."""
+    bits = np.ascontiguousarray(points + 0.0).view(np.uint64).reshape(-1, 3)
+    mixed = (bits * np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)) >> np.uint64(17)
+    return np.argsort(mixed[:, 0] ^ mixed[:, 1] ^ mixed[:, 2], kind="stable")
 
 
 def _pairs(part: Mesh, nodes: Ids) -> _At:
