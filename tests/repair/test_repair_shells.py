@@ -237,7 +237,7 @@ def test_a_cell_that_turns_away_is_seen() -> None:
     assert not on.has_turned(mesh.points).any()
     points = np.array(mesh.points)
     points[40] += 3.0 * (points[41] - points[40])  # beyond its neighbour, on the surface still
-    assert on.has_turned(on.settled(points, np.array([40]))).any()
+    assert on.has_turned(on.projected(points, np.array([40]))).any()
 
 
 def options_of() -> improve.Options:

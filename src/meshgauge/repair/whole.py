@@ -165,8 +165,10 @@ def repair(
     run = outcome.run
     if is_brief or run.stopped or not len(run.whole.bends):
         return outcome
+    if not is_to_unbend(outcome.quality, constraints, options.target):
+        return outcome
     unbent = _unbent(given, constraints, options, run.is_stopped)
-    if unbent is given or not is_to_unbend(outcome.quality, constraints, options.target):
+    if unbent is given:
         return outcome
     again = move(unbent)
     again.run.history, again.run.evaluations = run.history + again.run.history, run.evaluations + again.run.evaluations

@@ -17,6 +17,7 @@ from ..acceptance import Limits, accept, is_below, is_better
 from ..constraints import Mask
 from ..curved import move_nodes_between
 from ..faces import mask_of
+from ..patch import cells_around
 from ..problem import Ids, Points
 from ..report import RepairReport
 from ..rounding import Rounding, accept_rounded
@@ -106,7 +107,7 @@ class Work:
         if track is None:
             return out
         follows = (out != points).any(axis=1) & ((track.kind == EDGE) | (track.kind == FACE))
-        return track.settled(out, np.flatnonzero(follows))
+        return track.projected(out, np.flatnonzero(follows))
 
     def round(self, promise: Promise) -> None:
         """Let the points that moved stand as the file will hold them; what that costs a cell is put back."""
@@ -155,7 +156,7 @@ def improve_shells(
     given = points_of(before)
     part, track = part_of(mesh, takes_part, held.pinned), None
     if options.slides or not mesh.up:
-        around = None if near is None else _grown(mesh, near, BESIDE)
+        around = None if near is None else _with_rings(mesh, near, BESIDE)
         track = track_of(before, held, part, options.feature_angle, around)
     if track is not None and not mesh.up:
         held = replace(held, features=(track.kind == EDGE) | (track.kind == CORNER))
@@ -189,15 +190,11 @@ def _near_bad(before: Quality, options: Options) -> Mask | None:
     if options.everywhere or mesh.n_cells <= WHOLE_UP_TO:
         return None
     bad = is_below(before, options.target)
-    return _grown(mesh, bad, RINGS + BESIDE) if 0 < np.count_nonzero(bad) <= MUCH * mesh.n_cells else None
+    return _with_rings(mesh, bad, RINGS + BESIDE) if 0 < np.count_nonzero(bad) <= MUCH * mesh.n_cells else None
 
 
-def _grown(mesh: Mesh, cells: Mask, rings: int) -> Mask:
-    """Some cells, and those that share a point with them, and so on."""
-    for _ in range(rings):
-        mark = mask_of(mesh.n_points, mesh.connectivity[np.repeat(cells, np.diff(mesh.offsets))])
-        cells = np.logical_or.reduceat(mark[mesh.connectivity], np.asarray(mesh.offsets[:-1], np.int64))
-    return cells
+def _with_rings(mesh: Mesh, cells: Mask, rings: int) -> Mask:
+    return mask_of(mesh.n_cells, cells_around(mesh, cells, rings)[0])
 
 
 def _slide(work: Work, promise: Promise, track: Track) -> None:

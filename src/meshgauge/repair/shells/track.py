@@ -73,7 +73,7 @@ class Track:
         slides = free & ((self.kind == EDGE) | (self.kind == FACE))
         return np.where(slides, self.surface.item, -1)
 
-    def settled(self, points: Points, ids: Ids) -> Points:
+    def projected(self, points: Points, ids: Ids) -> Points:
         """Points with some of them put where they belong on what they slide on."""
         out = points.copy()
         if len(ids):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -92,10 +93,7 @@ def section(
         bins = BINS
     ids, summaries = by_region(quality)
     names = tuple(name for name, _ in summaries)
-    regions = [(name, one.all) for name, one in summaries if one.all.n_measured]
-    if len(regions) > REGIONS:
-        left_out.append(f"The table of regions has the {REGIONS} with the lowest minimum, of {len(regions)}.")
-        regions = sorted(regions, key=lambda row: row[1].min)[:REGIONS]
+    regions = _rows_of_regions(summaries, left_out)
     worst = np.array([cell.cell for cell in report.worst], np.int64)
     drawn = geometry(quality, report.summary, ids, names, bins=bins, budget=budget, before=before, frame=frame)
     faces = listed_faces(report.finite_volume)
@@ -136,11 +134,8 @@ def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
     bins
         As for `section`.
     """
-    regions = [(name, one.all) for name, one in report.regions if one.all.n_measured]
     left_out = [NOT_DRAWN]
-    if len(regions) > REGIONS:
-        left_out.append(f"The table of regions has the {REGIONS} with the lowest minimum, of {len(regions)}.")
-        regions = sorted(regions, key=lambda row: row[1].min)[:REGIONS]
+    regions = _rows_of_regions(report.regions, left_out)
     names = [name for name, _ in report.regions]
     has_beside = len(regions) > 1 and len(report.region_companions) == len(names)
     return Section(
@@ -159,6 +154,15 @@ def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
         left_out=left_out,
         model=None,
     )
+
+
+def _rows_of_regions(summaries: Iterable[tuple[str, Summary]], left_out: list[str]) -> list[tuple[str, Tally]]:
+    """Rows of the table of regions; what it has no place for is added to ``left_out``."""
+    regions = [(name, one.all) for name, one in summaries if one.all.n_measured]
+    if len(regions) > REGIONS:
+        left_out.append(f"The table of regions has the {REGIONS} with the lowest minimum, of {len(regions)}.")
+        regions = sorted(regions, key=lambda row: row[1].min)[:REGIONS]
+    return regions
 
 
 def _beside_regions(
