@@ -132,7 +132,7 @@ def unbend(
             owner = at.node[pairs]
             around, position = np.unique(at.cell[pairs], return_inverse=True)
             ids = nodes[some]
-            places = np.stack([points, *(points for _ in range(N_CANDIDATES))])
+            places = np.repeat(points[None], 1 + N_CANDIDATES, axis=0)
             places[1:, ids] = _candidates(points[ids], straight[some], step * sizes[some])
             values, are_sure = score(around, places)
             least = np.full(len(nodes), np.inf)  # what bad cells at a node may fall to

@@ -262,16 +262,20 @@ class _Mixed:
 
 
 @dataclass(frozen=True)
-class _MixedTypes:
-    mixed: _Mixed
+class _OfMixed:
+    """One row for each element."""
 
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return _BYTE
+    mixed: _Mixed
 
     @property
     def shape(self) -> tuple[int, ...]:
         return (self.mixed.n,)
+
+
+class _MixedTypes(_OfMixed):
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return _BYTE
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
         if start >= stop:
@@ -283,17 +287,10 @@ class _MixedTypes:
 _IDS = np.array([KINDS[code].vtk_id if code in KINDS else 0 for code in range(max(KINDS) + 1)], np.uint8)
 
 
-@dataclass(frozen=True)
-class _MixedOffsets:
-    mixed: _Mixed
-
+class _MixedOffsets(_OfMixed):
     @property
     def dtype(self) -> np.dtype[Any]:
         return INT
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return (self.mixed.n,)
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
         return self.mixed.starts.read(start, stop).astype(np.int64) - np.arange(start, stop)
