@@ -25,6 +25,7 @@ def run() -> int:
         return interrupts.code()
     finally:
         interrupts.leave()
+        gc.freeze()  # the process ends: to look through all that is loaded once more takes longer than a small mesh
 
 
 if __name__ == "__main__":

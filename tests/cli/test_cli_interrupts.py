@@ -125,6 +125,13 @@ def test_loading_the_door_takes_nothing_before_the_guard() -> None:
     assert not loaded & {"typing", "enum", "signal", "contextlib", "numpy"}
 
 
+def test_the_end_of_the_process_looks_through_nothing_again() -> None:
+    """What the interpreter would collect at its end, is left to the system."""
+    code = f"import gc, sys; sys.exit = lambda code: print(gc.get_freeze_count() > 10_000, code); {RUN}"
+    done = subprocess.run([sys.executable, "-c", code, "--version"], capture_output=True, text=True, timeout=60)
+    assert done.stdout.splitlines()[-1] == "True 0"
+
+
 READING = """
 import sys
 from pathlib import Path
