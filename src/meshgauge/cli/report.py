@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..report import FileReport
     from ..report.html import HtmlWriter
     from ..report.states import StateJob, StateReader
+    from ..slices import Job, Partial
     from ..slices.partial import CellRows
 
 
@@ -97,8 +98,9 @@ def report(
     from ..quality.metrics import LIMITS
     from ..report import FileReport
     from ..report.csv import CsvWriter
+    from ..report.diagnosis import why_not
+    from ..report.html.in_slices import ShownCounter
     from ..report.one_cell import OneCellText, dumps
-    from ..report.stream import file_report
     from ..slices import Ask
     from . import slices
     from .bad import write as write_bad
@@ -139,13 +141,13 @@ def report(
 
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
-        # A page of a mesh that there is memory for shows it.
-        is_drawn = page is not None and not slices.takes_more(batch.pieces(path), batch.allowed_memory)
+        memory = batch.allowed_memory
+        why_not_drawn = why_not(listed, memory) if page is not None and (listed := batch.pieces(path)) else ""
         whole = ""
         if purpose == "fv":
             whole = "what finite volumes ask depends on the cells beside"
-        elif is_drawn:
-            whole = "the page shows it, and there is memory for it"
+        elif why_not_drawn and not slices.takes_more(listed, memory):
+            whole = f"there is memory to draw it, which slices do not where {why_not_drawn}"
         elif bad_set is not None or (bad is not None and bad.suffix.lower() == ".csv"):
             whole = f"{bad_set or bad} asks for more than slices tell of bad cells"
         elif sum(one is not None for one in (target, table, bad)) > 1:
@@ -153,6 +155,8 @@ def report(
         elif target is not None and not batch.adds_rows(path, target):
             whole = "values are added slice by slice where VTKHDF and VTU keep their format"
         counter = MarkCounter() if contents.diagnosis else None
+        if page is not None:
+            counter = ShownCounter(n_worst=n_worst)
         ask = Ask(
             metrics,
             n_worst,
@@ -176,10 +180,7 @@ def report(
             done = add_in_slices(batch, path, ask, target, in_place=in_place)
         if done is not None:
             with batch.progress(f"diagnosing {path}"):
-                memory = batch.allowed_memory
-                one = file_report(*done, path=path, with_diagnosis=contents.diagnosis, memory=memory)
-            if page is not None:
-                page.add_without_model(replace(one, step=path.of_file) if isinstance(path, inputs.State) else one)
+                one = _large(page, *done, path=path, with_diagnosis=contents.diagnosis, memory=memory)
             return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
         quality = batch.with_faces(path, batch.measure(path, metrics))
         with batch.progress(f"summarising {path}"):
@@ -231,6 +232,22 @@ def report(
     if about_bad and not (quiet or as_json):
         emit("\n".join(about_bad))
     return batch.exit_code
+
+
+def _large(
+    page: HtmlWriter | None, job: Job, partial: Partial, *, path: str, with_diagnosis: bool, memory: int | None
+) -> FileReport:
+    """The report on a mesh that was measured slice by slice, which is put on the page."""
+    from ..report.html.in_slices import Shown
+    from ..report.stream import file_report
+
+    step = path.of_file if isinstance(path, inputs.State) else None
+    if page is not None and isinstance(partial.counted, Shown):
+        return page.add_in_slices(job, partial, path=path, step=step, with_diagnosis=with_diagnosis, memory=memory)
+    one = replace(file_report(job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory), step=step)
+    if page is not None:
+        page.add_without_model(one)
+    return one
 
 
 def _page(path: Path | None, n_files: int, bins: int) -> contextlib.AbstractContextManager[HtmlWriter | None]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,9 @@ from ..slices.points import WINDOW, Points
 from ..slices.read import places, read_slice
 from ..slices.some_cells import gathered
 from ..status import Purpose
+
+if TYPE_CHECKING:
+    from ..doctor.streamed.few import Few
 
 Ids = NDArray[np.int64]
 
@@ -54,20 +57,40 @@ def with_marks(listed: Pieces, counter: Any, memory: int | None) -> Any:
     return None if isinstance(counter, MarkCounter) and why_not(listed, memory) else counter
 
 
-def streamed_diagnosis(job: Job, partial: Partial, memory: int | None) -> Diagnosis:
-    """The diagnosis, if the cells were marked for it; else one that says why there is none."""
+def streamed_diagnosis(
+    job: Job, partial: Partial, memory: int | None, on_few: Callable[[Few], object] | None = None
+) -> Diagnosis:
+    """The diagnosis, if the cells were marked for it; else one that says why there is none. ``on_few`` as for
+    `diagnosis_of`."""
     if not isinstance(partial.counted, Marks):
         return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
     from ..doctor.streamed.diagnose import diagnosis_of  # with kernels, which take a quarter of a second to load
+
+    source = _source(job, partial.counted)
+    return diagnosis_of(source, source.marks, room=_room(job, memory), on_few=on_few)
+
+
+def boundary_cells(job: Job, partial: Partial, memory: int | None) -> Few:
+    """The cells with a face at the boundary, and others, of solid cells that were marked."""
+    from ..doctor.streamed.diagnose import few_of
+
+    assert isinstance(partial.counted, Marks)
+    source = _source(job, partial.counted)
+    return few_of(source, source.marks, room=_room(job, memory))
+
+
+def _source(job: Job, marks: Marks) -> _Source:
+    of_all = marks.all(job.facts.n_cells)
+    give_back()
+    source = _Source(job, of_all)
+    return replace(source, joined=_joined(source)) if job.pieces.parts else source
+
+
+def _room(job: Job, memory: int | None) -> int:
     from ..doctor.streamed.faces import ROOM
 
-    marks = partial.counted.all(job.facts.n_cells)
     left = 0 if memory is None else memory - bytes_needed(job.facts.n_cells, job.facts.n_points)
-    give_back()
-    source = _Source(job, marks)
-    if job.pieces.parts:
-        source = replace(source, joined=_joined(source))
-    return diagnosis_of(source, marks, room=max(ROOM, left // 2))
+    return max(ROOM, left // 2)
 
 
 def _joined(source: _Source) -> Joined:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from ..doctor.streamed import MarkCounter
 from ..errors import OptionError
@@ -29,6 +29,9 @@ from ..slices.partial import CellRows
 from ..status import Purpose
 from .diagnosis import streamed_diagnosis, with_marks
 from .record import WORST, FileReport
+
+if TYPE_CHECKING:
+    from ..doctor.streamed.few import Few
 
 UNKNOWN_MEMORY = 1 << 30
 """Bytes that points may take where the system does not say what is free."""
@@ -154,10 +157,16 @@ def report_on(
 
 
 def file_report(
-    job: Job, partial: Partial, *, path: str | None = None, with_diagnosis: bool = False, memory: int | None = None
+    job: Job,
+    partial: Partial,
+    *,
+    path: str | None = None,
+    with_diagnosis: bool = False,
+    memory: int | None = None,
+    on_few: Callable[[Few], object] | None = None,
 ) -> FileReport:
     """What a report says of a mesh, from the results on all of its cells; diagnosed, if it was asked for with a
-    `MarkCounter` and the memory allows it, see `report.diagnosis.why_not`."""
+    `MarkCounter` and the memory allows it, see `report.diagnosis.why_not`, which has ``on_few``, too."""
     listed, facts = job.pieces, job.facts
     summaries = dict(partial.summaries)
     summary = summaries.pop("jens")
@@ -173,7 +182,7 @@ def file_report(
         companions=partial.companions,
         notes=notes_of(facts, partial),
         findings=partial.findings,
-        diagnosis=streamed_diagnosis(job, partial, memory) if with_diagnosis else None,
+        diagnosis=streamed_diagnosis(job, partial, memory, on_few) if with_diagnosis else None,
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
         region_companions=_region_companions(job, partial) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),

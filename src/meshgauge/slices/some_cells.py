@@ -8,13 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..io.plumbing import ghosts
 from ..io.plumbing.pieces import Pieces, ReadWhole, Rows
 from ..io.plumbing.wedge_order import apply, has_wedges
 from ..mesh import CellBlock, Mesh
+from ..mesh.high_order import WEIGHTS
 from ..mesh.labels import LABEL
 from ..mesh.polyhedra import ragged_positions
+from ..quality.measure import JENS, Quality, measure_part
+from ..quality.poor import rows_of
 from ..status import Purpose
 from .facts import Facts, Labels
+from .job import Job
+from .read import is_needed
 
 Ids = NDArray[np.int64]
 
@@ -43,8 +49,9 @@ def _windows(ids: Ids, n: int) -> Iterator[tuple[slice, Ids]]:
         begin = stop
 
 
-def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose) -> tuple[Mesh, Ids]:
-    """Some cells, ascending, with all of their data, and the ids of their points in the whole.
+def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose, *, with_data: bool = True) -> tuple[Mesh, Ids]:
+    """Some cells, ascending, with their data, and the ids of their points in the whole; ``with_data`` false: no data
+    but those on which something depends.
 
     Raises
     ------
@@ -55,29 +62,21 @@ def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose) -> tupl
     """
     if any(piece.polyhedra is not None for piece in pieces.pieces):
         raise ReadWhole("it has polyhedra")
-    sizes, nodes = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
-    for piece, start, first_point in zip(pieces.pieces, pieces.cell_starts, pieces.point_starts, strict=False):
-        for _, at in _windows(ids - start, piece.n_cells):
-            low = int(at[0])
-            offsets = piece.offsets.read(low, int(at[-1]) + 2).astype(np.int64)
-            begin, end = offsets[at - low] - offsets[0], offsets[at - low + 1] - offsets[0]
-            held = piece.connectivity.read(int(offsets[0]), int(offsets[-1])).astype(np.int64)
-            sizes.append(end - begin)
-            nodes.append(held[ragged_positions(begin, end - begin)] + first_point)
-    named = np.concatenate(nodes)
-    used, local = np.unique(named, return_inverse=True)
+    sizes, nodes = _nodes(pieces, ids)
+    used, local = np.unique(nodes, return_inverse=True)
     data = []
-    for kind, starts, rows, labels in (
-        ("cell_data", pieces.cell_starts, ids, facts.cell_labels),
-        ("point_data", pieces.point_starts, used, facts.point_labels),
+    for kind, starts, rows, labels, needed in (
+        ("cell_data", pieces.cell_starts, ids, facts.cell_labels, is_needed),
+        ("point_data", pieces.point_starts, used, facts.point_labels, WEIGHTS.__eq__),
     ):
         parts = [getattr(piece, kind) for piece in pieces.pieces]
-        own = {name: gathered([part[name] for part in parts], starts, rows) for name in parts[0] if name != LABEL}
+        names = [name for name in parts[0] if name != LABEL and (with_data or needed(name))]
+        own = {name: gathered([part[name] for part in parts], starts, rows) for name in names}
         data.append(own | _labels(labels, [part.get(LABEL) for part in parts], starts, rows))
     mesh = Mesh(
         points=gathered([piece.points for piece in pieces.pieces], pieces.point_starts, used),
         types=gathered([piece.types for piece in pieces.pieces], pieces.cell_starts, ids),
-        offsets=np.concatenate([[0], np.cumsum(np.concatenate(sizes))]),
+        offsets=np.concatenate([[0], np.cumsum(sizes)]),
         connectivity=local.reshape(-1),
         blocks=_blocks(pieces, ids),
         cell_data=data[0],
@@ -108,3 +107,51 @@ def _blocks(pieces: Pieces, ids: Ids) -> tuple[CellBlock, ...]:
         if stop > start:
             made.append(CellBlock(block.name, start, stop))
     return tuple(made)
+
+
+def _nodes(pieces: Pieces, ids: Ids) -> tuple[Ids, Ids]:
+    """How many nodes each of some cells has, ascending, and these, one after another."""
+    sizes, nodes = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    for piece, start, first_point in zip(pieces.pieces, pieces.cell_starts, pieces.point_starts, strict=False):
+        for _, at in _windows(ids - start, piece.n_cells):
+            low = int(at[0])
+            offsets = piece.offsets.read(low, int(at[-1]) + 2).astype(np.int64)
+            begin, end = offsets[at - low] - offsets[0], offsets[at - low + 1] - offsets[0]
+            held = piece.connectivity.read(int(offsets[0]), int(offsets[-1])).astype(np.int64)
+            sizes.append(end - begin)
+            nodes.append(held[ragged_positions(begin, end - begin)] + first_point)
+    return np.concatenate(sizes), np.concatenate(nodes)
+
+
+def points_of_cells(pieces: Pieces, ids: Ids) -> Ids:
+    """Ids of the points of some cells, both ascending."""
+    return np.unique(_nodes(pieces, ids)[1])
+
+
+def touching(pieces: Pieces, points: Ids) -> Ids:
+    """Ids, ascending, of the cells that have some of the points: all are looked through."""
+    found = [np.empty(0, np.int64)]
+    is_wanted = np.zeros(pieces.n_points, np.bool_)
+    is_wanted[points] = True
+    for piece, start, first in zip(pieces.pieces, pieces.cell_starts, pieces.point_starts, strict=False):
+        own = is_wanted[first : first + piece.n_points]
+        for at in range(0, piece.n_cells if own.any() else 0, WINDOW):
+            offsets = piece.offsets.read(at, min(at + WINDOW, piece.n_cells) + 1)
+            places = np.flatnonzero(own[piece.connectivity.read(int(offsets[0]), int(offsets[-1]))])
+            cells = np.searchsorted(offsets, places + int(offsets[0]), side="right") - 1
+            found.append(np.unique(cells).astype(np.int64) + (start + at))
+    return np.concatenate(found)
+
+
+def measured(job: Job, ids: Ids) -> tuple[Quality, Ids]:
+    """J_ENS and status of some cells, ascending, to the last bit as in the whole; and the ids of their points there.
+
+    Errors as of `some_cells`.
+    """
+    facts = job.facts
+    mesh, points = some_cells(job.pieces, facts, ids, job.purpose, with_data=False)
+    mesh = ghosts.note_ghosts(mesh.replace(dimension=facts.view.dimension, up=facts.view.up))
+    rows = rows_of((JENS,), job.ask.poor_below)
+    bricks = job.ask.keep_bricks
+    quality = measure_part(mesh, rows, keep_bricks=bricks, count_of=facts.count_of, n_cells=facts.n_deciding)
+    return quality, points

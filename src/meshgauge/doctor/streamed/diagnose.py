@@ -8,7 +8,7 @@ mesh are made; what they need to know of the others is known by then.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -46,7 +46,12 @@ Ids = NDArray[np.int64]
 
 
 def diagnosis_of(
-    source: Source, marks: NDArray[np.uint8], *, tolerance: float = points.TOLERANCE, room: int = ROOM
+    source: Source,
+    marks: NDArray[np.uint8],
+    *,
+    tolerance: float = points.TOLERANCE,
+    room: int = ROOM,
+    on_few: Callable[[Few], object] | None = None,
 ) -> Diagnosis:
     """Look for what is wrong with a mesh beside the shapes of its cells, see `doctor.diagnosis`; without polyhedra.
 
@@ -60,6 +65,8 @@ def diagnosis_of(
         As for `doctor.diagnosis`.
     room
         Bytes that the faces which wait for their mates may take.
+    on_few
+        Is given the cells that were looked at exactly, all with a face at the boundary among them; not of surfaces.
     """
     if source.dimension == 2:
         return diagnosis_of_surfaces(source, marks, tolerance=tolerance, room=room)
@@ -69,10 +76,22 @@ def diagnosis_of(
     give_back()
     seen = look(source, crowded.ids[crowded.moved])
     try:
-        return _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=False).diagnosis()
+        concluded = _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=False)
+        diagnosis = concluded.diagnosis()
     except _Contradiction:  # then it matters which faces are believed first
         matched = match(source, marks, room, is_strict=True)
-        return _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=True).diagnosis()
+        concluded = _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=True)
+        diagnosis = concluded.diagnosis()
+    if on_few is not None:
+        on_few(concluded.few)
+    return diagnosis
+
+
+def few_of(source: Source, marks: NDArray[np.uint8], *, room: int = ROOM) -> Few:
+    """The cells with a face at the boundary, and others, without a diagnosis; parameters as of `diagnosis_of`."""
+    matched = match(source, marks, room)
+    seen = look(source, np.empty(0, np.int64))
+    return keep(source, seen, *second_look(source, seen, matched))
 
 
 class _Contradiction(Exception):

@@ -15,7 +15,8 @@ from ...mesh.high_order import row_of
 from ...mesh.labels import cell_label, point_label
 from ...quality.worst import spacing
 from ...status import STATUSES, Status
-from .page_cells import Ids, drawing_code, faces_of, nodes_of
+from .page_cells import Ids, drawable, drawing_code, faces_of, nodes_of
+from .picture import Picture
 from .sketch import side
 
 if TYPE_CHECKING:
@@ -49,19 +50,20 @@ class Card(NamedTuple):
     model: dict[str, Any]  #: points, faces of the cell, faces of its neighbours, all in a frame of their own
 
 
-def cards(
-    quality: Quality, worst: Ids, regions: Ids, names: tuple[str, ...], can_be_drawn: NDArray[np.bool_]
-) -> list[Card]:
-    """Cards of these cells, and of some that are inverted inside; those that cannot be drawn are left out."""
-    inside = np.flatnonzero(quality.status == Status.INVERTED_INSIDE)[: INSIDE + len(worst)]
+def cards(picture: Picture, worst: Ids, inside: Ids) -> list[Card]:
+    """Cards of the worst cells, and of some of those that are inverted ``inside``; those that cannot be drawn are left
+    out. Ids are those of the mesh."""
+    quality, can_be_drawn = picture.quality, drawable(picture.quality)
     extra = inside[~np.isin(inside, worst)][:INSIDE]
-    cells = np.concatenate([worst[:MOST], extra]).astype(np.int64)
+    cells = picture.at(np.concatenate([worst[:MOST], extra]).astype(np.int64))
     cells = cells[can_be_drawn[cells] & ~np.isnan(quality.values[cells])]
     around = neighbours(quality, cells, can_be_drawn)
-    return [
-        _card(quality, cell, near, names[regions[cell]] if len(names) > 1 else "")
-        for cell, near in zip(cells.tolist(), around, strict=True)
-    ]
+    return [_card(picture, cell, near) for cell, near in zip(cells.tolist(), around, strict=True)]
+
+
+def inverted_inside(status: NDArray[np.uint8], n_worst: int) -> Ids:
+    """The first cells that are inverted inside, as many as have a place beside so many of the worst."""
+    return np.flatnonzero(status == Status.INVERTED_INSIDE)[: INSIDE + n_worst]
 
 
 def neighbours(quality: Quality, cells: Ids, can_be_drawn: NDArray[np.bool_]) -> list[list[int]]:
@@ -87,7 +89,8 @@ def _corners(quality: Quality, cell: int) -> list[int]:
     return [int(nodes[m]) for m in row.corners] if row is not None and row.shape is not None else nodes.tolist()
 
 
-def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
+def _card(picture: Picture, cell: int, around: list[int]) -> Card:
+    quality = picture.quality
     mesh = quality.mesh
     nodes = nodes_of(quality, np.array([cell]))
     node = int(np.nanargmin(nodes.values))
@@ -100,15 +103,15 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
     x, y, z = (float(v) for v in mesh.points[point])
     fitted = _fit(mesh.points[used], own)
     return Card(
-        cell=cell,
+        cell=picture.cell(cell),
         type=type_name(int(mesh.types[cell])),
         quality=float(quality.values[cell]),
         status=STATUSES[Status(int(quality.status[cell]))].name,
         node=row.corners[node] if row is not None and row.shape is not None else node,
         node_quality=float(nodes.values[node]),
-        point=point,
+        point=picture.point(point),
         coordinates=(x, y, z),
-        region=region,
+        region=picture.names[picture.regions[cell]] if len(picture.names) > 1 else "",
         cell_label=cell_label(mesh, cell),
         point_label=point_label(mesh, point),
         place=tuple(coordinates((x, y, z), spacing(mesh.points[mesh.nodes(cell)]), digits=5)),
@@ -122,7 +125,7 @@ def _card(quality: Quality, cell: int, around: list[int], region: str) -> Card:
                     "value": float(quality.values[at]),
                     "shade": float(shade(quality.values[at : at + 1], quality.poor_limits(np.array([at])))[0]),
                     "class": drawing_code(int(quality.status[at]), mesh.purpose),
-                    "name": f"{type_name(int(mesh.types[at]))} {cell_entry(at, cell_label(mesh, at))}",
+                    "name": f"{type_name(int(mesh.types[at]))} {cell_entry(picture.cell(at), cell_label(mesh, at))}",
                 }
                 for at, of_cell in faces.items()
             ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,13 +20,21 @@ class Frame:
     @classmethod
     def of(cls, *states: NDArray[Any]) -> Frame:
         """The frame of points ``(n, 3)``, several times; those with a coordinate that is not finite do not count."""
-        parts = [points[np.isfinite(points).all(axis=1)] for points in states]
-        parts = [part for part in parts if len(part)]
-        if not parts:
+        return cls.of_parts(states)
+
+    @classmethod
+    def of_parts(cls, parts: Iterable[NDArray[Any]]) -> Frame:
+        """That of points of which some come at a time."""
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for part in parts:
+            points = part[np.isfinite(part).all(axis=1)]
+            if len(points):
+                low = np.minimum(low, points.min(axis=0).astype(np.float64))
+                high = np.maximum(high, points.max(axis=0).astype(np.float64))
+        if not np.isfinite(low).all():
             return cls((0.0, 0.0, 0.0), 1.0)
         # Halves first: the sum of two coordinates near the end of the range is infinite.
-        low = np.min([part.min(axis=0).astype(np.float64) for part in parts], axis=0) / 2
-        high = np.max([part.max(axis=0).astype(np.float64) for part in parts], axis=0) / 2
+        low, high = low / 2, high / 2
         x, y, z = (low + high).tolist()
         return cls((x, y, z), float((high - low).max()) or 1.0)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -11,20 +12,16 @@ from numpy.typing import NDArray
 from ...look import style
 from ...look.bands import POOR
 from ...look.colours import DEGENERATE, EDGE, GHOST, INVALID, STOPS, UNKNOWN
-from ...mesh.topology import topology
 from ...quality.summary import Summary
 from ...status import STATUSES, is_usable
 from . import surface
 from .frame import Frame
 from .pack import pack_arrays
 from .page_cells import WHOLE, WORST, Ids, arrays_of, cells_to_show, drawable, drawing_code, kinds, nodes_of
+from .picture import TRIANGLES, Picture, Skin
 
 if TYPE_CHECKING:
     from ...quality.measure import Quality
-
-TRIANGLES = 400_000
-"""Triangles of a surface from which it is made coarser."""
-
 
 CHANGING = ("bin", "value", "status", "nodeValue", "xyz", "surfaceXyz", "surfaceValue", "surfaceStatus")
 """The arrays that differ between two states of a mesh; those of the state before are called so."""
@@ -38,41 +35,22 @@ class Geometry(NamedTuple):
     remarks: list[str]  #: what is in them, and what was left out
 
 
-def geometry(
-    quality: Quality,
-    summary: Summary,
-    ids: Ids,
-    names: tuple[str, ...],
-    *,
-    bins: int,
-    budget: int,
-    before: Quality | None = None,
-    frame: Frame | None = None,
-) -> Geometry:
+def geometry(picture: Picture, summary: Summary, *, bins: int, budget: int, before: Quality | None = None) -> Geometry:
     """The whole mesh for the script.
 
     Parameters
     ----------
-    quality, summary
+    picture, summary
         Of the mesh; the cells that cannot be drawn are left out.
-    ids, names
-        The region of each cell.
     bins
         Of the histograms that are linked with the picture.
     budget
         Characters that the arrays may take; what does not fit is left out, the best cells first.
     before
         Of the same cells with their points elsewhere, to be shown in turn.
-    frame
-        In which the mesh is placed, for several in one scene; None: its own.
     """
-    mesh = quality.mesh
-    can_be_drawn = drawable(quality) if before is None else _in_both(before, quality)
-    n_drawn = int(np.count_nonzero(can_be_drawn))
-    if not n_drawn:
-        return Geometry(None, "", [])
-    frame = frame or Frame.of(mesh.points, *(() if before is None else (before.mesh.points,)))
-    boundary = surface.of_surfaces(mesh) if mesh.dimension == 2 else surface.boundary(topology(mesh))
+    quality, frame, n_drawn = picture.quality, picture.frame, picture.n_drawn
+    mesh, can_be_drawn, names = quality.mesh, picture.can_be_drawn, picture.names
     most, triangles = (WHOLE if n_drawn <= WHOLE else WORST), TRIANGLES
     while True:
         cells = cells_to_show(quality, can_be_drawn, most)
@@ -81,9 +59,10 @@ def geometry(
             others = cells_to_show(before, can_be_drawn, most)
             reach = min(reach, _reach(before, others))
             cells = np.union1d(cells, others)
-        arrays = _arrays(quality, cells, ids, bins, frame, boundary, triangles)
+        arrays = _arrays(picture, cells, bins, triangles)
         if before is not None:
-            other = _arrays(before, cells, ids, bins, frame, boundary, triangles)
+            then = replace(picture, quality=before, skin=replace(picture.skin, points=before.mesh.points))
+            other = _arrays(then, cells, bins, triangles)
             arrays |= {f"{name}Before": other[name] for name in CHANGING if name in other and _is_fine(arrays, name)}
         result = pack_arrays(arrays)
         if len(result.text) <= budget or most < 50:
@@ -119,7 +98,7 @@ def geometry(
             "poorBelow": POOR,
         },
     }
-    return Geometry(model, result.text, _remarks(summary, len(cells), n_drawn, reach, boundary, arrays))
+    return Geometry(model, result.text, _remarks(summary, len(cells), n_drawn, reach, picture.skin, arrays))
 
 
 def _is_fine(arrays: dict[str, NDArray[Any]], name: str) -> bool:
@@ -127,7 +106,7 @@ def _is_fine(arrays: dict[str, NDArray[Any]], name: str) -> bool:
     return "surfaceCell" in arrays or not name.startswith("surface")
 
 
-def _in_both(before: Quality, after: Quality) -> NDArray[np.bool_]:
+def in_both(before: Quality, after: Quality) -> NDArray[np.bool_]:
     """The cells that can be drawn in both states, with the same nodes."""
     can_be_drawn = drawable(before) & drawable(after)
     if after.polyhedra is not None:
@@ -138,7 +117,7 @@ def _in_both(before: Quality, after: Quality) -> NDArray[np.bool_]:
 
 
 def _remarks(
-    summary: Summary, n: int, n_drawn: int, reach: float, boundary: surface.Polygons, arrays: dict[str, NDArray[Any]]
+    summary: Summary, n: int, n_drawn: int, reach: float, skin: Skin, arrays: dict[str, NDArray[Any]]
 ) -> list[str]:
     if n == n_drawn:
         remarks = ["The one cell is in this page." if n == 1 else f"All {style.number(n)} cells are in this page."]
@@ -149,7 +128,7 @@ def _remarks(
         ]
     if "surfaceCell" not in arrays:
         remarks.append(
-            f"The surface is made coarser, from {style.number(boundary.n_triangles)} triangles to "
+            f"The surface is made coarser, from {style.number(skin.n_triangles)} triangles to "
             f"{style.number(len(arrays['surfaceSize']))}; it has the form of the mesh, but not its faces."
         )
     missing = summary.all.n_cells - n_drawn
@@ -158,10 +137,10 @@ def _remarks(
     return remarks
 
 
-def _arrays(
-    quality: Quality, cells: Ids, ids: Ids, bins: int, frame: Frame, boundary: surface.Polygons, most: int
-) -> dict[str, NDArray[Any]]:
-    return {**arrays_of(quality, cells, ids, bins, frame), **_skin(quality, boundary, frame, most)}
+def _arrays(picture: Picture, cells: Ids, bins: int, most: int) -> dict[str, NDArray[Any]]:
+    quality, skin, frame = picture.quality, picture.skin, picture.frame
+    own = arrays_of(quality, cells, picture.regions, bins, frame, n_regions=len(picture.names))
+    return picture.named({**own, **_skin(quality, skin, frame, most)})
 
 
 def _reach(quality: Quality, cells: Ids) -> float:
@@ -180,32 +159,36 @@ def _start(quality: Quality, cells: Ids) -> float:
     return min(math.ceil(float(measured[place]) * 100 + 1e-9) / 100, 1.0)
 
 
-def _skin(quality: Quality, boundary: surface.Polygons, frame: Frame, most: int) -> dict[str, NDArray[Any]]:
+def _skin(quality: Quality, skin: Skin, frame: Frame, most: int) -> dict[str, NDArray[Any]]:
     """The arrays of the surface, points quantised to 16 bits; made coarser, without quality, if it is too large."""
-    used, local = np.unique(boundary.points, return_inverse=True)
-    local = local.reshape(-1)
-    points = frame.shown(quality.mesh.points[used])
-    if boundary.n_triangles > most:
-        corners = surface.triangles(surface.Polygons(boundary.offsets, local, boundary.cells))
-        points, kept = surface.decimate(points, corners, most)
+    faces = skin.polygons
+    if faces is None or skin.n_triangles > most:
+        points, kept = _coarser(skin, frame, most)
         return {
             "surfaceSize": np.full(len(kept), 3, np.uint16),
             "surfacePoint": kept.astype(np.uint32),
             "surfaceXyz": _quantise(points),
         }
+    used, local = np.unique(faces.points, return_inverse=True)
     return {
-        "surfaceSize": np.diff(boundary.offsets).astype(np.uint16),
-        "surfacePoint": local.astype(np.uint32),
-        "surfaceXyz": _quantise(points),
-        "surfaceCell": boundary.cells.astype(np.uint32),
-        "surfaceValue": quality.values[boundary.cells].astype(np.float32),
+        "surfaceSize": np.diff(faces.offsets).astype(np.uint16),
+        "surfacePoint": local.reshape(-1).astype(np.uint32),
+        "surfaceXyz": _quantise(frame.shown(skin.points[used])),
+        "surfaceCell": faces.cells.astype(np.uint32),
+        "surfaceValue": quality.values[faces.cells].astype(np.float32),
         **(
-            {"surfacePoor": quality.poor_limits(boundary.cells).astype(np.float32)}
-            if quality.poor_below.of_shapes
-            else {}
+            {"surfacePoor": quality.poor_limits(faces.cells).astype(np.float32)} if quality.poor_below.of_shapes else {}
         ),
-        "surfaceStatus": quality.status[boundary.cells],
+        "surfaceStatus": quality.status[faces.cells],
     }
+
+
+def _coarser(skin: Skin, frame: Frame, most: int) -> tuple[NDArray[np.float64], Ids]:
+    if skin.coarse is not None:
+        points, corners = skin.coarse
+        return (points, corners) if len(corners) <= most else surface.decimate(points, corners, most)
+    assert skin.polygons is not None  # one of the two is there
+    return surface.decimate(frame.shown(skin.points), surface.triangles(skin.polygons), most)
 
 
 def _quantise(points: NDArray[np.float64]) -> NDArray[np.uint16]:

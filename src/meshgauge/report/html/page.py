@@ -25,7 +25,7 @@ from ..over_time import Trend, trends_of
 from ..record import FileReport, StepOf
 from . import charts
 from .over_time_charts import OverTime
-from .section import BUDGET, Section, section, section_without_model
+from .section import BUDGET, Section, section, section_in_slices, section_without_model
 from .sketch import sketch
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ...quality.measure import Quality
     from ...quality.summary import Tally
     from ...quality.worst import StatusCells
+    from ...slices import Job, Partial
 
 SCRIPTS = ("shaders.js", "model.js", "hollows.js", "stage.js", "cards.js", "meshview.js", "wipe.js", "page.js")
 """Our own, in the order in which they are run."""
@@ -130,13 +131,38 @@ class HtmlWriter:
 
     def add(self, quality: Quality, report: FileReport) -> None:
         """Append a mesh; nothing of it is kept but its section."""
-        self._sections.append(section(quality, report, bins=self.bins, budget=self.budget))
-        if report.step is not None:
-            self._steps.append((report.step, report.summary.all))
+        self._add(section(quality, report, bins=self.bins, budget=self.budget), report)
 
     def add_without_model(self, report: FileReport) -> None:
         """Append a mesh that was measured slice by slice, see `section_without_model`."""
-        self._sections.append(section_without_model(report, bins=self.bins))
+        self._add(section_without_model(report, bins=self.bins), report)
+
+    def add_in_slices(
+        self,
+        job: Job,
+        partial: Partial,
+        *,
+        path: str,
+        step: StepOf | None,
+        with_diagnosis: bool,
+        memory: int | None,
+    ) -> FileReport:
+        """Append a mesh that was measured slice by slice, with its picture, see `section_in_slices`; the report."""
+        made, report = section_in_slices(
+            job,
+            partial,
+            path=path,
+            step=step,
+            with_diagnosis=with_diagnosis,
+            memory=memory,
+            bins=self.bins,
+            budget=self.budget,
+        )
+        self._add(made, report)
+        return report
+
+    def _add(self, made: Section, report: FileReport) -> None:
+        self._sections.append(made)
         if report.step is not None:
             self._steps.append((report.step, report.summary.all))
 

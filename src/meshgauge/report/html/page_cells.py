@@ -70,13 +70,27 @@ def drawable(quality: Quality) -> NDArray[np.bool_]:
 
 
 def cells_to_show(quality: Quality, can_be_drawn: NDArray[np.bool_], most: int) -> Ids:
-    """At most so many cells that can be drawn, ascending: the worst, by status first, by quality among those alike."""
+    """At most so many cells that can be drawn, ascending: the worst, by status first, by quality among those alike, the
+    first of equal ones."""
     cells = np.flatnonzero(can_be_drawn)
-    if len(cells) <= most:
-        return cells
+    return cells if len(cells) <= most else cells[lowest(order_to_show(quality, cells), most)]
+
+
+def order_to_show(quality: Quality, cells: Ids) -> Values:
+    """What some cells are ordered by where not all are shown: the lowest come first."""
     values = np.nan_to_num(quality.values[cells], nan=-2.0)
     ranks = rank(quality.status[cells], quality.mesh.purpose).astype(np.float64) - WORST_FIRST.index(Category.VALID)
-    return np.sort(cells[np.argpartition(values + 10.0 * np.minimum(ranks, 0.0), most)[:most]])
+    return np.asarray(values + 10.0 * np.minimum(ranks, 0.0))
+
+
+def lowest(keys: Values, most: int) -> Ids:
+    """Positions, ascending, of the ``most`` lowest keys; of equal ones the first."""
+    if len(keys) <= most:
+        return np.arange(len(keys))
+    last = np.partition(keys, most - 1)[most - 1]
+    is_among = keys < last
+    is_among[np.flatnonzero(keys == last)[: most - int(np.count_nonzero(is_among))]] = True
+    return np.flatnonzero(is_among)
 
 
 def drawing_code(status: int, purpose: Purpose) -> int:
@@ -165,7 +179,9 @@ def bins_of(values: Values, bins: int) -> NDArray[np.uint16]:
     return at_bin
 
 
-def arrays_of(quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Frame) -> dict[str, NDArray[Any]]:
+def arrays_of(
+    quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Frame, *, n_regions: int
+) -> dict[str, NDArray[Any]]:
     """What the page needs to know of some cells, ready to be packed."""
     mesh = quality.mesh
     nodes = nodes_of(quality, cells)
@@ -176,7 +192,7 @@ def arrays_of(quality: Quality, cells: Ids, regions: Ids, bins: int, frame: Fram
         "kind": kind.astype(np.uint8),
         "status": quality.status[cells],
         "bin": bins_of(quality.values[cells], bins),
-        "region": regions[cells].astype(np.min_scalar_type(int(regions.max(initial=0)))),
+        "region": regions[cells].astype(np.min_scalar_type(n_regions - 1)),
         "value": quality.values[cells],
         "nodes": local.reshape(-1).astype(np.uint32),
         "nodeValue": nodes.values.astype(np.float32),

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,15 +12,20 @@ from numpy.typing import NDArray
 from ...quality.by_region import by_region
 from ...quality.companions import companions_by_region
 from ...quality.summary import Summary, Tally
+from ...slices import Job, Partial
 from .. import beside
-from ..record import FileReport
+from ..diagnosis import boundary_cells
+from ..record import FileReport, StepOf
+from ..stream import file_report
 from ..verdict import Verdict, verdict
-from .cell_cards import Card, cards
+from .cell_cards import Card, cards, inverted_inside
 from .charts import Histogram, histograms
 from .frame import Frame
-from .geometry import geometry
+from .geometry import Geometry, geometry, in_both
 from .hard_faces import ListedFace, drawn_faces, listed_faces
+from .in_slices import Drawing
 from .page_cells import drawable
+from .picture import Picture
 
 if TYPE_CHECKING:
     from ...quality.measure import Quality
@@ -87,41 +92,28 @@ def section(
     """
     if report is None:
         report = FileReport.of(quality)
-    left_out: list[str] = []
-    if bins > BINS:
-        left_out.append(f"The histograms have {BINS} bars, not {bins}.")
-        bins = BINS
     ids, summaries = by_region(quality)
     names = tuple(name for name, _ in summaries)
-    regions = _rows_of_regions(summaries, left_out)
-    worst = np.array([cell.cell for cell in report.worst], np.int64)
-    drawn = geometry(quality, report.summary, ids, names, bins=bins, budget=budget, before=before, frame=frame)
-    faces = listed_faces(report.finite_volume)
-    model = drawn.model
-    if model is not None and faces:
-        place = Frame(tuple(model["frame"]["centre"]), model["frame"]["half"])
-        model = {**model, "faces": drawn_faces(faces, quality.mesh, place)}
-    return Section(
-        path=report.path,
-        n_points=report.n_points,
-        n_cells=report.n_cells,
-        verdict=verdict(report.summary),
-        summary=report.summary,
-        types=[(name, tally) for name, tally in report.summary.types.items() if tally.n_measured],
-        regions=regions if len(regions) > 1 else [],
-        beside_types=beside.of_types(report),
-        beside_regions=_beside_regions(quality, ids, names, report) if len(regions) > 1 else {},
-        histograms=histograms(report.summary, bins),
-        cards=cards(quality, worst, ids, names, drawable(quality)),
-        report=report,
-        left_out=[*left_out, *drawn.remarks],
-        model=model,
-        faces=faces,
-        geometry=drawn.text,
+    can_be_drawn = drawable(quality) if before is None else in_both(before, quality)
+    picture: Picture | None = None
+    own: list[Card] = []
+    if can_be_drawn.any():
+        frame = frame or Frame.of(quality.mesh.points, *(() if before is None else (before.mesh.points,)))
+        picture = Picture.of(quality, ids, names, can_be_drawn=can_be_drawn, frame=frame)
+        own = cards(picture, worst_ids(report), inverted_inside(quality.status, len(report.worst)))
+    return section_of(
+        report,
+        summaries,
+        _beside_regions(quality, ids, names, report) if len(names) > 1 else {},
+        picture,
+        own,
+        bins=bins,
+        budget=budget,
+        before=before,
     )
 
 
-NOT_DRAWN = "The mesh is not drawn: it was measured slice by slice, and there is no memory for it as a whole."
+NOT_DRAWN = "The mesh is not drawn: it was measured slice by slice, and there is too little memory to draw it."
 
 
 def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
@@ -134,10 +126,84 @@ def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
     bins
         As for `section`.
     """
-    left_out = [NOT_DRAWN]
-    regions = _rows_of_regions(report.regions, left_out)
-    names = [name for name, _ in report.regions]
-    has_beside = len(regions) > 1 and len(report.region_companions) == len(names)
+    return section_of(report, report.regions, beside_of(report), None, bins=bins, left_out=(NOT_DRAWN,))
+
+
+def section_in_slices(
+    job: Job,
+    partial: Partial,
+    *,
+    path: str | None = None,
+    step: StepOf | None = None,
+    with_diagnosis: bool = False,
+    memory: int | None = None,
+    bins: int = 20,
+    budget: int = BUDGET,
+) -> tuple[Section, FileReport]:
+    """The section of a mesh that was measured slice by slice, the same as of the whole, and the report on it.
+
+    Parameters
+    ----------
+    job, partial
+        The mesh and what was measured, with the regions, counted by a `ShownCounter`.
+    path, with_diagnosis, memory
+        As for `file_report`.
+    step
+        Which of several time steps it is.
+    bins, budget
+        As for `section`.
+    """
+    drawing = Drawing(job, partial)
+    report = file_report(
+        job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory, on_few=drawing.take_boundary
+    )
+    if drawing.lacks_boundary:
+        drawing.take_boundary(boundary_cells(job, partial, memory))
+    report = replace(report, step=step)
+    picture, cells = drawing.picture(report)
+    return section_of(report, report.regions, beside_of(report), picture, cells, bins=bins, budget=budget), report
+
+
+def section_of(
+    report: FileReport,
+    summaries: Iterable[tuple[str, Summary]],
+    beside_regions: beside.Tallies,
+    picture: Picture | None,
+    cells: Sequence[Card] = (),
+    *,
+    bins: int,
+    budget: int = BUDGET,
+    before: Quality | None = None,
+    left_out: Sequence[str] = (),
+) -> Section:
+    """A section of what is known of a mesh.
+
+    Parameters
+    ----------
+    report
+        All but its regions.
+    summaries, beside_regions
+        Name and J_ENS of each region, and what stands beside.
+    picture, cells
+        What is drawn; None: nothing.
+    bins, budget, before
+        As for `section`.
+    left_out
+        What the page is to say of itself.
+    """
+    said = list(left_out)
+    if bins > BINS:
+        said.append(f"The histograms have {BINS} bars, not {bins}.")
+        bins = BINS
+    regions = _rows_of_regions(summaries, said)
+    drawn = Geometry(None, "", [])
+    if picture is not None:
+        drawn = geometry(picture, report.summary, bins=bins, budget=budget, before=before)
+    faces, model = listed_faces(report.finite_volume), drawn.model
+    if model is not None and faces:
+        assert picture is not None  # of a mesh in memory: else faces are not measured
+        place = Frame(tuple(model["frame"]["centre"]), model["frame"]["half"])
+        model = {**model, "faces": drawn_faces(faces, picture.quality.mesh, place)}
     return Section(
         path=report.path,
         n_points=report.n_points,
@@ -147,13 +213,26 @@ def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
         types=[(name, tally) for name, tally in report.summary.types.items() if tally.n_measured],
         regions=regions if len(regions) > 1 else [],
         beside_types=beside.of_types(report),
-        beside_regions=beside.of_regions(names, report.region_companions) if has_beside else {},
-        histograms=histograms(report.summary, min(bins, BINS)),
-        cards=[],
+        beside_regions=beside_regions if len(regions) > 1 else {},
+        histograms=histograms(report.summary, bins),
+        cards=list(cells),
         report=report,
-        left_out=left_out,
-        model=None,
+        left_out=[*said, *drawn.remarks],
+        model=model,
+        faces=faces,
+        geometry=drawn.text,
     )
+
+
+def beside_of(report: FileReport) -> beside.Tallies:
+    """What a report has on its regions beside J_ENS."""
+    names = [name for name, _ in report.regions]
+    return beside.of_regions(names, report.region_companions) if len(report.region_companions) == len(names) else {}
+
+
+def worst_ids(report: FileReport) -> NDArray[np.int64]:
+    """Of the worst cells."""
+    return np.array([cell.cell for cell in report.worst], np.int64)
 
 
 def _rows_of_regions(summaries: Iterable[tuple[str, Summary]], left_out: list[str]) -> list[tuple[str, Tally]]:

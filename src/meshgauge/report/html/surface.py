@@ -91,36 +91,86 @@ def triangles(polygons: Polygons) -> Ids:
     return np.stack([polygons.points[first], polygons.points[first + step], polygons.points[first + step + 1]], axis=1)
 
 
-def decimate(points: NDArray[Any], corners: Ids, most: int) -> tuple[NDArray[np.float64], Ids]:
-    """A coarser surface of at most about so many triangles: points ``(n, 3)`` in [-1, 1] and triangles ``(m, 3)``.
+FINENESS = 1 << 20
+"""Parts of half the cube in which coordinates are summed: whole numbers, whose sums do not depend on any order."""
 
-    Points are gathered in the boxes of a grid (VTK's binned decimation), so that the form stays.
+LEAST = 8
+"""Boxes along an axis of the coarsest grid."""
+
+AT_ONCE = 1 << 21
+"""Triangles that are kept before equal ones among them are dropped."""
+
+
+def finest(most: int) -> int:
+    """Boxes along an axis where coarsening begins: a surface crosses about 6 n² boxes of n³, two triangles each."""
+    return max(int((most / 12) ** 0.5 * 1.5), LEAST)
+
+
+class Boxes:
+    """A surface that is made coarser while its triangles pass by, so that the form stays.
+
+    Points are gathered in the boxes of a grid, at the mean of the corners of triangles there; triangles with corners in
+    three boxes are kept. VTK's binned decimation does the same of a surface that is in memory; here the result is the
+    same in whatever portions the triangles come.
+
+    Parameters
+    ----------
+    n
+        Boxes along each axis of the cube from -1 to 1.
     """
-    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
-    from vtkmodules.vtkFiltersCore import vtkBinnedDecimation
 
-    place, cells, surface = vtkPoints(), vtkCellArray(), vtkPolyData()
-    place.SetData(numpy_to_vtk(np.ascontiguousarray(points, np.float32)))
-    offsets = np.arange(len(corners) + 1, dtype=np.int64) * 3
-    cells.SetData(numpy_to_vtkIdTypeArray(offsets), numpy_to_vtkIdTypeArray(np.ascontiguousarray(corners).reshape(-1)))
-    surface.SetPoints(place)
-    surface.SetPolys(cells)
-    # A surface crosses about 6 n² boxes of n³, two triangles each: start there, and go coarser until it fits.
-    n = max(int((most / 12) ** 0.5 * 1.5), 8)
-    extent = np.ptp(points, axis=0)
-    extent = np.maximum(extent / max(float(extent.max()), 1e-300), 1e-3)
+    def __init__(self, n: int) -> None:
+        self.n = n
+        self._triangles = [np.empty((0, 3), np.int64)]
+        self._boxes, self._sums = [np.empty(0, np.int64)], [np.empty((0, 4))]
+        self._n_kept = 0
+
+    def take(self, points: NDArray[Any], corners: Ids) -> None:
+        """More triangles ``(m, 3)``, by positions among points ``(k, 3)`` in the cube."""
+        at = np.clip(((points + 1.0) * (self.n / 2)).astype(np.int64), 0, self.n - 1)
+        boxes = (at[:, 0] * self.n + at[:, 1]) * self.n + at[:, 2]
+        kept = boxes[corners]
+        a, b, c = kept.T
+        kept = kept[(a != b) & (b != c) & (c != a)]
+        uses = np.bincount(corners.reshape(-1), minlength=len(points)).astype(np.float64)
+        places = np.rint((points + 1.0) * FINENESS) * uses[:, None]
+        self._add(boxes, np.column_stack([places, uses]))
+        self._triangles.append(kept)
+        self._n_kept += len(kept)
+        if self._n_kept > AT_ONCE:
+            self._merge()
+            self._n_kept = len(self._triangles[0])
+
+    def _add(self, boxes: Ids, sums: NDArray[np.float64]) -> None:
+        own, which = np.unique(boxes, return_inverse=True)
+        self._boxes.append(own)
+        which = which.reshape(-1)
+        self._sums.append(np.column_stack([np.bincount(which, column, len(own)) for column in sums.T]))
+
+    def _merge(self) -> None:
+        boxes, sums = np.concatenate(self._boxes), np.concatenate(self._sums)
+        self._boxes, self._sums = [], []
+        self._add(boxes, sums)
+        triangles = np.concatenate(self._triangles)
+        # The lowest box first, as they run: in no order of the portions.
+        turn = (np.argmin(triangles, axis=1)[:, None] + np.arange(3)) % 3
+        self._triangles = [np.unique(np.take_along_axis(triangles, turn, axis=1), axis=0)]
+
+    def surface(self) -> tuple[NDArray[np.float64], Ids]:
+        """What came of it: points ``(n, 3)`` in the cube and triangles ``(m, 3)``."""
+        self._merge()
+        used, corners = np.unique(self._triangles[0], return_inverse=True)
+        sums = self._sums[0][np.searchsorted(self._boxes[0], used)]
+        return sums[:, :3] / sums[:, 3:] / FINENESS - 1.0, corners.reshape(-1, 3)
+
+
+def decimate(points: NDArray[Any], corners: Ids, most: int) -> tuple[NDArray[np.float64], Ids]:
+    """A coarser surface of at most about so many triangles: points ``(n, 3)`` in [-1, 1] and triangles ``(m, 3)``."""
+    n = finest(most)
     while True:
-        coarser = vtkBinnedDecimation()
-        coarser.SetInputData(surface)
-        coarser.AutoAdjustNumberOfDivisionsOff()
-        coarser.SetNumberOfDivisions(*(max(int(n * share), 2) for share in extent))
-        coarser.SetPointGenerationModeToBinAverages()
-        coarser.Update()
-        out = coarser.GetOutput()
-        if out.GetNumberOfPolys() <= most or n <= 8:
-            break
+        coarser = Boxes(n)
+        coarser.take(points, corners)
+        made = coarser.surface()
+        if len(made[1]) <= most or n <= LEAST:
+            return made
         n = int(n * 0.8)
-    kept = vtk_to_numpy(out.GetPolys().GetConnectivityArray()).reshape(-1, 3).astype(np.int64)
-    return vtk_to_numpy(out.GetPoints().GetData()).astype(np.float64), kept
