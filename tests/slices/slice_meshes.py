@@ -102,6 +102,44 @@ def boxes(n: int = 7) -> Mesh:
     )
 
 
+def spoiled(mesh: Mesh) -> Mesh:
+    """`boxes` of which some are missing, others there twice, some hexahedra numbered in reverse, some faces inward,
+    some cells with a point of their own where others have one in common; and a surface cell inside."""
+    assert mesh.polyhedra is not None
+    n, rng = mesh.n_cells, np.random.default_rng(5)
+    mesh = mesh[np.delete(np.arange(n), rng.choice(n, n // 30, replace=False))]
+    nodes, poly = mesh.connectivity.reshape(-1, 8).copy(), mesh.polyhedra
+    assert poly is not None
+    rings = poly.face_points.reshape(-1, 4).copy()
+    for vtk_id in (12, 42):
+        of_type = np.flatnonzero(mesh.types == vtk_id)
+        copy, of = rng.choice(of_type, (2, 4), replace=False)
+        nodes[copy] = nodes[of]
+        if vtk_id == 42:
+            faces = [poly.cell_offsets[cells][:, None] + np.arange(6) for cells in (copy, of)]
+            rings[poly.cell_faces[faces[0]]] = rings[poly.cell_faces[faces[1]]]
+    is_reversed = (mesh.types == 12) & (rng.random(mesh.n_cells) < 0.1)
+    nodes[is_reversed] = nodes[is_reversed][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    is_turned = rng.random(len(rings)) < 0.01
+    rings[is_turned] = rings[is_turned][:, ::-1]
+    points = mesh.points
+    for cell in rng.choice(np.flatnonzero(mesh.types == 42), 5, replace=False).tolist():
+        own = rings[poly.cell_faces[poly.cell_offsets[cell] : poly.cell_offsets[cell + 1]]]
+        own[own == nodes[cell, 0]] = len(points)
+        rings[poly.cell_faces[poly.cell_offsets[cell] : poly.cell_offsets[cell + 1]]] = own
+        points, nodes[cell, 0] = np.vstack([points, points[nodes[cell, 0]]]), len(points)
+    quad = nodes[n // 2, [0, 2, 4, 6]]
+    return Mesh(
+        points=np.vstack([points, [[99.0, 99.0, 99.0]]]),
+        types=np.append(mesh.types, 9).astype(np.uint8),
+        offsets=np.append(8 * np.arange(mesh.n_cells + 1), 8 * mesh.n_cells + 4),
+        connectivity=np.concatenate([nodes.reshape(-1), quad]),
+        polyhedra=Polyhedra(
+            np.append(poly.cell_offsets, poly.cell_offsets[-1]), poly.cell_faces, poly.face_offsets, rings.reshape(-1)
+        ),
+    )
+
+
 def write_raw_vtu(path: Path, mesh: Mesh) -> None:
     """A VTU with raw appended data that are not packed, by VTK."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from slice_meshes import garden, write_parallel
+from slice_meshes import boxes, garden, spoiled, write_parallel
 
 import meshgauge
 from meshgauge import Mesh, io
@@ -81,6 +81,21 @@ def cube(n: int = 6, *, with_slit: bool) -> Mesh:
     points = np.vstack([points, points[slit]])
     cells[5::17] = cells[5::17][:, [4, 5, 6, 7, 0, 1, 2, 3]]
     return Mesh.from_arrays(points, {"hexahedron": cells}, point_data={"GlobalNodeId": np.arange(len(points)) * 3 + 50})
+
+
+def test_polyhedra_of_parts_are_diagnosed_as_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(slices_read, "SIZE", 31)
+    mesh, files = spoiled(boxes(6)), []
+    for k, ids in enumerate(np.array_split(np.random.default_rng(2).permutation(mesh.n_cells), 4)):
+        files.append(tmp_path / f"p{k}.vtkhdf")
+        io.write(files[-1], mesh[ids])
+    expected = FileReport.of(meshgauge.measure(io.read_as_one(files)), with_diagnosis=True).diagnosis
+    made = meshgauge.stream(files, with_diagnosis=True).diagnosis
+    assert made is not None
+    assert expected is not None
+    assert made.to_dict() == expected.to_dict()
+    assert made.finding("misoriented_faces") is not None
+    assert made.finding("multiple_faces") is not None
 
 
 @pytest.mark.parametrize("numbers", ["global", "local", "none"])

@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from slice_meshes import boxes, garden, write_packed_hdf, write_parallel, write_parts, write_raw_vtu
+from slice_meshes import boxes, garden, spoiled, write_packed_hdf, write_parallel, write_parts, write_raw_vtu
 from thinned import quick
 
 import meshgauge
 from meshgauge import Mesh, io
 from meshgauge.cells import IS_SOLID
+from meshgauge.doctor.inward import InwardEntries
+from meshgauge.doctor.streamed import MarkCounter
 from meshgauge.errors import MeshgaugeError, ReadError
 from meshgauge.io.plumbing import wedge_order
 from meshgauge.io.plumbing.pieces import Pieces, ReadWhole
@@ -27,7 +29,7 @@ from meshgauge.quality.measure import Quality
 from meshgauge.report import FileReport
 from meshgauge.report.json import report_dict
 from meshgauge.report.stream import job_of, report_on
-from meshgauge.slices import Ask, facts
+from meshgauge.slices import Ask, facts, measure_pieces
 from meshgauge.slices.job import Lowest
 from meshgauge.slices.points import Points
 from meshgauge.slices.read import places
@@ -136,6 +138,28 @@ def test_the_diagnosis_is_that_of_the_whole(tmp_path: Path, memory: str, monkeyp
     assert made.diagnosis is not None
     assert made.diagnosis.findings
     assert_same(made, whole(path, with_diagnosis=True))
+
+
+@pytest.mark.parametrize("name", ["plain", "spoiled"])
+def test_the_diagnosis_of_polyhedra_is_that_of_the_whole(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("meshgauge.report.diagnosis.CELLS", 61)
+    path = write(tmp_path, boxes(7) if name == "plain" else spoiled(boxes(7)), ".vtkhdf")
+    made = streamed(path, with_diagnosis=True)
+    assert_same(made, whole(path, with_diagnosis=True))
+    assert made.diagnosis is not None
+    assert len(made.diagnosis.findings) >= (5 if name == "spoiled" else 0)
+
+
+def test_faces_that_point_inward_are_those_of_the_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("meshgauge.slices.points.CLOSE", 0)  # points of a slice from the first to the last
+    path = write(tmp_path, spoiled(boxes(7)), ".vtkhdf")
+    ask = Ask(counter=MarkCounter())
+    marks = measure_pieces(job_of(pieces_of(path), ask), size=50, threads=1).counted
+    expected = InwardEntries.of(io.read(path))
+    for name in ("numbers", "leasts", "cells"):
+        assert getattr(marks.inward, name).tolist() == getattr(expected, name).tolist()
 
 
 def test_all_metrics_of_slices_are_those_of_the_whole(tmp_path: Path) -> None:

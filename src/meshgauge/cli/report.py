@@ -98,7 +98,7 @@ def report(
     from ..quality.metrics import LIMITS
     from ..report import FileReport
     from ..report.csv import CsvWriter
-    from ..report.diagnosis import why_not
+    from ..report.diagnosis import why_not_drawn
     from ..report.html.in_slices import ShownCounter
     from ..report.one_cell import OneCellText, dumps
     from ..slices import Ask
@@ -142,12 +142,12 @@ def report(
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         memory = batch.allowed_memory
-        why_not_drawn = why_not(listed, memory) if page is not None and (listed := batch.pieces(path)) else ""
+        not_drawn = why_not_drawn(listed, memory) if page is not None and (listed := batch.pieces(path)) else ""
         whole = ""
         if purpose == "fv":
             whole = "what finite volumes ask depends on the cells beside"
-        elif why_not_drawn and not slices.takes_more(listed, memory):
-            whole = f"there is memory to draw it, which slices do not where {why_not_drawn}"
+        elif not_drawn and not slices.takes_more(listed, memory):
+            whole = f"there is memory to draw it, which slices do not where {not_drawn}"
         elif bad_set is not None or (bad is not None and bad.suffix.lower() == ".csv"):
             whole = f"{bad_set or bad} asks for more than slices tell of bad cells"
         elif sum(one is not None for one in (target, table, bad)) > 1:

@@ -17,6 +17,7 @@ from ..kernels.topology import driver
 from ..mesh import Mesh
 from ..mesh.ghosts import without_ghosts
 from ..mesh.interface import is_interface
+from ..mesh.polyhedra import points_of_faces
 from ..mesh.topology import OPPOSITE, Topology, face_table, topology
 from ..quality.measure import Quality, measure
 from ..surface_cells import IS_SURFACE
@@ -159,7 +160,7 @@ def diagnosis(
         lambda: driver.signatures(mesh.types, mesh.offsets, mesh.connectivity, IS_SOLID, mesh.n_points),
     )
     if mesh.polyhedra is not None:
-        is_used[mesh.polyhedra.face_points] = True
+        is_used[points_of_faces(mesh.polyhedra)] = True
     doubles = points.duplicates(representative, is_used if is_ghost is None else _points_in_use(mesh, ~is_ghost))
     interface = is_interface(mesh)
     by_design = doubles[:0]

@@ -115,6 +115,13 @@ class Polyhedra:
         )
 
 
+def points_of_faces(poly: Polyhedra) -> IndexArray:
+    """Point ids of the faces that cells have, as often as they occur."""
+    sizes = np.diff(poly.face_offsets).astype(np.int64)[poly.cell_faces]
+    starts = np.asarray(poly.face_offsets, np.int64)[:-1][poly.cell_faces]
+    return poly.face_points[ragged_positions(starts, sizes)]
+
+
 def ragged_positions(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     """Positions ``start, start + 1, ...`` of rows of different sizes, one row after another."""
     ends = np.cumsum(sizes)

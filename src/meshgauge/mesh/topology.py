@@ -146,7 +146,7 @@ def topology(mesh: Mesh, *, points: IndexArray | None = None) -> Topology:
     nodes = mesh.connectivity
     if points is not None:
         nodes = points.astype(nodes.dtype)[nodes]  # kernels are compiled for each dtype
-    poly, longest = _polyhedra(mesh, points)
+    poly, longest = faces_of_polyhedra(mesh, points)
     longest = max(longest, table.shape[2] - 1)
     mates, windings, n_multiple = driver.match(
         cells, starts, mesh.types, mesh.offsets, nodes, table, poly, longest, mesh.n_points
@@ -183,8 +183,9 @@ def numbers_of_faces(mesh: Mesh) -> NDArray[np.int64]:
     return numbers
 
 
-def _polyhedra(mesh: Mesh, points: IndexArray | None) -> tuple[tuple[NDArray[np.int64], ...], int]:
-    """The four arrays of the polyhedra, as the kernel takes them, and the most points of a face."""
+def faces_of_polyhedra(mesh: Mesh, points: IndexArray | None = None) -> tuple[tuple[NDArray[np.int64], ...], int]:
+    """The four arrays of the polyhedra, as kernels take them, and the most points of a face; ``points`` as for
+    `topology`."""
     poly = mesh.polyhedra
     if poly is None:
         none = read_only(np.zeros(1, np.int64))

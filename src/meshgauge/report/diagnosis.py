@@ -14,7 +14,7 @@ from ..doctor.joined import Joined
 from ..doctor.streamed import MarkCounter, Marks, bytes_needed
 from ..doctor.streamed.marks import STANDS
 from ..files.resources import free_memory, give_back
-from ..io.plumbing.pieces import Pieces
+from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..mesh import CellBlock, Mesh
 from ..mesh.collapsed import resolve
 from ..mesh.ghosts import without_ghosts
@@ -23,7 +23,7 @@ from ..mesh.mesh import Precision
 from ..slices import Job, Partial
 from ..slices.labels import cell_label, point_label
 from ..slices.points import WINDOW, Points
-from ..slices.read import places, read_slice
+from ..slices.read import places, read_slice, slice_size
 from ..slices.some_cells import gathered
 from ..status import Purpose
 
@@ -39,8 +39,6 @@ CELLS = 1 << 15
 def why_not(listed: Pieces, memory: int | None) -> str:
     """Why such a mesh is not diagnosed in slices, a clause; empty if it is. ``memory`` are the bytes that are allowed;
     None: half of what is free."""
-    if any(piece.polyhedra is not None for piece in listed.pieces):
-        return "it has polyhedra, and is not in memory as a whole"
     needed, allowed = bytes_needed(listed.n_cells, listed.n_points), _allowed(memory)
     if allowed is not None and needed > allowed:
         return f"that takes {needed / 1e6:,.0f} MB, more than --memory allows, or is free"
@@ -52,9 +50,23 @@ def _allowed(memory: int | None) -> int | None:
     return memory if memory is not None else None if free is None else free // 2
 
 
+def why_not_drawn(listed: Pieces, memory: int | None) -> str:
+    """Why a page of such a mesh is not drawn in slices, see `why_not`."""
+    return "it has polyhedra, and is not in memory as a whole" if _has_polyhedra(listed) else why_not(listed, memory)
+
+
+def _has_polyhedra(listed: Pieces) -> bool:
+    return any(piece.polyhedra is not None for piece in listed.pieces)
+
+
 def with_marks(listed: Pieces, counter: Any, memory: int | None) -> Any:
-    """The counter, or None if it is to mark cells for a diagnosis that is not made."""
-    return None if isinstance(counter, MarkCounter) and why_not(listed, memory) else counter
+    """The counter, or None if it is to mark cells for a diagnosis that is not made; one that only marks them if it is
+    to choose what is drawn of a mesh that is not."""
+    if not isinstance(counter, MarkCounter):
+        return counter
+    if why_not(listed, memory):
+        return None
+    return MarkCounter() if _has_polyhedra(listed) else counter
 
 
 def streamed_diagnosis(
@@ -66,8 +78,13 @@ def streamed_diagnosis(
         return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
     from ..doctor.streamed.diagnose import diagnosis_of  # with kernels, which take a quarter of a second to load
 
-    source = _source(job, partial.counted)
-    return diagnosis_of(source, source.marks, room=_room(job, memory), on_few=on_few)
+    source, inward, room, why = _source(job, partial.counted), partial.counted.inward, _room(job, memory), ""
+    for size in (CELLS, slice_size(job.memory)):  # faces of polyhedra may be too far apart for fewer than were measured
+        try:
+            return diagnosis_of(replace(source, size=size), source.marks, inward, room=room, on_few=on_few)
+        except ReadWhole as error:
+            why = str(error)
+    return not_diagnosed(job.facts.n_cells, LIMIT, reason=why)
 
 
 def boundary_cells(job: Job, partial: Partial, memory: int | None) -> Few:
@@ -135,6 +152,7 @@ class _Source:
     job: Job
     marks: NDArray[np.uint8]
     joined: Joined | None = None
+    size: int = CELLS
 
     @property
     def n_cells(self) -> int:
@@ -168,7 +186,7 @@ class _Source:
         pieces = self.job.pieces
         points = [Points(_NoCoordinates(piece.n_points), 0, keeps_ids=True) for piece in pieces.pieces]
         nowhere = np.zeros((self.n_points if self.joined is not None else 0, 3), np.float32)
-        for place in places(pieces, CELLS):
+        for place in places(pieces, self.size):
             pieces.check_unchanged()
             facts = self.job.facts
             part = read_slice(pieces, place, points[place.piece], facts.decision, self.purpose, facts.view)
@@ -177,9 +195,16 @@ class _Source:
             if stands.any():
                 mesh = resolve(mesh, stands)
             mesh, first_point = without_ghosts(mesh), part.first_point
+            poly = None if mesh.polyhedra is None else mesh.polyhedra.with_own_faces()
             if self.joined is not None:  # cells are at points of other parts, too
                 nodes = self.joined.applied(np.asarray(mesh.connectivity, np.int64) + first_point)
-                mesh, first_point = replace(mesh, points=nowhere, connectivity=nodes, copy=False), 0
+                if poly is not None:
+                    of_faces = self.joined.applied(np.asarray(poly.face_points, np.int64) + first_point)
+                    poly = replace(poly, face_points=of_faces)
+                mesh = replace(mesh, points=nowhere, connectivity=nodes, polyhedra=poly, copy=False)
+                first_point = 0
+            elif poly is not mesh.polyhedra:
+                mesh = mesh.replace(polyhedra=poly)
             yield first, first_point, mesh
 
     def points(self) -> Iterator[NDArray[np.floating]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -121,10 +121,10 @@ def read_slice(
     first = pieces.cell_starts[place.piece] + place.start
     try:
         types, offsets, ids = _cells(piece, place)
-        poly, face_points = _polyhedra(piece, place)
+        poly, face_points = _polyhedra(piece, place, pieces.face_starts[place.piece])
         xyz, local, origins = points.of(ids if poly is None else np.concatenate([ids, face_points]))
         if poly is not None:
-            poly = Polyhedra(poly.cell_offsets, poly.cell_faces, poly.face_offsets, local[len(ids) :])
+            poly = replace(poly, face_points=local[len(ids) :])
         mesh = Mesh(
             points=xyz,
             types=types,
@@ -174,8 +174,9 @@ def _offsets(rows: Rows, place: Place) -> tuple[Ids, int, int]:
     return offsets - first, first, last
 
 
-def _polyhedra(piece: Piece, place: Place) -> tuple[Polyhedra | None, Ids]:
-    """Faces of the cells, with faces of other cells between them; and the ids of their points in the piece."""
+def _polyhedra(piece: Piece, place: Place, first_face: int) -> tuple[Polyhedra | None, Ids]:
+    """Faces of the cells, with faces of other cells between them, numbered as in the whole, where the piece begins with
+    the ``first_face``; and the ids of their points in the piece."""
     none = np.empty(0, np.int64)
     if piece.polyhedra is None:
         return None, none
@@ -195,7 +196,7 @@ def _polyhedra(piece: Piece, place: Place) -> tuple[Polyhedra | None, Ids]:
     if not 0 <= begin <= end <= rows["face_points"].shape[0]:
         raise MeshError(f"offsets of points of faces run from {begin} to {end}")
     points = rows["face_points"].read(begin, end).astype(np.int64, copy=False)
-    return Polyhedra(offsets, faces - low, of_faces, points), points
+    return Polyhedra(offsets, faces - low, of_faces, points, labels=np.arange(low, high) + first_face), points
 
 
 def _weights(piece: Piece, n: int, origins: Origins) -> dict[str, NDArray[Any]]:

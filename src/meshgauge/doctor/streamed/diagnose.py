@@ -19,10 +19,12 @@ from ...files.resources import give_back
 from ...kernels.arrays import read_only
 from ...kernels.topology import driver, open_faces
 from ...kernels.topology.open_faces import SHARED, SOLID, USED
-from ...mesh.topology import MULTIPLE, SAME, Topology, face_table, topology
+from ...mesh.topology import MULTIPLE, SAME, Topology, topology
 from .. import cells, faces, findings, points, surfaces
 from ..diagnosis import Diagnosis, checks, has_others, have_faces, skipped
 from ..hanging import Hanging, hanging_of, with_edges
+from ..inward import NONE as NONE_INWARD
+from ..inward import InwardEntries, InwardFaces
 from ..orientation import (
     Orientation,
     all_right,
@@ -48,12 +50,13 @@ Ids = NDArray[np.int64]
 def diagnosis_of(
     source: Source,
     marks: NDArray[np.uint8],
+    inward: InwardEntries = NONE_INWARD,
     *,
     tolerance: float = points.TOLERANCE,
     room: int = ROOM,
     on_few: Callable[[Few], object] | None = None,
 ) -> Diagnosis:
-    """Look for what is wrong with a mesh beside the shapes of its cells, see `doctor.diagnosis`; without polyhedra.
+    """Look for what is wrong with a mesh beside the shapes of its cells, see `doctor.diagnosis`.
 
     Parameters
     ----------
@@ -61,6 +64,8 @@ def diagnosis_of(
         The mesh.
     marks
         ``(n_cells,)`` what is known of each cell since it was measured, see `marks_of`.
+    inward
+        Faces of polyhedra that point into their cell.
     tolerance
         As for `doctor.diagnosis`.
     room
@@ -77,11 +82,11 @@ def diagnosis_of(
     seen = look(source, crowded.ids[crowded.moved])
     try:
         concluded = _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=False)
-        diagnosis = concluded.diagnosis()
+        diagnosis = concluded.diagnosis(inward)
     except _Contradiction:  # then it matters which faces are believed first
         matched = match(source, marks, room, is_strict=True)
         concluded = _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=True)
-        diagnosis = concluded.diagnosis()
+        diagnosis = concluded.diagnosis(inward)
     if on_few is not None:
         on_few(concluded.few)
     return diagnosis
@@ -138,7 +143,7 @@ class _Conclusion:
     tolerance: float
     is_strict: bool
 
-    def diagnosis(self) -> Diagnosis:
+    def diagnosis(self, inward: InwardEntries) -> Diagnosis:
         give_back()
         few, seen, source = self.few, self.seen, self.source
         sizes = part_sizes(source, seen, self.matched.parent)
@@ -157,6 +162,7 @@ class _Conclusion:
         within = findings.within(self.crowd.scale, self.tolerance, source.stored)
         made = [
             *findings.of_orientation(oriented),
+            findings.misoriented_faces(source, InwardFaces.of(inward)),
             findings.repeated_points(source, np.flatnonzero(repeated)),
             findings.duplicate_cells(source, few.cells[self.twice]),
             findings.covering_cells(source, few.cells[np.setdiff1d(covering, self.twice)]),
@@ -250,7 +256,7 @@ class _Conclusion:
         open_faces.unite(pairs, np.ones(len(pairs), np.int8), parent, sign)
         open_faces.flatten(parent, sign)
         roots: Ids = firsts[np.unique(parent)]
-        return np.asarray(roots[face_table()[self.seen.types[roots], 0, 0] != 0])
+        return np.asarray(roots[np.diff(few.faces.starts)[few.of_cells(roots)] > 0])
 
     def _between(self, firsts: Ids, half_faces: Ids) -> Ids:
         """The parts on both sides of some faces ``(n, 2)``, as positions among their first cells."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...kernels.topology import driver, open_faces
 from ...mesh import Mesh
 from ...mesh.polyhedra import IndexArray
-from ...mesh.topology import face_table, numbers_of_faces
+from ...mesh.topology import face_table, faces_of_polyhedra, numbers_of_faces
 from .source import Source
 
 Ids = NDArray[np.int64]
@@ -79,9 +79,8 @@ class HalfFaces:
         n = int(numbers_of_faces(mesh).sum())
         keys, values, leasts = np.empty(n, np.uint64), np.empty(n, np.uint64), np.empty(n, np.int64)
         nodes, offsets = np.asarray(mesh.connectivity, np.int64), np.asarray(mesh.offsets, np.int64)
-        n_kept = open_faces.face_keys(
-            mesh.types, offsets, nodes, first_point, first, face_table(), N_CORNERS, part, n_parts, keys, values, leasts
-        )
+        cells = (mesh.types, offsets, nodes, first_point, first, face_table(), N_CORNERS, *faces_of_polyhedra(mesh))
+        n_kept = open_faces.face_keys(*cells, part, n_parts, keys, values, leasts)
         return cls(keys[:n_kept], values[:n_kept], leasts[:n_kept], n)
 
     @property

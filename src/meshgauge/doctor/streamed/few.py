@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import IS_SOLID
+from ...cells import IS_SOLID, POLYHEDRON
 from ...files.resources import give_back
 from ...kernels.topology import driver, open_faces
 from ...kernels.topology.open_faces import DOUBLE, FACED, SOLID, SURFACE, USED
 from ...mesh import Mesh
 from ...mesh.interface import is_interface
-from ...mesh.polyhedra import IndexArray, ragged_positions
-from ...mesh.topology import BOUNDARY, ELSEWHERE, Topology, face_table, topology
+from ...mesh.polyhedra import IndexArray, Polyhedra, points_of_faces, ragged_positions
+from ...mesh.topology import BOUNDARY, ELSEWHERE, Topology, numbers_of_faces, topology
 from ...surface_cells import IS_SURFACE
 from .. import surfaces
 from .faces import HalfFaces, HalfOf, Keys, Matched, among, table_of
@@ -69,19 +70,20 @@ def look(source: Source, doubles: Ids, of_types: Mask = IS_SOLID) -> Seen:
     flags[doubles] = DOUBLE
     once, twice = (np.zeros((PER_CELL * n_cells >> 6) + 1, np.uint64) for _ in range(2))
     repeated, interface = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
-    has_faces = face_table()[:, 0, 0] > 0
     n_solid, n_surface, has_ghosts = 0, 0, False
     for first, first_point, mesh in source.cells():
         types[first : first + mesh.n_cells] = mesh.types
         solid, is_ghost, own = IS_SOLID[mesh.types], mesh.is_ghost, is_interface(mesh)
         kinds = np.full(mesh.n_cells, USED | REAL, np.uint8)
-        kinds[has_faces[mesh.types]] |= FACED
+        kinds[numbers_of_faces(mesh) > 0] |= FACED
         kinds[solid] |= SOLID
         if is_ghost is not None:
             has_ghosts = True
             kinds[is_ghost] = USED | SOLID
         hashes, repeats = hashes_of(mesh, first_point, kinds, flags)
         open_faces.note(hashes, once, twice)
+        if mesh.polyhedra is not None:
+            flags[points_of_faces(mesh.polyhedra) + first_point] |= np.uint8(USED)
         repeated.append(np.flatnonzero(repeats & of_types[mesh.types]) + first)
         if own is not None:
             interface.append(np.flatnonzero(own) + first)
@@ -101,9 +103,10 @@ def unused(source: Source, seen: Seen) -> Ids:
 
 
 def part_sizes(source: Source, seen: Seen, parent: IndexArray, of_types: Mask = IS_SOLID) -> list[int]:
-    """Cells of some types of each part that points hold together, largest first; ``parent``: of those that faces do."""
+    """Cells of some types of each part that points hold together, largest first; ``parent``: of those that faces do,
+    which may name points that the cell itself does not, if it is a polyhedron."""
     n = int(np.count_nonzero(of_types[seen.types]))
-    if n == 0 or _n_first(seen.types, parent, of_types) == 1:
+    if n == 0 or (not (seen.types == POLYHEDRON.vtk_id).any() and _n_first(seen.types, parent, of_types) == 1):
         return [n] if n else []
     of_points = np.full(source.n_points, -1, driver.index_type(max(source.n_points, source.n_cells)))
     for _, first_point, mesh in source.cells():
@@ -166,6 +169,21 @@ def second_look(source: Source, seen: Seen, matched: Matched, half_of: HalfOf = 
     return replace(matched, suspects=suspects, again=table[:0]), np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
 
 
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """Those of the cells of a slice that are kept: ids, types, nodes one after another and how many each has, which
+    half-faces are suspect; for each of these its number of points, if it is of a polyhedron, and these points."""
+
+    cells: Ids
+    types: NDArray[np.uint8]
+    sizes: Ids
+    nodes: IndexArray
+    is_suspect: Mask
+    n_faces: Ids
+    face_sizes: Ids
+    face_points: IndexArray
+
+
 def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
     """The cells that may say something.
 
@@ -178,7 +196,7 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
     for start in range(0, source.n_cells, CHUNK):  # of all at once the index would take eight bytes a cell
         is_first[matched.parent[start : start + CHUNK]] = True
     width = driver.index_type(source.n_points)
-    parts: list[tuple[Ids, NDArray[np.uint8], Ids, IndexArray, Mask]] = []
+    parts: list[_Kept] = []
     for first, first_point, mesh in source.cells():
         half, nodes = HalfFaces.of(mesh, first_point, 0), (_nodes(mesh) + first_point).astype(width)
         is_suspect, own = among(half.keys, suspects), is_interface(mesh)
@@ -193,25 +211,58 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
         at = np.flatnonzero(wanted)
         sizes = np.diff(mesh.offsets)[at].astype(np.int64)
         ids = nodes[ragged_positions(_offsets(mesh)[at], sizes)]
-        parts.append((at + first, mesh.types[at], sizes, ids, is_suspect[wanted[half.cells]]))
+        faces = _faces_of(mesh, at, first_point, width)
+        parts.append(_Kept(at + first, mesh.types[at], sizes, ids, is_suspect[wanted[half.cells]], *faces))
     give_back()
-    ids = np.concatenate([part[3] for part in parts])
+
+    def all_of(name: str) -> NDArray[Any]:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    ids, face_ids = all_of("nodes"), all_of("face_points")
     points = np.union1d(np.unique(ids), np.flatnonzero(seen.flags & DOUBLE))
+    poly = None
+    if len(face_ids):
+        points = np.union1d(points, face_ids)
+        n_faces = all_of("n_faces")
+        poly = Polyhedra(
+            cell_offsets=_summed(n_faces),
+            cell_faces=np.arange(n_faces.sum()),
+            face_offsets=_summed(all_of("face_sizes")),
+            face_points=np.searchsorted(points, face_ids).astype(width),
+        )
     few = Mesh(
         points=source.points_of(points),
-        types=np.concatenate([part[1] for part in parts]),
-        offsets=np.concatenate([[0], np.cumsum(np.concatenate([part[2] for part in parts]))]),
+        types=all_of("types"),
+        offsets=_summed(all_of("sizes")),
         connectivity=np.searchsorted(points, ids).astype(width),
+        polyhedra=poly,
         stored=source.stored,
         purpose=source.purpose,
         copy=False,
     )
-    del ids
+    del ids, face_ids
     give_back()
-    faces = topology(few)
-    mates = faces.mates.copy()
-    mates[(mates == BOUNDARY) & ~np.concatenate([part[4] for part in parts])] = ELSEWHERE
-    return Few(few, np.concatenate([part[0] for part in parts]), points, replace(faces, mates=mates))
+    faces_of_few = topology(few)
+    mates = faces_of_few.mates.copy()
+    mates[(mates == BOUNDARY) & ~all_of("is_suspect")] = ELSEWHERE
+    return Few(few, all_of("cells"), points, replace(faces_of_few, mates=mates))
+
+
+def _summed(sizes: Ids) -> Ids:
+    return np.concatenate([[0], np.cumsum(sizes)])
+
+
+def _faces_of(mesh: Mesh, cells: Ids, first_point: int, width: type[np.signedinteger]) -> tuple[Ids, Ids, IndexArray]:
+    """Of some cells the number of faces of their own, of each such face the number of its points, and these."""
+    if mesh.polyhedra is None:
+        return np.zeros(len(cells), np.int64), np.empty(0, np.int64), np.empty(0, width)
+    poly = mesh.polyhedra
+    starts = np.asarray(poly.cell_offsets[:-1], np.int64)[cells]
+    numbers = np.diff(poly.cell_offsets).astype(np.int64)[cells]
+    faces = poly.cell_faces[ragged_positions(starts, numbers)]
+    sizes = np.diff(poly.face_offsets).astype(np.int64)[faces]
+    points = poly.face_points[ragged_positions(np.asarray(poly.face_offsets, np.int64)[faces], sizes)]
+    return numbers, sizes, (np.asarray(points, np.int64) + first_point).astype(width)
 
 
 def hashes_of(

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...look.records import brief
+from ...mesh import Mesh
 from ...mesh.ghosts import without_ghosts
 from ...quality.measure import Quality
 from ...status import Status, is_usable
+from ..inward import NONE, InwardEntries
 from ..orientation import handedness, has_shape, inverted
 
 HANDED, MEASURED, INVERTED, USABLE, STANDS = 3, 4, 8, 16, 32
@@ -23,18 +25,30 @@ class _Part(Protocol):
     @property
     def first_cell(self) -> int: ...
 
+    @property
+    def first_point(self) -> int: ...
+
+    @property
+    def origins(self) -> _Origins: ...
+
+
+class _Origins(Protocol):
+    def all(self, n: int) -> NDArray[np.int64]: ...
+
 
 @dataclass(frozen=True, eq=False)
 class Marks:
-    """Marks of some cells: for each slice the first of them, and theirs."""
+    """Marks of some cells: for each slice the first of them, and theirs; and the faces of polyhedra that point into
+    some of these cells."""
 
     parts: tuple[tuple[int, NDArray[np.uint8]], ...]
+    inward: InwardEntries = field(default=NONE, kw_only=True)
 
     __repr__ = brief
 
     def merge(self, other: Marks) -> Marks:
         """Those of both."""
-        return Marks((*self.parts, *other.parts))
+        return Marks((*self.parts, *other.parts), inward=self.inward.merge(other.inward))
 
     def all(self, n: int) -> NDArray[np.uint8]:
         """``(n,)`` those of all cells."""
@@ -52,7 +66,16 @@ class MarkCounter:
 
     def count(self, quality: Quality, part: _Part, regions: Any, facts: Any) -> Marks:
         """The marks of a slice."""
-        return Marks(((part.first_cell, marks_of(quality)),))
+        return Marks(((part.first_cell, marks_of(quality)),), inward=_inward(quality.mesh, part))
+
+
+def _inward(mesh: Mesh, part: _Part) -> InwardEntries:
+    """The faces that point into some cells, with ids of the whole."""
+    if mesh.polyhedra is None or mesh.dimension == 2:
+        return NONE
+    own = InwardEntries.of(without_ghosts(mesh))
+    points = part.origins.all(mesh.n_points)[own.leasts] + part.first_point
+    return InwardEntries(own.numbers, points, own.cells + part.first_cell)
 
 
 def marks_of(quality: Quality) -> NDArray[np.uint8]:

@@ -220,6 +220,11 @@ class Piece:
     def n_points(self) -> int:
         return self.points.shape[0]
 
+    @property
+    def n_faces(self) -> int:
+        """Of its polyhedra."""
+        return 0 if self.polyhedra is None else max(self.polyhedra["face_offsets"].shape[0] - 1, 0)
+
 
 Stamp = tuple[str, int, int, int]
 """Path, size, time of the last change in nanoseconds, and number of a file."""
@@ -279,6 +284,12 @@ class Pieces:
     def point_starts(self) -> tuple[int, ...]:
         """The first point of each piece, and at last how many there are."""
         return (0, *np.cumsum([piece.n_points for piece in self.pieces], dtype=np.int64).tolist())
+
+    @cached_property
+    def face_starts(self) -> tuple[int, ...]:
+        """The first face of the polyhedra of each piece, and at last how many there are."""
+        numbers = [piece.n_faces for piece in self.pieces]
+        return (0, *np.cumsum(numbers, dtype=np.int64).tolist())
 
     @cached_property
     def blocks(self) -> tuple[CellBlock, ...]:

@@ -32,6 +32,9 @@ CELL_BITS = np.uint64(40)
 OF_CELL = np.uint64((1 << 40) - 1)
 """These bits."""
 
+OWN = np.uint64(1 << 63)
+"""Of a face of a polyhedron, in place of its ring: which way it points says nothing of the cells beside."""
+
 _A, _B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 _29, _32, _11, _1, _0 = np.uint64(29), np.uint64(32), np.uint64(11), np.uint64(1), np.uint64(0)
 _63 = np.uint64(63)
@@ -44,6 +47,28 @@ def _mix(x: np.uint64) -> np.uint64:
     return x ^ (x >> _29)
 
 
+@inlined
+def _ring_of(nodes: Int64Array, begin: np.int64, n: np.int64, ring: Int64Array) -> np.int64:
+    """Take out of the ring, of positions behind ``begin``, points that follow the same; returns how many are left."""
+    left = np.int64(0)
+    for m in range(n):
+        if left == 0 or nodes[begin + ring[left - 1]] != nodes[begin + ring[m]]:
+            ring[left] = ring[m]
+            left += 1
+    while left > 1 and nodes[begin + ring[left - 1]] == nodes[begin + ring[0]]:
+        left -= 1
+    return left
+
+
+@inlined
+def _key_of(mixed: Keys, ring: Int64Array, n: np.int64) -> np.uint64:
+    """64 bits of the points of a ring in any order."""
+    total = np.uint64(n)
+    for m in range(n):
+        total += mixed[ring[m]]
+    return max(_mix(total), _1)
+
+
 @kernel
 def face_keys(
     types: UInt8Array,
@@ -53,6 +78,8 @@ def face_keys(
     first_cell: int,
     table: Int8Array,
     n_corners: int,
+    poly: tuple[Int64Array, ...],
+    longest: int,
     part: int,
     n_parts: int,
     keys: Keys,
@@ -64,47 +91,64 @@ def face_keys(
     Parameters
     ----------
     types, offsets, nodes, table
-        As for `half_faces.match`; no polyhedra. ``nodes + first`` are points; ``first_cell`` is added to cells.
+        As for `half_faces.match`. ``nodes + first`` are points; ``first_cell`` is added to cells.
     n_corners
         Nodes of a cell that the table may name.
+    poly, longest
+        As for `half_faces.match`; ``first`` is added to their points, too.
     part, n_parts
         Only faces of this part are written.
     keys, values, leasts
         ``(n_half_faces,)`` receive the key of the points; the ring, its direction and the cell: of triangles and
-        quadrilaterals exactly, of larger polygons 23 bits of the ring; the lowest point.
+        quadrilaterals exactly, of larger polygons 22 bits of the ring, of polyhedra `OWN` instead; the lowest point.
     """
-    mixed = np.empty(n_corners, np.uint64)
-    ring = np.empty(table.shape[2], np.int64)  # positions in the cell
+    mixed = np.empty(max(n_corners, longest), np.uint64)
+    ring = np.empty(max(table.shape[2], longest), np.int64)  # positions in the cell, or in the face
     at = 0
     for cell in range(len(types)):
         kind, begin = types[cell], offsets[cell]
-        if table[kind, 0, 0] <= 0:
+        if table[kind, 0, 0] < 0:
+            for entry in range(poly[0][cell], poly[0][cell + 1]):
+                face = poly[1][entry]
+                begin = poly[2][face]
+                for m in range(poly[2][face + 1] - begin):
+                    ring[m] = m
+                    mixed[m] = _mix(np.uint64(poly[3][begin + m] + first) + _A)
+                n = _ring_of(poly[3], begin, np.int64(poly[2][face + 1] - begin), ring)
+                if n < 3:
+                    keys[at], values[at], leasts[at] = FREE, np.uint64(first_cell + cell), first
+                    at += 1
+                    continue
+                key = _key_of(mixed, ring, n)
+                if n_parts > 1 and (key >> np.uint64(44)) % np.uint64(n_parts) != np.uint64(part):
+                    continue
+                least = poly[3][begin]
+                for m in range(1, n):
+                    least = min(least, poly[3][begin + ring[m]])
+                keys[at], values[at], leasts[at] = key, OWN | np.uint64(first_cell + cell), least + first
+                at += 1
+            continue
+        if table[kind, 0, 0] == 0:
             continue
         for m in range(min(n_corners, offsets[cell + 1] - begin)):
             mixed[m] = _mix(np.uint64(nodes[begin + m] + first) + _A)
         for local in range(table.shape[1]):
             if table[kind, local, 0] <= 0:
                 break
-            n = 0
             for m in range(table[kind, local, 0]):
-                node = np.int64(table[kind, local, m + 1])
-                if n == 0 or nodes[begin + ring[n - 1]] != nodes[begin + node]:
-                    ring[n] = node
-                    n += 1
-            while n > 1 and nodes[begin + ring[n - 1]] == nodes[begin + ring[0]]:
-                n -= 1
+                ring[m] = np.int64(table[kind, local, m + 1])
+            n = _ring_of(nodes, begin, np.int64(table[kind, local, 0]), ring)
             if n < 3:
-                keys[at], values[at] = FREE, np.uint64(first_cell + cell)
+                keys[at], values[at], leasts[at] = FREE, np.uint64(first_cell + cell), first
                 at += 1
                 continue
-            least, total = 0, np.uint64(n)
-            for m in range(n):
-                total += mixed[ring[m]]
-                if nodes[begin + ring[m]] < nodes[begin + ring[least]]:
-                    least = m
-            key = max(_mix(total), _1)
+            key = _key_of(mixed, ring, n)
             if n_parts > 1 and (key >> np.uint64(44)) % np.uint64(n_parts) != np.uint64(part):
                 continue
+            least = np.int64(0)
+            for m in range(n):
+                if nodes[begin + ring[m]] < nodes[begin + ring[least]]:
+                    least = np.int64(m)
             after = nodes[begin + ring[least + 1 if least + 1 < n else 0]]
             before = nodes[begin + ring[least - 1 if least > 0 else n - 1]]
             forward = after < before
@@ -116,7 +160,7 @@ def face_keys(
                 for m in range(n):
                     k = least + m if forward else least - m
                     code = _mix(code + mixed[ring[k % n if k >= 0 else k + n]] + _B)
-                code &= np.uint64(0x7FFFFF)
+                code &= np.uint64(0x3FFFFF)
             keys[at] = key
             values[at] = (code << _1 | np.uint64(forward)) << CELL_BITS | np.uint64(first_cell + cell)
             leasts[at] = nodes[begin + ring[least]] + first
@@ -189,14 +233,14 @@ def feed(
     marks
         ``(n_cells,)`` the two lowest bits: 2 for a valid cell, 0 for one that is valid when renumbered, else 1.
     is_strict
-        Whether two cells that the geometry does not call alike make a face suspect.
+        Whether two cells that the geometry does not call alike make a face suspect; of polyhedra it says nothing.
     table
         The open ones: a power of two of pairs of key and value, never full.
     met
         Bits of faces that have left the table; faces of neighbouring points stand side by side, as they come.
     parent
         ``(n_cells,)`` leads to the first of the cells that faces hold together which are plainly right: wound in
-        opposite ways by two cells.
+        opposite ways by two cells, or of two polyhedra.
     suspects, again
         ``(n,)`` receive the keys of other pairs, and of faces that may have left the table before.
     """
@@ -221,8 +265,9 @@ def feed(
             continue
         met[word] |= bits
         other, cell = np.int64(table[at + 1] & OF_CELL), np.int64(values[i] & OF_CELL)
-        is_plain = (table[at + 1] ^ values[i]) >> CELL_BITS == _1
-        if is_plain and is_strict:
+        relative, is_own = (table[at + 1] ^ values[i]) >> CELL_BITS, values[i] & OWN != _0
+        is_plain = relative == _0 if is_own else relative == _1
+        if is_plain and is_strict and not is_own:
             one, two = marks[cell] & 3, marks[other] & 3
             is_plain = one == two and one != 1
         if is_plain:
