@@ -97,8 +97,8 @@ def summing_kernel(function: F) -> F:
 
 
 def fused_inlined(function: F) -> F:
-    """An `inlined` helper of a `fused_kernel`."""
-    compiled: F = numba.njit(**_HELPER, fastmath={"contract"})(function)
+    """An `inlined` helper of a `fused_kernel`, however long it is."""
+    compiled: F = numba.njit(**_HELPER, fastmath={"contract"}, forceinline=True)(function)
     return compiled
 
 

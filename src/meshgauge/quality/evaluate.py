@@ -106,18 +106,29 @@ def _jens(
     """The same for a few cells of one type."""
     ids = connectivity.pick(mesh, row, part, driver.columns(row), compiled=compiled)
     into = values[part] if isinstance(part, slice) else np.empty(len(ids))
-    driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled)
-    codes = _status(into)
-    mark_flat(mesh, row, ids, into, codes)
+    clear = np.empty(len(ids), np.bool_)
+    driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled, clear=clear)
+    codes = np.full(len(ids), Status.OK, np.uint8)
+    others = np.flatnonzero(~clear)
+    if len(others):
+        some = slice(None) if len(others) == len(ids) else others
+        codes[some] = _codes(mesh, row, ids[some], into[some], compiled=compiled)
+    if isinstance(part, slice):
+        status[part] = codes
+    else:
+        connectivity.put(part, into, codes, values, status, compiled=compiled)
+
+
+def _codes(mesh: Mesh, row: CellType, ids: NDArray[np.int64], values: Values, *, compiled: bool) -> NDArray[np.uint8]:
+    """The status of cells of one type, of which nothing is known but J_ENS."""
+    codes = _status(values)
+    mark_flat(mesh, row, ids, values, codes)
     flat = np.flatnonzero(codes == Status.DEGENERATE)
     if len(flat):
         nodes = np.sort(ids[flat], axis=1)
         codes[flat[(nodes[:, 1:] == nodes[:, :-1]).any(axis=1)]] = Status.REPEATED_POINTS
     validity.inside(mesh, row, ids, codes, compiled=compiled)
-    if isinstance(part, slice):
-        status[part] = codes
-    else:
-        connectivity.put(part, into, codes, values, status, compiled=compiled)
+    return codes
 
 
 def _status(values: Values) -> NDArray[np.uint8]:

@@ -96,7 +96,7 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
 def prepare(row: CellType, mesh: Mesh, *, compiled: bool) -> None:
     """Compile what `inside` needs, on the calling thread."""
     known = _certified_as(row)
-    if known is not None and not _corners_decide(row):
+    if known is not None and not driver.corners_decide(row):
         _validity(mesh, known, np.zeros((0, len(driver.columns(row))), np.int64), compiled=compiled)
 
 
@@ -114,7 +114,7 @@ def inside(mesh: Mesh, row: CellType, ids: NDArray[np.int64], status: Codes, *, 
         Take the kernels, see `kernels.path`.
     """
     known = _certified_as(row)
-    if _corners_decide(row):
+    if driver.corners_decide(row):
         return
     ok = np.flatnonzero(status == Status.OK)
     if known is None and row.is_curved:
@@ -153,8 +153,3 @@ def _bounds(mesh: Mesh, known: CellType, ids: NDArray[np.int64]) -> Bounds:
     if known.dimension == 2:
         return surfaces.bounds(mesh.points, ids, known, mesh.up or 0)
     return bounds(known.kind, mesh.points, ids)
-
-
-def _corners_decide(row: CellType) -> bool:
-    """True for linear cells whose Jacobian determinant is least at a corner (of the pyramid: a base corner)."""
-    return not row.is_curved and row.shape is not None and row.shape.least_at == "corner"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME, CellType
+from ...cells import BY_NAME, HEXAHEDRON, CellType
 from .. import path
 from ..surfaces import driver as surfaces
 from . import aggregate, flat, numpy_path, robust
@@ -20,6 +20,9 @@ from .arguments import flat as as_flat
 Values = NDArray[np.float64]
 Points = NDArray[np.floating]
 Cells = NDArray[np.int64]
+
+CLEARING = {HEXAHEDRON.name}
+"""Shapes whose kernel tells in passing which cells are certainly valid inside, see `clearing`."""
 
 
 def certified_as(row: CellType) -> CellType | None:
@@ -45,12 +48,22 @@ def prepare(row: CellType, points: Points, n_cells: int, *, with_nodes: bool = F
     if not path.is_compiled(n_cells) and not uses_all_nodes(row):
         return
     none = np.empty((0, len(columns(row))), np.int64)
-    cell_jens(points, none, row, np.empty(0), compiled=True)
-    if with_nodes:
+    if not with_nodes:
+        cell_jens(points, none, row, np.empty(0), compiled=True, clear=np.empty(0, np.bool_))
+    else:
         node_scaled_jacobian(points, none, row, np.empty((0, shape_of(row).n_nodes)), compiled=True)
 
 
-def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, up: int = 0, *, compiled: bool) -> None:
+def cell_jens(
+    points: Points,
+    connectivity: Cells,
+    row: CellType,
+    out: Values,
+    up: int = 0,
+    *,
+    compiled: bool,
+    clear: NDArray[np.bool_] | None = None,
+) -> None:
     """J_ENS of each cell: the fold of its node values.
 
     Parameters
@@ -67,6 +80,9 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
         Of surface cells, see `kernels.surfaces.driver`.
     compiled
         Take the kernels, see `kernels.path`.
+    clear
+        ``(n_cells,)``; receives True for cells that are certainly valid everywhere and not flat by rounding, see
+        `flat.LIMIT`: nearly all of a good mesh, of types for which that is told in passing. None: nobody asks.
 
     Raises
     ------
@@ -74,16 +90,36 @@ def cell_jens(points: Points, connectivity: Cells, row: CellType, out: Values, u
         If an id is not that of a point, where `checks_ids`; elsewhere they must be.
     """
     shape = shape_of(row)
+    if clear is not None and compiled and not row.is_curved and shape.name in CLEARING:
+        from .clearing import BY_SHAPE
+
+        arrays = as_flat(points), as_flat(connectivity), out
+        limit = flat.LIMIT / shape.k
+        n_left = BY_SHAPE[shape.name](*arrays, shape.k, limit, clear.view(np.uint8))
+        _finish(points, connectivity, row, out, n_left)
+        return
     if shape.dimension == 2:
         surfaces.cell_jens(points, connectivity, row, out, up, compiled=compiled)
-        return
-    fast = _fast(shape.name) if compiled and not uses_all_nodes(row) else None
-    if fast is None:
+    elif compiled and not uses_all_nodes(row) and (fast := _fast(shape.name)) is not None:
+        _finish(points, connectivity, row, out, fast(as_flat(points), as_flat(connectivity), out, shape.k))
+    else:
         values = np.empty((len(connectivity), shape.n_nodes))
         node_scaled_jacobian(points, connectivity, row, values, compiled=compiled)
         out[:] = aggregate.fold(aggregate.jens(values, shape.k))
-        return
-    n_left = fast(as_flat(points), as_flat(connectivity), out, shape.k)
+    if clear is not None and corners_decide(row):
+        np.greater(out, flat.LIMIT / shape.k, out=clear)
+    elif clear is not None:
+        clear[:] = False
+
+
+def corners_decide(row: CellType) -> bool:
+    """True for linear cells whose Jacobian determinant is least at a corner (of the pyramid: a base corner)."""
+    return not row.is_curved and shape_of(row).least_at == "corner"
+
+
+def _finish(points: Points, connectivity: Cells, row: CellType, out: Values, n_left: int) -> None:
+    """Put in the values that a kernel left open, of which it says how many there are."""
+    shape = shape_of(row)
     if n_left < 0:
         raise IndexError("an id is not that of a point")
     if n_left:

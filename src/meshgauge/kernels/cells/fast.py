@@ -290,6 +290,51 @@ def wedge(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: fl
     return left
 
 
+@fused_inlined
+def _hexahedron(x: Any, p: Any) -> Any:
+    """J_ENS of the cell in a lane, or NaN; and of a cell that has one, for `clearing`, the least determinant of
+    a corner, the most that it may be less inside, squared, and the sum of the squared edges.
+
+    A determinant det(A, B, C) inside, of which A is bilinear in s and t, B in r and t, C in r and s, has the second
+    derivatives 2 det(A, B_r, C_r) and so on. Where two of its corners along each axis are interpolated, it is off by an
+    eighth of the greatest of each. B_r and A_s, at either end of t, are the same vector: by how much opposite edges of
+    that face differ.
+    """
+    x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
+    x4, x5, x6, x7 = _point(x, p, U(4)), _point(x, p, U(5)), _point(x, p, U(6)), _point(x, p, U(7))
+    ea0, ea1, ea2, ea3 = _edge(x0, x1), _edge(x3, x2), _edge(x4, x5), _edge(x7, x6)
+    eb0, eb1, eb2, eb3 = _edge(x0, x3), _edge(x1, x2), _edge(x4, x7), _edge(x5, x6)
+    ec0, ec1, ec2, ec3 = _edge(x0, x4), _edge(x1, x5), _edge(x2, x6), _edge(x3, x7)
+    a0, a1, a2, a3 = _square(ea0), _square(ea1), _square(ea2), _square(ea3)
+    b0, b1, b2, b3 = _square(eb0), _square(eb1), _square(eb2), _square(eb3)
+    c0, c1, c2, c3 = _square(ec0), _square(ec1), _square(ec2), _square(ec3)
+    d0, d1, d2, d3 = _det(ea0, eb0, ec0), _det(ea0, eb1, ec1), _det(ea1, eb1, ec2), _det(ea1, eb0, ec3)
+    d4, d5, d6, d7 = _det(ea2, eb2, ec0), _det(ea2, eb3, ec1), _det(ea3, eb3, ec2), _det(ea3, eb2, ec3)
+    s0, s1 = _squares(d0, a0 * b0 * c0, d1, a0 * b1 * c1)
+    s2, s3 = _squares(d2, a1 * b1 * c2, d3, a1 * b0 * c3)
+    s4, s5 = _squares(d4, a2 * b2 * c0, d5, a2 * b3 * c1)
+    s6, s7 = _squares(d6, a3 * b3 * c2, d7, a3 * b2 * c3)
+    small = min(min(min(s0, s1), min(s2, s3)), min(min(s4, s5), min(s6, s7)))
+    nearest = max(
+        max(max(_negative(s0), _negative(s1)), max(_negative(s2), _negative(s3))),
+        max(max(_negative(s4), _negative(s5)), max(_negative(s6), _negative(s7))),
+    )
+    flattest = min(min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(min(abs(s4), abs(s5)), min(abs(s6), abs(s7))))
+    least = min(min(min(min(a0, a1), min(a2, a3)), min(min(b0, b1), min(b2, b3))), min(min(c0, c1), min(c2, c3)))
+    total = (
+        ((a0 + a1) + (a2 + a3)) + ((b0 + b1) + (b2 + b3)) + ((c0 + c1) + (c2 + c3))
+    )  # NaN if any is: min may drop it
+    is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
+    wr = max(_square(_edge(eb0, eb2)), _square(_edge(eb1, eb3)))
+    ws = max(_square(_edge(ea0, ea2)), _square(_edge(ea1, ea3)))
+    wt = max(_square(_edge(ea0, ea1)), _square(_edge(ea2, ea3)))
+    a, b = max(max(a0, a1), max(a2, a3)), max(max(b0, b1), max(b2, b3))
+    c = max(max(c0, c1), max(c2, c3))
+    less = (3.0 / 16.0) * (a * wt * ws + b * wt * wr + c * ws * wr)  # (u + v + w)² is at most three times the squares
+    corner = min(min(min(d0, d1), min(d2, d3)), min(min(d4, d5), min(d6, d7)))
+    return _worst_of_right_angles(small, nearest) if is_certain else np.nan, corner, less, total
+
+
 @fused_kernel
 def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: float) -> int:
     """Eight corners on twelve edges: a along 0-1, b along 0-3, c along 0-4. ``k`` must be 1.
@@ -316,34 +361,7 @@ def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, 
         _gather(points, connectivity, out, 8, first, n, x)
         for lane in range(BLOCK):
             p = U(lane)
-            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
-            x4, x5, x6, x7 = _point(x, p, U(4)), _point(x, p, U(5)), _point(x, p, U(6)), _point(x, p, U(7))
-            ea0, ea1, ea2, ea3 = _edge(x0, x1), _edge(x3, x2), _edge(x4, x5), _edge(x7, x6)
-            eb0, eb1, eb2, eb3 = _edge(x0, x3), _edge(x1, x2), _edge(x4, x7), _edge(x5, x6)
-            ec0, ec1, ec2, ec3 = _edge(x0, x4), _edge(x1, x5), _edge(x2, x6), _edge(x3, x7)
-            a0, a1, a2, a3 = _square(ea0), _square(ea1), _square(ea2), _square(ea3)
-            b0, b1, b2, b3 = _square(eb0), _square(eb1), _square(eb2), _square(eb3)
-            c0, c1, c2, c3 = _square(ec0), _square(ec1), _square(ec2), _square(ec3)
-            s0, s1 = _squares(_det(ea0, eb0, ec0), a0 * b0 * c0, _det(ea0, eb1, ec1), a0 * b1 * c1)
-            s2, s3 = _squares(_det(ea1, eb1, ec2), a1 * b1 * c2, _det(ea1, eb0, ec3), a1 * b0 * c3)
-            s4, s5 = _squares(_det(ea2, eb2, ec0), a2 * b2 * c0, _det(ea2, eb3, ec1), a2 * b3 * c1)
-            s6, s7 = _squares(_det(ea3, eb3, ec2), a3 * b3 * c2, _det(ea3, eb2, ec3), a3 * b2 * c3)
-            small = min(min(min(s0, s1), min(s2, s3)), min(min(s4, s5), min(s6, s7)))
-            nearest = max(
-                max(max(_negative(s0), _negative(s1)), max(_negative(s2), _negative(s3))),
-                max(max(_negative(s4), _negative(s5)), max(_negative(s6), _negative(s7))),
-            )
-            flattest = min(
-                min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(min(abs(s4), abs(s5)), min(abs(s6), abs(s7)))
-            )
-            least = min(
-                min(min(min(a0, a1), min(a2, a3)), min(min(b0, b1), min(b2, b3))), min(min(c0, c1), min(c2, c3))
-            )
-            total = (
-                ((a0 + a1) + (a2 + a3)) + ((b0 + b1) + (b2 + b3)) + ((c0 + c1) + (c2 + c3))
-            )  # NaN if any is: min may drop it
-            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
-            q[p] = _worst_of_right_angles(small, nearest) if is_certain else np.nan
+            q[p] = _hexahedron(x, p)[0]
         left += _store(q, out, first, n)
     return left
 

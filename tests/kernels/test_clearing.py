@@ -1,0 +1,70 @@
+"""What a kernel says to be valid inside at first sight is what the certificate proves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meshgauge.cells import BY_NAME
+from meshgauge.kernels.cells import driver, flat
+from meshgauge.kernels.certificate.bounds import Validity, validity
+
+HEXAHEDRON = BY_NAME["hexahedron"]
+CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
+N = 20_000
+
+
+def cells(noise: float, *, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Points ``(8 N, 3)`` and nodes of bricks, each corner moved by up to so much along each axis."""
+    points = CUBE + np.random.default_rng(seed).uniform(-noise, noise, (N, 8, 3))
+    return points.reshape(-1, 3), np.arange(8 * N).reshape(N, 8)
+
+
+def told(points: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """J_ENS, and of which cells it is clear that they are valid."""
+    values, clear = np.empty(len(nodes)), np.empty(len(nodes), np.bool_)
+    driver.cell_jens(points, nodes, HEXAHEDRON, values, compiled=True, clear=clear)
+    return values, clear
+
+
+@pytest.mark.parametrize("noise", [0.1, 0.3, 0.45, 0.7])
+@pytest.mark.parametrize("stretch", [(1, 1, 1), (1, 1e3, 1e6), (1e-20, 1e-20, 1e-20), (1e20, 1e16, 1e20)])
+@pytest.mark.parametrize("away", [0.0, 1e3])
+def test_what_is_clear_is_proved(noise: float, stretch: tuple[float, float, float], away: float) -> None:
+    points, nodes = cells(noise)
+    points = (points + away) * stretch
+    values, clear = told(points, nodes)
+    proved = validity("hexahedron", points, nodes, compiled=True)
+    assert (proved[clear] == Validity.VALID).all()
+    assert (values[clear] > flat.LIMIT).all()
+    without = np.empty(N)
+    driver.cell_jens(points, nodes, HEXAHEDRON, without, compiled=True)
+    assert np.array_equal(values, without, equal_nan=True)
+    is_stretched = len({*stretch}) > 1
+    if noise == 0.1 and not is_stretched:
+        assert clear.all()
+    if noise == 0.45 and not is_stretched:
+        assert ((proved == Validity.INVALID) & (values > flat.LIMIT)).any()  # corners alone would not do
+
+
+def test_thin_bricks_are_clear() -> None:
+    points, nodes = cells(0.0)
+    assert told(points * (1, 1e3, 1e6), nodes)[1].all()
+
+
+def test_nothing_is_clear_of_what_is_no_number() -> None:
+    points, nodes = cells(0.1)
+    for corner, value in enumerate((np.nan, np.inf, -np.inf, 1e300, np.nan, np.nan, np.inf, np.nan)):
+        points[nodes[corner, corner], corner % 3] = value
+    values, clear = told(points, nodes)
+    assert not clear[:8].any()
+    assert clear[8:].all()
+    assert (np.isnan(values[:8]) == [True, True, True, False, True, True, True, True]).all()
+
+
+def test_a_cell_as_flat_as_rounding_is_not_clear() -> None:
+    points, nodes = cells(0.0)
+    points[:, 0] += points[:, 2] * np.repeat(np.linspace(50.0, 150.0, N), 8)  # sheared until corners are flat
+    values, clear = told(points, nodes)
+    assert values[0] > flat.LIMIT > values[-1] > 0
+    assert np.array_equal(clear, values > flat.LIMIT)
