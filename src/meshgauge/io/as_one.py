@@ -8,14 +8,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from ..errors import ReadError
 from ..look.names import of_files
 from ..mesh import Mesh
 from .plumbing.ghosts import note_ghosts
 from .plumbing.isolate import Limits
-from .plumbing.merge import join_pieces
+from .plumbing.merge import join_pieces, starts
 from .plumbing.pieces import Pieces, ReadWhole, check_alike, join_listed
 from .plumbing.steps import StepChoice, displace
 from .plumbing.wedge_order import check_order, normalise
@@ -54,8 +52,7 @@ def read_as_one(
     mesh = join_pieces(meshes, [os.fspath(path) for path in paths], path=Path(paths[0]), names_blocks=False)
     mesh = normalise(mesh, wedge_order, has_both=_has_both(paths, file_format))
     files = dict.fromkeys(source for one in meshes for source in one.sources)
-    starts = np.cumsum([0, *(one.n_points for one in meshes)])[:-1].tolist()
-    mesh = mesh.replace(parts=tuple(starts) if len(meshes) > 1 else ())
+    mesh = mesh.replace(parts=starts([one.n_points for one in meshes], [one.parts for one in meshes]))
     mesh = note_ghosts(mesh.replace(path=of_files([os.fspath(path) for path in paths]), sources=tuple(files)))
     return displace(mesh, displacement) if displacement is not None else mesh
 
@@ -77,7 +74,7 @@ def pieces_as_one(
         known = [one for one in listed if one is not None]
         return replace(
             joined,
-            parts=(0, *np.cumsum([one.n_points for one in known]).tolist()[:-1]),
+            parts=starts([one.n_points for one in known], [one.parts for one in known]),
             path=of_files([os.fspath(path) for path in paths]),
             notes=tuple(dict.fromkeys(note for one in known for note in one.notes)),
             has_both_wedge_orders=any(one.has_both_wedge_orders for one in known),

@@ -36,8 +36,9 @@ def numpy_up_to(n: int) -> Iterator[None]:
 def is_compiled(n: int, *, is_once: bool = False) -> bool:
     """True if so many cells (or points) take the compiled path.
 
-    To be asked once for all cells of a type in a mesh, not for each chunk of them, so that the values do not depend on
-    how the work is cut. What is done once or twice in a run (``is_once``) is not what `numpy_up_to` speaks of.
+    To be asked once for all cells of a mesh that are measured, not for each type or chunk of them, so that values do
+    not depend on how the work is cut, nor on parts that know nothing of each other. What is done once or twice in a run
+    (``is_once``) is not what `numpy_up_to` speaks of.
     """
     here = None if is_once else _LOADED.get()
     return n > (NUMPY_UP_TO if here is None else min(here, NUMPY_UP_TO))

@@ -52,7 +52,8 @@ def companions(quality: Quality, *, n_cells: int | None = None, threads: int | N
     quality
         What was measured.
     n_cells
-        Cells of the whole mesh, if this is a slice of one: it decides whether kernels are taken. None: of this one.
+        Measured cells of the whole mesh, if this is a slice of one: they decide whether kernels are taken. None: of
+        this one.
     threads
         At most this many; None: one for each processor. It has no influence on the values.
     """
@@ -72,7 +73,7 @@ def companions_by_region(
         ``(quality.n_cells,)`` the region of each cell, 0 and more; None: there are none.
     """
     mesh = without_ghosts(quality.mesh)
-    compiled = path.is_compiled(mesh.n_cells if n_cells is None else n_cells)
+    compiled = path.is_compiled(evaluate.n_deciding(quality.mesh) if n_cells is None else n_cells)
     by_kernels = is_compiled(min(mesh.n_cells, CHUNK))
     interface = is_interface(quality.mesh)
     merged: dict[int, list[dict[int, Tally]]] = {WHOLE: [{}, {}]}

@@ -9,13 +9,14 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CellType
+from ..cells import IS_SOLID, CellType
 from ..kernels import path
 from ..kernels.cells import driver
 from ..kernels.threads import run
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..status import Status
+from ..surface_cells import IS_SURFACE
 from . import validity
 from .flat import mark_flat
 from .metrics import Cells, Metric, PolyhedralCells
@@ -24,9 +25,20 @@ from .polyhedra import CHUNK
 Values = NDArray[np.float64]
 
 
-def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n_of_type: int) -> Cells:
-    """Some cells of one type that is measured, of which the mesh has so many, as metrics take them."""
-    compiled = path.is_compiled(n_of_type)
+def n_deciding(mesh: Mesh) -> int:
+    """Cells of a mesh that are measured, of all types, without ghosts: so many decide whether kernels are taken.
+
+    Of all types, because a part of a mesh cannot know of how many of its cells the whole has few.
+    """
+    of_type = IS_SURFACE if mesh.dimension == 2 else IS_SOLID
+    is_measured = of_type[mesh.types]
+    ghosts = mesh.is_ghost
+    return int(np.count_nonzero(is_measured if ghosts is None else is_measured & ~ghosts))
+
+
+def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n: int) -> Cells:
+    """Some cells of one type that is measured, as metrics take them; ``n``: see `n_deciding`."""
+    compiled = path.is_compiled(n)
     nodes = connectivity.pick(mesh, row, cells, driver.columns(row), compiled=compiled)
     return Cells(row, mesh.points, nodes, compiled, mesh.up or 0)
 
@@ -34,7 +46,7 @@ def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n_of_type: int) -> Cel
 def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, n: int, out: Values, threads: int | None) -> None:
     """Put a metric's values of all cells of one type, for which it is defined, into ``out`` ``(mesh.n_cells,)``.
 
-    ``n``: so many decide whether kernels are taken, see `kernels.path`.
+    ``n``: see `n_deciding`.
     """
     if not one.in_slices:
         out[cells] = one.of_cells(mesh_cells(mesh, row, cells, n))
@@ -63,7 +75,8 @@ types come from one part of the file, which stays in its cache."""
 
 def jens(
     mesh: Mesh,
-    types: Iterable[tuple[CellType, CellIds, int]],
+    types: Iterable[tuple[CellType, CellIds]],
+    n: int,
     values: Values,
     status: NDArray[np.uint8],
     threads: int | None,
@@ -75,16 +88,17 @@ def jens(
     mesh
         What is measured.
     types
-        For each its row, the cells, and how many are in the mesh that is measured, which decides whether kernels are
-        taken.
+        For each its row, and the cells.
+    n
+        See `n_deciding`.
     values, status
         Changed in place.
     threads
         At most this many; None: one for each processor.
     """
     works: list[tuple[int, Callable[[], None]]] = []
-    for row, cells, n in types:
-        compiled = path.is_compiled(n)
+    compiled = path.is_compiled(n)
+    for row, cells in types:
         driver.prepare(row, mesh.points, n)
         validity.prepare(row, mesh, compiled=compiled)
         size = connectivity.CHUNK
@@ -144,22 +158,18 @@ def _status(values: Values) -> NDArray[np.uint8]:
     return codes
 
 
-def node_scaled_jacobian(
-    mesh: Mesh, threads: int | None, count_of: Callable[[CellType, int], int] | None = None
-) -> Values:
+def node_scaled_jacobian(mesh: Mesh, threads: int | None, n: int) -> Values:
     """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner.
 
-    ``count_of``: cells of a type in the whole, of which this is a part; None: this is the whole.
+    ``n``: see `n_deciding`.
     """
     out = np.full(len(mesh.connectivity), np.nan)
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
-        n = connectivity.count(cells)
-        n = n if count_of is None else count_of(row, n)
         driver.prepare(row, mesh.points, n, with_nodes=True)
 
-        def work(part: CellIds, row: CellType = row, n: int = n) -> None:
+        def work(part: CellIds, row: CellType = row) -> None:
             some = mesh_cells(mesh, row, part, n)
             out[connectivity.positions(mesh, row, part)] = some.node_scaled_jacobian() + 0.0
 

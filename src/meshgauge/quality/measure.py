@@ -69,8 +69,8 @@ class Quality:
         The mesh that was given, if it has collapsed cells, see `meshgauge.mesh.collapsed`; else None.
     faces
         Faces with their two cells, and what finite volumes ask of them, if a metric of these was measured; else None.
-    count_of
-        Of a part of a mesh: cells of a type in the whole, by which nodes are evaluated as in the whole; else None.
+    n_deciding
+        Of a part of a mesh: measured cells of the whole, by which nodes are evaluated as in the whole; else None.
     """
 
     mesh: Mesh
@@ -81,7 +81,7 @@ class Quality:
     rows: Mapping[str, Metric] = field(default_factory=lambda: METRICS)
     collapsed_from: Mesh | None = None
     faces: FaceQuality | None = None
-    count_of: CountOf | None = field(default=None, repr=False)
+    n_deciding: int | None = field(default=None, repr=False)
 
     @property
     def n_cells(self) -> int:
@@ -109,7 +109,8 @@ class Quality:
     @cached_property
     def node_scaled_jacobian(self) -> Values:
         """J_S of every cell's nodes, flat, aligned with ``mesh.connectivity``; NaN at a node that is not a corner."""
-        values = evaluate.node_scaled_jacobian(self._measured, None, self.count_of)
+        n = evaluate.n_deciding(self.mesh) if self.n_deciding is None else self.n_deciding
+        values = evaluate.node_scaled_jacobian(self._measured, None, n)
         return values if self.polyhedra is None else self._with_polyhedra(values, self.polyhedra.node_scaled_jacobian)
 
     @cached_property
@@ -405,18 +406,13 @@ def measure(
     return with_neighbours(measure_part(mesh, rows, threads=threads, keep_bricks=keep_bricks), threads)
 
 
-CountOf = Callable[[CellType, int], int]
-"""So many cells of a type decide whether kernels are taken, see `kernels.path`; it is given how many there are."""
-
-
 def measure_part(
     mesh: Mesh,
     rows: Mapping[str, Metric],
     *,
     threads: int | None = None,
     keep_bricks: bool = False,
-    count_of: CountOf | None = None,
-    n_cells: int | None = None,
+    n_deciding: int | None = None,
     beyond: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None = None,
 ) -> Quality:
     """Measure a mesh, or a part of one to the last bit as if it were measured with the whole.
@@ -429,33 +425,31 @@ def measure_part(
         J_ENS and other metrics, by name.
     threads, keep_bricks
         As for `measure`.
-    count_of, n_cells
-        Cells of a type, and of any, in the whole mesh; None: of this one.
+    n_deciding
+        Measured cells of the whole mesh, which decide whether kernels are taken, see `kernels.path`; None: of this one.
     beyond
         What lies beyond faces of polyhedra in the whole mesh, see `measure_polyhedra`; None: `mesh.beyond` of this one.
     """
-    count = count_of or (lambda row, n: n)
-    total = mesh.n_cells if n_cells is None else n_cells
-    quality = replace(_measure_all(mesh, rows, threads, count, beyond), count_of=count_of)
+    n = evaluate.n_deciding(mesh) if n_deciding is None else n_deciding
+    quality = replace(_measure_all(mesh, rows, threads, n, beyond), n_deciding=n_deciding)
     if keep_bricks or mesh.dimension == 2:
         return quality
-    # How many are collapsed is not known before all are measured: that there are many cells is.
-    return with_collapsed(quality, lambda part: _measure_all(part, rows, threads, lambda row, n: total, None))
+    return with_collapsed(quality, lambda part: _measure_all(part, rows, threads, n, None))
 
 
 def _measure_all(
     mesh: Mesh,
     rows: Mapping[str, Metric],
     threads: int | None,
-    count_of: CountOf,
+    n: int,
     beyond_faces: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None,
 ) -> Quality:
-    """Every cell as it is."""
+    """Every cell as it is; ``n``: see `evaluate.n_deciding`."""
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
     others = [row for name, row in rows.items() if name != JENS and row.of_faces is None]
     status = np.full(mesh.n_cells, Status.NOT_SOLID if mesh.dimension == 3 else Status.NOT_SURFACE, np.uint8)
     polyhedra: PolyhedralQuality | None = None
-    measured: list[tuple[CellType, CellIds, int]] = []
+    measured: list[tuple[CellType, CellIds]] = []
     whole, mesh = mesh, without_ghosts(mesh)
     for row, _, cells in mesh.groups():
         if row is None or row.dimension == mesh.dimension:
@@ -471,12 +465,11 @@ def _measure_all(
                 if one.polyhedra is not None:
                     values[one.name][cells] = evaluate.of_polyhedra(one, given, threads)
         if row is not None and row.shape is not None:
-            n = count_of(row, connectivity.count(cells))
-            measured.append((row, cells, n))
+            measured.append((row, cells))
             for one in others:
                 if one.is_defined_for(row.shape.name):
                     evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
-    evaluate.jens(mesh, measured, values[JENS], status, threads)
+    evaluate.jens(mesh, measured, n, values[JENS], status, threads)
     if mesh.purpose == "fv" and mesh.dimension == 3:
         mark_concave(mesh, status, polyhedra)
     interface = is_interface(mesh)

@@ -30,7 +30,7 @@ MIXED = (
     "The parts were measured on processors of which some round a product and a sum once and others twice: last bits "
     "of values differ between them."
 )
-FEW = "Last bits of values may differ from those of the mesh as a whole for types of which it has few cells"
+FEW = "Last bits of values may differ from those of the mesh as a whole, which has few cells."
 _MEASURED = {2: "surface", 3: "solid"}
 _LIES = {1: "is seen from +z", -1: "is seen from -z", 0: "lies in space"}
 NAMED = 4
@@ -297,16 +297,16 @@ def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool) -
         notes[not_looked_at(result.n_ghosts)] = None
     if result.collapsed:
         notes[note_on(Counter(result.collapsed))] = None
-    few = _few(result.summaries[JENS])
-    if few:
-        notes[f"{FEW}: {enumeration(few)}."] = None
+    if _differs(result.summaries[JENS]):
+        notes[FEW] = None
     if is_mixed:
         notes[MIXED] = None
     return (*notes, NOT_DIAGNOSED)
 
 
-def _few(summary: Summary) -> list[str]:
-    """Types that a whole mesh measures without compiled kernels."""
-    rows = ((CELL_TYPES.get(vtk_id), tally) for vtk_id, tally in summary.tallies.items() if tally.n_measured)
-    of_two_paths = ((row, tally) for row, tally in rows if row and row.shape is not None and not row.is_curved)
-    return [row.name for row, tally in of_two_paths if not is_compiled(tally.n_cells)]
+def _differs(summary: Summary) -> bool:
+    """Whether the whole mesh is measured without compiled kernels, and parts were not."""
+    if is_compiled(sum(tally.n_cells for tally in summary.tallies.values())):
+        return False
+    rows = (CELL_TYPES.get(vtk_id) for vtk_id, tally in summary.tallies.items() if tally.n_measured)
+    return any(row.shape is not None and not row.is_curved for row in rows if row is not None)  # others have one path

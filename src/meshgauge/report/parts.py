@@ -155,7 +155,7 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
     facts = Facts(
         n_cells=mesh.n_cells,
         n_points=mesh.n_points,
-        counts={},
+        n_measured=0,
         decision=Decision(),
         regions=Regions(names),
         cell_labels="none" if not has_labels(mesh, "cell") else "counted" if "cells" in mesh.counted else "stored",
@@ -169,8 +169,7 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
         rows_of(ask.metrics, ask.poor_below),
         threads=threads,
         keep_bricks=ask.keep_bricks,
-        count_of=facts.count_of,
-        n_cells=facts.n_deciding,
+        n_deciding=facts.n_deciding,
         beyond=unknown,
     )
     result = labelled(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
@@ -10,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cells import CellType
+from ..cells import IS_SOLID
 from ..io.plumbing import ghosts
 from ..io.plumbing.pieces import Pieces, ReadWhole, Rows, is_stored_label
 from ..io.plumbing.wedge_order import (
@@ -25,11 +24,10 @@ from ..io.plumbing.wedge_order import (
     undecided,
 )
 from ..kernels.surfaces import plane
-from ..mesh.ghosts import without_ghosts
 from ..mesh.labels import LABEL
 from ..mesh.mesh import IS_SOLID_OR_UNKNOWN
 from ..mesh.plane import side
-from ..surface_cells import IS_SURFACE, rows_of, varies
+from ..surface_cells import IS_SURFACE
 from .points import Points
 from .read import AS_SOLIDS, Place, View, places, read_slice
 from .regions import Regions, regions_of
@@ -38,10 +36,7 @@ Labels = Literal["none", "counted", "stored"]
 """How the file numbers its cells, or points: not at all; from 1 on in their order; by numbers that it stores."""
 
 MANY = 1 << 40
-"""Cells of a type that are more than few in any case, see `meshgauge.kernels.path`."""
-
-VARYING = {n: [vtk_id for vtk_id, row in rows_of(n).items() if varies(row)] for n in (2, 3)}
-"""Types whose cells are of different rows, in a mesh of surfaces and in one of solids."""
+"""Cells that are more than few in any case, see `meshgauge.kernels.path`."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +47,8 @@ class Facts:
     ----------
     n_cells, n_points
         Of all, ghosts too.
-    counts
-        Cells that are not ghosts, by VTK id and number of nodes (0 where the type says how many).
+    n_measured
+        Of types that are measured, ghosts not.
     decision
         What becomes of the wedges.
     regions
@@ -65,12 +60,12 @@ class Facts:
     view
         What is measured: solid cells, or surface cells, and from which side.
     is_part
-        This is a part of a mesh of which nothing else is known: all types count as many.
+        This is a part of a mesh of which nothing else is known: its cells count as many.
     """
 
     n_cells: int
     n_points: int
-    counts: Mapping[tuple[int, int], int]
+    n_measured: int
     decision: Decision
     regions: Regions
     cell_labels: Labels
@@ -79,18 +74,10 @@ class Facts:
     view: View = AS_SOLIDS
     is_part: bool = False
 
-    def count_of(self, row: CellType, n: int) -> int:
-        """Cells of a type in the whole; of a slice there are ``n``."""
-        return MANY if self.is_part else self.counts.get(_key(row, self.view.dimension), n)
-
     @property
     def n_deciding(self) -> int:
-        """Cells of all types, as far as that decides how the cells are measured."""
-        return MANY if self.is_part else self.n_cells
-
-
-def _key(row: CellType, dimension: int) -> tuple[int, int]:
-    return row.vtk_id, (row.n_nodes or 0) if row.vtk_id in VARYING[dimension] else 0
+        """Measured cells of all types, without ghosts, as far as that decides how they are measured."""
+        return MANY if self.is_part else self.n_measured
 
 
 def facts_of(
@@ -121,7 +108,7 @@ def facts_of(
     ReadWhole
         If something cannot be decided slice by slice.
     """
-    counts: Counter[tuple[int, int]] = Counter()
+    counts = np.zeros(256, np.int64)
     others: list[int] = []  #: of each slice
     n_ghosts = wedges = 0
     of_all = np.zeros(256, np.int64)  # ghosts too
@@ -137,13 +124,10 @@ def facts_of(
         if is_ghost is not None:
             n_ghosts += int(is_ghost.sum())
             by_type = np.bincount(types[~is_ghost], minlength=256)
-        counts.update({(vtk_id, 0): int(by_type[vtk_id]) for vtk_id in np.flatnonzero(by_type).tolist()})
-    present = {vtk_id for vtk_id, _ in counts}
-    if present & set(pieces.renumbered):
+        counts += by_type
+    if set(np.flatnonzero(counts).tolist()) & set(pieces.renumbered):
         raise ReadWhole("cells are numbered as in older files")
     view, seen_from = _view(pieces, points, all_places, of_all, dimension)
-    if present & set(VARYING[view.dimension]):
-        counts.update(_by_nodes(pieces, all_places, points, view))
     decision = _decision(pieces, points, all_places, others, wedge_order) if wedges else Decision()
     notes = [*pieces.notes, *seen_from]
     if decision.turn:
@@ -155,7 +139,7 @@ def facts_of(
     return Facts(
         n_cells=pieces.n_cells,
         n_points=pieces.n_points,
-        counts=dict(counts),
+        n_measured=int(counts[IS_SURFACE if view.dimension == 2 else IS_SOLID].sum()),
         decision=decision,
         regions=regions_of(pieces) if with_regions else Regions(),
         cell_labels=_labels([piece.cell_data for piece in pieces.pieces], pieces.cell_starts, pieces.drops_counts),
@@ -189,19 +173,6 @@ def _ghosts(pieces: Pieces, place: Place) -> NDArray[np.bool_] | None:
     """``(n,)`` True for the ghosts among some cells, if there are any."""
     columns = {name: rows for name, rows in pieces.pieces[place.piece].cell_data.items() if name in ghosts.NAMES}
     return ghosts.ghosts_of({name: rows.read(place.start, place.stop) for name, rows in columns.items()})
-
-
-def _by_nodes(pieces: Pieces, all_places: list[Place], points: list[Points], view: View) -> Counter[tuple[int, int]]:
-    """Cells of types whose number of nodes varies, by row."""
-    counts: Counter[tuple[int, int]] = Counter()
-    for place in all_places:
-        mesh = without_ghosts(read_slice(pieces, place, points[place.piece], view=view).mesh)
-        for row, vtk_id, cells in mesh.groups():
-            if row is not None and vtk_id in VARYING[view.dimension]:
-                counts[_key(row, view.dimension)] += (
-                    cells.stop - cells.start if isinstance(cells, slice) else len(cells)
-                )
-    return counts
 
 
 def _decision(

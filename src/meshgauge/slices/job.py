@@ -55,8 +55,7 @@ class Job:
             rows_of(self.ask.metrics, self.ask.poor_below),
             threads=1,
             keep_bricks=self.ask.keep_bricks,
-            count_of=self.facts.count_of,
-            n_cells=self.facts.n_deciding,
+            n_deciding=self.facts.n_deciding,
             beyond=unknown,
         )
         region_ids = self.facts.regions.ids(part.first_cell, quality.mesh.cell_data, quality.mesh.n_cells)

@@ -24,7 +24,7 @@ _ALIGN = 64
 _POLY = ("cell_offsets", "cell_faces", "face_offsets", "face_points", "flipped", "labels")
 _OWN = ("points", "types", "offsets", "connectivity")
 _WORDS = ("purpose", "stored", "dimension", "up")
-_LISTS = ("notes", "sources", "counted")
+_LISTS = ("notes", "sources", "counted", "parts")
 _DATA = ("point_data", "cell_data", "field_data")
 
 
@@ -114,9 +114,6 @@ def _mesh(data: NDArray[np.uint8], head: dict[str, Any], path: str) -> Mesh:
         polyhedra=Polyhedra(**poly) if poly else None,
         blocks=tuple(CellBlock(*block) for block in head["blocks"]),
         path=path,
-        **{name: head[name] for name in _WORDS},
-        notes=tuple(head["notes"]),
-        sources=tuple(head["sources"]),
-        counted=tuple(head["counted"]),
+        **{name: head[name] for name in _WORDS} | {name: tuple(head[name]) for name in _LISTS},
         copy=False,
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -80,6 +80,17 @@ def _lacking(meshes: Sequence[Mesh], names: Sequence[str]) -> list[str]:
 
 _NAMED = 3
 """Pieces that a note names."""
+
+
+def starts(sizes: Iterable[int], own: Iterable[tuple[int, ...]] = ()) -> tuple[int, ...]:
+    """The first point of each of several parts of so many, as `Mesh.parts` has them; of one part none.
+
+    ``own``: those of each part that consists of parts.
+    """
+    ends = np.cumsum([0, *sizes]).tolist()
+    of_parts = list(own) or [()] * (len(ends) - 1)
+    firsts = tuple(end + first for end, some in zip(ends, of_parts, strict=False) for first in some or (0,))
+    return firsts if len(firsts) > 1 else ()
 
 
 @dataclass(slots=True)

@@ -24,7 +24,7 @@ from ...plumbing import vtk, within
 from ...plumbing.added import Added, CannotAdd
 from ...plumbing.format import Format, Take
 from ...plumbing.ids import drop_counts, label_source, with_labels
-from ...plumbing.merge import Part, merge_parts
+from ...plumbing.merge import Part, merge_parts, starts
 from ...plumbing.messages import is_out_of_memory
 from ...plumbing.patch import Places
 from ...plumbing.pieces import ArrayRows, Piece, Pieces, ReadWhole, Rows, hdf_rows
@@ -99,13 +99,14 @@ def _open(path: Path, *, held: bool = True) -> Iterator[Any]:
 
 
 def read(path: Path, at: int) -> Mesh | None:
-    """Every unstructured grid of the file; a block for each grid of a composite, and for each of several partitions."""
+    """Every unstructured grid of the file; a block for each grid of a composite, and for each of several partitions.
+    The partitions of a single grid are the parts of one mesh."""
     with _open(path) as root:
         kind = _kind(root)
         if kind == "UnstructuredGrid":
-            return drop_counts(
-                merge_parts(_parts("", root, at), path=path, field_data=_field_data(root)), only_copies=True
-            )
+            parts = _parts("", root, at)
+            mesh = drop_counts(merge_parts(parts, path=path, field_data=_field_data(root)), only_copies=True)
+            return mesh.replace(parts=starts(len(part.points) for part in parts))
         if kind in _COMPOSITE and all(_kind(g) == "UnstructuredGrid" for _, g in _grids(root)):
             parts = [part for name, group in _grids(root) for part in _parts(name, group, at)]
             return drop_counts(merge_parts(parts, path=path, field_data=_field_data(root)), only_copies=True)
@@ -335,7 +336,8 @@ def pieces(path: Path, at: int) -> Pieces | None:
             return None
         own = tuple(_piece(part) for name, group in grids for part in _parts(name, group, at, hdf_rows))
         filled = tuple(piece for piece in own if piece.n_cells or piece.n_points)
-        return Pieces(str(path), filled, _field_data(root)) if filled else None
+        parts = starts(piece.n_points for piece in own) if kind == "UnstructuredGrid" else ()
+        return Pieces(str(path), filled, _field_data(root), parts=parts) if filled else None
 
 
 def _piece(part: Part) -> Piece:

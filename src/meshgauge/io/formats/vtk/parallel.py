@@ -6,13 +6,14 @@ Own, because VTK's reader fails where a piece lacks an array or has no cells.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
 from ....errors import ReadError
 from ....mesh import Mesh
 from ...plumbing import within
-from ...plumbing.merge import join_pieces
+from ...plumbing.merge import join_pieces, starts
 from ...plumbing.patch import Places
 from ...plumbing.pieces import Pieces, join_listed
 
@@ -20,7 +21,8 @@ KINDS = ("PUnstructuredGrid", "PPolyData")
 
 
 def read(path: Path, read_piece: Callable[[Path], Mesh]) -> Mesh:
-    """The pieces one after another; arrays that some lack are NaN there, and a note says so.
+    """The pieces one after another; arrays that some lack are NaN there, and a note says so. They are the parts of one
+    mesh, whose points are joined for the diagnosis.
 
     Raises
     ------
@@ -29,7 +31,8 @@ def read(path: Path, read_piece: Callable[[Path], Mesh]) -> Mesh:
     """
     names = _names(path)
     meshes = [read_piece(path.parent / name) for name in names]
-    return join_pieces(meshes, names, path=path, names_blocks=False)
+    mesh = join_pieces(meshes, names, path=path, names_blocks=False)
+    return mesh.replace(parts=starts([one.n_points for one in meshes], [one.parts for one in meshes]))
 
 
 def pieces(path: Path, list_piece: Callable[[Path], Pieces | None]) -> Pieces | None:
@@ -41,7 +44,10 @@ def pieces(path: Path, list_piece: Callable[[Path], Pieces | None]) -> Pieces | 
         As `read`.
     """
     names = _names(path)
-    return join_listed([list_piece(path.parent / name) for name in names], path=path)
+    listed = [list_piece(path.parent / name) for name in names]
+    joined = join_listed(listed, path=path)
+    known = [one for one in listed if one is not None]
+    return joined and replace(joined, parts=starts([one.n_points for one in known], [one.parts for one in known]))
 
 
 def places(path: Path, places_of: Callable[[Path], Places]) -> Places:
