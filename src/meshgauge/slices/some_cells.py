@@ -153,5 +153,5 @@ def measured(job: Job, ids: Ids) -> tuple[Quality, Ids]:
     mesh = ghosts.note_ghosts(mesh.replace(dimension=facts.view.dimension, up=facts.view.up))
     rows = rows_of((JENS,), job.ask.poor_below)
     bricks = job.ask.keep_bricks
-    quality = measure_part(mesh, rows, keep_bricks=bricks, count_of=facts.count_of, n_cells=facts.n_deciding)
+    quality = measure_part(mesh, rows, keep_bricks=bricks, n_deciding=facts.n_deciding)
     return quality, points
