@@ -93,3 +93,27 @@ def test_a_cache_that_fails_costs_time_only(tmp_path: Path, monkeypatch: pytest.
 
 def fail_twice(x: float) -> float:
     return 2.0 * x
+
+
+def test_a_kernel_from_the_cache_loads_no_compiler() -> None:
+    """Half of what the first kernel of a process takes."""
+    jit = pytest.importorskip("meshgauge.kernels.jit")
+    jit.warm_up()
+    if jit.JIT_DISABLED or not jit._nothing.stats.cache_path:
+        pytest.skip("nothing is kept")
+    told = "print(sum(jit._nothing.stats.cache_hits.values()), 'numba.np.linalg' in sys.modules)"
+    code = f"import sys; from meshgauge.kernels import jit; jit.warm_up(); {told}"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["1", "False"]
+
+
+def test_another_numba_is_taken_as_it_is() -> None:
+    jit = pytest.importorskip("meshgauge.kernels.jit")
+
+    class Cache:
+        """One without the method that is called elsewhere."""
+
+        def load_overload(self, signature: object, context: object) -> str:
+            return f"{signature} {context}"
+
+    assert jit._from_cache(Cache())(1, 2) == "1 2"

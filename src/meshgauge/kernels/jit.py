@@ -24,7 +24,7 @@ _BLAS = "scipy.linalg.cython_blas"
 def _load_without_blas() -> None:
     """Load what Numba loads before its first kernel, but for SciPy's linear algebra: a third of the time.
 
-    No kernel here calls it; Numba looks again where a kernel of others does.
+    No kernel here calls it; Numba looks again where a kernel of others does. Kernels from the cache need neither.
     """
     if _BLAS in sys.modules or "numba.np.arraymath" in sys.modules:
         return
@@ -34,8 +34,6 @@ def _load_without_blas() -> None:
     finally:
         del sys.modules[_BLAS]
 
-
-_load_without_blas()
 
 _HELPER: dict[str, Any] = {
     "error_model": "numpy",
@@ -60,10 +58,34 @@ def _compiled(function: F, **options: Any) -> F:
     finally:
         numba.config.CACHE_DIR = before
     if (kept := getattr(compiled, "_cache", None)) is not None:
-        kept.load_overload = _or_nothing(kept.load_overload)
+        kept.load_overload = _or_nothing(_from_cache(kept))
         kept.save_overload = _or_nothing(kept.save_overload)
     done: F = compiled
     return done
+
+
+def _from_cache(kept: Any) -> Callable[..., Any]:
+    """What reads the cache of a kernel, but loads no compiler for it: more than half of what the first kernel takes.
+
+    Numba makes all of its functions known to the compiler before it looks in the cache; once more where it compiles.
+    """
+    try:
+        from numba.core.runtime.nrt import rtsys
+
+        load, start = kept._load_overload, rtsys.initialize
+    except (ImportError, AttributeError):  # another version of Numba
+        _load_without_blas()
+        whole: Callable[..., Any] = kept.load_overload
+        return whole
+
+    def loaded(signature: Any, context: Any) -> Any:
+        start(context)
+        found = load(signature, context)
+        if found is None:
+            _load_without_blas()  # it will be compiled
+        return found
+
+    return loaded
 
 
 def _or_nothing(work: Callable[..., Any]) -> Callable[..., Any]:
