@@ -21,6 +21,31 @@ from meshgauge.io.plumbing import budget
 GB = 1 << 30
 
 
+FAULTS = """
+import resource, threading
+from meshgauge.files.resources import keep_freed
+def work():
+    for _ in range(10):
+        [b"x" * (3 << 20) for _ in range(6)]
+def n_faults():
+    thread, before = threading.Thread(target=work), resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    thread.start()
+    thread.join()
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+before = n_faults()
+keep_freed()
+print(before, n_faults())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
+def test_memory_that_is_freed_is_used_again() -> None:
+    """The system clears no new pages for it."""
+    done = subprocess.run([sys.executable, "-c", FAULTS], capture_output=True, text=True, check=True)
+    before, after = map(int, done.stdout.split())
+    assert after < 0.6 * before or before < 6000  # of a C library that keeps it anyway
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of Linux")
 @pytest.mark.parametrize("megabytes", [100, 400])
 def test_too_little_address_space_is_one_line(megabytes: int, tmp_path: Path) -> None:

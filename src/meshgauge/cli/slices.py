@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ..errors import OptionError
-from ..files.resources import free_memory
+from ..files.resources import free_memory, keep_freed
 from ..look.style import number, number_of
 from ..slices import Progress
 from .terminal import activity
@@ -59,8 +59,9 @@ def size_text(n: float) -> str:
 def progress(path: str, *, shown: bool) -> Iterator[Progress]:
     """A line on standard error, if that is a terminal, with what is done and the time that is left.
 
-    Where Ctrl-C or another signal stops it, a line says how far it was.
+    Where Ctrl-C or another signal stops it, a line says how far it was. Slices use the memory of those before.
     """
+    keep_freed()
     start, at = time.monotonic(), (0, 0)
     with activity(f"measuring {path}", shown=shown) as working:
 

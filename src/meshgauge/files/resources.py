@@ -61,10 +61,29 @@ def free_memory() -> int | None:
     return max(min(known), 0) if known else None
 
 
+_TRIM_THRESHOLD, _MMAP_THRESHOLD, _ARENA_MAX = -1, -3, -8
+"""Options of the C library's ``mallopt``."""
+
+_LARGE, _KEPT = 32 << 20, 256 << 20
+"""Bytes from which on an array is given back when it is freed (the most that can be asked for); that may be kept."""
+
+
 def give_back() -> None:
     """Let the C library return memory to the system that was freed in pieces: some tens of megabytes a thread."""
     with contextlib.suppress(OSError, AttributeError):  # glibc only
         ctypes.CDLL(None).malloc_trim(0)
+
+
+def keep_freed() -> None:
+    """Let the C library keep what is freed for what is needed next, from here to the end of the process.
+
+    Where arrays of the same sizes come and go, slice by slice, the system had to clear new pages for each: a fifth of
+    the time. Larger arrays still go back at once. One pool for all threads: what one frees is of use to the others.
+    """
+    with contextlib.suppress(OSError, AttributeError):  # glibc only
+        tune = ctypes.CDLL(None).mallopt
+        for option, value in ((_MMAP_THRESHOLD, _LARGE), (_TRIM_THRESHOLD, _KEPT), (_ARENA_MAX, 1)):
+            tune(option, value)
 
 
 def require(n_bytes: int, what: str, *, address_space: int = 0) -> None:
