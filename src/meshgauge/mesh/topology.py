@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, POLYHEDRON
 from ..kernels.arrays import read_only
+from ..kernels.path import is_compiled
 from ..kernels.topology import driver
 from ..kernels.topology.codes import BOUNDARY, COLLAPSED, CROSSED, ELSEWHERE, MULTIPLE, OPPOSITE, SAME
 from .mesh import Mesh
@@ -92,6 +93,10 @@ class Topology:
         """Points of some half-faces, as `face` gives them one at a time: ids one after another, and where each one's
         begin, ``(n + 1,)``. ``table``: another than `face_table`."""
         mesh, table = self.mesh, face_table() if table is None else table
+        if is_compiled(len(half_faces), is_once=True):
+            half_faces = np.ascontiguousarray(half_faces, np.int64)
+            columns = (self.cells, self.starts, mesh.types, mesh.offsets, mesh.connectivity, table)
+            return driver.face_points(half_faces, *columns, _polyhedra(mesh, None)[0])
         cells = np.asarray(self.cells, np.int64)[half_faces]
         local = half_faces - self.starts[cells]
         types = mesh.types[cells]

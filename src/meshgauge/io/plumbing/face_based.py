@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import BY_NAME, HEXAHEDRON, POLYHEDRON, PYRAMID, TETRA, WEDGE, Shape
+from ...kernels.path import is_compiled
+from ...kernels.polyhedra import standard_driver as driver
 from ...mesh import CellBlock, Mesh
 from ...mesh.polyhedra import Polyhedra
 
@@ -21,6 +23,8 @@ Ints = NDArray[np.int64]
 
 _STANDARD = (TETRA, PYRAMID, WEDGE, HEXAHEDRON)
 """What cells of faces are recognised as."""
+
+_LAYOUTS = tuple((BY_NAME[shape.name].vtk_id, shape.n_nodes, shape.faces, shape.reversal) for shape in _STANDARD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +83,8 @@ def offsets_of(sizes: Ints) -> Ints:
 def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     """Standard cells where the faces are theirs, polyhedra elsewhere. Ids must be in range."""
     n_cells = len(faces.cell_offsets) - 1
+    if is_compiled(n_cells, is_once=True):
+        return _compiled_solids(faces, points)
     parts = [_solids(_some(faces, start, start + CHUNK), points) for start in range(0, n_cells, CHUNK)]
     if len(parts) < 2:
         return parts[0] if parts else _solids(faces, points)
@@ -166,6 +172,43 @@ def _solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
             labels=faces.cell_faces[kept] if faces.numbers is None else faces.numbers[faces.cell_faces[kept]],
         )
     return Solids(types, own_offsets, connectivity, polyhedra)
+
+
+def _compiled_solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
+    """As `_solids`, by a kernel and for any number of cells."""
+    n_cells = len(faces.cell_offsets) - 1
+    sizes = np.diff(faces.face_offsets)
+    inward = faces.inward if faces.inward is not None else _inward(faces, points)
+    types, n_own, connectivity = driver.recognise(
+        faces.cell_offsets, faces.cell_faces, faces.face_offsets, faces.face_points, inward, POLYHEDRON.vtk_id, _LAYOUTS
+    )
+    is_poly = types == POLYHEDRON.vtk_id
+    polyhedra = None
+    if is_poly.any():
+        n_faces = np.diff(faces.cell_offsets)
+        kept = np.flatnonzero(np.repeat(is_poly, n_faces))
+        own = faces.cell_faces[kept]
+        starts = offsets_of(sizes[own])
+        flat = faces.face_points[spans(faces.face_offsets[own], sizes[own])]
+        polyhedra = Polyhedra(
+            cell_offsets=offsets_of(np.where(is_poly, n_faces, 0)),
+            cell_faces=np.arange(len(kept)),
+            face_offsets=starts,
+            face_points=_reverse(flat, starts, inward[kept]),
+            labels=own if faces.numbers is None else faces.numbers[own],
+        )
+    return Solids(types, offsets_of(n_own), connectivity, polyhedra)
+
+
+def _inward(faces: Faces, points: NDArray[np.floating]) -> NDArray[np.bool_]:
+    """Which faces to turn for the cells they are of, where the file does not say."""
+    sizes = np.diff(faces.face_offsets)[faces.cell_faces]
+    starts, n_cells = offsets_of(sizes), len(faces.cell_offsets) - 1
+    entry_cell = np.repeat(np.arange(n_cells), np.diff(faces.cell_offsets))
+    flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
+    turned = _alike(flat, starts, entry_cell, faces.cell_offsets)
+    volume = _volumes(points, _reverse(flat, starts, turned), starts, entry_cell, n_cells)
+    return turned ^ (volume < 0)[entry_cell]
 
 
 def _alike(flat: Ints, starts: Ints, entry_cell: Ints, cell_offsets: Ints) -> NDArray[np.bool_]:
@@ -382,6 +425,8 @@ def of_cells(n_cells: int, owner: Ints, neighbour: Ints) -> tuple[Ints, Ints, ND
     tuple
         Offsets and faces by cell, in the order of the faces, and for each entry whether the cell is the neighbour.
     """
+    if is_compiled(n_cells, is_once=True):
+        return driver.faces_by_cell(n_cells, owner, neighbour)
     cells = np.concatenate([owner, neighbour])
     faces = np.tile(np.arange(len(owner)), 2)
     is_neighbour = np.repeat([False, True], len(owner))

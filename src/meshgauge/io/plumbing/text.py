@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ReadError
+from ...kernels.text.driver import parse
 from . import budget
 
 _LOCK = threading.Lock()
@@ -203,14 +204,26 @@ def _is_real(word: bytes) -> bool:
     return True
 
 
-def numbers(text: bytes, dtype: type) -> NDArray[Any]:
-    """All numbers of a text of nothing else.
+_BRACKETS = b"(){}"
+WITHOUT_BRACKETS = bytes.maketrans(_BRACKETS, b" " * len(_BRACKETS))
+"""For ``bytes.translate``."""
+
+
+def numbers(text: bytes | memoryview, dtype: type, *, brackets: bool = False) -> NDArray[Any]:
+    """All numbers of a text of nothing else, or with round and curly ``brackets`` between them.
 
     Raises
     ------
     NotNumbers
         If there is something else in it.
     """
+    parsed = parse(text, dtype, _BRACKETS if brackets else b"")
+    if parsed is not None:
+        budget.draw("made", parsed.nbytes, "numbers")
+        return parsed
+    text = bytes(text)
+    if brackets:
+        text = text.translate(WITHOUT_BRACKETS)
     given = text
     if not text.strip():
         return np.empty(0, dtype)

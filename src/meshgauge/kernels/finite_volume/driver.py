@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from ..arrays import Float64Array, Int64Array, read_only
+from ..arrays import BoolArray, Float64Array, Int64Array, read_only
 from ..path import is_compiled
 from ..threads import run
 from . import numpy_path
@@ -29,27 +30,93 @@ def polygons(
     return centres, areas, triangle_areas
 
 
-def skewness(
+MEASURES = (
+    "non_orthogonality",
+    "skewness",
+    "boundary_skewness",
+    "face_weight",
+    "volume_ratio",
+    "flatness",
+    "pyramid_volume",
+)
+"""Of faces, in the order of their rows in `measures`."""
+
+
+def measures(
     points: Float64Array,
     ids: Int64Array,
     offsets: Int64Array,
-    centres: Float64Array,
-    areas: Float64Array,
-    starts: Float64Array,
-    lines: Float64Array,
-    least: float,
+    faces: tuple[Float64Array, Float64Array, Float64Array],
+    beside: tuple[Int64Array, Int64Array],
+    cells: tuple[Float64Array, Float64Array],
+    least: tuple[float, float],
     threads: int | None,
-) -> Float64Array:
-    """``(n_faces,)``, see `skewness.skewness`."""
+) -> tuple[Float64Array, BoolArray]:
+    """``(7, n_faces)`` of `MEASURES`, and ``(n_faces,)`` whether a face is lost, see `measures.measures`.
+
+    Parameters
+    ----------
+    faces
+        Centres, area vectors and areas of triangles, as `polygons` gives them.
+    beside
+        Owner and neighbour of each face.
+    cells
+        Centres and volumes, as `cells` gives them.
+    least
+        As for the kernel.
+    """
     n = len(offsets) - 1
-    out = np.empty(n)
-    work: Callable[..., None] = numpy_path.skewness
+    out, is_lost = np.empty((len(MEASURES), n)), np.empty(n, np.bool_)
+    work: Callable[..., None] = numpy_path.measures
     if is_compiled(n):
-        from .skewness import skewness as work
+        from .measures import measures as work
     given = tuple(read_only(array) for array in (points, ids, offsets))
-    measured = tuple(read_only(array) for array in (centres, areas, starts, lines))
-    _in_blocks(lambda first, last: work(*given, first, last, *measured, least, out), n, threads)
+    measured = tuple(read_only(array) for array in (*faces, *beside, *cells, np.array(least)))
+    _in_blocks(lambda first, last: work(*given, first, last, *measured, out, is_lost), n, threads)
+    return out, is_lost
+
+
+def cells(
+    owner: Int64Array, neighbour: Int64Array, centres: Float64Array, areas: Float64Array, n_cells: int
+) -> tuple[Float64Array, Float64Array]:
+    """Centres ``(n_cells, 3)`` and volumes ``(n_cells,)``, see `cells.cells`."""
+    out = np.zeros((n_cells, 3)), np.zeros(n_cells)
+    _of_cells("cells", owner, neighbour, centres, areas, *out)
     return out
+
+
+def aspect_ratio(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, volumes: Float64Array) -> Float64Array:
+    """``(n_cells,)``, see `cells.aspect_ratio`."""
+    out = np.empty(len(volumes))
+    _of_cells("aspect_ratio", owner, neighbour, areas, volumes, out)
+    return out
+
+
+def determinant(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, n_cells: int) -> Float64Array:
+    """``(n_cells,)``, see `cells.determinant`."""
+    out = np.empty(n_cells)
+    _of_cells("determinant", owner, neighbour, areas, out)
+    return out
+
+
+def reduce(
+    owner: Int64Array, neighbour: Int64Array, values: Float64Array, is_lost: BoolArray, is_largest: bool, n_cells: int
+) -> Float64Array:
+    """``(n_cells,)``, infinite where a cell has no face with a value; see `cells.reduce`."""
+    out = np.full(n_cells, -np.inf if is_largest else np.inf)
+    _of_cells("reduce", owner, neighbour, values, is_lost, is_largest, out)
+    return out
+
+
+def _of_cells(name: str, owner: Int64Array, *arguments: Any) -> None:
+    """Call a function over all faces at once, which adds to cells; the last arguments receive what it gives."""
+    work: Callable[..., None] = getattr(numpy_path, name)
+    if is_compiled(len(owner)):
+        from . import cells as compiled
+
+        work = getattr(compiled, name)
+    with np.errstate(all="ignore"):
+        work(owner, *arguments)
 
 
 def _in_blocks(work: Callable[[int, int], None], n: int, threads: int | None) -> None:

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..arrays import Float64Array, Index, Int64Array
 from ..jit import inlined, kernel
+from .measures import off_centre
 from .polygons import polygon
-from .skewness import off_centre
 
 HALVINGS = 8
 """How often a step is halved before a point stays."""

@@ -41,6 +41,31 @@ def match(
     return mates, windings, kernel(*common, ends, buckets, hashes[0], hashes[1], mates, windings)
 
 
+def face_points(
+    half_faces: Int64Array,
+    cells: IntArray,
+    starts: Int64Array,
+    types: UInt8Array,
+    offsets: IntArray,
+    nodes: IntArray,
+    table: Int8Array,
+    poly: tuple[Int64Array, ...],
+) -> tuple[Int64Array, Int64Array]:
+    """Points of half-faces one after another, and where each one's begin; always compiled.
+
+    Parameters are those of `face_points.face_points`.
+    """
+    from .face_points import face_points as kernel
+    from .face_points import face_sizes
+
+    ends = np.empty(len(half_faces) + 1, np.int64)
+    common = (*map(read_only, (half_faces, cells, starts, types, table)), poly)
+    face_sizes(*common, ends)
+    points = np.empty(int(ends[-1]), np.int64)
+    kernel(*common, read_only(offsets), read_only(nodes), read_only(ends), points)
+    return points, ends
+
+
 def signatures(
     types: UInt8Array, offsets: IntArray, nodes: IntArray, is_solid: BoolArray, n_points: int
 ) -> tuple[BoolArray, BoolArray, Int64Array]:

@@ -9,7 +9,8 @@ import numpy as np
 from ...plumbing.numerals import Raw, Text
 from ...plumbing.patch import Places, contents
 from ...plumbing.spans import words
-from .read import BRACKETS, COMMENT, COUNT, MeshFile, folders, point_ids_of, present, steps
+from ...plumbing.text import WITHOUT_BRACKETS
+from .read import COMMENT, COUNT, MeshFile, folders, point_ids_of, present, steps
 
 
 def places(path: Path, at: int) -> Places:
@@ -38,7 +39,7 @@ def _of_file(folder: Path) -> Places:
     if not file.is_binary:
         data = COMMENT.sub(lambda match: b" " * len(match[0]), data[:begin] + data[begin:])
     else:
-        begin += file.at
+        begin = file.at
     count = COUNT.match(data, begin)
     none = np.full((0, 3), -1, np.int64)
     if count is None or count[2] == b"{":
@@ -48,6 +49,6 @@ def _of_file(folder: Path) -> Places:
         size = file.scalar.itemsize
         starts = count.end() + size * np.arange(3 * n).reshape(n, 3)
         return Places.of(path, Raw(file.scalar), starts, starts + size)
-    spans = words(data.translate(BRACKETS), count.end(), len(data))
+    spans = words(data.translate(WITHOUT_BRACKETS), count.end(), len(data))
     starts, ends = (one[: 3 * n].reshape(n, 3) for one in spans)
     return Places.of(path, Text(), starts, ends)

@@ -16,6 +16,8 @@ from numpy.typing import DTypeLike, NDArray
 
 from ....errors import ReadError
 from ....files import sources
+from ....kernels.path import is_compiled
+from ....kernels.text.driver import split_rows
 from ....mesh import Mesh
 from ...plumbing import budget, face_based
 from ...plumbing.budget import DENSEST
@@ -24,6 +26,7 @@ from ...plumbing.text import NotNumbers, numbers
 
 # None of these goes back over what it has passed: a file must not take time with the square of its size.
 COMMENT = re.compile(rb"/\*.*?(?:\*/|\Z)|//[^\n]*", re.DOTALL)
+_FIRST_COMMENT = re.compile(rb"\s*+(?:/\*.*?\*/|//[^\n]*)", re.DOTALL)
 _HEADER = re.compile(rb"FoamFile\s*+\{")
 _ENTRY = re.compile(rb"(?:[^;\"]|\"[^\"]*+(?:\"|\Z))++")
 _KEY = re.compile(rb"\s*+(\w++)\s++(.*)", re.DOTALL)
@@ -69,27 +72,34 @@ def read(path: Path, at: int) -> Mesh:
     owner, neighbour, face_points, zones = [], [], [], []
     patches: dict[str, list[NDArray[np.int64]]] = {}
     for i, piece in enumerate(pieces):
-        owner.append(piece.owner + cell_starts[i])
-        neighbour.append(np.where(piece.neighbour < 0, -1, piece.neighbour + cell_starts[i]))
-        face_points.append(piece.face_points + point_starts[i] if ids is None else ids[i][piece.face_points])
+        is_first = i == 0  # its numbers stay: large arrays are not copied
+        owner.append(piece.owner if is_first else piece.owner + cell_starts[i])
+        others = piece.neighbour
+        neighbour.append(others if is_first else np.where(others < 0, -1, others + cell_starts[i]))
+        points_of = piece.face_points
+        face_points.append(ids[i][points_of] if ids is not None else points_of + point_starts[i] if i else points_of)
         zones.append((piece.name, cell_starts[i], cell_starts[i + 1]))
         for name, faces in piece.patches:
             patches.setdefault(name, []).append(faces + face_starts[i])
-    offsets, faces, is_neighbour = face_based.of_cells(
-        cell_starts[-1], np.concatenate(owner), np.concatenate(neighbour)
-    )
-    sizes = np.concatenate([np.diff(piece.face_offsets) for piece in pieces])
-    whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), np.concatenate(face_points), is_neighbour)
+    offsets, faces, is_neighbour = face_based.of_cells(cell_starts[-1], _joined(owner), _joined(neighbour))
+    sizes = _joined([np.diff(piece.face_offsets) for piece in pieces])
+    whole = face_based.Faces(offsets, faces, face_based.offsets_of(sizes), _joined(face_points), is_neighbour)
     sides = [(name, np.concatenate(parts)) for name, parts in patches.items()]
     mesh = face_based.mesh(path, points, whole, zones, sides, notes)
     return mesh.replace(stored="single") if any(piece.is_single for piece in pieces) else mesh
+
+
+def _joined(arrays: list[NDArray[np.int64]]) -> NDArray[np.int64]:
+    """One after another; a single one is not copied."""
+    return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
 def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
     """The id of each point of each piece, None if the pieces stay apart, and all points."""
     ids = [piece.point_ids for piece in pieces if piece.point_ids is not None]
     if len(ids) < len(pieces):
-        return None, np.concatenate([piece.points for piece in pieces])
+        points = [piece.points for piece in pieces]
+        return None, points[0] if len(points) == 1 else np.concatenate(points)
     known, of_piece = np.unique(np.concatenate(ids), return_inverse=True)
     points = np.full((len(known), 3), np.nan)
     points[of_piece] = np.concatenate([piece.points for piece in pieces])
@@ -239,12 +249,11 @@ class MeshFile:
         self.order = ">" if "MSB" in arch else "<"
         self.label = np.dtype(self.order + ("i8" if "label=64" in arch else "i4"))
         self.scalar = np.dtype(self.order + ("f4" if "scalar=32" in arch else "f8"))
-        self.data, self.at = data[end:], 0
-        if not self.is_binary:
-            self.data = COMMENT.sub(b" ", self.data)
-        else:
-            while (comment := re.compile(rb"\s*(/\*.*?\*/|//[^\n]*)", re.DOTALL).match(self.data, self.at)) is not None:
-                self.at = comment.end()
+        self.data, self.at = data, end
+        while (comment := _FIRST_COMMENT.match(self.data, self.at)) is not None:
+            self.at = comment.end()
+        if not self.is_binary and (mark := data.find(b"/", self.at)) >= 0:
+            self.data = data[:mark] + COMMENT.sub(b" ", data[mark:])
 
     def fail(self, what: str) -> ReadError:
         return ReadError(f"{self.path}: {what}")
@@ -283,18 +292,19 @@ class MeshFile:
         return values
 
     def _numbers(self, kind: np.dtype[np.generic]) -> NDArray[np.generic]:
-        """All numbers from here on."""
-        rest = self.data[self.at :].translate(BRACKETS)
+        """All numbers from here on; the text is not kept."""
+        rest = memoryview(self.data)[self.at :]
+        self.data, self.at = b"", 0
         try:
-            return numbers(rest, np.float64 if kind.kind == "f" else np.int64)
+            return numbers(rest, np.float64 if kind.kind == "f" else np.int64, brackets=True)
         except NotNumbers as error:
             raise self.fail(f"holds something else than numbers: {error}") from None
 
     def points(self) -> NDArray[np.float64]:
-        return self._list(self.scalar, 3).astype(np.float64).reshape(-1, 3)
+        return self._list(self.scalar, 3).astype(np.float64, copy=self.is_binary).reshape(-1, 3)
 
     def labels(self) -> NDArray[np.int64]:
-        return self._list(self.label, 1).astype(np.int64)
+        return self._list(self.label, 1).astype(np.int64, copy=self.is_binary)
 
     def faces(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Offsets and points of the faces."""
@@ -303,11 +313,15 @@ class MeshFile:
             if not len(offsets) or offsets[0] != 0 or int(offsets[-1]) != len(points) or (np.diff(offsets) < 0).any():
                 raise self.fail("the offsets of its faces do not run from 0 to the number of their points")
             return offsets, points
-        count = COUNT.match(self.data)
+        count = COUNT.match(self.data, self.at)
         if count is None:
             raise self.fail("does not begin with the number of faces")
         self.at = count.end()
-        flat = self._numbers(np.dtype(np.int64)).astype(np.int64)
+        flat = self._numbers(np.dtype(np.int64))
+        n_faces = int(count.group(1))
+        rows = split_rows(flat, n_faces) if is_compiled(n_faces) else None
+        if rows is not None and (rows[0] >= 3).all():
+            return face_based.offsets_of(rows[0]), rows[1]
         values, at = flat.tolist(), 0
         sizes: list[int] = []
         firsts: list[int] = []
@@ -318,13 +332,10 @@ class MeshFile:
             sizes.append(size)
             firsts.append(at + 1)
             at += size + 1
-        if len(sizes) != int(count.group(1)):
-            raise self.fail(f"states {int(count.group(1))} faces, but holds {len(sizes)}")
+        if len(sizes) != n_faces:
+            raise self.fail(f"states {n_faces} faces, but holds {len(sizes)}")
         n = np.array(sizes, np.int64)
         return face_based.offsets_of(n), flat[face_based.spans(np.array(firsts, np.int64), n)]
-
-
-BRACKETS = bytes.maketrans(b"(){}", b"    ")
 
 
 def present(folder: Path, name: str) -> Path:

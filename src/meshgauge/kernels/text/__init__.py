@@ -1,0 +1,1 @@
+"""Numbers in text, and lists of lists of them."""
