@@ -18,6 +18,8 @@ from meshgauge.cells import CELL_TYPES, SHAPES
 from meshgauge.errors import ReadError
 from meshgauge.io.formats.abaqus.types import element_type
 from meshgauge.io.plumbing import face_based
+from meshgauge.kernels import path as kernels_path
+from meshgauge.kernels.polyhedra import standard_driver
 from meshgauge.mesh import Mesh
 from meshgauge.mesh.regions import regions
 
@@ -57,7 +59,7 @@ def test_patches_and_zones_are_blocks(tmp_path: Path) -> None:
 @pytest.mark.parametrize("is_mirrored", [False, True])
 @pytest.mark.parametrize("has_sides", [True, False])
 def test_cells_are_recognised_by_their_faces(
-    is_mirrored: bool, has_sides: bool, monkeypatch: pytest.MonkeyPatch
+    is_mirrored: bool, has_sides: bool, path: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rng = np.random.default_rng(0)
     mesh = mesh_of(*LINEAR, "penta_prism", n=20)
@@ -89,15 +91,19 @@ def test_cells_are_recognised_by_their_faces(
         assert all(np.linalg.det(x[[i, j, k]] - x[a]) * sign > 0 for a, i, j, k in shape.triples)
     assert found.polyhedra is not None
     assert found.polyhedra.n_faces == 7 * 20
-    monkeypatch.setattr(face_based, "CHUNK", 7)  # of 100: some have prisms, some have none
-    again = face_based.solids(faces, points)
-    for name in ("types", "offsets", "connectivity"):
-        np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
-    assert again.polyhedra is not None
-    for name in ("cell_offsets", "cell_faces", "face_offsets", "face_points", "labels"):
-        np.testing.assert_array_equal(getattr(again.polyhedra, name), getattr(found.polyhedra, name))
+    for module in (face_based, standard_driver):
+        monkeypatch.setattr(module, "CHUNK", 7)  # of 100: some have prisms, some have none
+    for most in (kernels_path.NUMPY_UP_TO, -1 if path == "numpy" else sys.maxsize):
+        monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", most)
+        again = face_based.solids(faces, points)
+        for name in ("types", "offsets", "connectivity"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
+        assert again.polyhedra is not None
+        for name in ("cell_offsets", "cell_faces", "face_offsets", "face_points", "labels"):
+            np.testing.assert_array_equal(getattr(again.polyhedra, name), getattr(found.polyhedra, name))
 
 
+@pytest.mark.usefixtures("path")
 def test_a_face_that_is_missing_makes_no_hexahedron() -> None:
     shape = SHAPES["hexahedron"]
     rings = [*shape.faces[:5], shape.faces[4]]

@@ -54,10 +54,12 @@ def points_of_no_solid(mesh: Mesh) -> Ids:
 def _faces(mesh: Mesh, is_near: NDArray[np.bool_]) -> dict[int, list[Ids]]:
     """The faces of solid cells all whose points are near a surface: by their number, corners ascending."""
     by_size: dict[int, list[Ids]] = {}
+    near = np.searchsorted(mesh.offsets, np.flatnonzero(is_near[mesh.connectivity]), side="right") - 1
+    can_have = np.bincount(near, minlength=mesh.n_cells) >= 3
     for row, _, cells in mesh.groups():
         if row is None or row.shape is None:
             continue
-        first = mesh.offsets[:-1][cells].astype(np.int64)
+        first = mesh.offsets[:-1][cells].astype(np.int64)[can_have[cells]]
         for face in row.shape.faces:
             corners = mesh.connectivity[first[:, None] + [row.corners[m] for m in face]]
             corners = corners[is_near[corners].all(axis=1)]

@@ -30,6 +30,9 @@ AT_LEAST, AT_LEAST_OUTSIDE = 0.2, 0.4
 """Shares of the distance of the centres that a face counts at least as wide for its skewness; outside twice as much,
 since the distance is half."""
 
+_BLOCK = 1 << 12
+"""Faces of which one is looked at first where the worst are sought."""
+
 
 @dataclass(frozen=True, slots=True)
 class WorstFace:
@@ -72,7 +75,7 @@ class FaceQuality:
         self.half_faces: Ids = np.flatnonzero(is_first)
         self.owner: Ids = cells[self.half_faces].astype(np.int64)
         mate = mates[self.half_faces]
-        self.neighbour: Ids = np.where(mate >= 0, cells[mate].astype(np.int64), NONE)
+        self.neighbour: Ids = np.where(mate >= 0, cells[mate], NONE).astype(np.int64)
         self.points, self.offsets = self.topology.face_points(self.half_faces)
         self._x = np.ascontiguousarray(self.mesh.points, np.float64)
         self.centres, self.areas, self._triangle_areas = driver.polygons(self._x, self.points, self.offsets, threads)
@@ -159,12 +162,7 @@ class FaceQuality:
     def worst(self, measure: str, n: int = 5, *, highest: bool) -> list[WorstFace]:
         """The n faces with the highest or the lowest values of a measure, the worst first."""
         values = getattr(self, measure)
-        order = np.where(np.isnan(values), -np.inf, values if highest else -values)
-        n = min(n, int(np.count_nonzero(~np.isnan(values))))
-        if n <= 0:
-            return []
-        at = np.argpartition(-order, n - 1)[:n] if n < len(order) else np.arange(len(order))
-        at = at[np.lexsort((at, -order[at]))][:n]
+        at = _first(values, n, highest=highest)
         patches = self._patches(at)
         return [self._worst_face(measure, int(face), float(values[face]), patches[k]) for k, face in enumerate(at)]
 
@@ -205,16 +203,35 @@ class FaceQuality:
 
     @cached_property
     def _all(self) -> tuple[Values, NDArray[np.bool_]]:
-        """``(7, n_faces)`` the measures by face, and where a coordinate of the face or of a cell beside is not finite."""
+        """``(7, n_faces)`` the measures by face, and where a coordinate of a face or of a cell beside is not finite."""
         faces = (self.centres, self.areas, self._triangle_areas)
         cells = (self.cell_centres, self.volumes)
         least = (AT_LEAST, AT_LEAST_OUTSIDE)
         return driver.measures(self._x, self.points, self.offsets, faces, self._beside, cells, least, self.threads)
 
     def _measured(self, name: str) -> Values:
-        return self._all[0][driver.MEASURES.index(name)]
+        return np.asarray(self._all[0][driver.MEASURES.index(name)])
 
     def _reduce(self, values: Values, without: float, *, is_largest: bool) -> Values:
         """NaN where a face could not be measured; faces for which the measure is not defined are left out."""
         out = driver.reduce(*self._beside, values, self._all[1], is_largest, self.mesh.n_cells)
         return np.where(out == (-np.inf if is_largest else np.inf), without, out)
+
+
+def _first(values: Values, n: int, *, highest: bool) -> Ids:
+    """Positions of the n highest or lowest values, NaN apart, in order; the lower of two positions first."""
+    if n <= 0 or not len(values):
+        return np.empty(0, np.int64)
+    ends = (np.fmax if highest else np.fmin).reduceat(values, np.arange(0, len(values), _BLOCK))
+    ends = ends[~np.isnan(ends)]
+    if not len(ends):
+        return np.empty(0, np.int64)
+    # So many blocks have values at least as bad as the n-th worst of their ends: no other value need be sorted.
+    sign = -1.0 if highest else 1.0
+    limit = sign * float(np.sort(sign * ends)[min(n, len(ends)) - 1]) if len(ends) >= n else sign * np.inf
+    at = np.flatnonzero(values >= limit if highest else values <= limit)
+    if len(at) > n:
+        key = sign * values[at]
+        last = np.partition(key, n - 1)[n - 1]
+        at = np.concatenate([at[key < last], at[key == last][:n]])
+    return at[np.lexsort((at, sign * values[at]))][:n]

@@ -54,20 +54,20 @@ def _measure(quality: Quality, name: str, limit: str, listed: int) -> FiniteVolu
     row, (comparison, bound) = METRICS[name], limit.split()
     highest = row.better == "lower"
     if "face" in row.where:
-        values = getattr(quality.faces, name)
-        values = values[~np.isnan(values)]
+        known = getattr(quality.faces, name)
+        known = known[~np.isnan(known)]
         missing = 0
     else:
         cells = np.flatnonzero(is_measured(quality.status))
         values = quality.metrics[name][cells]
-        missing = int(np.count_nonzero(np.isnan(values)))
+        known = values[~np.isnan(values)]
+        missing = len(values) - len(known)
     faces: tuple[WorstFace, ...] = ()
     cell: int | None = None
     if "face" in row.where:
         faces = tuple(quality.faces.worst(name, listed, highest=highest))
-    elif len(values) > missing:
+    elif len(known):
         cell = int(cells[np.nanargmax(values) if highest else np.nanargmin(values)])
-    known = values[~np.isnan(values)]
     return FiniteVolumeMeasure(
         name=name,
         limit=limit,

@@ -176,7 +176,6 @@ def _solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
 
 def _compiled_solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     """As `_solids`, by a kernel and for any number of cells."""
-    n_cells = len(faces.cell_offsets) - 1
     sizes = np.diff(faces.face_offsets)
     inward = faces.inward if faces.inward is not None else _inward(faces, points)
     types, n_own, connectivity = driver.recognise(

@@ -21,7 +21,7 @@ def polygons(
 ) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Centres and area vectors ``(n_faces, 3)``, and the triangles' areas ``(n_faces,)``, see `polygons.polygons`."""
     n = len(offsets) - 1
-    centres, areas, triangle_areas = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
+    centres, areas, triangle_areas = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
     work: Callable[..., None] = numpy_path.polygons
     if is_compiled(n):
         from .polygons import polygons as work

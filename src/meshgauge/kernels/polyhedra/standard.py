@@ -44,7 +44,8 @@ def _sort_once(points: Int64Array, n: Index) -> Any:
     gap = n // 2
     while gap > 0:
         for i in range(gap, n):
-            point, j = points[i], i
+            point = points[i]
+            j: Index = i
             while j >= gap and points[j - gap] > point:
                 points[j] = points[j - gap]
                 j -= gap
@@ -194,9 +195,9 @@ def recognise(
         n_faces = high - low
         shape, sign = -1, 0
         for s in range(len(layouts)):
-            if layouts[s, 0] == n_three and layouts[s, 1] == n_four and layouts[s, 2] == n:
-                if layouts[s, 0] + layouts[s, 1] == n_faces:
-                    shape = s
+            has_faces = layouts[s, 0] == n_three and layouts[s, 1] == n_four and n_three + n_four == n_faces
+            if has_faces and layouts[s, 2] == n:
+                shape = s
         if shape >= 0:
             for entry in range(low, high):
                 face, f = cell_faces[entry], entry - low

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -52,8 +53,8 @@ def recognise(
             of_faces[row, f, : len(face)], n_of_faces[row, f] = face, len(face)
         reversals[row, : len(reversal)] = reversal
     types, n_own = np.full(n_cells, polyhedron, np.uint8), np.empty(n_cells, np.int64)
-    given = tuple(map(read_only, (cell_offsets, cell_faces, face_offsets, face_points, inward)))
-    tables = tuple(map(read_only, (table, of_faces, n_of_faces, reversals)))
+    given: Any = tuple(read_only(one) for one in (cell_offsets, cell_faces, face_offsets, face_points))
+    given = (*given, *(read_only(one) for one in (inward, table, of_faces, n_of_faces, reversals)))
     sizes, parts = np.diff(face_offsets), []
     for first in range(0, n_cells, CHUNK):
         last = min(first + CHUNK, n_cells)
@@ -62,6 +63,7 @@ def recognise(
         np.cumsum(sizes[cell_faces[starts[0] : starts[-1]]], out=ends[1:])
         most = int(np.diff(ends[starts - starts[0]]).max(initial=0))
         points = np.empty(int(ends[-1]), np.int64)
-        n = kernel(*given, *tables, first, last, most, types, n_own, points)
+        arguments: Any = (*given, first, last, most, types, n_own, points)
+        n = kernel(*arguments)
         parts.append(points[:n].copy())
     return types, n_own, np.concatenate(parts)

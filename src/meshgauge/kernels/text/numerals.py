@@ -79,7 +79,7 @@ def reals(
         sign = text[at]
         if sign == 43 or sign == 45:
             at += 1
-        whole, digits, seen, power, behind = np.int64(0), 0, 0, 0, 0
+        whole, digits, seen, power, behind = np.int64(0), 0, 0, np.int64(0), 0
         while at < end and not is_blank[text[at]]:
             c = np.int64(text[at])
             if 48 <= c <= 57:
@@ -105,12 +105,13 @@ def reals(
             if at < end and (text[at] == 43 or text[at] == 45):
                 minus = text[at] == 45
                 at += 1
-            exponent, first = 0, at
+            exponent, first = np.int64(0), at
             while at < end and not is_blank[text[at]]:
                 c = np.int64(text[at])
                 if c < 48 or c > 57:
                     return -1
-                exponent = min(10 * exponent + c - 48, 100_000)
+                if exponent < 100_000:
+                    exponent = 10 * exponent + c - 48
                 at += 1
             if at == first:
                 return -1

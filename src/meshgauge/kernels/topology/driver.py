@@ -59,7 +59,7 @@ def face_points(
     from .face_points import face_sizes
 
     ends = np.empty(len(half_faces) + 1, np.int64)
-    common = (*map(read_only, (half_faces, cells, starts, types, table)), poly)
+    common = (read_only(half_faces), read_only(cells), read_only(starts), read_only(types), read_only(table), poly)
     face_sizes(*common, ends)
     points = np.empty(int(ends[-1]), np.int64)
     kernel(*common, read_only(offsets), read_only(nodes), read_only(ends), points)

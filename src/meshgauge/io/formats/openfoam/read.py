@@ -98,8 +98,8 @@ def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, 
     """The id of each point of each piece, None if the pieces stay apart, and all points."""
     ids = [piece.point_ids for piece in pieces if piece.point_ids is not None]
     if len(ids) < len(pieces):
-        points = [piece.points for piece in pieces]
-        return None, points[0] if len(points) == 1 else np.concatenate(points)
+        own = [piece.points for piece in pieces]
+        return None, own[0] if len(own) == 1 else np.concatenate(own)
     known, of_piece = np.unique(np.concatenate(ids), return_inverse=True)
     points = np.full((len(known), 3), np.nan)
     points[of_piece] = np.concatenate([piece.points for piece in pieces])
@@ -317,7 +317,7 @@ class MeshFile:
         if count is None:
             raise self.fail("does not begin with the number of faces")
         self.at = count.end()
-        flat = self._numbers(np.dtype(np.int64))
+        flat = self._numbers(np.dtype(np.int64)).astype(np.int64, copy=False)
         n_faces = int(count.group(1))
         rows = split_rows(flat, n_faces) if is_compiled(n_faces) else None
         if rows is not None and (rows[0] >= 3).all():
