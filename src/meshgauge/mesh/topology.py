@@ -96,7 +96,7 @@ class Topology:
         if is_compiled(len(half_faces), is_once=True):
             half_faces = np.ascontiguousarray(half_faces, np.int64)
             columns = (self.cells, self.starts, mesh.types, mesh.offsets, mesh.connectivity, table)
-            return driver.face_points(half_faces, *columns, _polyhedra(mesh, None)[0])
+            return driver.face_points(half_faces, *columns, faces_of_polyhedra(mesh)[0])
         cells = np.asarray(self.cells, np.int64)[half_faces]
         local = half_faces - self.starts[cells]
         types = mesh.types[cells]
