@@ -50,6 +50,10 @@ def test_a_mesh_of_no_bad_cells_is_not_written(capsys: Captured, tmp_path: Path)
     for name, is_written in (("bad.vtu", False), ("bad.txt", True)):
         target = tmp_path / name
         assert main(["report", GOOD, "--bad", str(target), "--no-diagnosis"]) == 0
-        last = capsys.readouterr().out.splitlines()[-1]
+        out, err = capsys.readouterr()
         assert target.exists() is is_written
-        assert last.endswith("0 bad cells" if is_written else "0 bad cells: no mesh is written")
+        assert out.splitlines()[-1].endswith("0 bad cells") is is_written
+        assert (f"note: {target}: there are no bad cells: nothing is written\n" in err) is not is_written
+    for quiet in ("-q", "--json"):  # what was asked for and is not there is said in any case
+        assert main(["report", GOOD, "--bad", str(tmp_path / "bad.vtu"), "--no-diagnosis", quiet]) == 0
+        assert "there are no bad cells: nothing is written" in capsys.readouterr().err

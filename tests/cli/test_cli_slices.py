@@ -119,11 +119,8 @@ def test_what_has_to_be_read_whole_says_why(large: Path, sliced: list[int], caps
 @pytest.mark.parametrize(
     ("asked", "why"),
     [
-        (("--csv", "cells.csv", "--bad", "bad.txt"), "of -o, --csv and --bad one at a time is written slice by slice"),
-        (("-o", "out.vtkhdf", "--bad", "bad.txt"), "of -o, --csv and --bad one at a time is written slice by slice"),
-        (("--bad", "bad.csv"), "bad.csv asks for more than slices tell of bad cells"),
-        (("--bad-set", "bad.msh"), "bad.msh asks for more than slices tell of bad cells"),
-        (("-o", "out.med"), "values are added slice by slice where VTKHDF and VTU keep their format"),
+        (("--csv", "cells.csv", "--bad-set", "bad.msh"), "bad.msh holds the whole mesh, and is written at once"),
+        (("-o", "out.med"), "out.med is written at once: only VTKHDF and VTU are written slice by slice"),
     ],
 )
 def test_outputs_that_take_all_cells_say_so(
@@ -212,7 +209,7 @@ def test_a_file_whose_grid_moves_is_read_whole(large: Path, sliced: list[int], c
         raise CannotAdd(reason)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("meshgauge.io.adding.add_to_pieces", cannot)
+        patch.setattr("meshgauge.cli.large_report.add_to_pieces", cannot)
         assert main(["report", str(large), "-o", str(large.with_name("out.vtkhdf")), *LITTLE]) == 0
     assert sliced
     assert f"nothing is added in slices to a file that {reason}" in capsys.readouterr().err
@@ -220,8 +217,8 @@ def test_a_file_whose_grid_moves_is_read_whole(large: Path, sliced: list[int], c
 
 
 def test_outputs_of_all_cells_are_made_of_the_whole(large: Path, sliced: list[int], tmp_path: Path) -> None:
-    assert main(["report", str(large), "-o", str(tmp_path / "out.vtu"), "-q", *LITTLE]) == 0
-    assert io.read(tmp_path / "out.vtu").cell_data["jens"].shape == (170,)
+    assert main(["report", str(large), "-o", str(tmp_path / "out.msh"), "-q", *LITTLE]) == 0
+    assert io.read(tmp_path / "out.msh").cell_data["jens"].shape == (170,)
     assert not sliced
 
 

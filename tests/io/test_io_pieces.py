@@ -12,6 +12,7 @@ import pytest
 
 import meshgauge
 from meshgauge import Mesh, io
+from meshgauge.cli import batch
 from meshgauge.cli.main import main
 from meshgauge.errors import ReadError
 from meshgauge.io.formats import spread_rows
@@ -297,3 +298,31 @@ def test_the_command_line_reads_them_in_slices(
             patch.setattr("meshgauge.cli.batch.Batch.read", None)  # nothing is read whole
             assert main([*asked, "--memory", "70MB"]) == 0
         assert capsys.readouterr().out == whole
+
+
+@pytest.mark.parametrize("kind", ["exodus", "cgns"])
+def test_what_is_written_of_it(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A copy with the bad cells as a set, and the mesh in another format with its blocks as regions."""
+    source = exodus(tmp_path / "a.e") if kind == "exodus" else zoned(tmp_path / "a.cgns", "us")
+    monkeypatch.setattr("meshgauge.slices.run.slice_size", lambda memory: 23)
+    for way in ("whole", "slices"):
+        (tmp_path / way).mkdir()
+        monkeypatch.chdir(tmp_path / way)
+        if way == "slices":
+            monkeypatch.setattr(batch, "LARGE", 0)
+            monkeypatch.setattr(batch, "DIAGNOSED", 0)
+            monkeypatch.setattr(batch.Batch, "read", None)  # nothing is read whole
+        asked = ["report", f"../{source.name}", "-q", "--bad-set", f"set{source.suffix}", "--bad", "bad.csv"]
+        assert main([*asked, "-o", "out.vtu"]) == 0
+    assert Path("bad.csv").read_text() == Path("../whole/bad.csv").read_text()
+    assert Path("../whole/out.vtu").stat().st_size > 0
+    for name in (f"set{source.suffix}", "out.vtu"):
+        whole, made = io.read(f"../whole/{name}"), io.read(name)
+        for data in ("cell_data", "point_data", "field_data"):
+            assert set(getattr(made, data)) == set(getattr(whole, data))
+            for key, values in getattr(whole, data).items():
+                np.testing.assert_array_equal(getattr(made, data)[key], values)
+        np.testing.assert_array_equal(made.connectivity, whole.connectivity)
+    if kind == "exodus":
+        assert Path("set.e").read_bytes() == Path("../whole/set.e").read_bytes()
+    assert "region" in io.read("out.vtu").cell_data

@@ -48,7 +48,7 @@ def test_they_are_those_of_the_whole(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = file(tmp_path, kind)
-    outputs = ("bad.inc", "bad.cellSet", "bad.vtkhdf")
+    outputs = ("bad.inc", "bad.cellSet", "bad.vtkhdf", "bad.csv")
     said = []
     for way in ("whole", "slices"):
         (tmp_path / way).mkdir()
@@ -61,7 +61,7 @@ def test_they_are_those_of_the_whole(
             assert main(["report", f"../{path.name}", "--bad", name, "--no-diagnosis"]) == 0
         said.append(capsys.readouterr())
     assert said[0] == said[1]
-    for name in outputs[:2]:
+    for name in (*outputs[:2], outputs[3]):
         assert (tmp_path / "whole" / name).read_bytes() == (tmp_path / "slices" / name).read_bytes()
     whole, made = (io.read(tmp_path / way / outputs[2]) for way in ("whole", "slices"))
     assert whole.n_cells > 20
@@ -81,16 +81,9 @@ def test_there_may_be_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caps
     monkeypatch.setattr(batch, "DIAGNOSED", -1)
     for name in ("bad.vtu", "bad.txt"):
         assert main(["report", str(tmp_path / "a.vtkhdf"), "--bad", str(tmp_path / name)]) == 0
-    assert "0 bad cells: no mesh is written" in capsys.readouterr().out.replace("\n", " ")
+    out, err = (text.replace("\n", " ") for text in capsys.readouterr())
+    assert "bad.vtu: there are no bad cells: nothing is written" in err
+    assert "bad.txt: 0 bad cells" in out
     assert not (tmp_path / "bad.vtu").exists()
     assert (tmp_path / "bad.txt").read_text() == ""
     assert not list(tmp_path.glob(".meshgauge-*"))
-
-
-def test_what_needs_the_whole_is_read_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = file(tmp_path, "vtkhdf")
-    monkeypatch.setattr(batch, "DIAGNOSED", 0)
-    for more in (["--bad", "b.csv"], ["--bad", "b.txt", "--csv", "c.csv"]):
-        monkeypatch.chdir(tmp_path)
-        assert main(["report", str(path), *more, "-q"]) == 0
-        assert Path(more[1]).stat().st_size > 0

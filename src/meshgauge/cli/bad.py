@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +11,13 @@ from numpy.typing import NDArray
 
 from ..look.style import number_of
 from ..quality.measure import Quality
-from ..report.bad_cells import SET, among, is_bad, is_list, write_list, write_numbers
+from ..report.bad_cells import SET, Listed, among, is_bad, is_list, write_list, write_numbers, write_table
 from . import terminal
 from .batch import Batch
 
 if TYPE_CHECKING:
-    from ..slices import Ask, Job, Partial
+    from ..report.values_on_disk import ValuesOnDisk
+    from ..slices import Job
     from ..slices.partial import CellRows
 
 
@@ -28,73 +27,71 @@ def write(batch: Batch, quality: Quality, bad: Path | None, bad_set: Path | None
     lines = []
     if bad is not None:
         if is_list(bad):
-            lines.append(_line(bad, write_list(bad, quality), is_written=True))
+            lines.append(line(bad, write_list(bad, quality), is_written=True))
         else:
             cells = quality.with_data()[is_bad(quality)]
             if cells.n_cells:
                 batch.write(bad, cells)
-            lines.append(_line(bad, cells.n_cells, is_written=cells.n_cells > 0))
+            lines.append(line(bad, cells.n_cells, is_written=cells.n_cells > 0))
     if bad_set is not None:
         chosen = np.flatnonzero(is_bad(quality))
         if len(chosen):
             with batch.progress(f"writing {bad_set}"):
                 _note(bad_set, batch.write_set(quality.source, bad_set, chosen, SET))
-        lines.append(_line(bad_set, len(chosen), is_written=len(chosen) > 0, where=f" in the set {SET}"))
+        lines.append(line(bad_set, len(chosen), is_written=len(chosen) > 0, where=f" in the set {SET}"))
     return lines
 
 
-def write_in_slices(batch: Batch, path: str, ask: Ask, bad: Path) -> tuple[tuple[Job, Partial], list[str]] | None:
-    """Measure a mesh slice by slice and write its bad cells, see `Batch.in_slices`; with a line on the output. None if
-    that cannot be: a table, and cells beside others, ask for the mesh as a whole."""
-    from ..report.values_on_disk import ValuesOnDisk
-    from ..slices.some_cells import gathered, some_cells
+class BadCells:
+    """The bad cells of a mesh that passes by slice by slice; ``keeps_values``: with what was measured on them."""
 
-    listed = batch.pieces(path)
-    if listed is None or bad.suffix.lower() == ".csv":
-        return None
-    as_list = is_list(bad)
-    purpose = "fem" if batch.purpose is None else batch.purpose.of_mesh
-    ids, labels = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
-    rows: dict[str, list[NDArray[Any]]] = {}
+    def __init__(self, batch: Batch, *, keeps_values: bool) -> None:
+        self.batch, self.keeps_values = batch, keeps_values
+        self.ids, self.labels = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+        self.rows: dict[str, list[NDArray[Any]]] = {}
 
-    def take(first: int, own: CellRows) -> None:
-        which = among(own.types, own.status, own.values["jens"], batch.poor, purpose)
-        ids.append(np.flatnonzero(which) + first)
-        labels.append(own.labels[which] if own.labels is not None else ids[-1])
-        measured: dict[str, NDArray[Any]] = {**own.values, "status": own.status}
+    def take(self, first: int, own: CellRows) -> None:
+        """Those among the cells from ``first`` on."""
+        purpose = "fem" if self.batch.purpose is None else self.batch.purpose.of_mesh
+        which = among(own.types, own.status, own.values["jens"], self.batch.poor, purpose)
+        self.ids.append(np.flatnonzero(which) + first)
+        self.labels.append(own.labels[which] if own.labels is not None else self.ids[-1])
+        measured: dict[str, NDArray[Any]] = {**own.values, "status": own.status} if self.keeps_values else {}
         for name, values in measured.items():
-            rows.setdefault(name, []).append(values[which])
-        if values_of_points is not None:
-            values_of_points.take(first, own)
+            self.rows.setdefault(name, []).append(values[which])
 
-    asked = replace(ask, keeps_rows=True, keeps_points=not as_list)
-    with contextlib.ExitStack() as stack:
-        values_of_points = None
-        if not as_list:
-            values_of_points = stack.enter_context(ValuesOnDisk(bad, listed.n_cells, listed.n_points))
-        done = batch.in_slices(path, asked, take)
-        if done is None:
-            return None
-        job, cells = done[0], np.concatenate(ids)
-        if as_list:
-            has_labels = job.facts.cell_labels != "none"
-            write_numbers(bad, cells, np.concatenate(labels) if has_labels else None)
+    def write(self, bad: Path, job: Job, values_of_points: ValuesOnDisk | None) -> str:
+        """Write them, and return a line on that; of a mesh with the values of its points."""
+        from ..slices.some_cells import gathered, some_cells
+        from ..slices.some_cells import measured as measured_again
+
+        cells, facts = np.concatenate(self.ids), job.facts
+        if bad.suffix.lower() == ".csv":
+            quality, points = measured_again(job, cells)
+            ids = facts.regions.ids_of_cells(cells, quality.mesh.cell_data)
+            write_table(bad, Listed(quality, ids, facts.regions.names, cells, points), cells)
+        elif is_list(bad):
+            write_numbers(bad, cells, np.concatenate(self.labels) if facts.cell_labels != "none" else None)
         elif len(cells):
             assert values_of_points is not None
-            with batch.progress(f"writing {bad}"):
-                mesh, points = some_cells(job.pieces, job.facts, cells, job.purpose)
+            with self.batch.progress(f"writing {bad}"):
+                mesh, points = some_cells(job.pieces, facts, cells, job.purpose)
                 of_points = {name: gathered([one], [0], points) for name, one in values_of_points.points().items()}
-                of_cells = {name: np.concatenate(parts) for name, parts in rows.items()}
+                of_cells = {name: np.concatenate(parts) for name, parts in self.rows.items()}
                 job.pieces.check_unchanged()
-            batch.write(
+            self.batch.write(
                 bad,
                 mesh.replace(cell_data={**mesh.cell_data, **of_cells}, point_data={**mesh.point_data, **of_points}),
             )
-    return done, [_line(bad, len(cells), is_written=as_list or len(cells) > 0)]
+        return line(bad, len(cells), is_written=is_list(bad) or len(cells) > 0)
 
 
-def _line(path: Path, n: int, *, is_written: bool, where: str = "") -> str:
-    return f"{path}: {number_of(n, 'bad cell', 'bad cells')}{where if is_written else ': no mesh is written'}"
+def line(path: Path, n: int, *, is_written: bool, where: str = "") -> str:
+    """What became of an output; that nothing was written is a note, also where nothing else is said."""
+    if not is_written:
+        terminal.warn("note", f"{path}: there are no bad cells: nothing is written")
+        return ""
+    return f"{path}: {number_of(n, 'bad cell', 'bad cells')}{where}"
 
 
 def _note(path: Path, lost: Sequence[str]) -> None:

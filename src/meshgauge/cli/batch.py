@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from ..quality.one_cell import OneCell
     from ..report.record import StepOf
     from ..report.states import StateReader
-    from ..report.values_on_disk import ValuesOnDisk
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
     from .groups.report import Contents
@@ -97,6 +96,11 @@ class Batch:
         return terminal.activity(text, shown=not self.quiet)
 
     @property
+    def step(self) -> StepChoice:
+        """The time step that is read. Raises `ReadError` if it is none."""
+        return _choice(self.reading.step)
+
+    @property
     def _dimension(self) -> Literal[2, 3] | None:
         return self.reading.dimension.value_or_none
 
@@ -143,7 +147,7 @@ class Batch:
         states = steps(path, file_format=self.reading.file_format, limits=self._limits)
         if len(states) < 2:
             return []
-        own = states[position(states, _choice(self.reading.step), Path(path))]
+        own = states[position(states, self.step, Path(path))]
         return [str(one) for one in states if one.geometry == own.geometry and one is not own]
 
     def read(self, path: str) -> Mesh:
@@ -153,7 +157,7 @@ class Batch:
                 _files(path),
                 file_format=self.reading.file_format,
                 wedge_order=self.wedge_order.value,
-                step=path.step if isinstance(path, inputs.State) else _choice(self.reading.step),
+                step=path.step if isinstance(path, inputs.State) else self.step,
                 displacement=self.reading.displacement,
                 limits=self._limits,
             )
@@ -264,7 +268,7 @@ class Batch:
                 threads=self.threads,
                 executor=pool,
                 file_format=self.reading.file_format,
-                step=_choice(self.reading.step),
+                step=self.step,
                 wedge_order=self.wedge_order.value,
                 progress=progress,
             )
@@ -303,7 +307,7 @@ class Batch:
 
     def pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""
-        step = path.step if isinstance(path, inputs.State) else _choice(self.reading.step)
+        step = path.step if isinstance(path, inputs.State) else self.step
         try:
             return pieces_as_one(_files(path), file_format=self.reading.file_format, step=step)
         except ReadError:
@@ -357,31 +361,9 @@ class Batch:
                 overwrite=overwrite,
                 file_format=self.reading.file_format,
                 limits=self._limits,
-                step=_choice(self.reading.step),
+                step=self.step,
                 wedge_order=self.wedge_order.value,
             )
-
-    def adds_rows(self, path: str, target: Path) -> bool:
-        """Whether values can be added to a mesh slice by slice, so that the output comes of it."""
-        from ..io.adding import takes_rows
-
-        return not isinstance(path, inputs.State | inputs.Joined) and takes_rows(
-            path, target, file_format=self.reading.file_format
-        )
-
-    def add_rows(self, listed: Pieces, target: Path, values: ValuesOnDisk, *, overwrite: bool) -> None:
-        """`add` of a mesh that is not in memory. Raises `CannotAdd` and `WriteError`."""
-        from ..io.adding import add_to_pieces
-
-        add_to_pieces(
-            listed,
-            target,
-            cells=values.cells(),
-            points=values.points(),
-            overwrite=overwrite,
-            file_format=self.reading.file_format,
-            step=_choice(self.reading.step),
-        )
 
     def write_set(self, mesh: Mesh, target: Path, cells: NDArray[np.int64], name: str) -> tuple[str, ...]:
         """Write a mesh, as it was read, with a set of its cells, see `io.sets`."""
@@ -389,7 +371,7 @@ class Batch:
 
         return write_set(
             mesh, target, cells, name, file_format=self.reading.file_format, limits=self._limits,
-            step=_choice(self.reading.step), wedge_order=self.wedge_order.value, displacement=self.reading.displacement,
+            step=self.step, wedge_order=self.wedge_order.value, displacement=self.reading.displacement,
         )  # fmt: skip
 
     def patch(self, mesh: Mesh, target: Path, changes: Changes = "points") -> Patch | None:
@@ -401,7 +383,7 @@ class Batch:
             target,
             file_format=self.reading.file_format,
             limits=self._limits,
-            step=_choice(self.reading.step),
+            step=self.step,
             changes=changes,
         )
 

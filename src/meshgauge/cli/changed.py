@@ -25,7 +25,6 @@ from .batch import Batch
 
 if TYPE_CHECKING:
     from ..quality.measure import Quality
-    from ..slices import Ask, Job, Partial
 
 Reals = NDArray[np.float64]
 
@@ -49,6 +48,8 @@ class ChangedMesh:
         Where the old bytes are kept; None: nowhere.
     changes
         What does, as for `of`.
+    notes
+        Sentences on how it will be written, each with the file in front; said when it is.
     """
 
     batch: Batch
@@ -58,6 +59,7 @@ class ChangedMesh:
     patch: Patch | None
     undo: Path | None
     changes: Changes | Literal["cells"]
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -89,7 +91,7 @@ class ChangedMesh:
             If it cannot.
         """
         source = Path(before.path or "")
-        patch = None
+        patch, notes = None, list[str]()
         if not convert and changes != "cells":
             patch = batch.patch(before, target, changes)
             patch = None if patch is None else replace(patch, all_times=all_times)
@@ -111,7 +113,7 @@ class ChangedMesh:
                 lost = beside(same.name, source)
                 note = f"{same.title} {why}: the mesh is written {how}, without what the file holds beside it"
                 note += f": {lost}" if lost else ""
-                terminal.warn("note", f"{target}: {note}")
+                notes.append(f"{target}: {note}")
             if undo is not None and source.is_dir():
                 raise MeshgaugeError(f"{undo}: no undo of a folder that is converted: keep the folder")
         elif changes == "points" and patch.is_fixed.any():
@@ -128,14 +130,14 @@ class ChangedMesh:
         if patch is not None and changes == "points" and (same_points := batch.steps_with_the_same_points(str(source))):
             have = "has" if len(same_points) == 1 else "have"
             named = enumeration(same_points) if len(same_points) < MANY else f"{len(same_points)} other steps"
-            terminal.warn("note", f"{source}: {named} {have} the same points, which move there, too")
+            notes.append(f"{source}: {named} {have} the same points, which move there, too")
         if patch is not None and patch.left_out:
             are = "is" if len(patch.left_out) == 1 else "are"
             note = f"{', '.join(patch.left_out)} {are} of the mesh as it was, and not copied"
-            terminal.warn("note", f"{target}: {note}")
+            notes.append(f"{target}: {note}")
         if in_place and undo is None:
             undo = _beside(target)
-        return cls(batch, before, target, in_place, patch, undo, changes)
+        return cls(batch, before, target, in_place, patch, undo, changes, tuple(notes))
 
     @property
     def is_fixed(self) -> NDArray[np.bool_] | None:
@@ -155,6 +157,8 @@ class ChangedMesh:
         """Write the changed mesh; in place nothing, if it is the one that was read."""
         if self.in_place and mesh is self.before:
             return
+        for note in self.notes:  # not before: what else is refused is refused without them
+            terminal.warn("note", note)
         if self.patch is not None:
             with self.batch.progress(f"patching {self.target}"):
                 self.patch.write(mesh, overwrite=self.in_place, undo_file=self.undo)
@@ -188,26 +192,6 @@ def write_report(batch: Batch, quality: Quality, target: Path, *, in_place: bool
         how = "the mesh is written anew, without what the file holds beside it"
         terminal.warn("note", f"{target}: nothing is added to a file that {reason}: {how}")
     batch.write(target, quality.with_data(), overwrite=in_place)
-
-
-def add_in_slices(batch: Batch, path: str, ask: Ask, target: Path, *, in_place: bool) -> tuple[Job, Partial] | None:
-    """Measure a mesh slice by slice and add the values to its file, see `Batch.in_slices`; None if that cannot be."""
-    from ..report.values_on_disk import ValuesOnDisk
-
-    listed = batch.pieces(path)
-    if listed is None:
-        return None
-    with ValuesOnDisk(target, listed.n_cells, listed.n_points) as values:
-        done = batch.in_slices(path, replace(ask, keeps_rows=True, keeps_points=True), values.take)
-        if done is None:
-            return None
-        try:
-            with batch.progress(f"writing {target}"):
-                batch.add_rows(done[0].pieces, target, values, overwrite=in_place)
-        except CannotAdd as reason:
-            terminal.warn("note", f"{target}: is read whole: nothing is added in slices to a file that {reason}")
-            return None
-    return done
 
 
 _GIVE = "give -o OUT in a format that can be written, such as .vtu: a conversion"

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ..report.html import HtmlWriter
     from ..report.states import StateJob, StateReader
     from ..slices import Job, Partial
-    from ..slices.partial import CellRows
 
 
 def report(
@@ -98,14 +97,12 @@ def report(
     from ..quality.metrics import LIMITS
     from ..report import FileReport
     from ..report.csv import CsvWriter
-    from ..report.diagnosis import why_not_drawn
-    from ..report.html.in_slices import ShownCounter
     from ..report.one_cell import OneCellText, dumps
     from ..slices import Ask
     from . import slices
     from .bad import write as write_bad
-    from .bad import write_in_slices as write_bad_in_slices
     from .batch import Batch
+    from .large_report import Outputs
     from .printer import printer
     from .terminal import Output, emit
 
@@ -135,52 +132,36 @@ def report(
     paths = batch.states(paths)
     several = len(paths) > 1
 
-    def add_rows(path: str, first: int, rows: CellRows) -> None:
-        assert table is not None  # else no rows are kept
-        table.add(path, rows.types, rows.status, rows.values, rows.labels, first=first)
-
     def examine(path: str) -> FileReport:
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         memory = batch.allowed_memory
-        not_drawn = why_not_drawn(listed, memory) if page is not None and (listed := batch.pieces(path)) else ""
-        whole = ""
+        counter, not_drawn = MarkCounter() if contents.diagnosis else None, ""
+        if page is not None and (listed := batch.pieces(path)) is not None:
+            from ..report.diagnosis import why_not_drawn
+            from ..report.html.in_slices import ShownCounter
+
+            not_drawn = why_not_drawn(listed, memory)
+            counter = counter if not_drawn else ShownCounter(n_worst=n_worst)
         if purpose == "fv":
             whole = "what finite volumes ask depends on the cells beside"
         elif not_drawn and not slices.takes_more(listed, memory):
-            whole = f"there is memory to draw it, which slices do not where {not_drawn}"
-        elif bad_set is not None or (bad is not None and bad.suffix.lower() == ".csv"):
-            whole = f"{bad_set or bad} asks for more than slices tell of bad cells"
-        elif sum(one is not None for one in (target, table, bad)) > 1:
-            whole = "of -o, --csv and --bad one at a time is written slice by slice"
-        elif target is not None and not batch.adds_rows(path, target):
-            whole = "values are added slice by slice where VTKHDF and VTU keep their format"
-        counter = MarkCounter() if contents.diagnosis else None
-        if page is not None:
-            counter = ShownCounter(n_worst=n_worst)
+            whole = f"there is memory to draw it, which slices do not: {not_drawn}"
+        else:
+            whole = outputs.why_whole(batch, path)
         ask = Ask(
             metrics,
             n_worst,
             by_region=by_region or page is not None,
             companions=True,
-            keeps_rows=table is not None,
             counter=counter,
             whole=whole,
         )
         if whole:
-            done = batch.in_slices(path, ask)  # says why, if the mesh is large
-        elif bad is not None:
-            known = write_bad_in_slices(batch, path, ask, bad)
-            done, lines = (None, []) if known is None else known
-            about_bad.extend(lines)
-        elif target is None:
-            done = batch.in_slices(path, ask, partial(add_rows, path))
-        else:
-            from .changed import add_in_slices
-
-            done = add_in_slices(batch, path, ask, target, in_place=in_place)
-        if done is not None:
+            batch.in_slices(path, ask)  # says why, if the mesh is large
+        elif (done := outputs.measured(batch, path, ask)) is not None:
+            about_bad.extend(done[2])
             with batch.progress(f"diagnosing {path}"):
-                one = _large(page, *done, path=path, with_diagnosis=contents.diagnosis, memory=memory)
+                one = _large(page, *done[:2], path=path, with_diagnosis=contents.diagnosis, memory=memory)
             return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
         quality = batch.with_faces(path, batch.measure(path, metrics))
         with batch.progress(f"summarising {path}"):
@@ -221,6 +202,7 @@ def report(
         _page(html, len(paths), bins) as page,
         batch.in_processes(paths if at_once else (), job_of) as in_processes,
     ):
+        outputs = Outputs(table=table, target=target, in_place=in_place, bad=bad, bad_set=bad_set)
         batch.on_failure = page.fail if page is not None else None
         for path, one in batch.each(paths, in_processes or examine):
             if isinstance(path, inputs.State):
@@ -229,8 +211,8 @@ def report(
             if not printing.file(one) and table is None and page is None:
                 break  # nobody reads any more, and there is no file to complete
     printing.end(reports, batch.failures)
-    if about_bad and not (quiet or as_json):
-        emit("\n".join(about_bad))
+    if any(about_bad) and not (quiet or as_json):
+        emit("\n".join(filter(None, about_bad)))
     return batch.exit_code
 
 

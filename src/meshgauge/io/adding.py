@@ -145,7 +145,7 @@ def add_to_pieces(
             back = pieces(staged, file_format=chosen.name, step=step)
         except ReadError as error:
             raise WriteError(f"{target}: what was added does not read back as it was to be: {error}") from error
-        wrong = _difference(listed, back, cells, points)
+        wrong = difference(listed, back, cells, points)
         if wrong:
             raise WriteError(f"{target}: what was added does not read back as it was to be: {wrong} differ")
 
@@ -154,8 +154,10 @@ _AT_ONCE = 1 << 18
 """Rows that are compared at a time."""
 
 
-def _difference(listed: Pieces, back: Pieces | None, cells: Mapping[str, Rows], points: Mapping[str, Rows]) -> str:
-    """The name of an array that is not read back; empty if all are."""
+def difference(
+    listed: Pieces, back: Pieces | None, cells: Mapping[str, Rows] = {}, points: Mapping[str, Rows] = {}
+) -> str:
+    """The name of an array that is not read back, of a mesh or of those added; empty if all are."""
     if back is None or len(back.pieces) != len(listed.pieces):
         return "pieces"
     for number, (old, new) in enumerate(zip(listed.pieces, back.pieces, strict=True)):

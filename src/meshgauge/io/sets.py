@@ -12,15 +12,17 @@ from ..errors import ReadError, WriteError
 from ..files.output import STANDARD_OUTPUT, replacing
 from ..mesh import Mesh
 from . import registry
+from .adding import difference
 from .formats import table
-from .patching import format_if_same
+from .patching import format_if_same, same_format
 from .plumbing import files, verify
 from .plumbing.added import CannotAdd
 from .plumbing.cell_set import CellSet
 from .plumbing.isolate import Limits
+from .plumbing.pieces import Pieces
 from .plumbing.steps import StepChoice
 from .plumbing.writing import with_regions
-from .reading import read
+from .reading import pieces, read
 
 StrPath = str | os.PathLike[str]
 
@@ -100,6 +102,57 @@ def write_set(
         except (ReadError, WriteError) as error:
             raise WriteError(f"{target}: does not read back as it was to be: {error}") from error
     return lost
+
+
+def takes_set(source: StrPath, target: StrPath, *, file_format: str | None = None) -> bool:
+    """Whether an output is a copy of a file to which a set of cells is added, without the mesh in memory."""
+    source = Path(source)
+    if not source.is_file() or files.is_packed(source):
+        return False
+    chosen = same_format(source, Path(target), file_format=file_format)
+    return chosen is not None and chosen.add_set is not None
+
+
+def add_set_to_pieces(
+    listed: Pieces,
+    target: StrPath,
+    cells: NDArray[np.int64],
+    name: str,
+    *,
+    file_format: str | None = None,
+    step: StepChoice = None,
+) -> None:
+    """`write_set` of a mesh that is read in pieces: a copy of its file, see `takes_set`.
+
+    Parameters
+    ----------
+    listed
+        The mesh, as `meshgauge.io.pieces` tells it.
+    target, cells, name, file_format, step
+        As for `write_set`.
+
+    Raises
+    ------
+    WriteError
+        If the file cannot take the set or be written, or does not read back as it should.
+    """
+    source, target = Path(listed.path), Path(target)
+    chosen = same_format(source, target, file_format=file_format)
+    assert chosen is not None  # see `takes_set`
+    assert chosen.add_set is not None
+    if {os.path.realpath(known[0]) for known in listed.stamps} - {os.path.realpath(source)}:
+        raise WriteError(f"{target}: no set is added to a file that is spread over several")
+    with replacing(target) as staged:
+        try:
+            chosen.add_set(source, staged, CellSet(name, cells))
+            listed.check_unchanged()
+            wrong = difference(listed, pieces(staged, file_format=chosen.name, step=step))
+        except CannotAdd as reason:
+            raise WriteError(f"{target}: no set is added to a file that {reason}") from None
+        except ReadError as error:
+            raise WriteError(f"{target}: with the set it does not read back as it was to be: {error}") from error
+        if wrong:
+            raise WriteError(f"{target}: with the set it does not read back as it was to be: {wrong} differ")
 
 
 def check_extension(target: Path) -> None:

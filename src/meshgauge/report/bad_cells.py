@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -77,7 +78,8 @@ def write_list(path: Path, quality: Quality) -> int:
     """
     cells = np.flatnonzero(is_bad(quality))
     if path.suffix.lower() == ".csv":
-        output.write_text(path, _table(quality, cells))
+        ids, names = regions(quality.mesh)
+        write_table(path, Listed(quality, ids, names), cells)
     else:
         labels = labels_of(quality.mesh, "cell")
         write_numbers(path, cells, None if labels is None else labels[cells])
@@ -99,27 +101,55 @@ def write_numbers(path: Path, cells: Numbers, labels: Numbers | None) -> None:
     output.write_text(path, _LISTS[kind](np.asarray(numbers, np.int64), path.stem))
 
 
-def _table(quality: Quality, cells: Numbers) -> str:
-    """A row a cell: its names, what it is, its worst node, its centre and its region."""
+@dataclass(frozen=True, eq=False)
+class Listed:
+    """Cells that are listed in a table.
+
+    Attributes
+    ----------
+    quality
+        Of cells of a mesh, those that are listed among them.
+    regions, names
+        The region of each of these, and the names of all.
+    cells, points
+        Ids in the mesh of these cells, ascending, and of their points; None: it is of all.
+    """
+
+    quality: Quality
+    regions: Numbers
+    names: tuple[str, ...]
+    cells: Numbers | None = None
+    points: Numbers | None = None
+
+
+def write_table(path: Path, listed: Listed, chosen: Numbers) -> None:
+    """Write a row a cell, by ids in the mesh: its names, what it is, its worst node, its centre and its region.
+
+    Raises `WriteError` if the file cannot be written.
+    """
+    quality, names = listed.quality, listed.names
     mesh = quality.mesh
-    ids, names = regions(mesh)
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)
     labels = labels_of(mesh, "cell")
-    for cell in cells.tolist():
-        status = Status(int(quality.status[cell]))
-        node = quality.worst_node(cell) if STATUSES[status].is_measured else None
+    places = chosen if listed.cells is None else np.searchsorted(listed.cells, chosen)
+    for cell, at in zip(chosen.tolist(), places.tolist(), strict=True):
+        status = Status(int(quality.status[at]))
+        node = quality.worst_node(at) if STATUSES[status].is_measured else None
         with np.errstate(invalid="ignore", over="ignore"):
-            centre = mesh.points[mesh.nodes(cell)].mean(axis=0, dtype=np.float64)
-        label = None if labels is None or labels[cell] < 0 else int(labels[cell])
-        worst = (None,) * 6 if node is None else (node.node, node.point, node.point_label, *node.coordinates)
-        name = names[ids[cell]] if len(names) > 1 else ""
+            centre = mesh.points[mesh.nodes(at)].mean(axis=0, dtype=np.float64)
+        label = None if labels is None or labels[at] < 0 else int(labels[at])
+        worst: tuple[float | None, ...] = (None,) * 6
+        if node is not None:
+            point = node.point if listed.points is None else int(listed.points[node.point])
+            worst = (node.node, point, node.point_label, *node.coordinates)
+        name = names[listed.regions[at]] if len(names) > 1 else ""
         region = f"'{name}" if name.startswith(FORMULA) else name
-        value = float(quality.values[cell])
-        row = (cell, label, type_name(mesh.types[cell]), STATUSES[status].name, value, *worst, *centre.tolist(), region)
+        value = float(quality.values[at])
+        row = (cell, label, type_name(mesh.types[at]), STATUSES[status].name, value, *worst, *centre.tolist(), region)
         writer.writerow("" if one is None or one != one else one for one in row)
-    return stream.getvalue()
+    output.write_text(path, stream.getvalue())
 
 
 COLUMNS = (

@@ -61,6 +61,17 @@ class CsvWriter:
             raise WriteError(f"{self.path}: {error.strerror or error}") from error
         return self
 
+    def mark(self) -> int:
+        """What `back_to` takes to be here again."""
+        self._stream.flush()
+        return self._stream.tell()
+
+    def back_to(self, mark: int) -> None:
+        """Drop the rows since a mark."""
+        self._stream.flush()
+        self._stream.seek(mark)
+        self._stream.truncate()
+
     def add(
         self,
         file: str,

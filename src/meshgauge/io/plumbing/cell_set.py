@@ -23,12 +23,12 @@ class CellSet:
     cells
         ``(n,)`` positions, ascending, one at least.
     mesh
-        Of the cells: as it was read from the file that is copied, or what is to be written.
+        Of the cells, where it is written with the set; None: a file is copied, of which it is known.
     """
 
     name: str
     cells: NDArray[np.int64]
-    mesh: Mesh
+    mesh: Mesh | None = None
 
 
 SetAdder = Callable[[Path, Path, CellSet], None]

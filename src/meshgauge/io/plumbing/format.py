@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...mesh import Mesh
 from .added import Adder, RowsAdder
 from .cell_set import SetAdder, SetWriter
+from .mesh_rows import RowsWriter
 from .patch import Places
 from .patch_faces import Faces
 from .patch_nodes import Nodes
@@ -118,6 +119,8 @@ class Format:
         Adds arrays of cells and points to a copy of a file; None if the format has no place for them.
     add_rows
         The same with arrays that are not in memory; None if they have to be.
+    write_rows
+        Writes a mesh whose arrays are not in memory; None if they have to be.
     add_set
         Adds a named set of cells to a copy of a file; None where that is not done.
     write_set
@@ -157,6 +160,7 @@ class Format:
     nodes: NodesFinder | None = None
     add: Adder | None = None
     add_rows: RowsAdder | None = None
+    write_rows: RowsWriter | None = None
     add_set: SetAdder | None = None
     write_set: SetWriter | None = None
     included: IncludedNames | None = None

@@ -102,3 +102,6 @@ _ROWS = (
 
 BY_ID: dict[int, GmshType] = {row.gmsh_id: row for row in _ROWS}
 BY_CELL: dict[tuple[str, int], GmshType] = {(row.name, row.n_nodes): row for row in _ROWS if not row.corners_only}
+
+NO_GROUP = "no physical"
+"""A physical group of the cells that are in none, for programs that take groups of all cells or of no cells."""

@@ -25,7 +25,7 @@ from ...plumbing import budget
 from ...plumbing.ids import Index, drop_counts
 from ...plumbing.meshio import MAX_SETS
 from . import older
-from .cells import GmshType
+from .cells import NO_GROUP, GmshType
 from .cursor import Cursor, Run, end_mark, kind_of, n_alike
 
 _DIMENSIONS = ("point", "curve", "surface", "volume")
@@ -39,6 +39,7 @@ class _Content:
     points: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3)))
     runs: list[Run] = field(default_factory=list)
     names: dict[str, NDArray[Any]] = field(default_factory=dict)
+    none: set[tuple[int, int]] = field(default_factory=set)
     groups: dict[tuple[int, int], list[int]] = field(default_factory=dict)
     node_data: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]] = field(default_factory=dict)
     element_data: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]] = field(default_factory=dict)
@@ -161,9 +162,14 @@ def _section(cursor: Cursor, section: str, content: _Content) -> None:
             if match is None:
                 raise cursor.fail('a physical name is not of the form: dimension tag "name"')
             dimension = -1 if match[1] is None else int(match[1])  # version 2.0 states none
-            content.names[match[3]] = np.array([int(match[2]), dimension])
+            if match[3] == NO_GROUP:
+                content.none.add((dimension, int(match[2])))
+            else:
+                content.names[match[3]] = np.array([int(match[2]), dimension])
     elif section == "Entities" and new:
-        content.groups.update(_entities_binary(cursor) if cursor.is_binary else _entities_text(cursor))
+        groups = _entities_binary(cursor) if cursor.is_binary else _entities_text(cursor)
+        for (dimension, entity), tags in groups.items():
+            content.groups[dimension, entity] = [tag for tag in tags if (dimension, tag) not in content.none]
     elif section == "NOD" or (section == "ParametricNodes" and not new):
         content.node_tags, content.points = older.parametric_nodes(cursor, section)
     elif section == "ELM":

@@ -1,6 +1,7 @@
 """Writing Gmsh's .msh, version 2.2: the version that most programs read.
 
-Binary where nodes count from 1, else text: meshio reads binary nodes of no other numbers.
+Binary where nodes count from 1, else text: meshio reads binary nodes of no other numbers. With data of cells of several
+types it is version 4.1, of which meshio knows which cells they belong to.
 """
 
 from __future__ import annotations
@@ -34,6 +35,10 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """
     if max(mesh.n_points, mesh.n_cells) >= _LARGEST:
         raise WriteError(f"{path}: version 2.2 of Gmsh's format numbers at most {_LARGEST} nodes and elements")
+    if _is_of_several(mesh) and any(name != LABEL and not is_tag(name, one) for name, one in mesh.cell_data.items()):
+        from .write_set import write_version_4  # which stands on this module
+
+        return write_version_4(path, mesh)
     lost: list[str] = []
     groups = groups_of(mesh)
     points = writing.numbers(mesh.point_data, mesh.n_points, _LARGEST)
@@ -57,6 +62,11 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
             if not (is_tag(name, values) or (name == LABEL and np.array_equal(values, cells))):
                 write_view(file, "ElementData", name, values, cells, lost, as_text)
     return tuple(lost)
+
+
+def _is_of_several(mesh: Mesh) -> bool:
+    """Whether cells are of several types."""
+    return mesh.n_cells > 0 and bool((mesh.types != mesh.types[0]).any() or (np.diff(np.diff(mesh.offsets)) != 0).any())
 
 
 def is_tag(name: str, values: NDArray[np.generic]) -> bool:
@@ -97,6 +107,8 @@ def groups_of(mesh: Mesh) -> _Groups:
     if len(set(own)) != len(names):
         tag = itertools.count(1)
         own = [0 if name in _NONE else next(tag) for name in names]
+    elif 0 in own:  # which means none here
+        own[own.index(0)] = max(own) + 1
     dimension = np.array([CELL_TYPES[t].dimension if t in CELL_TYPES else 0 for t in range(256)])[mesh.types]
     pairs = np.unique(np.stack([dimension, ids]), axis=1).T.tolist()
     made: dict[tuple[int, int], str] = {}

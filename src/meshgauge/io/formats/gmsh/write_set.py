@@ -1,7 +1,8 @@
-"""Writing Gmsh's .msh, version 4.1, with a set of cells as a physical group beside those they are in.
+"""Writing Gmsh's .msh, version 4.1, also with a set of cells as a physical group beside those they are in.
 
 In version 2.2 an element has one physical group. In 4.1 it has all of its entity: cells of the set get entities of
-their own, with the groups of the old one and then the set, so that who asks for one group is given the old one.
+their own, with the groups of the old one and then the set, so that who asks for one group is given the old one. Where
+some cells are in groups, others are in one that says that they are in none: meshio takes groups of all, or of no cells.
 """
 
 from __future__ import annotations
@@ -14,29 +15,46 @@ from numpy.typing import NDArray
 
 from ....cells import CELL_TYPES, type_name
 from ....errors import WriteError
+from ....mesh import Mesh
 from ....mesh.labels import LABEL
 from ...plumbing import writing
 from ...plumbing.cell_set import CellSet
 from . import write as whole
-from .cells import BY_CELL
+from .cells import BY_CELL, NO_GROUP
 
 _LARGEST = 2**31 - 1
 
 
 def write_set(path: Path, chosen: CellSet) -> tuple[str, ...]:
     """Write a mesh with a set; sentences that say what the format could not hold."""
-    mesh = writing.plain(chosen.mesh)
+    assert chosen.mesh is not None  # no file is copied
+    return write_version_4(path, chosen.mesh, chosen)
+
+
+def write_version_4(path: Path, mesh: Mesh, chosen: CellSet | None = None) -> tuple[str, ...]:
+    """Write a mesh, with a set if there is one; as `write_set`."""
+    mesh = writing.plain(mesh)
     lost: list[str] = []
     groups = whole.groups_of(mesh)
     dimensions = np.array([CELL_TYPES[t].dimension if t in CELL_TYPES else 0 for t in range(256)])[mesh.types]
     is_chosen = np.zeros(mesh.n_cells, np.int64)
-    is_chosen[chosen.cells] = 1
-    known = [tag for _, tag in groups.names] + [int(v[0]) for v in mesh.field_data.values() if v.shape == (2,)]
+    cells_of_set = np.empty(0, np.int64) if chosen is None else chosen.cells
+    is_chosen[cells_of_set] = 1
+    known = [tag for _, tag in groups.names] + [
+        int(v[0]) for v in mesh.field_data.values() if v.shape == (2,) and v.dtype.kind in "iu"
+    ]
     tag = max([int(groups.tags.max(initial=0)), *known, 0]) + 1
-    names = {(int(d), tag): chosen.name for d in np.unique(dimensions[chosen.cells])}
+    names: dict[tuple[int, int], str] = {}
+    if chosen is not None:
+        names = {(int(d), tag): chosen.name for d in np.unique(dimensions[cells_of_set])}
+    tags = groups.tags.astype(np.int64)
+    if len(cells_of_set) or tags.any():
+        is_none = (tags == 0) & (is_chosen == 0)
+        names |= {(int(d), tag + 1): NO_GROUP for d in np.unique(dimensions[is_none])}
+        tags[is_none] = tag + 1
     given = mesh.cell_data.get(whole.TAGS[1], np.zeros(mesh.n_cells, np.int64))
     entities = given.astype(np.int64) if whole.is_tag(whole.TAGS[1], given) else np.zeros(mesh.n_cells, np.int64)
-    keys = np.stack([dimensions, entities, groups.tags.astype(np.int64), is_chosen], axis=1)
+    keys = np.stack([dimensions, entities, tags, is_chosen], axis=1)
     rows, entity = np.unique(keys, axis=0, return_inverse=True)
     entity = entity.ravel()
     numbers = _numbers(rows)

@@ -29,6 +29,7 @@ from ...plumbing.messages import is_out_of_memory
 from ...plumbing.patch import Places
 from ...plumbing.pieces import ArrayRows, Piece, Pieces, ReadWhole, Rows, hdf_rows
 from ...plumbing.steps import Step, number_steps
+from .hdf_writing_rows import write_rows
 from .places import NONE, places_of_rows
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -323,7 +324,7 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
         ):
             group = root.create_group(name, track_order=True)
             for key, values in data.items():
-                _write_array(group, key, values, lost)
+                write_array(group, key, values, lost)
     return tuple(lost)
 
 
@@ -455,7 +456,7 @@ def _pieces(dataset: Any) -> Iterator[NDArray[Any]]:
     )
 
 
-def _write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -> None:
+def write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) -> None:
     import h5py
 
     what = {"PointData": "point", "CellData": "cell", "FieldData": "field"}[group.name.rsplit("/", 1)[-1]]
@@ -483,4 +484,5 @@ VTKHDF = Format(
     "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk, pieces=pieces,
     step_places=places, add=add, add_rows=add_rows,
+    write_rows=write_rows,
 )  # fmt: skip

@@ -14,7 +14,7 @@ from .vtu_layout import NOT_WHOLE, Layout, Piece
 from .vtu_layout import Array as LayoutArray
 from .vtu_raw import DTYPES
 
-_NAMES = {kind: name for name, kind in DTYPES.items()}
+NAMES = {kind: name for name, kind in DTYPES.items()}
 
 
 def add(old: Path, new: Path, added: Added) -> None:
@@ -83,7 +83,7 @@ def _same_extent(
 
 def is_alone(layout: Layout, array: LayoutArray, kind: np.dtype[Any]) -> bool:
     """Whether what is appended of an array is of such numbers, and of no other array or time step."""
-    is_alike = array.attributes.get("type") == _NAMES[kind.str[1:]] and array.width == 1
+    is_alike = array.attributes.get("type") == NAMES[kind.str[1:]] and array.width == 1
     is_shared = _offsets(layout).count(int(array.attributes["offset"])) > 1
     return is_alike and "TimeStep" not in array.attributes and not is_shared
 
@@ -101,7 +101,7 @@ def line_start(data: bytes, tag: int) -> int:
 
 def element(name: str, kind: np.dtype[Any], encoded: bytes, offset: int) -> bytes:
     """A DataArray, appended unless the offset is -1."""
-    head = f'        <DataArray type="{_NAMES[kind.str[1:]]}" Name="{html.escape(name)}"'
+    head = f'        <DataArray type="{NAMES[kind.str[1:]]}" Name="{html.escape(name)}"'
     if offset >= 0:
         return f'{head} format="appended" offset="{offset}"/>\n'.encode()
     return f'{head} format="binary">\n          '.encode() + encoded + b"\n        </DataArray>\n"

@@ -19,7 +19,7 @@ from ...plumbing.patch import Places
 from ...plumbing.pieces import Pieces
 from ...plumbing.steps import Step, number_steps
 from ...plumbing.xml_names import names_in_xml
-from . import parallel, vtu_adding, vtu_adding_rows, vtu_places, vtu_raw
+from . import parallel, vtu_adding, vtu_adding_rows, vtu_places, vtu_raw, vtu_writing_rows
 
 _READERS = {
     "UnstructuredGrid": "vtkXMLUnstructuredGridReader",
@@ -169,6 +169,7 @@ VTU = Format(
     "vtu", "VTK XML", (".vtu",), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     scan=vtu_raw.scan, steps=steps, read_step=vtu_raw.read, foreign_step=read, pieces=vtu_raw.pieces,
     step_places=vtu_places.places, add=vtu_adding.add, add_rows=vtu_adding_rows.add_rows,
+    write_rows=vtu_writing_rows.write_rows,
 )  # fmt: skip
 VTK_XML = Format(
     "vtk-xml",
