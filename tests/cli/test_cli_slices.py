@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import re
 import sys
@@ -328,3 +329,27 @@ def test_a_wrong_scheduler_is_refused_whatever_the_size(text: str, tmp_path: Pat
     io.write(tmp_path / "a.vtu", Mesh.from_arrays(np.eye(4, 3), {"tetra": [(3, 0, 1, 2)]}))
     assert main(["report", str(tmp_path / "a.vtu"), f"--scheduler={text}"]) == 2
     assert "--scheduler is" in capsys.readouterr().err
+
+
+def test_a_large_file_that_slices_do_not_read_says_why(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("meshgauge.cli.batch.LARGE", 0)
+    monkeypatch.setattr("meshgauge.cli.batch.SAID", 1000)
+    mesh, written = io.read("examples/meshes/bracket.vtu"), dict[str, list[str]]()
+    for name in ("a.msh", "a.vtu", "a.vtkhdf"):
+        io.write(tmp_path / name, mesh)
+    (tmp_path / "b.vtu.gz").write_bytes(gzip.compress((tmp_path / "a.vtu").read_bytes()))
+    encoded = (tmp_path / "a.vtu").read_bytes().replace(b"vtkZLibDataCompressor", b"vtkLZ4DataCompressor")
+    (tmp_path / "c.vtu").write_bytes(encoded)
+    for name in ("a.msh", "a.vtu", "a.vtkhdf", "b.vtu.gz", "c.vtu"):
+        main(["report", str(tmp_path / name), "--no-diagnosis"])
+        written[name] = [line for line in capsys.readouterr().err.splitlines() if "is read whole" in line]
+        written[name] = [line.split(": ", 4)[-1] for line in written[name]]
+    assert written == {
+        "a.msh": ["files of Gmsh are not read in slices"],
+        "a.vtu": [],
+        "a.vtkhdf": [],
+        "b.vtu.gz": ["it is packed by gzip"],
+        "c.vtu": ["its arrays are packed, encoded or arranged in a way that is not read in slices"],
+    }

@@ -39,6 +39,9 @@ T = TypeVar("T")
 LARGE = 4_000_000
 """Bytes of a file from which its cells are likely too many to be measured without Numba."""
 
+SAID = 100_000_000
+"""Bytes of a file from which on it is said why it is not read in slices."""
+
 REFERRING = (".pvtu", ".pvd", ".series", ".vtkhdf", ".hdf")
 """Extensions of files that may be small although the mesh is large: its arrays stand in others."""
 
@@ -199,6 +202,8 @@ class Batch:
         if self.reading.displacement is not None or is_small:
             return None
         listed = self.pieces(path)
+        if listed is None:
+            self._say_why_whole(path)
         if listed is None or not (is_large(listed, memory) or self.scheduler is not None):
             return None
         from ..report.stream import job_of
@@ -312,6 +317,17 @@ class Batch:
             return pieces_as_one(_files(path), file_format=self.reading.file_format, step=step)
         except ReadError:
             return None
+
+    def _say_why_whole(self, path: str) -> None:
+        """A note on a large file that is not read in slices."""
+        if self.quiet or _size(path) < SAID:
+            return
+        with contextlib.suppress(ReadError):  # reading it says what is wrong
+            from ..io.reading import why_whole
+
+            reasons = (why_whole(one, file_format=self.reading.file_format, step=self.step) for one in _files(path))
+            reason = next(filter(None, reasons), "its files do not go together in slices")
+            terminal.warn("note", f"{path}: is read whole: {reason}")
 
     def with_faces(self, path: str, quality: Quality) -> Quality:
         """The same with what finite volumes ask of faces, if that is what the mesh is for."""

@@ -66,6 +66,7 @@ class Outputs:
             ))  # fmt: skip
         listed = batch.pieces(path)
         if listed is None:
+            batch.in_slices(path, ask)  # says why, if the file is large
             return None
         as_mesh = self.bad if self.bad is not None and not is_list(self.bad) else None
         with contextlib.ExitStack() as stack:

@@ -14,7 +14,7 @@ from .plumbing import files
 from .plumbing.format import Format
 from .plumbing.ghosts import note_ghosts
 from .plumbing.isolate import Limits
-from .plumbing.pieces import Pieces, stamp
+from .plumbing.pieces import Pieces, ReadWhole, stamp
 from .plumbing.steps import Step, StepChoice, displace
 from .plumbing.wedge_order import check_order, normalise
 from .registry import format_named
@@ -128,6 +128,20 @@ def pieces(path: StrPath, *, file_format: str | None = None, step: StepChoice = 
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         listed = registry.pieces(chosen, plain, step)
     return None if listed is None else replace(listed, stamps=tuple(stamp(file) for file in used))
+
+
+def why_whole(path: StrPath, *, file_format: str | None = None, step: StepChoice = None) -> str:
+    """Why a file is not read in slices, a clause; empty if it is. Parameters and errors as of `pieces`."""
+    given = Path(path)
+    if os.path.isdir(given):
+        return "folders are not read in slices"
+    if files.is_packed(given):
+        return "it is packed by gzip"
+    try:
+        registry.listed(format_of(given, file_format), given, step)
+    except ReadWhole as reason:
+        return str(reason)
+    return ""
 
 
 def steps(path: StrPath, *, file_format: str | None = None, limits: Limits | None = None) -> tuple[Step, ...]:

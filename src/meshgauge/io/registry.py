@@ -131,21 +131,28 @@ def _own(chosen: Format, path: Path, choice: StepChoice = None) -> Mesh | None:
 
 def pieces(chosen: Format, path: Path, choice: StepChoice = None) -> Pieces | None:
     """Where the arrays of a file, or of one of its time steps, stand; None if it has to be read whole."""
+    with contextlib.suppress(ReadWhole):
+        return listed(chosen, path, choice)
+    return None
+
+
+def listed(chosen: Format, path: Path, choice: StepChoice = None) -> Pieces:
+    """`pieces`; raises `ReadWhole` with the reason if it has to be read whole."""
     lister = chosen.pieces
     if lister is None:
-        return None
-    with budget.of(path), contextlib.suppress(ReadWhole):
+        raise ReadWhole(f"files of {chosen.title} are not read in slices")
+    with budget.of(path):
         states = (_call_reader(chosen, path, chosen.steps) or ()) if chosen.steps is not None else ()
         at = position(states, choice, path)
-        listed = _call_reader(chosen, path, lambda path: lister(path, at))
-        if listed is not None:
-            check_alike(listed.pieces)
-            return replace(
-                listed,
-                notes=(*listed.notes, *note(states, at, choice)),
-                has_both_wedge_orders=chosen.has_both_wedge_orders,
-            )
-    return None
+        found = _call_reader(chosen, path, lambda path: lister(path, at))
+        if found is None:
+            raise ReadWhole("its arrays are packed, encoded or arranged in a way that is not read in slices")
+        check_alike(found.pieces)
+        return replace(
+            found,
+            notes=(*found.notes, *note(states, at, choice)),
+            has_both_wedge_orders=chosen.has_both_wedge_orders,
+        )
 
 
 def n_bytes(mesh: Mesh) -> int:
