@@ -301,10 +301,17 @@ def test_a_baseline_is_that_of_the_whole(large: Path, sliced: list[int], tmp_pat
     assert made.read_bytes() == whole.read_bytes()
 
 
-def test_rules_about_neighbours_are_checked_on_the_whole(large: Path, sliced: list[int], capsys: Captured) -> None:
-    assert main(["check", str(large), "--fail", "nothing hanging", *LITTLE[:2]]) == 0
-    assert "is read whole: 'nothing hanging' depends on the cells beside" in capsys.readouterr().err
+def test_rules_about_neighbours_take_memory(
+    large: Path, sliced: list[int], capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = ["check", str(large), "--fail", "nothing hanging"]
+    assert main([*asked, *LITTLE[:2]]) == 0
+    assert "is read whole: 'nothing hanging' depends on the cells beside, and that takes" in capsys.readouterr().err
     assert not sliced
+    monkeypatch.setattr(batch, "DIAGNOSED", 0)
+    monkeypatch.setattr(batch.Batch, "read", None)  # nothing is read whole
+    assert main(asked) == 0
+    assert sliced
 
 
 def test_a_small_file_that_names_large_ones(large: Path, sliced: list[int], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,6 +14,7 @@ from meshgauge import Mesh, io
 from meshgauge.check import baseline, default_rules, metrics_of, rule
 from meshgauge.check import check as judge
 from meshgauge.check.stream import check_slices, question
+from meshgauge.check.words import WORDS
 from meshgauge.io.plumbing.pieces import ReadWhole
 from meshgauge.kernels import path as kernels_path
 from meshgauge.report import FileReport
@@ -120,11 +121,58 @@ def test_no_worse_than_a_stored_report(tmp_path: Path, better: str) -> None:
     assert assert_same(path, (f"no worse than '{stored}'",)) == {"fail"}
 
 
+def hung(copies: int = 30) -> Mesh:
+    """Pairs of cubes of which one is cut in eight, so that five points hang in the other; some cells are reversed."""
+    i = np.arange(27).reshape(3, 3, 3)
+    fine = [i[:-1, :-1, :-1], i[1:, :-1, :-1], i[1:, 1:, :-1], i[:-1, 1:, :-1]]
+    fine += [i[:-1, :-1, 1:], i[1:, :-1, 1:], i[1:, 1:, 1:], i[:-1, 1:, 1:]]
+    points = np.stack(np.meshgrid(*[np.arange(3.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    points = np.vstack([points, [(4, 0, 0), (4, 2, 0), (4, 0, 2), (4, 2, 2)]])
+    coarse = [18, 27, 28, 24, 20, 29, 30, 26]
+    cells = np.vstack([np.stack(fine, -1).reshape(-1, 8), [coarse]])
+    every = np.concatenate([cells + len(points) * copy for copy in range(copies)])
+    every[::37] = every[::37][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    places = np.concatenate([points + np.array([0, 5 * copy, 0]) for copy in range(copies)])
+    places[5] += (0.9, 0.4, 0.0)
+    order = np.random.default_rng(5).permutation(len(every))
+    return Mesh.from_arrays(
+        places,
+        [("hexahedron", every[order])],
+        cell_data={"material": order % 3, "GlobalElementId": order + 50},
+        point_data={"GlobalNodeId": np.arange(len(places))[::-1] + 9},
+    )
+
+
+@pytest.mark.parametrize("listed", [0, 4])
+def test_what_depends_on_the_cells_beside(tmp_path: Path, listed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("meshgauge.check.stream.AT_ONCE", 5)
+    path = tmp_path / "a.vtkhdf"
+    io.write(path, hung())
+    rules = ("nothing misoriented", "nothing hanging", "nothing hanging @ 40 for elements 60-200", "jens >= 0.2")
+    regions = ("nothing misoriented @ 2 in 'material 1'", "nothing hanging for cells 3-90, 100000")
+    assert assert_same(path, (*rules, *regions), listed=listed) == {"fail", "pass", "unchecked"}
+    quality = meshgauge.measure(io.read(path))
+    assert [int(WORDS[name].mask(quality).sum()) for name in ("misoriented", "hanging")] == [8, 30]
+
+
+@pytest.mark.parametrize("text", ["nothing misoriented", "nothing hanging"])
+def test_where_points_coincide_the_whole_is_read(tmp_path: Path, text: str) -> None:
+    path, mesh = tmp_path / "a.vtkhdf", hung(3)
+    io.write(path, mesh.replace(points=np.vstack([mesh.points[1:], mesh.points[-1:]])))
+    pieces = io.pieces(path)
+    assert pieces is not None
+    job = job_of(pieces, question([text], listed=5))
+    with pytest.raises(ReadWhole, match="coincide, which decides on the cells beside"):
+        check_slices(job, measure_pieces(job), path=str(path))
+
+
 @pytest.mark.parametrize("text", ["nothing misoriented", "nothing hanging"])
 def test_what_depends_on_neighbours_is_read_whole(tmp_path: Path, text: str) -> None:
     path = tmp_path / "a.vtkhdf"
-    io.write(path, garden())
+    io.write(path, boxes())
     pieces = io.pieces(path)
     assert pieces is not None
     with pytest.raises(ReadWhole, match="depends on the cells beside"):
-        job_of(pieces, question([text], listed=5))
+        measure_pieces(job_of(pieces, question([text], listed=5)))
+    little = question([text], listed=5, pieces=pieces, memory=1 << 20)
+    assert "depends on the cells beside, and that takes" in little.whole

@@ -87,6 +87,8 @@ class Place:
         The partition of the whole, and the region of each of these cells.
     labels
         The file's numbers of these cells, if it numbers cells.
+    cells
+        Their ids where they do not follow one another; None: they do.
     """
 
     first: int
@@ -94,6 +96,11 @@ class Place:
     region_ids: NDArray[np.int64]
     region_names: tuple[str, ...]
     labels: NDArray[np.int64] | None
+    cells: NDArray[np.int64] | None = None
+
+    def ids(self, n: int) -> NDArray[np.int64]:
+        """``(n,)`` of these cells."""
+        return np.arange(n) + self.first if self.cells is None else self.cells
 
 
 class Counting:
@@ -133,10 +140,13 @@ class Counting:
         mesh = self.quality.mesh
         if numbers.noun == "element":
             return labels_of(mesh, "cell") if self.place is None else self.place.labels
-        return np.arange(mesh.n_cells) + (0 if self.place is None else self.place.first)
+        return np.arange(mesh.n_cells) if self.place is None else self.place.ids(mesh.n_cells)
 
-    def count(self, rule: Rule) -> Count:
-        """What a rule comes to. Cells are listed where it is broken; in a part of a mesh, where it may be."""
+    def count(self, rule: Rule, means: Mask | None = None) -> Count:
+        """What a rule comes to. Cells are listed where it is broken; in a part of a mesh, where it may be.
+
+        ``means``: the cells that its word means, where the cells beside have told.
+        """
         if isinstance(rule, NoWorse):
             return Count() if self.place is None else self._by_type()
         scope = rule.scope
@@ -146,7 +156,7 @@ class Counting:
             hits = tuple(bool(np.any((own >= first) & (own <= last))) for first, last in scope.numbers.ranges)
         cells = self.cells_of(scope)
         if isinstance(rule, Nothing):
-            fails, name, reasons = rule.word.mask(self.quality), JENS, {}
+            fails, name, reasons = rule.word.mask(self.quality) if means is None else means, JENS, {}
         else:
             name = rule.metric
             if name != JENS:
@@ -230,7 +240,7 @@ class Counting:
         labels = None if place is None else place.labels
         label = cell_label(mesh, cell) if place is None else None if labels is None else _number(int(labels[cell]))
         return FailingCell(
-            cell=cell + (0 if place is None else place.first),
+            cell=cell if place is None else int(place.ids(mesh.n_cells)[cell]),
             type=type_name(int(mesh.types[cell])),
             status=STATUSES[Status(int(quality.status[cell]))].name,
             metric=name,

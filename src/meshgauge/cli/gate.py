@@ -15,7 +15,8 @@ from ..check.output.statistics import StatisticsText
 from ..check.output.text import CheckLine, ChecksText, CheckText
 from ..check.settings import CheckSettings, SettingsError, settings_of
 from ..check.sources import Rules, baselines_of, meshes_of
-from ..check.stream import check_slices, question
+from ..check.stream import asks_beside, check_slices, question
+from ..io.plumbing.pieces import ReadWhole
 from ..look import style
 from ..look.bands import USUAL
 from ..report.over_time import trends_of
@@ -125,10 +126,22 @@ class Gate:
         def examine(path: str, name: str | None = None) -> Check:
             rules = rules_of(getattr(path, "file", path) if name is None else name)
             purpose = None if batch.purpose is None else batch.purpose.of_mesh
-            ask = question(rules, listed=self.worst, purpose=purpose, poor_below=batch.poor)
-            done = batch.in_slices(path, ask)
+            memory = batch.allowed_memory
+            asked = question(
+                rules,
+                listed=self.worst,
+                purpose=purpose,
+                poor_below=batch.poor,
+                pieces=batch.pieces(path) if any(map(asks_beside, rules or ())) else None,
+                memory=memory,
+            )
+            done = batch.in_slices(path, asked)
             if done is not None:
-                return check_slices(*done, path=path, baselines=stored)
+                try:
+                    with batch.progress(f"checking {path}"):
+                        return check_slices(*done, path=path, baselines=stored, memory=memory)
+                except ReadWhole as reason:
+                    terminal.warn("note", f"{path}: is read whole: {reason}")
             quality = batch.measure(path, metrics_of(rules or ()))
             if rules is None:
                 quality = batch.with_faces(path, quality)

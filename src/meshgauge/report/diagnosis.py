@@ -28,6 +28,7 @@ from ..slices.some_cells import gathered
 from ..status import Purpose
 
 if TYPE_CHECKING:
+    from ..doctor.hanging import Hanging
     from ..doctor.streamed.few import Few
 
 Ids = NDArray[np.int64]
@@ -94,6 +95,34 @@ def boundary_cells(job: Job, partial: Partial, memory: int | None) -> Few:
     assert isinstance(partial.counted, Marks)
     source = _source(job, partial.counted)
     return few_of(source, source.marks, room=_room(job, memory))
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """Ids, ascending, of the cells that `doctor.misoriented` and `doctor.hanging` mean."""
+
+    misoriented: Ids
+    hanging: Ids
+
+
+def cells_beside(job: Job, marks: Marks, memory: int | None) -> Beside:
+    """What `doctor.misoriented` and `doctor.hanging` say of the whole, which has no polyhedra.
+
+    Raises `ReadWhole` where points or cells coincide: then the diagnosis knows of more neighbours than these do.
+    """
+    from ..doctor.streamed.diagnose import diagnosis_of
+
+    none = np.empty(0, np.int64)
+    if job.facts.view.dimension == 2:
+        return Beside(none, none)
+    found: list[Hanging] = []
+    source = _source(job, marks)
+    made = diagnosis_of(source, source.marks, room=_room(job, memory), on_hanging=found.append)
+    for name in ("duplicate_points", "duplicate_cells", "interfaces"):
+        if made.finding(name) is not None:
+            raise ReadWhole("some of its points or cells coincide, which decides on the cells beside")
+    reversed_cells = none if made.orientation is None else made.orientation.reversed_cells
+    return Beside(reversed_cells, found[0].cells)
 
 
 def _source(job: Job, marks: Marks) -> _Source:

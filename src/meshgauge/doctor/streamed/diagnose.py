@@ -55,6 +55,7 @@ def diagnosis_of(
     tolerance: float = points.TOLERANCE,
     room: int = ROOM,
     on_few: Callable[[Few], object] | None = None,
+    on_hanging: Callable[[Hanging], object] | None = None,
 ) -> Diagnosis:
     """Look for what is wrong with a mesh beside the shapes of its cells, see `doctor.diagnosis`.
 
@@ -72,6 +73,8 @@ def diagnosis_of(
         Bytes that the faces which wait for their mates may take.
     on_few
         Is given the cells that were looked at exactly, all with a face at the boundary among them; not of surfaces.
+    on_hanging
+        Is given what hangs, with ids of the mesh; not of surfaces.
     """
     if source.dimension == 2:
         return diagnosis_of_surfaces(source, marks, tolerance=tolerance, room=room)
@@ -89,6 +92,8 @@ def diagnosis_of(
         diagnosis = concluded.diagnosis(inward)
     if on_few is not None:
         on_few(concluded.few)
+    if on_hanging is not None:
+        on_hanging(concluded.hanging())
     return diagnosis
 
 
@@ -154,7 +159,7 @@ class _Conclusion:
         oriented = self._orientation(representative if len(doubles) else None)
         give_back()
         three = few.cells[faces.of_three_cells(few.faces)].tolist()
-        split, hangs = faces.split_quadrilaterals(few.faces), self._hanging()
+        split, hangs = faces.split_quadrilaterals(few.faces), self.hanging()
         give_back()
         conforms = not (few.faces.n_multiple or len(split) or len(hangs.points))
         repeated = np.zeros(source.n_cells, np.bool_)
@@ -210,7 +215,8 @@ class _Conclusion:
         exact = (crowd.points[at] == crowd.points[crowd.representative[at]]).all(axis=1)
         return representative, crowd.ids[at], crowd.ids[by_design], int(exact.sum())
 
-    def _hanging(self) -> Hanging:
+    def hanging(self) -> Hanging:
+        """See `doctor.hanging`, with ids of the mesh."""
         few = self.few
         hangs = hanging_of(
             few.faces,
