@@ -89,6 +89,7 @@ LAZY = {
     "mesh/mesh.py",
     "plot/__init__.py",
     "quality/measure.py",
+    "slices/__init__.py",
 }
 """Files that find what they name by its name: packages and formats that load on use, methods that lead up a floor."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import tomllib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MeshgaugeError, OptionError
-from ..files import output, sources
+from ..files import sources
 from ..look.bands import USUAL, PoorBelow
 from ..look.names import meant_or_known
 from ..quality.poor import checked
@@ -155,6 +154,8 @@ def _poor_below(path: Path, prefix: str, own: dict[str, Any]) -> PoorBelow:
 
 
 def _table(path: Path) -> dict[str, Any] | None:
+    import tomllib
+
     try:
         document = tomllib.loads(sources.contents(path, most=LARGEST).decode("utf-8"))
     except OSError as error:
@@ -224,6 +225,8 @@ def create(folder: Path, fail: Iterable[str], warn: Iterable[str]) -> Path:
         if one.is_file() and _table(one) is not None:
             raise SettingsError(f"{one}: holds settings already")
     lines = ["\n".join(f'    "{rule}",' for rule in rules) for rules in (fail, warn)]
+    from ..files import output
+
     output.write_text(path, TEMPLATE.format(fail=lines[0], warn=lines[1]))
     return path
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
-from ..io import Limits, pieces_as_one, read_as_one, steps, write
+from ..io import Limits, pieces_as_one, read_as_one, steps
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice, position
 from ..look.bands import PoorBelow
@@ -189,6 +189,11 @@ class Batch:
                 mesh, metrics=metrics, threads=self.threads, keep_bricks=self.keep_bricks, poor_below=self.poor
             )
 
+    def is_small(self, path: str) -> bool:
+        """Whether a mesh is read whole without a look at what its file holds."""
+        is_alone = not any(file.lower().endswith(REFERRING) for file in _files(path))
+        return self.reading.displacement is not None or (is_alone and _size(path) < LARGE and self.scheduler is None)
+
     def in_slices(
         self, path: str, ask: Ask, on_rows: Callable[[int, CellRows], object] | None = None
     ) -> tuple[Job, Partial] | None:
@@ -197,9 +202,7 @@ class Batch:
         Raises `ReadError` and `MetricError`.
         """
         memory = self.allowed_memory
-        is_alone = not any(file.lower().endswith(REFERRING) for file in _files(path))
-        is_small = is_alone and _size(path) < LARGE and self.scheduler is None
-        if self.reading.displacement is not None or is_small:
+        if self.is_small(path):
             return None
         listed = self.pieces(path)
         if listed is None:
@@ -357,6 +360,8 @@ class Batch:
     ) -> None:
         """Write a mesh, as `meshgauge.write`; what the format cannot hold is a note on standard error."""
         with self.progress(f"writing {target}"):
+            from ..io import write
+
             for lost in write(target, mesh, overwrite=overwrite, before_replacing=before_replacing):
                 terminal.warn("note", f"{target}: {lost}")
 

@@ -99,8 +99,6 @@ def check_targets(
     WriteError
         If it is not so.
     """
-    from ..files import output  # what it needs takes a while to load, which `--help` does not wait for
-
     taken: list[tuple[Path, str]] = [(Path(path), "is an input; it is not overwritten") for path in inputs]
     for targets, is_text in ((texts, True), (files, False)):
         for target in targets:
@@ -110,6 +108,8 @@ def check_targets(
                 if _is_same(target, path):
                     raise WriteError(f"{target}: {reason}")
             taken.append((target, "is given for two outputs"))
+            from ..files import output
+
             output.check(target, text=is_text)
 
 

@@ -11,10 +11,6 @@ from rich.text import Text
 from ..errors import FailedFile
 from ..look.style import LEVELS, printable, quality
 from ..report import FileReport
-from ..report.json import dumps
-from ..report.over_time import trends
-from ..report.over_time_text import TrendText
-from ..report.several import SeveralText
 from ..report.text import FileText
 from ..report.verdict import verdict
 from .terminal import Output, emit
@@ -53,6 +49,8 @@ class TextPrinter:
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
         if self.several and len(reports) > 1:
+            from ..report.several import SeveralText
+
             self.output.show(SeveralText(reports, failures))
 
 
@@ -74,6 +72,9 @@ class StepsPrinter(QuietPrinter):
     """A line for each time step; then the worst over time, and how each file goes."""
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
+        from ..report.over_time import trends
+        from ..report.over_time_text import TrendText
+
         measured = [one for one in reports if one.summary.all.n_measured]
         if len(measured) > 1:
             worst = min(measured, key=lambda one: (-one.summary.all.n_invalid, one.summary.all.min))
@@ -97,4 +98,6 @@ class JsonPrinter:
         return True
 
     def end(self, reports: Sequence[FileReport], failures: Sequence[FailedFile]) -> None:
+        from ..report.json import dumps
+
         emit(dumps(reports, failures, bins=self.bins))

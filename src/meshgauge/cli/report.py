@@ -15,6 +15,7 @@ from .options import WRITING, option
 
 if TYPE_CHECKING:
     from ..report import FileReport
+    from ..report.csv import CsvWriter
     from ..report.html import HtmlWriter
     from ..report.states import StateJob, StateReader
     from ..slices import Job, Partial
@@ -92,17 +93,10 @@ def report(
         raise OptionError("--cell reports one cell of one mesh, as text or JSON")
 
     # From here on NumPy and the readers are needed, which `--help` does not wait for.
-    from ..doctor.streamed import MarkCounter
     from ..mesh.labels import labels_of
     from ..quality.metrics import LIMITS
     from ..report import FileReport
-    from ..report.csv import CsvWriter
-    from ..report.one_cell import OneCellText, dumps
-    from ..slices import Ask
-    from . import slices
-    from .bad import write as write_bad
     from .batch import Batch
-    from .large_report import Outputs
     from .printer import printer
     from .terminal import Output, emit
 
@@ -125,6 +119,8 @@ def report(
                 emit(f"{apart.partial}: {text} of {path}")
         return batch.exit_code
     if contents.cell is not None:
+        from ..report.one_cell import OneCellText, dumps
+
         wanted = contents.cell
         for path, cell in batch.each(paths, lambda path: batch.cell(path, wanted, metrics)):
             emit(dumps(path, cell)) if as_json else Output().show(OneCellText(path, cell))
@@ -132,9 +128,16 @@ def report(
     paths = batch.states(paths)
     several = len(paths) > 1
 
-    def examine(path: str) -> FileReport:
+    def in_slices(path: str) -> FileReport | None:
+        """On a large mesh; None if it has to be read whole."""
+        from ..doctor.streamed import MarkCounter
+        from ..slices import Ask
+        from . import slices
+        from .large_report import Outputs
+
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         memory = batch.allowed_memory
+        outputs = Outputs(table=table, target=target, in_place=in_place, bad=bad, bad_set=bad_set)
         counter, not_drawn = MarkCounter() if contents.diagnosis else None, ""
         if page is not None and (listed := batch.pieces(path)) is not None:
             from ..report.diagnosis import why_not_drawn
@@ -158,11 +161,19 @@ def report(
         )
         if whole:
             batch.in_slices(path, ask)  # says why, if the mesh is large
-        elif (done := outputs.measured(batch, path, ask)) is not None:
-            about_bad.extend(done[2])
-            with batch.progress(f"diagnosing {path}"):
-                one = _large(page, *done[:2], path=path, with_diagnosis=contents.diagnosis, memory=memory)
-            return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
+            return None
+        done = outputs.measured(batch, path, ask)
+        if done is None:
+            return None
+        about_bad.extend(done[2])
+        with batch.progress(f"diagnosing {path}"):
+            one = _large(page, *done[:2], path=path, with_diagnosis=contents.diagnosis, memory=memory)
+        return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
+
+    def examine(path: str) -> FileReport:
+        if not batch.is_small(path) and (large := in_slices(path)) is not None:
+            return large
+        n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         quality = batch.with_faces(path, batch.measure(path, metrics))
         with batch.progress(f"summarising {path}"):
             one = FileReport.of(
@@ -181,7 +192,9 @@ def report(
 
             write_report(batch, quality, target, in_place=in_place)
         if has_bad:
-            about_bad.extend(write_bad(batch, quality, bad, bad_set))
+            from .bad import write
+
+            about_bad.extend(write(batch, quality, bad, bad_set))
         if page is not None:
             with batch.progress(f"drawing {path}"):
                 page.add(quality, replace(one, step=path.of_file) if isinstance(path, inputs.State) else one)
@@ -198,11 +211,10 @@ def report(
     reports: list[FileReport] = []
     about_bad: list[str] = []
     with (
-        CsvWriter(csv, (*metrics, *of_faces), with_file=several) if csv else contextlib.nullcontext() as table,
+        _table(csv, (*metrics, *of_faces), with_file=several) as table,
         _page(html, len(paths), bins) as page,
         batch.in_processes(paths if at_once else (), job_of) as in_processes,
     ):
-        outputs = Outputs(table=table, target=target, in_place=in_place, bad=bad, bad_set=bad_set)
         batch.on_failure = page.fail if page is not None else None
         for path, one in batch.each(paths, in_processes or examine):
             if isinstance(path, inputs.State):
@@ -230,6 +242,16 @@ def _large(
     if page is not None:
         page.add_without_model(one)
     return one
+
+
+def _table(
+    path: Path | None, metrics: tuple[str, ...], *, with_file: bool
+) -> contextlib.AbstractContextManager[CsvWriter | None]:
+    if path is None:
+        return contextlib.nullcontext()
+    from ..report.csv import CsvWriter
+
+    return CsvWriter(path, metrics, with_file=with_file)
 
 
 def _page(path: Path | None, n_files: int, bins: int) -> contextlib.AbstractContextManager[HtmlWriter | None]:

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 from ..errors import OptionError
 from ..files.resources import free_memory, keep_freed
 from ..look.style import number, number_of
-from ..slices import Progress
 from .terminal import activity
 
 if TYPE_CHECKING:
     from ..io.plumbing.pieces import Pieces
+    from ..slices import Progress
 
 WHOLE = 3.0
 """Times the bytes of its arrays that a mesh takes where it is read and measured whole."""

@@ -15,7 +15,7 @@ from ..errors import FailedFile
 from ..look import style
 from ..look.names import cell_entry, point_entry
 from ..quality.summary import CRITERIA, Tally
-from ..report.tables import new_table
+from ..report.tables import NumbersTable, new_table
 from ..report.text import fits, quality_text, spark
 from . import Against, Comparison, Loss, PairCounts, PairedCells, Row, sentences
 from .comparison import ALL
@@ -121,7 +121,7 @@ def _distributions(
 
 def _table(
     letters: Sequence[str], groups: Sequence[_Group], title: str, keys: Sequence[str], width: int, ascii_only: bool
-) -> Table:
+) -> NumbersTable:
     """A line for each mesh, group by group; with distributions if they have a width."""
     half = width // 2 - 1
     axis = [f"-1{' ' * (half - 1)}0{' ' * half}1"] if width else []
@@ -220,7 +220,7 @@ def _change(change: float) -> Text:
     return Text(f"{change:+.3f}" if abs(change) >= 5e-4 else "0", "dim" if abs(change) < 5e-4 else "")
 
 
-def _losses(losses: Sequence[Loss], digits: int) -> Table:
+def _losses(losses: Sequence[Loss], digits: int) -> NumbersTable:
     table = new_table("cell", "type", "before", "after", "status", "node", "point", "x", "y", "z")
     for column in (1, 4):
         table.columns[column].justify = "left"

@@ -21,7 +21,7 @@ from ..mesh.polyhedra import points_of_faces
 from ..mesh.topology import OPPOSITE, Topology, face_table, topology
 from ..quality.measure import Quality, measure
 from ..surface_cells import IS_SURFACE
-from . import cells, faces, findings, points, shells, surfaces
+from . import cells, faces, findings, points, surfaces
 from .findings import Finding
 from .hanging import hanging
 from .inward import inward
@@ -244,6 +244,8 @@ def _of_surfaces(
     doubles = points.duplicates(representative, is_used if is_ghost is None else _points_in_use(mesh, ~is_ghost))
     names = findings.NamesOf(mesh)
     twice = cells.duplicates(mesh, hashes)
+    from . import shells
+
     edges = shells.edges_of(mesh, twice)
     turned = shells.orientation(edges, quality)
     sizes = _part_sizes(mesh, IS_SURFACE)

@@ -11,7 +11,6 @@ from ..cells import POLYHEDRON
 from ..look.records import brief
 from ..mesh import Mesh
 from ..mesh.polyhedra import ragged_positions
-from ..quality.polyhedra import inward_faces
 
 Ids = NDArray[np.int64]
 
@@ -42,6 +41,8 @@ class InwardEntries:
         poly = mesh.polyhedra
         if poly is None:
             return NONE
+        from ..quality.polyhedra import inward_faces
+
         entries = inward_faces(mesh.points, poly, np.flatnonzero(mesh.types == POLYHEDRON.vtk_id))
         own = poly.cell_faces[entries].astype(np.int64)
         numbers = own if poly.labels is None else poly.labels[own].astype(np.int64)

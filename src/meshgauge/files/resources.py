@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import errno
 import os
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..errors import ResourceError, WriteError
+
+if TYPE_CHECKING:
+    import ctypes
 
 _FULL = re.compile(r"no space left on device|disk full|out of disk space|disk quota exceeded", re.IGNORECASE)
 _NO_SPACE = "no space left on"
@@ -68,10 +71,16 @@ _LARGE, _KEPT = 32 << 20, 256 << 20
 """Bytes from which on an array is given back when it is freed (the most that can be asked for); that may be kept."""
 
 
+def _c_library() -> ctypes.CDLL:
+    import ctypes  # which small meshes do not wait for
+
+    return ctypes.CDLL(None)
+
+
 def give_back() -> None:
     """Let the C library return memory to the system that was freed in pieces: some tens of megabytes a thread."""
     with contextlib.suppress(OSError, AttributeError):  # glibc only
-        ctypes.CDLL(None).malloc_trim(0)
+        _c_library().malloc_trim(0)
 
 
 def keep_freed() -> None:
@@ -81,7 +90,7 @@ def keep_freed() -> None:
     the time. Larger arrays still go back at once. One pool for all threads: what one frees is of use to the others.
     """
     with contextlib.suppress(OSError, AttributeError):  # glibc only
-        tune = ctypes.CDLL(None).mallopt
+        tune = _c_library().mallopt
         for option, value in ((_MMAP_THRESHOLD, _LARGE), (_TRIM_THRESHOLD, _KEPT), (_ARENA_MAX, 1)):
             tune(option, value)
 

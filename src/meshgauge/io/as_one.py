@@ -13,7 +13,6 @@ from ..look.names import of_files
 from ..mesh import Mesh
 from .plumbing.ghosts import note_ghosts
 from .plumbing.isolate import Limits
-from .plumbing.merge import join_pieces, starts
 from .plumbing.pieces import Pieces, ReadWhole, check_alike, join_listed
 from .plumbing.steps import StepChoice, displace
 from .plumbing.wedge_order import check_order, normalise
@@ -49,6 +48,8 @@ def read_as_one(
     meshes = [
         read_plainly(path, file_format=file_format, wedge_order="gmsh", step=step, limits=limits) for path in paths
     ]
+    from .plumbing.merge import join_pieces, starts
+
     mesh = join_pieces(meshes, [os.fspath(path) for path in paths], path=Path(paths[0]), names_blocks=False)
     mesh = normalise(mesh, wedge_order, has_both=_has_both(paths, file_format))
     files = dict.fromkeys(source for one in meshes for source in one.sources)
@@ -71,6 +72,8 @@ def pieces_as_one(
         if joined is None:
             return None
         check_alike(joined.pieces)
+        from .plumbing.merge import starts
+
         known = [one for one in listed if one is not None]
         return replace(
             joined,

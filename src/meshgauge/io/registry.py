@@ -21,13 +21,14 @@ from .formats import table
 from .plumbing import budget, files, isolate
 from .plumbing.format import HEAD, Format, Take
 from .plumbing.messages import is_out_of_memory, named_once, out_of_memory
-from .plumbing.patch import Places
-from .plumbing.patch_faces import Faces
-from .plumbing.patch_nodes import Nodes
 from .plumbing.pieces import Pieces, ReadWhole, check_alike
 from .plumbing.steps import Step, StepChoice, note, position
 
 if TYPE_CHECKING:
+    from .plumbing.patch import Places
+    from .plumbing.patch_faces import Faces
+    from .plumbing.patch_nodes import Nodes
+
     ALL: tuple[Format, ...]
     """Every format, in the order in which they are asked whether a file is theirs."""
     FORMATS: dict[str, Format]
@@ -232,8 +233,8 @@ def places_inside(path: Path) -> Places:
     """Where a file that another one names holds the coordinates of points. Raises `ReadError` if it is not patched."""
     with files.open_input(path, detect) as (plain, head), budget.of(plain):
         chosen = detect(plain, head)
-        found = places(chosen, plain) if plain == path else Places.joined([])
-    if not found.pieces:
+        found = places(chosen, plain) if plain == path else None
+    if found is None or not found.pieces:
         raise ReadError(f"{path}: is not patched: it is packed, or of a kind whose points are in other files")
     return found
 

@@ -18,6 +18,12 @@ from .mesh import CellIds, Mesh
 
 DEGREES = "HigherOrderDegrees"
 WEIGHTS = "RationalWeights"
+MARKED = (DEGREES, WEIGHTS)
+"""Attributes of VTK: arrays that a file marks as these are called so here, whatever their own name is."""
+
+RENUMBERED = (72, 79)
+"""Lagrange and Bézier hexahedra: two upright edges of theirs stand the other way round in older files of VTK's (.vtk
+before 5.1, .vtu before 2.1), which its readers put in order."""
 
 
 def by_nodes(mesh: Mesh, row: CellType, cells: CellIds) -> Iterator[tuple[CellType, CellIds]]:

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from .._lazy import find
 from ..cells import CELL_TYPES, IS_SOLID, CellType, cell_type, type_name
 from ..errors import MeshError
-from ..look import notebook
 from ..look.records import shorten
 from ..status import Purpose
 from ..surface_cells import IS_SURFACE, rows_of, varies
@@ -364,6 +363,8 @@ class Mesh:
 
     def _repr_html_(self) -> str:
         """The mesh in a notebook: cells by type, size, data, notes."""
+        from ..look import notebook  # with the colours of pages
+
         rows = [(name, f"{n:,}") for name, n in self.type_counts().items()]
         rows += [("points", f"{self.n_points:,}")]
         if self.n_points:

@@ -20,7 +20,6 @@ from ..surface_cells import IS_SURFACE
 from . import validity
 from .flat import mark_flat
 from .metrics import Cells, Metric, PolyhedralCells
-from .polyhedra import CHUNK
 
 Values = NDArray[np.float64]
 
@@ -64,6 +63,8 @@ def of_polyhedra(one: Metric, cells: PolyhedralCells, threads: int | None) -> Va
     if not one.in_slices:
         return one.of_polyhedra(cells)
     one.of_polyhedra(cells.part(slice(0, 1)))
+    from .polyhedra import CHUNK
+
     parts = [slice(start, start + CHUNK) for start in range(0, cells.n_cells, CHUNK)]
     return np.concatenate(run(lambda part: one.of_polyhedra(cells.part(part)), parts, threads))
 

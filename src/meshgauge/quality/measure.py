@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +17,10 @@ from ..cells import POLYHEDRON, CellType, type_name
 from ..errors import MetricError, OptionError
 from ..kernels.cells import aggregate
 from ..kernels.threads import thread_count
-from ..look import notebook, style
+from ..look import style
 from ..look.bands import PoorBelow
 from ..look.names import cell_entry, point_entry
 from ..mesh import CellIds, Mesh, connectivity
-from ..mesh.beyond import beyond
 from ..mesh.cast import frozen
 from ..mesh.ghosts import without_ghosts
 from ..mesh.high_order import row_of
@@ -30,16 +29,17 @@ from ..mesh.labels import cell_label, point_label
 from ..status import STATUSES, Purpose, Status, is_unmeasured
 from . import evaluate, poor
 from .collapsed import with_collapsed
-from .concave import mark_concave
-from .faces import FaceQuality
 from .findings import status_cells
 from .frame import frame
 from .metrics import METRICS, Metric, PolyhedralCells
 from .neighbours import with_neighbours
-from .polyhedra import PolyhedralQuality, measure_polyhedra
 from .summary import Summary, summarise
 from .validity import Certificate, certify
 from .worst import StatusCells, WorstCell, corner_values, spacing, worst_at_points, worst_first
+
+if TYPE_CHECKING:
+    from .faces import FaceQuality
+    from .polyhedra import PolyhedralQuality
 
 Values = NDArray[np.float64]
 
@@ -336,6 +336,8 @@ class Quality:
 
     def _repr_html_(self) -> str:
         """The quality in a notebook: its summary and the worst cells."""
+        from ..look import notebook  # with the colours of pages
+
         head = ("worst cells", "type", "quality", "worst at node", "point", "x", "y", "z")
         rows: list[list[notebook.Cell]] = []
         for cell in self.worst(5):
@@ -455,6 +457,9 @@ def _measure_all(
         if row is None or row.dimension == mesh.dimension:
             status[cells] = Status.UNSUPPORTED
         if row is POLYHEDRON and mesh.polyhedra is not None:
+            from ..mesh.beyond import beyond
+            from .polyhedra import measure_polyhedra
+
             faces_know = beyond_faces or partial(beyond, mesh)
             polyhedra = measure_polyhedra(
                 mesh.points, mesh.polyhedra, cells, threads=threads, stored=mesh.stored, beyond=faces_know
@@ -471,6 +476,8 @@ def _measure_all(
                     evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
     evaluate.jens(mesh, measured, n, values[JENS], status, threads)
     if mesh.purpose == "fv" and mesh.dimension == 3:
+        from .concave import mark_concave
+
         mark_concave(mesh, status, polyhedra)
     interface = is_interface(mesh)
     if interface is not None:

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..mesh.cast import frozen
 from ..status import Status, is_measured
-from .faces import FaceQuality
 from .metrics import METRICS
 
 if TYPE_CHECKING:
@@ -23,6 +22,8 @@ def with_neighbours(quality: Quality, threads: int | None) -> Quality:
     wanted = [row for row in quality.rows.values() if row.of_faces is not None]
     if not wanted or quality.mesh.dimension == 2:
         return quality
+    from .faces import FaceQuality
+
     faces = quality.faces or FaceQuality(quality.mesh, threads)
     unmeasured = ~is_measured(quality.status) | (quality.status == Status.GHOST)
     values = {row.name: np.where(unmeasured, np.nan, row.of_mesh(faces)) for row in wanted}

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from ..cells import CellType
 from ..kernels.arrays import read_only
 from ..kernels.cells import driver
-from ..kernels.certificate import prism
 from ..kernels.certificate.bounds import Bounds, Validity, bounds, validity
-from ..kernels.surfaces import driver as surfaces
 from ..kernels.threads import run, thread_count
 from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
@@ -125,6 +123,8 @@ def inside(mesh: Mesh, row: CellType, ids: NDArray[np.int64], status: Codes, *, 
     if len(ok) < len(ids):
         ids = ids[ok]
     if known is None:
+        from ..kernels.certificate import prism
+
         proved = prism.validity(np.asarray(mesh.points[ids], np.float64))
     else:
         proved = _validity(mesh, known, ids, compiled=compiled)
@@ -145,11 +145,15 @@ def _certified_as(row: CellType) -> CellType | None:
 
 def _validity(mesh: Mesh, known: CellType, ids: NDArray[np.int64], *, compiled: bool) -> Codes:
     if known.dimension == 2:
+        from ..kernels.surfaces import driver as surfaces
+
         return surfaces.validity(mesh.points, ids, known, mesh.up or 0)
     return validity(known.kind, mesh.points, ids, compiled=compiled)
 
 
 def _bounds(mesh: Mesh, known: CellType, ids: NDArray[np.int64]) -> Bounds:
     if known.dimension == 2:
+        from ..kernels.surfaces import driver as surfaces
+
         return surfaces.bounds(mesh.points, ids, known, mesh.up or 0)
     return bounds(known.kind, mesh.points, ids)

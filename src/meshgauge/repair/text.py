@@ -16,7 +16,7 @@ from ..look import style
 from ..look.names import cell_entry
 from ..quality.summary import Tally
 from ..report.json import finite
-from ..report.tables import new_table
+from ..report.tables import NumbersTable, new_table
 from ..report.text import count, fits, quality_text, spark
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def by_type(report: RepairReport, console: Console, options: ConsoleOptions) -> 
     return _by_type(rows, ascii_only=options.ascii_only, bars=False)
 
 
-def _by_type(rows: list[tuple[str, Tally, Tally]], *, ascii_only: bool, bars: bool) -> Table:
+def _by_type(rows: list[tuple[str, Tally, Tally]], *, ascii_only: bool, bars: bool) -> NumbersTable:
     names = ["", "invalid", "poor", "min", "1 %", "median", "mean", *(["-1        0         1"] if bars else [])]
     table = new_table("cells", *names)
     table.columns[1].justify = "left"

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..look import style
 from ..look.names import cell_entry
-from ..quality.faces import WorstFace
 from ..quality.metrics import HOLDS, LIMITS, METRICS
 
 if TYPE_CHECKING:
+    from ..quality.faces import WorstFace
     from ..quality.measure import Quality
 
 LISTED = 3

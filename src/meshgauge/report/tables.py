@@ -6,9 +6,11 @@ import copy
 from collections.abc import Iterator, Sequence
 
 from rich.box import Box
-from rich.console import Console, ConsoleOptions, RenderResult
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 from rich.measure import Measurement
 from rich.table import Column, Table
+from rich.text import Text
 
 
 class _Lines(Box):
@@ -27,13 +29,17 @@ class NumbersTable(Table):
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         room = options.max_width
-        if _measured(self, console, options).maximum <= room or len(self.columns) < 2:
-            yield from super().__rich_console__(console, options)
+        if self.width_in_lines(console, options) <= room or len(self.columns) < 2:
+            yield from with_widths(self).__rich_console__(console, options)
             return
         first, *others = self.columns
         for part in self._parts(first, others, console, options):
             _give_widths(part, room, console, options)
             yield from Table.__rich_console__(part, console, options)
+
+    def width_in_lines(self, console: Console, options: ConsoleOptions) -> int:
+        """The characters of a line in which nothing has to be wrapped."""
+        return _measured(with_widths(self), console, options).maximum
 
     def _parts(
         self, first: Column, others: Sequence[Column], console: Console, options: ConsoleOptions
@@ -57,7 +63,22 @@ class NumbersTable(Table):
         return part
 
 
-def new_table(first: str, *others: str) -> Table:
+def with_widths(table: Table) -> Table:
+    """The same table of words and texts with the width that each column needs, which Rich finds at great length."""
+    plain = Table.__new__(Table)
+    plain.__dict__.update(table.__dict__)
+    plain.columns = [copy.copy(column) for column in table.columns]
+    for column in plain.columns:
+        column.width = max(map(_longest_line, (column.header, *column.cells)))
+    return plain
+
+
+def _longest_line(item: RenderableType) -> int:
+    lines = (item.plain if isinstance(item, Text) else str(item)).splitlines()
+    return max(map(cell_len, lines), default=0)
+
+
+def new_table(first: str, *others: str) -> NumbersTable:
     """A table whose first column is text and whose others are numbers; what does not fit goes on below, never cut."""
     table = NumbersTable(box=LINES, header_style="dim", padding=(0, 1), pad_edge=False, collapse_padding=True)
     table.add_column(first, overflow="fold")

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
-from rich.measure import Measurement
 from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
@@ -24,7 +23,7 @@ from ..status import STATUSES, Category
 from . import beside
 from .finite_volume import FiniteVolumeMeasure, face_text, place, worst_faces
 from .record import FileReport
-from .tables import new_table
+from .tables import NumbersTable, new_table, with_widths
 from .verdict import verdict
 
 SPARK_WIDTH = 20
@@ -145,9 +144,9 @@ def _tables(
     return Group(_table(rows, title, counts), narrow, _table(rows, "beside", companions))
 
 
-def fits(item: RenderableType, console: Console, options: ConsoleOptions) -> bool:
+def fits(table: NumbersTable, console: Console, options: ConsoleOptions) -> bool:
     """True if nothing has to be wrapped to print this as wide as allowed."""
-    return Measurement.get(console, options.update_width(10_000), item).maximum <= options.max_width
+    return table.width_in_lines(console, options) <= options.max_width
 
 
 def _count_columns(with_undecided: bool, poor_below: PoorBelow) -> list[Column]:
@@ -194,7 +193,7 @@ def _value_columns(ascii_only: bool) -> list[Column]:
     ]
 
 
-def _table(rows: dict[str, Tally], title: str, columns: list[Column]) -> Table:
+def _table(rows: dict[str, Tally], title: str, columns: list[Column]) -> NumbersTable:
     table = new_table(title, *(name for name, _ in columns))
     for name, tally in rows.items():
         if name == "all" and len(rows) > 1:
@@ -248,7 +247,7 @@ def bars(report: FileReport, bins: int, options: ConsoleOptions) -> Iterator[Ren
             Text(style.percent(n, tally.n_measured) if n else "", "dim"),
             name,
         )
-    yield Padding(table, (0, 0, 0, 1), expand=False)
+    yield Padding(with_widths(table), (0, 0, 0, 1), expand=False)
     for finding in report.findings:
         if finding.status in UNLIKE_THEIR_VALUE:
             count = style.plural(finding.n_cells, f"{finding.status} cell")
@@ -314,7 +313,7 @@ def worst_cells(report: FileReport, console: Console, options: ConsoleOptions) -
     yield next(fitting, _worst(report, 6, with_node_quality=False))
 
 
-def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> Table:
+def _worst(report: FileReport, digits: int, *, with_node_quality: bool) -> NumbersTable:
     names = ["cell", "type", "quality", "node", *(["at node"] if with_node_quality else []), "point", "x", "y", "z"]
     with_region = bool(report.worst_regions)
     with_status = any(cell.status not in ("ok", "inverted") for cell in report.worst)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from ..look.bands import USUAL, PoorBelow
 from ..quality.measure import Quality
 from ..status import Purpose
-from .facts import Facts
-from .read import Slice
+
+if TYPE_CHECKING:
+    from .facts import Facts
+    from .read import Slice
 
 
 class Counter(Protocol):

@@ -11,7 +11,7 @@ from polyhedral_meshes import converted, mesh_of, octree
 import meshgauge
 from meshgauge import Mesh
 from meshgauge.cells import SHAPES
-from meshgauge.quality import evaluate
+from meshgauge.quality import polyhedra
 from meshgauge.quality.reference import Solid, antiprism, corner_cosines, corner_model, prism, solids
 
 SOLIDS = (*solids(), *(antiprism(n) for n in (3, 4, 5, 30)), *(prism(n) for n in (3, 4, 7)))
@@ -40,7 +40,7 @@ def turned(points: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_polyhedra_have_the_values_of_the_cells_that_they_are(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(evaluate, "CHUNK", 16)
+    monkeypatch.setattr(polyhedra, "CHUNK", 16)
     ideal, rng = np.array(SHAPES[name].points), np.random.default_rng(0)
     x = np.concatenate([ideal + noise * rng.standard_normal((20, *ideal.shape)) for noise in (0.05, 0.3, 1.0)])
     x[3, 1] = x[3, 0]  # an edge of no length

@@ -12,7 +12,7 @@ from rich.text import Text
 from ...errors import FailedFile
 from ...look import style
 from ...look.names import cell_entry, point_entry
-from ...report.tables import new_table
+from ...report.tables import NumbersTable, new_table
 from ...report.text import fits, quality_text
 from .. import Check, FailingCell, Outcome, State
 from ..outcome import first_step
@@ -132,7 +132,7 @@ def _cells(outcome: Outcome, console: Console, options: ConsoleOptions) -> Itera
     yield next((table for table in tables if fits(table, console, options)), tables[-1])
 
 
-def _table(cells: Sequence[FailingCell], digits: int, with_region: bool) -> Table:
+def _table(cells: Sequence[FailingCell], digits: int, with_region: bool) -> NumbersTable:
     metric = cells[0].metric
     table = new_table("cell", "type", metric, "status", "node", "point", "x", "y", "z", *["region"] * with_region)
     for column in (1, 3, 9)[: 2 + with_region]:

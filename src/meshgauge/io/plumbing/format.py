@@ -5,19 +5,33 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
 from ...mesh import Mesh
-from .added import Adder, RowsAdder
-from .cell_set import SetAdder, SetWriter
-from .mesh_rows import RowsWriter
-from .patch import Places
-from .patch_faces import Faces
-from .patch_nodes import Nodes
-from .pieces import Pieces
 from .steps import Step
+
+if TYPE_CHECKING:
+    from .added import Adder, RowsAdder
+    from .cell_set import SetAdder, SetWriter
+    from .mesh_rows import RowsWriter
+    from .patch import Places
+    from .patch_faces import Faces
+    from .patch_nodes import Nodes
+    from .pieces import Pieces
+
+    PlacesFinder = Callable[[Path], Places]
+    """Scans a file again for where it holds the coordinates of points, in the order of the mesh or by their labels."""
+
+    PieceLister = Callable[[Path, int], Pieces | None]
+    """Where the arrays of a time step stand in a file; None for a kind of file that has to be read whole."""
+
+    StepPlacesFinder = Callable[[Path, int], Places]
+    """The same of one time step, by its index from 0."""
+
+    NodesFinder = Callable[[Path], tuple[Nodes | Faces, ...]]
+    """Scans a file again for where it holds the nodes of cells, and what names faces of them by local numbers."""
 
 Reader = Callable[[Path], Mesh]
 """Reads a file. Wedges stay in the order of the file: `wedge_order.normalise` turns them afterwards."""
@@ -45,18 +59,6 @@ Reducer = Callable[[Mesh], tuple[Mesh, tuple[str, ...]]]
 
 Scanner = Callable[[Path, Take], bool]
 """Hands over every array of a file, in pieces; False if the file is of a kind that it does not know."""
-
-PlacesFinder = Callable[[Path], Places]
-"""Scans a file again for where it holds the coordinates of points, in the order of the mesh or with their labels."""
-
-PieceLister = Callable[[Path, int], Pieces | None]
-"""Where the arrays of a time step stand in a file; None for a kind of file that has to be read whole."""
-
-StepPlacesFinder = Callable[[Path, int], Places]
-"""The same of one time step, by its index from 0."""
-
-NodesFinder = Callable[[Path], tuple[Nodes | Faces, ...]]
-"""Scans a file again for where it holds the nodes of cells, and what names faces of them by local numbers."""
 
 IncludedNames = Callable[[bytes], list[tuple[int, int]]]
 """Where the bytes of a file name others that it includes: first byte of each name, and that behind its last."""

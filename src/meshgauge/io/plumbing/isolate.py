@@ -22,7 +22,6 @@ from typing import Any, BinaryIO
 from ...errors import ReadError
 from ...files import private
 from ...mesh import Mesh
-from . import handover
 from .steps import Step, StepChoice
 
 _START = "import json, sys; r = json.load(sys.stdin); sys.path[:] = r['sys_path']; " + (
@@ -98,12 +97,16 @@ def read(path: Path, format_name: str, limits: Limits | None = None, choice: Ste
         If the reader raised, crashed, ended its process, or reached a limit.
     """
     with _receive(path, {"format": format_name, "step": choice}, limits) as file:
+        from . import handover
+
         return handover.load(file, str(path))
 
 
 def steps(path: Path, format_name: str, limits: Limits | None = None) -> tuple[Step, ...]:
     """The time steps of a file by the reader of a format in a child process. Raises as `read` does."""
     with _receive(path, {"format": format_name, "lists": True}, limits) as file:
+        from . import handover
+
         return handover.load_steps(file, str(path))
 
 

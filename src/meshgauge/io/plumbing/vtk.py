@@ -19,18 +19,11 @@ from numpy.typing import NDArray
 
 from ...errors import ReadError, WriteError
 from ...mesh import Mesh
-from ...mesh.high_order import DEGREES, WEIGHTS
+from ...mesh.high_order import MARKED
 from ...mesh.labels import LABEL
 from ...mesh.polyhedra import Polyhedra
 from .ids import drop_counts, with_labels
 from .merge import Part, merge_parts
-
-RENUMBERED = (72, 79)
-"""Lagrange and Bézier hexahedra: two upright edges of theirs stand the other way round in older files (.vtk before 5.1,
-.vtu before 2.1), which VTK's readers put in order."""
-
-MARKED = (DEGREES, WEIGHTS)
-"""Attributes of VTK: arrays that a file marks as these are called so here, whatever their own name is."""
 
 _LOCK = threading.RLock()
 """VTK has one output window and one logger a process: only one reader at a time may listen to them."""

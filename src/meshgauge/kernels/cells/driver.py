@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ...cells import BY_NAME, HEXAHEDRON, CellType
 from .. import path
-from ..surfaces import driver as surfaces
 from . import aggregate, flat, numpy_path, robust
 from .arguments import coordinates, shape_of, uses_all_nodes
 from .arguments import flat as as_flat
@@ -99,6 +98,8 @@ def cell_jens(
         _finish(points, connectivity, row, out, n_left)
         return
     if shape.dimension == 2:
+        from ..surfaces import driver as surfaces
+
         surfaces.cell_jens(points, connectivity, row, out, up, compiled=compiled)
     elif compiled and not uses_all_nodes(row) and (fast := _fast(shape.name)) is not None:
         _finish(points, connectivity, row, out, fast(as_flat(points), as_flat(connectivity), out, shape.k))
@@ -165,6 +166,8 @@ def node_scaled_jacobian(
     """J_S of each corner of each cell; parameters as `cell_jens`, ``out`` is ``(n_cells, n_corners)``, C-contiguous."""
     shape = shape_of(row)
     if shape.dimension == 2:
+        from ..surfaces import driver as surfaces
+
         surfaces.node_scaled_jacobian(points, connectivity, row, out, up, compiled=compiled)
         return
     if uses_all_nodes(row):
@@ -200,6 +203,8 @@ def corner_signs(points: Points, connectivity: Cells, row: CellType, up: int = 0
         ``(n_cells, n_triples)``.
     """
     if shape_of(row).dimension == 2:
+        from ..surfaces import driver as surfaces
+
         return surfaces.corner_signs(points, connectivity, row, up, single=single)
     if uses_all_nodes(row):
         from ..certificate.corners import corner_signs

@@ -29,7 +29,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...cells import BY_NODES, CELL_TYPES, CellType, Shape
-from .enriched import CONTROL
 from .splits import Exponents, Floats, Ints, Splits, multinomials, splits
 
 Weights = Mapping[int, Fraction]  #: node -> weight
@@ -215,6 +214,8 @@ def _control(name: str) -> dict[Exponents, Weights]:
     row = row_of(name)
     shape, n_nodes = _shape(row), row.n_nodes or 0
     if row.unit:
+        from .enriched import CONTROL
+
         return dict(CONTROL[n_nodes]())
     own: list[Weights] = [{n: Fraction(1)} for n in range(n_nodes)]
     beside: list[Weights] = [{node: Fraction(weight, 16) for node, weight in weights} for weights in row.beside]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from ...cells import POLYHEDRON
 from ...errors import MetricError
 from ...surface_cells import ALL_SHAPES
-from ..faces import FaceQuality
 from .inputs import Cells, PolyhedralCells
+
+if TYPE_CHECKING:
+    from ..faces import FaceQuality
 
 Interval = tuple[float, float]
 Values = NDArray[np.float64]

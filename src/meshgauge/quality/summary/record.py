@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,6 @@ from ...cells import CELL_TYPES, type_name
 from ...errors import MeshError, OptionError
 from ...kernels.cells.driver import certified_as
 from ...kernels.threads import run
-from ...look import notebook
 from ...look.bands import PoorBelow
 from ...status import Purpose, Status
 from ..frame import frame
@@ -23,6 +22,9 @@ from ..metrics import metric as metric_row
 from .builder import is_compiled, tallies
 from .scale import JENS, Scale, Values
 from .tally import BINS, QUANTILES, Tally
+
+if TYPE_CHECKING:
+    from ...look.notebook import Cell as HtmlCell
 
 
 @dataclass(frozen=True)
@@ -137,6 +139,8 @@ class Summary:
 
     def _repr_html_(self) -> str:
         """The summary in a notebook: a row a type, and all."""
+        from ...look import notebook  # with the colours of pages
+
         head = ("cells", "measured", "invalid", "degenerate", "poor", "good", "min", "1 %", "median", "mean", "")
         named = [*self.types.items(), *([("all", self.all)] if len(self.types) != 1 else [])]
         title = f"{self.metric} of {self.n_cells:,} cells"
@@ -146,9 +150,11 @@ class Summary:
 HTML_BINS = 40
 
 
-def _html_row(name: str, tally: Tally) -> list[notebook.Cell]:
+def _html_row(name: str, tally: Tally) -> list[HtmlCell]:
+    from ...look import notebook
+
     at = tally.quantiles((0.01, 0.5))
-    row: list[notebook.Cell] = [
+    row: list[HtmlCell] = [
         name,
         f"{tally.n_measured:,}" + (f" of {tally.n_cells:,}" if tally.n_cells > tally.n_measured else ""),
         notebook.count(tally.n_invalid, notebook.INVALID),

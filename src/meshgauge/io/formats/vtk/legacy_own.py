@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from ....cells import CELL_TYPES
 from ....errors import ReadError
 from ....mesh import Mesh
+from ....mesh.high_order import RENUMBERED
 from ...plumbing.added import Added, CannotAdd
 from ...plumbing.face_based import offsets_of, spans
 from ...plumbing.ids import drop_counts, with_labels
 from ...plumbing.text import NotNumbers, numbers
-from ...plumbing.vtk import RENUMBERED
 
 HEAD = re.compile(
     rb"#[ \t]*vtk DataFile Version[ \t]*(\d+)\.(\d+)[^\n]*\n[^\n]*\n[ \t]*(ASCII|BINARY)[ \t]*\r?\n", re.I

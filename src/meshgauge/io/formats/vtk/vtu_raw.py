@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 
 from ....errors import ReadError
 from ....mesh import Mesh
+from ....mesh.high_order import MARKED, RENUMBERED
 from ....mesh.labels import LABEL
 from ...plumbing import budget
 from ...plumbing.budget import DENSEST
 from ...plumbing.format import Take
 from ...plumbing.ids import drop_counts, label_source, with_labels
 from ...plumbing.pieces import MOST_UNPACKED, EndsOnly, FileRows, PackedRows, Piece, Pieces, ReadWhole, Rows
-from ...plumbing.vtk import MARKED, RENUMBERED
 
 _START = re.compile(rb"<AppendedData\b[^>]*\bencoding\s*=\s*[\"']raw[\"'][^>]*>\s*_")
 _LARGEST_HEADER = 1 << 20

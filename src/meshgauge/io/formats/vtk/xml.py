@@ -6,20 +6,23 @@ import html
 import importlib
 import mmap
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 from ....errors import ReadError
 from ....mesh import Mesh
-from ...plumbing import included, vtk, within
 from ...plumbing.budget import DENSEST
 from ...plumbing.format import HEAD, Format
-from ...plumbing.patch import Places
-from ...plumbing.pieces import Pieces
 from ...plumbing.steps import Step, number_steps
-from ...plumbing.xml_names import names_in_xml
-from . import parallel, vtu_adding, vtu_adding_rows, vtu_places, vtu_raw, vtu_writing_rows
+from . import vtu_raw
+
+if TYPE_CHECKING:
+    from ...plumbing.added import Added
+    from ...plumbing.mesh_rows import MeshRows
+    from ...plumbing.patch import Places
+    from ...plumbing.pieces import Pieces, Rows
 
 _READERS = {
     "UnstructuredGrid": "vtkXMLUnstructuredGridReader",
@@ -61,6 +64,9 @@ def _times(path: Path) -> list[float]:
 
 def read(path: Path, at: int = 0) -> Mesh:
     """Any of VTK's XML data sets; a composite one gives a block for each leaf."""
+    from ...plumbing import vtk
+    from . import parallel
+
     kind = _kind(path)
     if kind not in (*_READERS, *parallel.KINDS):
         known = ", ".join((*_READERS, *parallel.KINDS))
@@ -84,6 +90,7 @@ def pieces(path: Path, at: int) -> Pieces | None:
     if _kind(path) != "PUnstructuredGrid":
         return None
     from ... import registry  # which knows the format of the pieces
+    from . import parallel
 
     return parallel.pieces(path, registry.pieces_inside)
 
@@ -91,6 +98,9 @@ def pieces(path: Path, at: int) -> Pieces | None:
 def places(path: Path, at: int) -> Places:
     """Of parallel and composite files: in those of their pieces and leaves, in the order in which they are read."""
     from ... import registry  # which knows the format of the pieces
+    from ...plumbing import within
+    from ...plumbing.patch import Places
+    from . import parallel, vtu_places
 
     kind = _kind(path)
     if kind in parallel.KINDS:
@@ -141,6 +151,9 @@ def _check(path: Path, *, refers: bool) -> None:
                     raise ReadError(f"{path}: states {count} {what}, but has only {size} bytes")
             at = data.find(b"<Piece", at + 1, stop)
     if refers:
+        from ...plumbing import within
+        from ...plumbing.xml_names import names_in_xml
+
         within.check_present(path, sorted(names_in_xml(path).others))
 
 
@@ -152,9 +165,12 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     """A VTU with raw appended data compressed by zlib, as PyVista writes it."""
     from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
 
+    from ....mesh.high_order import MARKED
+    from ...plumbing import vtk
+
     grid, lost = vtk.grid(mesh, called=escaped)  # VTK's writer puts names into its XML as they are
     for attributes in (grid.GetPointData(), grid.GetCellData()):
-        for name in vtk.MARKED:
+        for name in MARKED:
             if attributes.HasArray(name):  # or VTK does not know them for what they are
                 getattr(attributes, f"SetActive{name}")(name)
     writer = vtkXMLUnstructuredGridWriter()
@@ -165,11 +181,42 @@ def write(path: Path, mesh: Mesh) -> tuple[str, ...]:
     return lost
 
 
+def _included(data: bytes) -> list[tuple[int, int]]:
+    from ...plumbing import included
+
+    return included.xml(data)
+
+
+def _vtu_places(path: Path, at: int) -> Places:
+    from .vtu_places import places
+
+    return places(path, at)
+
+
+def _add(old: Path, new: Path, added: Added) -> None:
+    from .vtu_adding import add
+
+    add(old, new, added)
+
+
+def _add_rows(
+    old: Path, new: Path, cells: Mapping[str, Rows], points: Mapping[str, Rows], sizes: tuple[int, int]
+) -> None:
+    from .vtu_adding_rows import add_rows
+
+    add_rows(old, new, cells, points, sizes)
+
+
+def _write_rows(path: Path, rows: MeshRows) -> None:
+    from .vtu_writing_rows import write_rows
+
+    write_rows(path, rows)
+
+
 VTU = Format(
     "vtu", "VTK XML", (".vtu",), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     scan=vtu_raw.scan, steps=steps, read_step=vtu_raw.read, foreign_step=read, pieces=vtu_raw.pieces,
-    step_places=vtu_places.places, add=vtu_adding.add, add_rows=vtu_adding_rows.add_rows,
-    write_rows=vtu_writing_rows.write_rows,
+    step_places=_vtu_places, add=_add, add_rows=_add_rows, write_rows=_write_rows,
 )  # fmt: skip
 VTK_XML = Format(
     "vtk-xml",
@@ -181,6 +228,6 @@ VTK_XML = Format(
     foreign_step=read,
     pieces=pieces,
     step_places=places,
-    included=included.xml,
+    included=_included,
     has_kinds=True,
 )
