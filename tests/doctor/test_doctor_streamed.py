@@ -98,10 +98,11 @@ def test_few_faces_are_open_where_cells_follow_one_another() -> None:
     mesh = hexahedra(*grid(12))
     table = faces._Open(3 * mesh.n_cells, mesh.n_points)
     half, marks, parent = faces.HalfFaces.of(mesh, 0, 0), np.full(mesh.n_cells, 2, np.uint8), np.arange(mesh.n_cells)
+    suspected = np.zeros(mesh.n_cells, np.uint8)
     most = 0
     for start in range(0, len(half.keys), 6):
         here = slice(start, start + 6)
-        table.feed(half, here, faces.NONE, marks, parent, is_strict=False)
+        table.feed(half, here, faces.NONE, marks, parent, suspected, is_strict=False)
         most = max(most, table.n_open)
     assert table.n_open == topology(mesh).n_boundary == 6 * 144
     assert most <= 6 * 144 + 2 * 144

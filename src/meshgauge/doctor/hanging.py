@@ -114,10 +114,10 @@ def hanging_of(
     slots = _boundary(faces, is_wanted, is_shared)
     if len(slots) == 0:
         return Hanging(slots, 0, 0, slots, slots)
-    ids, offsets = _rings(faces, slots)
-    is_seam = _seam(points, ids, offsets)
+    is_seam = _seam(faces, slots)
     if not is_seam.any():
         return Hanging(slots[:0], 0, 0, slots[:0], slots[:0])
+    ids, offsets = _rings(faces, slots)
     owner = np.repeat(np.arange(len(slots)), np.diff(offsets))
     after = ids[_following(offsets[1:])]
     codes, edge_of = np.unique(
@@ -182,12 +182,15 @@ def _boundary(faces: Topology, wanted: NDArray[np.bool_], is_shared: NDArray[np.
     slots = slots[wanted[faces.cells[slots]]]
     cells = faces.cells[slots].astype(np.int64)  # few, as a rule; in ascending order
     each = cells[np.diff(cells, prepend=-1) > 0]
-    firsts = mesh.offsets[each].astype(np.int64)
-    sizes = mesh.offsets[each + 1] - firsts
-    shares = is_shared[mesh.connectivity[ragged_positions(firsts, sizes)]]
-    before = np.concatenate([[0], np.cumsum(shares, dtype=np.int32)])
-    ends = np.cumsum(sizes)
-    has_shared = before[ends] > before[ends - sizes]
+    has_shared = np.empty(len(each), np.bool_)
+    for start in range(0, len(each), CHUNK):
+        some = each[start : start + CHUNK]
+        firsts = mesh.offsets[some].astype(np.int64)
+        sizes = mesh.offsets[some + 1] - firsts
+        shares = is_shared[mesh.connectivity[ragged_positions(firsts, sizes)]]
+        before = np.concatenate([[0], np.cumsum(shares, dtype=np.int32)])
+        ends = np.cumsum(sizes)
+        has_shared[start : start + CHUNK] = before[ends] > before[ends - sizes]
     return np.asarray(slots[has_shared[np.searchsorted(each, cells)]])
 
 
@@ -229,15 +232,15 @@ def _following(ends: Ids) -> Ids:
     return following
 
 
-def _seam(points: NDArray[np.floating], ids: Ids, offsets: Ids) -> NDArray[np.bool_]:
-    """``(n_points,)`` True for points where two of the faces may stand back to back, as on both sides of a seam.
+def _seam(faces: Topology, slots: Ids) -> NDArray[np.bool_]:
+    """``(n_points,)`` True for points where two of some half-faces may stand back to back, as on both sides of a seam.
 
     Their normals are opposite, so that one of the three components is above 0.5 for one and below -0.5 for the other.
     """
+    points = faces.mesh.points
     sides = np.zeros(len(points), np.uint8)  # a bit for each component and sign
-    for first in range(0, len(offsets) - 1, CHUNK):
-        own = offsets[first : first + CHUNK + 1] - offsets[first]
-        ring = ids[offsets[first] : offsets[first] + own[-1]]
+    for first in range(0, len(slots), CHUNK):
+        ring, own = _rings(faces, slots[first : first + CHUNK])
         with np.errstate(all="ignore"):
             x = points[ring].astype(np.float64)
             x -= np.repeat(x[own[:-1]], np.diff(own), axis=0)

@@ -217,9 +217,14 @@ def numbering_of(
 
 def is_left_handed(types: NDArray[np.uint8], numbering: NDArray[np.uint8]) -> bool:
     """Whether every solid cell is numbered in reverse."""
-    solid = IS_SOLID[types]
-    is_reversed = (numbering == Numbering.REVERSED) | (numbering == Numbering.REVERSED_TANGLED)
-    return bool(solid.any() and is_reversed[solid].all())
+    has_solid = False
+    for start in range(0, len(types), connectivity.CHUNK):  # as a rule the first few say that it is not so
+        solid = IS_SOLID[types[start : start + connectivity.CHUNK]]
+        own = numbering[start : start + connectivity.CHUNK][solid]
+        if not ((own == Numbering.REVERSED) | (own == Numbering.REVERSED_TANGLED)).all():
+            return False
+        has_solid = has_solid or len(own) > 0
+    return has_solid
 
 
 def all_right(n_cells: int) -> Orientation:
@@ -333,11 +338,12 @@ def fluxes(faces: Topology, slots: NDArray[np.int64], parent: IndexArray) -> NDA
     return out
 
 
-def counts_of(types: NDArray[np.uint8]) -> NDArray[np.int64]:
-    """``(256,)`` cells of each type; some at a time, since counting takes eight bytes for each."""
+def counts_of(types: NDArray[np.uint8], which: NDArray[np.bool_] | None = None) -> NDArray[np.int64]:
+    """``(256,)`` cells of each type, or of some; some at a time, since counting takes eight bytes for each."""
     counts = np.zeros(256, np.int64)
     for start in range(0, len(types), connectivity.CHUNK):
-        counts += np.bincount(types[start : start + connectivity.CHUNK], minlength=256)
+        own = types[start : start + connectivity.CHUNK]
+        counts += np.bincount(own if which is None else own[which[start : start + connectivity.CHUNK]], minlength=256)
     return counts
 
 
@@ -379,7 +385,7 @@ def of_blocks(
         for vtk_id in np.unique(types[in_block]):
             cells = in_block[types[in_block] == vtk_id]
             n_cells = sum(
-                int(np.count_nonzero((types[s.start : s.stop] == vtk_id) & measured[s.start : s.stop]))
+                int(counts_of(types[s.start : s.stop], measured[s.start : s.stop])[vtk_id])
                 for s in blocks
                 if s.name == name
             )

@@ -38,8 +38,8 @@ from ..orientation import (
     part_signs,
 )
 from .doubles import Crowd, crowd
-from .faces import ROOM, Matched, match
-from .few import CHUNK, REAL, Few, Seen, keep, look, part_sizes, second_look, unused
+from .faces import ROOM, Keys, Matched, match
+from .few import CHUNK, REAL, Few, Seen, flagged, keep, look, part_sizes, second_look, unused
 from .marks import HANDED, INVERTED, MEASURED, USABLE
 from .shells import diagnosis_of_surfaces
 from .source import Source
@@ -83,12 +83,15 @@ def diagnosis_of(
     matched = match(source, marks, room)  # before anything else that takes memory for each cell
     give_back()
     seen = look(source, crowded.ids[crowded.moved])
+    matched, hashes = second_look(source, seen, matched)
+    seen = replace(seen, doubled=seen.doubled[:0].copy())
     try:
-        concluded = _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=False)
+        concluded = _conclusion(source, marks, crowded, seen, matched, hashes, tolerance, room, is_strict=False)
         diagnosis = concluded.diagnosis(inward)
     except _Contradiction:  # then it matters which faces are believed first
         matched = match(source, marks, room, is_strict=True)
-        concluded = _conclusion(source, marks, crowded, seen, matched, tolerance, room, is_strict=True)
+        matched, _ = second_look(source, seen, matched, hashes_twice=hashes)
+        concluded = _conclusion(source, marks, crowded, seen, matched, hashes, tolerance, room, is_strict=True)
         diagnosis = concluded.diagnosis(inward)
     if on_few is not None:
         on_few(concluded.few)
@@ -114,13 +117,13 @@ def _conclusion(
     crowded: Crowd,
     seen: Seen,
     matched: Matched,
+    hashes_twice: Keys,
     tolerance: float,
     room: int,
     *,
     is_strict: bool,
 ) -> _Conclusion:
     """What the faces say; ``is_strict``: of those between cells of which one is inverted, too."""
-    matched, hashes_twice = second_look(source, seen, matched)
     few = keep(source, seen, matched, hashes_twice)
     _, _, hashes = driver.signatures(
         few.mesh.types, few.mesh.offsets, few.mesh.connectivity, IS_SOLID, few.mesh.n_points
@@ -239,7 +242,7 @@ class _Conclusion:
 
     def _beside_solids(self) -> tuple[findings.Finding | None, ...]:
         alone, _ = surfaces.of_no_solid(self.few.mesh)
-        no_solid = np.flatnonzero(self.seen.flags & (USED | SOLID) == USED)
+        no_solid = flagged(self.seen, USED | SOLID, USED)
         return (
             findings.surface_cells(self.source, self.few.cells[alone], self.seen.n_surface),
             findings.points_of_no_solid(self.source, no_solid),
@@ -257,9 +260,13 @@ class _Conclusion:
     def _roots(self) -> Ids:
         """First cells of what all faces hold together."""
         firsts, few = self._parts(), self.few
-        pairs = self._between(firsts, few.faces.pairs())
         parent, sign = np.arange(len(firsts)), np.ones(len(firsts), np.int8)
-        open_faces.unite(pairs, np.ones(len(pairs), np.int8), parent, sign)
+        mates = few.faces.mates
+        for start in range(0, len(mates) if len(firsts) > 1 else 0, CHUNK):
+            some = mates[start : start + CHUNK]
+            lower = np.flatnonzero(some > np.arange(start, start + len(some))) + start
+            pairs = self._between(firsts, np.stack([lower, mates[lower].astype(np.int64)], axis=1))
+            open_faces.unite(pairs, np.ones(len(pairs), np.int8), parent, sign)
         open_faces.flatten(parent, sign)
         roots: Ids = firsts[np.unique(parent)]
         return np.asarray(roots[np.diff(few.faces.starts)[few.of_cells(roots)] > 0])
@@ -272,12 +279,12 @@ class _Conclusion:
     def _orientation(self, representative: Ids | None) -> Orientation:
         """See `orientation.orientation`."""
         few, source, marks = self.few, self.source, self.marks
-        is_inverted = marks & INVERTED > 0
+        has_inverted = any((marks[here] & INVERTED).any() for here in self._all())
         mates, windings = few.faces.mates, few.faces.windings
-        if not is_inverted.any() and not (windings[mates >= 0] == SAME).any():
+        if not has_inverted and not (windings[mates >= 0] == SAME).any():
             return all_right(source.n_cells)
         mates, windings = neighbours(few.faces, representative, self.twice)
-        if not is_inverted.any() and not (windings[mates >= 0] == SAME).any():
+        if not has_inverted and not (windings[mates >= 0] == SAME).any():
             return all_right(source.n_cells)
         firsts = self._parts()
         at, sign, n_contradictions = self._oriented_parts(firsts, mates, windings)
@@ -292,11 +299,11 @@ class _Conclusion:
         flux = own[half[slots]] * fluxes(few.faces, slots, few.of_cells(firsts[part]))
         volumes = np.bincount(part[half[slots]], flux, minlength=len(firsts)).astype(np.float64)
         part_sign, likely = part_signs(volumes, votes)
-        measured = marks & MEASURED > 0
-        numbering = np.empty(source.n_cells, np.uint8)
+        numbering, measured = np.empty(source.n_cells, np.uint8), np.empty(source.n_cells, np.bool_)
         for here, part, signs in self._chunks(firsts, at, sign):
+            is_inverted, measured[here] = marks[here] & INVERTED > 0, marks[here] & MEASURED > 0
             numbering[here] = numbering_of(
-                signs * part_sign[part], signs * likely[part], self._handed(here), is_inverted[here], measured[here]
+                signs * part_sign[part], signs * likely[part], self._handed(here), is_inverted, measured[here]
             )
         blocks = of_blocks(self.seen.types, source.blocks, measured, numbering, source.purpose, source.cell_labels)
         left_handed = is_left_handed(self.seen.types, numbering)
@@ -304,9 +311,13 @@ class _Conclusion:
 
     def _chunks(self, firsts: Ids, at: Ids, sign: NDArray[np.int8]) -> Iterator[tuple[slice, Ids, NDArray[np.int8]]]:
         """Some cells at a time: which, their part, and their sign in it."""
-        for start in range(0, self.source.n_cells, CHUNK):
-            here = slice(start, min(start + CHUNK, self.source.n_cells))
+        for here in self._all():
             yield here, *self._part_and_sign(firsts, at, sign, here)
+
+    def _all(self) -> Iterator[slice]:
+        """Some cells at a time."""
+        n = self.source.n_cells
+        return (slice(start, min(start + CHUNK, n)) for start in range(0, n, CHUNK))
 
     def _part_and_sign(
         self, firsts: Ids, at: Ids, sign: NDArray[np.int8], which: slice | Ids
@@ -323,14 +334,17 @@ class _Conclusion:
     ) -> tuple[Ids, NDArray[np.int8], int]:
         """For each part the first that it is held together with, its sign relative to that, and the contradictions."""
         few = self.few
-        lower = np.flatnonzero((mates > np.arange(len(mates))) & (windings != 0))
-        half_faces = np.stack([lower, mates[lower].astype(np.int64)], axis=1)
-        ids = few.cells[few.faces.cells[half_faces]]
-        agrees = self._handed(ids).prod(axis=1) == windings[lower]
-        order = np.argsort(~agrees, kind="stable")
-        pairs = self._between(firsts, half_faces)[order]
-        relative = windings[lower][order]
         parent, sign = np.arange(len(firsts)), np.ones(len(firsts), np.int8)
-        n_contradictions = int(open_faces.unite(pairs, relative, parent, sign))
+        n_contradictions = 0
+        for turn in range(2):  # those that the shapes agree with go first
+            for start in range(0, len(mates), CHUNK):
+                some = mates[start : start + CHUNK]
+                is_lower = (some > np.arange(start, start + len(some))) & (windings[start : start + CHUNK] != 0)
+                lower = np.flatnonzero(is_lower) + start
+                half_faces = np.stack([lower, mates[lower].astype(np.int64)], axis=1)
+                agrees = self._handed(few.cells[few.faces.cells[half_faces]]).prod(axis=1) == windings[lower]
+                now = agrees == (turn == 0)
+                pairs = self._between(firsts, half_faces[now])
+                n_contradictions += int(open_faces.unite(pairs, windings[lower[now]], parent, sign))
         open_faces.flatten(parent, sign)
         return parent, sign, n_contradictions

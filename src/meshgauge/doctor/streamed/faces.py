@@ -16,6 +16,7 @@ from .source import Source
 
 Ids = NDArray[np.int64]
 Keys = NDArray[np.uint64]
+Mask = NDArray[np.bool_]
 
 AT_ONCE = 1 << 16
 """Half-faces that pass by between two looks at the size of the table."""
@@ -26,7 +27,7 @@ ROOM = 64 << 20
 FEWEST = 1 << 17
 """Places of the smallest table."""
 
-PER_FACE = 8
+PER_FACE = 6
 """Bits of the filter of faces that left the table, for each: few are counted for nothing."""
 
 
@@ -74,13 +75,18 @@ class HalfFaces:
     n_all: int
 
     @classmethod
-    def of(cls, mesh: Mesh, first_point: int, first: int, part: int = 0, n_parts: int = 1) -> HalfFaces:
-        """Those of a mesh whose points are to be raised by ``first_point``, its cells by ``first``."""
-        n = int(numbers_of_faces(mesh).sum())
+    def of(
+        cls, mesh: Mesh, first_point: int, first: int, part: int = 0, n_parts: int = 1, wanted: Mask | None = None
+    ) -> HalfFaces:
+        """Those of a mesh whose points are to be raised by ``first_point``, its cells by ``first``; of the ``wanted``
+        cells ``(n_cells,)`` only, if given."""
+        n_faces = numbers_of_faces(mesh)
+        n = int((n_faces if wanted is None else n_faces[wanted]).sum())
+        wanted = np.ones(mesh.n_cells, np.bool_) if wanted is None else wanted
         keys, values, leasts = np.empty(n, np.uint64), np.empty(n, np.uint64), np.empty(n, np.int64)
         nodes, offsets = np.asarray(mesh.connectivity, np.int64), np.asarray(mesh.offsets, np.int64)
         cells = (mesh.types, offsets, nodes, first_point, first, face_table(), N_CORNERS, *faces_of_polyhedra(mesh))
-        n_kept = open_faces.face_keys(*cells, part, n_parts, keys, values, leasts)
+        n_kept = open_faces.face_keys(*cells, wanted, part, n_parts, keys, values, leasts)
         return cls(keys[:n_kept], values[:n_kept], leasts[:n_kept], n)
 
     @property
@@ -92,7 +98,9 @@ class HalfFaces:
 class HalfOf(Protocol):
     """Makes the half-faces of some cells, see `HalfFaces.of`."""
 
-    def __call__(self, mesh: Mesh, first_point: int, first: int, part: int = 0, n_parts: int = 1, /) -> HalfFaces: ...
+    def __call__(
+        self, mesh: Mesh, first_point: int, first: int, part: int = 0, n_parts: int = 1, wanted: Mask | None = None, /
+    ) -> HalfFaces: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,8 +115,10 @@ class Matched:
         ``(n_cells,)`` the first cell of those that plainly right faces hold together.
     suspects
         Keys, ascending, of the faces that are to be looked at: those that one cell has, and others.
-    again
-        Keys, ascending, of the faces that may have more than two cells.
+    suspected
+        A bit for each cell, eight to a byte: the cells of these faces.
+    again, again_leasts
+        Keys, ascending, of the faces that may have more than two cells, and their lowest points.
     n_parts
         In how many parts the faces were looked at.
     """
@@ -117,8 +127,15 @@ class Matched:
     n_collapsed: int
     parent: IndexArray
     suspects: Keys
+    suspected: NDArray[np.uint8]
     again: Keys
+    again_leasts: Ids
     n_parts: int
+
+    def has_suspects(self, first: int, n: int) -> Mask:
+        """``(n,)`` cells from the first on that have a suspect face."""
+        bits = np.unpackbits(self.suspected[first >> 3 : (first + n + 7) >> 3], bitorder="little")
+        return bits[first & 7 : (first & 7) + n].view(np.bool_)
 
 
 def match(
@@ -155,7 +172,8 @@ def _match(
 ) -> Matched:
     n, most_open = source.n_cells, most_in(room)
     parent: IndexArray = np.arange(n, dtype=driver.index_type(n))
-    wanted, again = [np.empty(0, np.uint64)], [np.empty(0, np.uint64)]
+    wanted, again, leasts = [np.empty(0, np.uint64)], [np.empty(0, np.uint64)], [np.empty(0, np.int64)]
+    suspected = np.zeros((n >> 3) + 1, np.uint8)
     n_half = n_collapsed = 0
     for part in range(n_parts):
         table = _Open(3 * n // n_parts, source.n_points)
@@ -165,21 +183,24 @@ def _match(
             n_half += half.n_all
             n_collapsed += int(np.count_nonzero(half.keys == open_faces.FREE))
             for at in range(0, len(half.keys), AT_ONCE):
-                suspects, met = table.feed(half, slice(at, at + AT_ONCE), skipped, marks, parent, is_strict=is_strict)
+                here = slice(at, at + AT_ONCE)
+                suspects, met, of_met = table.feed(half, here, skipped, marks, parent, suspected, is_strict=is_strict)
                 wanted += [suspects] if len(suspects) else []
                 again += [met] if len(met) else []
+                leasts += [of_met] if len(met) else []
             if table.n_open > most_open:  # half of all that are unordered are open when half of the cells have passed
                 raise TooMany(
                     n_parts * 2 if n_parts > 1 else max(2, -(-n_half * n // ((first + mesh.n_cells) * 4 * most_open)))
                 )
         wanted.append(table.open_keys)
+        open_faces.suspect_open(table.table, suspected)
         del table
     open_faces.compress(parent)
     if not parent.any():  # one part, as a rule
         parent = np.broadcast_to(parent[:1].copy(), n)
-    return Matched(
-        n_half, n_collapsed, parent, np.unique(np.concatenate(wanted)), np.unique(np.concatenate(again)), n_parts
-    )
+    keys, which = np.unique(np.concatenate(again), return_index=True)
+    suspects = np.unique(np.concatenate(wanted))
+    return Matched(n_half, n_collapsed, parent, suspects, suspected, keys, np.concatenate(leasts)[which], n_parts)
 
 
 def most_in(room: int) -> int:
@@ -200,6 +221,7 @@ class _Open:
         self.table = np.zeros(2 * FEWEST, np.uint64)
         self.met = filter_of(n_faces)
         self._suspects, self._again = np.empty(AT_ONCE, np.uint64), np.empty(AT_ONCE, np.uint64)
+        self._leasts = np.empty(AT_ONCE, np.int64)
 
     @property
     def open_keys(self) -> Keys:
@@ -214,10 +236,12 @@ class _Open:
         skipped: Keys,
         marks: NDArray[np.uint8],
         parent: IndexArray,
+        suspected: NDArray[np.uint8],
         *,
         is_strict: bool,
-    ) -> tuple[Keys, Keys]:
-        """Let some half-faces pass by; the suspects, and the faces that may have been met before."""
+    ) -> tuple[Keys, Keys, Ids]:
+        """Let some half-faces pass by; the suspects, and the faces that may have been met before with their lowest
+        points."""
         if 10 * (self.n_open + AT_ONCE) > 3 * len(self.table):
             larger = np.zeros(2 * len(self.table), np.uint64)
             open_faces.insert(self.table, larger)
@@ -234,7 +258,9 @@ class _Open:
             self.met,
             parent,
             self._suspects,
+            suspected,
             self._again,
+            self._leasts,
         )
         self.n_open += more
-        return self._suspects[:n_suspects].copy(), self._again[:n_again].copy()
+        return self._suspects[:n_suspects].copy(), self._again[:n_again].copy(), self._leasts[:n_again].copy()

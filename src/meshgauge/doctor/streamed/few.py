@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +10,14 @@ from numpy.typing import NDArray
 from ...cells import IS_SOLID, POLYHEDRON
 from ...files.resources import give_back
 from ...kernels.topology import driver, open_faces
-from ...kernels.topology.open_faces import DOUBLE, FACED, SOLID, SURFACE, USED
+from ...kernels.topology.open_faces import AGAIN, DOUBLE, FACED, SOLID, SURFACE, USED
 from ...mesh import Mesh
 from ...mesh.interface import is_interface
 from ...mesh.polyhedra import IndexArray, Polyhedra, points_of_faces, ragged_positions
 from ...mesh.topology import BOUNDARY, ELSEWHERE, Topology, numbers_of_faces, topology
 from ...surface_cells import IS_SURFACE
 from .. import surfaces
+from ..orientation import counts_of
 from .faces import HalfFaces, HalfOf, Keys, Matched, among, table_of
 from .source import Source
 
@@ -42,6 +42,8 @@ class Seen:
     ----------
     types, flags
         ``(n_cells,)`` VTK ids; ``(n_points,)`` what is known of each point, see `open_faces.look`.
+    doubles
+        Ids of points that coincide with others.
     repeated, interface
         Ids of solid cells that have a point twice, and of cohesive and gasket cells.
     doubled
@@ -54,6 +56,7 @@ class Seen:
 
     types: NDArray[np.uint8]
     flags: NDArray[np.uint8]
+    doubles: Ids
     repeated: Ids
     interface: Ids
     doubled: Keys
@@ -91,22 +94,30 @@ def look(source: Source, doubles: Ids, of_types: Mask = IS_SOLID) -> Seen:
         surface, starts, sizes = surfaces.corners(mesh)
         n_surface += len(surface)
         flags[_nodes(mesh)[ragged_positions(starts, sizes)] + first_point] |= np.uint8(SURFACE)
-    return Seen(
-        types, flags, np.concatenate(repeated), np.concatenate(interface), twice, n_solid, n_surface, has_ghosts
-    )
+    if not (types[:1] != types).any():
+        types = np.broadcast_to(types[:1].copy(), n_cells)
+    of_some = (np.concatenate(repeated), np.concatenate(interface))
+    return Seen(types, flags, doubles, *of_some, twice, n_solid, n_surface, has_ghosts)
+
+
+def flagged(seen: Seen, mask: int, value: int) -> Ids:
+    """Points whose flags under a mask have a value."""
+    starts = range(0, max(len(seen.flags), 1), CHUNK)  # of all at once it would take two bytes a point
+    return np.concatenate([np.flatnonzero(seen.flags[at : at + CHUNK] & mask == value) + at for at in starts])
 
 
 def unused(source: Source, seen: Seen) -> Ids:
     """Points of no cell; those for which others stand are none."""
-    ids = np.flatnonzero(seen.flags & USED == 0)
+    ids = flagged(seen, USED, 0)
     return ids if source.joined is None else np.setdiff1d(ids, source.joined.ids)
 
 
 def part_sizes(source: Source, seen: Seen, parent: IndexArray, of_types: Mask = IS_SOLID) -> list[int]:
     """Cells of some types of each part that points hold together, largest first; ``parent``: of those that faces do,
     which may name points that the cell itself does not, if it is a polyhedron."""
-    n = int(np.count_nonzero(of_types[seen.types]))
-    if n == 0 or (not (seen.types == POLYHEDRON.vtk_id).any() and _n_first(seen.types, parent, of_types) == 1):
+    counts = counts_of(seen.types)
+    n = int(counts[of_types].sum())
+    if n == 0 or (not counts[POLYHEDRON.vtk_id] and _n_first(seen.types, parent, of_types) == 1):
         return [n] if n else []
     of_points = np.full(source.n_points, -1, driver.index_type(max(source.n_points, source.n_cells)))
     for _, first_point, mesh in source.cells():
@@ -152,21 +163,43 @@ class Few:
         return np.asarray(np.searchsorted(self.cells, ids), np.int64)
 
 
-def second_look(source: Source, seen: Seen, matched: Matched, half_of: HalfOf = HalfFaces.of) -> tuple[Matched, Keys]:
-    """The same with the faces of more than two cells among the suspects; and the hashes that more than one cell has."""
+def second_look(
+    source: Source, seen: Seen, matched: Matched, half_of: HalfOf = HalfFaces.of, hashes_twice: Keys | None = None
+) -> tuple[Matched, Keys]:
+    """The same with the faces of more than two cells among the suspects; and the hashes that more than one cell has,
+    unless they are known."""
     some = [np.empty(0, np.uint64)]
     table = table_of(matched.again)
     counts = np.zeros(len(table), np.uint8)
-    for _, first_point, mesh in source.cells():
-        hashes, _ = hashes_of(mesh, first_point, None, seen.flags)
-        is_doubled = np.empty(len(hashes), np.bool_)
-        open_faces.noted(hashes, seen.doubled, is_doubled)
-        some.append(hashes[is_doubled])
+    seen.flags[matched.again_leasts] |= np.uint8(AGAIN)
+    for _, first_point, mesh in source.cells() if hashes_twice is None or len(matched.again) else ():
+        if hashes_twice is None:
+            hashes, _ = hashes_of(mesh, first_point, None, seen.flags)
+            is_doubled = np.empty(len(hashes), np.bool_)
+            open_faces.noted(hashes, seen.doubled, is_doubled)
+            some.append(hashes[is_doubled])
         if len(matched.again):
-            open_faces.recount(half_of(mesh, first_point, 0).keys, table, counts)
-    ordered = np.sort(np.concatenate(some))
-    suspects = np.union1d(matched.suspects, table[counts > 2])
-    return replace(matched, suspects=suspects, again=table[:0]), np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
+            may_have = _flags_of(mesh, first_point, seen.flags) & AGAIN > 0
+            open_faces.recount(half_of(mesh, first_point, 0, 0, 1, may_have).keys, table, counts)
+    if hashes_twice is None:
+        ordered = np.sort(np.concatenate(some))
+        hashes_twice = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
+    multiple = table[counts > 2]
+    seen.flags[matched.again_leasts[~np.isin(matched.again, multiple)]] &= np.uint8(255 - AGAIN)
+    seen.flags[matched.again_leasts[np.isin(matched.again, multiple)]] |= np.uint8(AGAIN)
+    return replace(matched, suspects=np.union1d(matched.suspects, multiple), again=table[:0]), hashes_twice
+
+
+def _flags_of(mesh: Mesh, first_point: int, flags: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Flags that some point of each cell has, also one that only its own faces name."""
+    out = np.empty(mesh.n_cells, np.uint8)
+    open_faces.flags_of(_offsets(mesh), _nodes(mesh), first_point, flags, out)
+    poly = mesh.polyhedra
+    if poly is not None:
+        sizes = np.diff(poly.face_offsets).astype(np.int64)[poly.cell_faces]
+        owner = np.repeat(np.repeat(np.arange(mesh.n_cells), np.diff(poly.cell_offsets)), sizes)
+        np.bitwise_or.at(out, owner, flags[points_of_faces(poly) + first_point])
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,60 +225,64 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
     the hashes that more than one cell has.
     """
     suspects, hashes_twice = table_of(matched.suspects), table_of(twice)
-    is_first = np.zeros(source.n_cells, np.bool_)
-    for start in range(0, source.n_cells, CHUNK):  # of all at once the index would take eight bytes a cell
-        is_first[matched.parent[start : start + CHUNK]] = True
     width = driver.index_type(source.n_points)
     parts: list[_Kept] = []
     for first, first_point, mesh in source.cells():
-        half, nodes = HalfFaces.of(mesh, first_point, 0), (_nodes(mesh) + first_point).astype(width)
-        is_suspect, own = among(half.keys, suspects), is_interface(mesh)
-        wanted = is_first[first : first + mesh.n_cells] | IS_SURFACE[mesh.types]
-        wanted[half.cells[is_suspect]] = True
+        known, own = _flags_of(mesh, first_point, seen.flags), is_interface(mesh)
+        is_first = matched.parent[first : first + mesh.n_cells] == np.arange(first, first + mesh.n_cells)
+        wanted = is_first | IS_SURFACE[mesh.types] | (known & (DOUBLE | SURFACE) > 0)
         if own is not None:
             wanted |= own
         if len(hashes_twice) > 2:
             wanted |= among(hashes_of(mesh, first_point, None, seen.flags)[0], hashes_twice)
-        near = np.concatenate([[0], np.cumsum((seen.flags[nodes] & (DOUBLE | SURFACE)) > 0)])
-        wanted |= near[mesh.offsets[1:]] > near[mesh.offsets[:-1]]
+        asked = wanted | matched.has_suspects(first, mesh.n_cells) | (known & AGAIN > 0)
+        half = HalfFaces.of(mesh, first_point, 0, wanted=asked)
+        is_suspect = among(half.keys, suspects)
+        wanted[half.cells[is_suspect]] = True
         at = np.flatnonzero(wanted)
         sizes = np.diff(mesh.offsets)[at].astype(np.int64)
-        ids = nodes[ragged_positions(_offsets(mesh)[at], sizes)]
+        ids = (_nodes(mesh)[ragged_positions(_offsets(mesh)[at], sizes)] + first_point).astype(width)
         faces = _faces_of(mesh, at, first_point, width)
         parts.append(_Kept(at + first, mesh.types[at], sizes, ids, is_suspect[wanted[half.cells]], *faces))
+    del suspects, hashes_twice
+    kept = _Kept(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(_Kept)))
+    parts.clear()
     give_back()
-
-    def all_of(name: str) -> NDArray[Any]:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    ids, face_ids = all_of("nodes"), all_of("face_points")
-    points = np.union1d(np.unique(ids), np.flatnonzero(seen.flags & DOUBLE))
+    points = np.union1d(np.unique(kept.nodes), seen.doubles)
     poly = None
-    if len(face_ids):
-        points = np.union1d(points, face_ids)
-        n_faces = all_of("n_faces")
+    if len(kept.face_points):
+        points = np.union1d(points, kept.face_points)
         poly = Polyhedra(
-            cell_offsets=_summed(n_faces),
-            cell_faces=np.arange(n_faces.sum()),
-            face_offsets=_summed(all_of("face_sizes")),
-            face_points=np.searchsorted(points, face_ids).astype(width),
+            cell_offsets=_summed(kept.n_faces),
+            cell_faces=np.arange(kept.n_faces.sum()),
+            face_offsets=_summed(kept.face_sizes),
+            face_points=_among(points, kept.face_points),
         )
     few = Mesh(
         points=source.points_of(points),
-        types=all_of("types"),
-        offsets=_summed(all_of("sizes")),
-        connectivity=np.searchsorted(points, ids).astype(width),
+        types=kept.types,
+        offsets=_summed(kept.sizes),
+        connectivity=_among(points, kept.nodes),
         polyhedra=poly,
         stored=source.stored,
         purpose=source.purpose,
         copy=False,
     )
-    del ids, face_ids
+    ids, is_suspect = kept.cells, kept.is_suspect
+    del kept
     give_back()
     faces_of_few = topology(few)
     mates = faces_of_few.mates.copy()
-    mates[(mates == BOUNDARY) & ~all_of("is_suspect")] = ELSEWHERE
-    return Few(few, all_of("cells"), points, replace(faces_of_few, mates=mates))
+    mates[(mates == BOUNDARY) & ~is_suspect] = ELSEWHERE
+    return Few(few, ids, points, replace(faces_of_few, mates=mates))
+
+
+def _among(points: Ids, ids: IndexArray) -> IndexArray:
+    """Positions of ids among some that have them, in place of the ids."""
+    for start in range(0, len(ids), CHUNK):
+        here = slice(start, start + CHUNK)
+        ids[here] = np.searchsorted(points, ids[here])
+    return ids
 
 
 def _summed(sizes: Ids) -> Ids:

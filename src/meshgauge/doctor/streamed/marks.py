@@ -37,11 +37,36 @@ class _Origins(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Marks:
-    """Marks of some cells: for each slice the first of them, and theirs; and the faces of polyhedra that point into
-    some of these cells."""
+class Packed:
+    """Marks of the cells of a slice, of which most have the same: those that have others, and theirs."""
 
-    parts: tuple[tuple[int, NDArray[np.uint8]], ...]
+    first: int
+    n: int
+    usual: np.uint8
+    others: NDArray[np.uint32]
+    values: NDArray[np.uint8]
+
+    __repr__ = brief
+
+    @classmethod
+    def of(cls, first: int, marks: NDArray[np.uint8]) -> Packed:
+        """Those of the cells from one on."""
+        usual = np.uint8(np.bincount(marks, minlength=1).argmax())
+        others = np.flatnonzero(marks != usual).astype(np.uint32)
+        return cls(first, len(marks), usual, others, marks[others])
+
+    def put(self, into: NDArray[np.uint8]) -> None:
+        """Unpack them to where they belong among those of all cells."""
+        own = into[self.first : self.first + self.n]
+        own[:] = self.usual
+        own[self.others] = self.values
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Marks of some cells, slice by slice; and the faces of polyhedra that point into some of these cells."""
+
+    parts: tuple[Packed, ...]
     inward: InwardEntries = field(default=NONE, kw_only=True)
 
     __repr__ = brief
@@ -53,8 +78,8 @@ class Marks:
     def all(self, n: int) -> NDArray[np.uint8]:
         """``(n,)`` those of all cells."""
         marks = np.zeros(n, np.uint8)
-        for first, own in self.parts:
-            marks[first : first + len(own)] = own
+        for part in self.parts:
+            part.put(marks)
         return marks
 
 
@@ -66,7 +91,7 @@ class MarkCounter:
 
     def count(self, quality: Quality, part: _Part, regions: Any, facts: Any) -> Marks:
         """The marks of a slice."""
-        return Marks(((part.first_cell, marks_of(quality)),), inward=_inward(quality.mesh, part))
+        return Marks((Packed.of(part.first_cell, marks_of(quality)),), inward=_inward(quality.mesh, part))
 
 
 def _inward(mesh: Mesh, part: _Part) -> InwardEntries:

@@ -106,9 +106,13 @@ def _keys(ends: Ids) -> Keys:
     return np.maximum(_mix(mixed[:, 0] + mixed[:, 1]), np.uint64(1))
 
 
-def half_edges(mesh: Mesh, first_point: int, first: int, part: int = 0, n_parts: int = 1, /) -> HalfFaces:
+def half_edges(
+    mesh: Mesh, first_point: int, first: int, part: int = 0, n_parts: int = 1, wanted: Mask | None = None, /
+) -> HalfFaces:
     """The half-edges of some cells that have a length, as `HalfFaces.of` makes half-faces."""
     own, ends = _half_edges(mesh)
+    if wanted is not None:
+        own, ends = own[wanted[own]], ends[wanted[own]]
     ends = ends + first_point
     keys = _keys(ends)
     n = len(keys)

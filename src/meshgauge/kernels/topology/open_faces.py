@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import Int8Array, Int64Array, IntArray, UInt8Array
+from ..arrays import BoolArray, Int8Array, Int64Array, IntArray, UInt8Array
 from ..jit import inlined, kernel
 
 Keys = NDArray[np.uint64]
@@ -80,6 +80,7 @@ def face_keys(
     n_corners: int,
     poly: tuple[Int64Array, ...],
     longest: int,
+    wanted: BoolArray,
     part: int,
     n_parts: int,
     keys: Keys,
@@ -96,6 +97,8 @@ def face_keys(
         Nodes of a cell that the table may name.
     poly, longest
         As for `half_faces.match`; ``first`` is added to their points, too.
+    wanted
+        ``(n_cells,)`` cells whose faces are written.
     part, n_parts
         Only faces of this part are written.
     keys, values, leasts
@@ -107,6 +110,8 @@ def face_keys(
     at = 0
     for cell in range(len(types)):
         kind, begin = types[cell], offsets[cell]
+        if not wanted[cell]:
+            continue
         if table[kind, 0, 0] < 0:
             for entry in range(poly[0][cell], poly[0][cell + 1]):
                 face = poly[1][entry]
@@ -217,7 +222,9 @@ def feed(
     met: Keys,
     parent: IntArray,
     suspects: Keys,
+    suspected: UInt8Array,
     again: Keys,
+    again_leasts: Int64Array,
 ) -> tuple[int, int, int, np.uint64]:
     """Let some half-faces pass by; returns by how many the open ones grew, how many suspects there are, and others, and
     what says nothing: what is fetched ahead is used, lest the compiler leave that out.
@@ -241,8 +248,11 @@ def feed(
     parent
         ``(n_cells,)`` leads to the first of the cells that faces hold together which are plainly right: wound in
         opposite ways by two cells, or of two polyhedra.
-    suspects, again
-        ``(n,)`` receive the keys of other pairs, and of faces that may have left the table before.
+    suspects, again, again_leasts
+        ``(n,)`` receive the keys of other pairs, and of faces that may have left the table before, with their lowest
+        points.
+    suspected
+        A bit for each cell; receives the cells of other pairs.
     """
     mask, ratio = len(table) // 2 - 1, len(met) / n_points
     n_open = n_suspects = n_again = 0
@@ -260,7 +270,7 @@ def feed(
             table[at], table[at + 1] = key, values[i]
             n_open += 1
             if met[word] & bits == bits:
-                again[n_again] = key
+                again[n_again], again_leasts[n_again] = key, leasts[i]
                 n_again += 1
             continue
         met[word] |= bits
@@ -276,6 +286,8 @@ def feed(
         else:
             suspects[n_suspects] = key
             n_suspects += 1
+            suspected[cell >> 3] |= np.uint8(1 << (cell & 7))
+            suspected[other >> 3] |= np.uint8(1 << (other & 7))
         n_open -= 1
         # What follows moves up, so that no place on the way to another is free.
         hole = spot = at // 2
@@ -290,6 +302,15 @@ def feed(
                 table[2 * spot] = FREE
                 hole = spot
     return n_open, n_suspects, n_again, touched
+
+
+@kernel
+def suspect_open(table: Keys, suspected: UInt8Array) -> None:
+    """Set the bits of the cells that have the faces of a table."""
+    for at in range(0, len(table), 2):
+        if table[at] != FREE:
+            cell = np.int64(table[at + 1] & OF_CELL)
+            suspected[cell >> 3] |= np.uint8(1 << (cell & 7))
 
 
 @kernel
@@ -389,9 +410,20 @@ def connect(counts: NDArray[np.bool_], offsets: Int64Array, nodes: Int64Array, f
             parent[b] = a
 
 
-USED, SHARED, FACED, SOLID, SURFACE, DOUBLE = 1, 2, 4, 8, 16, 32
+USED, SHARED, FACED, SOLID, SURFACE, DOUBLE, AGAIN = 1, 2, 4, 8, 16, 32, 128
 """What is known of a point: some cell has it; two cells with faces, or one, have it; a solid cell or ghost has it; a
-surface cell has it as a corner; it coincides with another."""
+surface cell has it as a corner; it coincides with another; it is the lowest of a face that may be one of more than two
+cells."""
+
+
+@kernel
+def flags_of(offsets: Int64Array, nodes: Int64Array, first: int, flags: UInt8Array, out: UInt8Array) -> None:
+    """Flags that some point of each cell has; ``nodes + first`` are points."""
+    for cell in range(len(offsets) - 1):
+        total = np.uint8(0)
+        for at in range(offsets[cell], offsets[cell + 1]):
+            total |= flags[nodes[at] + first]
+        out[cell] = total
 
 
 @kernel
