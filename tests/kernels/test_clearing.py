@@ -47,6 +47,21 @@ def test_what_is_clear_is_proved(noise: float, stretch: tuple[float, float, floa
         assert ((proved == Validity.INVALID) & (values > flat.LIMIT)).any()  # corners alone would not do
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.7])
+def test_what_is_told_in_passing_is_the_same(noise: float) -> None:
+    """To the last bit: a report tells it so of slices, and in passes of their own of whole meshes."""
+    points, nodes = cells(noise)
+    points[nodes[:3, 4]] = np.array([np.nan, np.inf, 1e300])[:, None]
+    passing, own = [np.empty(N) for _ in range(3)], [np.empty(N) for _ in range(3)]
+    clear = [np.empty(N, np.bool_) for _ in range(2)]
+    for values, some, beside in ((passing, clear[0], (passing[1], passing[2])), (own, clear[1], None)):
+        driver.cell_jens(points, nodes, HEXAHEDRON, values[0], compiled=True, clear=some, beside=beside)
+    driver.companions(points, nodes, HEXAHEDRON, own[1], own[2])
+    assert np.array_equal(passing, own, equal_nan=True)
+    assert np.array_equal(*clear)
+    assert np.isnan(own[1][:3]).all()
+
+
 def test_thin_bricks_are_clear() -> None:
     points, nodes = cells(0.0)
     assert told(points * (1, 1e3, 1e6), nodes)[1].all()

@@ -105,20 +105,25 @@ def companions_by_region(
             for name, one in zip(NAMES, values, strict=True)
         ]
 
+    def told(row: CellType) -> bool:
+        return quality.beside is not None and row in quality.beside.rows
+
     def work(part: CellIds, row: CellType) -> dict[int, list[dict[int, Tally]]]:
         n, start = connectivity.count(part), 0
-        means, ratios = np.empty(n), np.empty(n)
+        is_told = told(row)
+        means, ratios = quality.beside.of(part) if is_told and quality.beside else (np.empty(n), np.empty(n))
         for some in connectivity.chunks(part):
             cells = _cells(quality, row, some, compiled=compiled)
             here = slice(start, start + cells.n_cells)
-            mean_and_ratio(cells, (means[here], ratios[here]))
+            mean_and_ratio(cells, (means[here], ratios[here]), is_told=is_told)
             start += cells.n_cells
         return tallied((means, ratios), part)
 
     for row, _, cells in mesh.groups():
         if row is not None and row.shape is not None:
-            first = next(connectivity.chunks(cells, 1))
-            mean_and_ratio(_cells(quality, row, first, compiled=compiled))  # what it compiles, it compiles here
+            if not told(row):
+                first = next(connectivity.chunks(cells, 1))
+                mean_and_ratio(_cells(quality, row, first, compiled=compiled))  # what it compiles, it compiles here
             found = run(partial(work, row=row), connectivity.chunks(cells, CHUNK), threads)
         elif quality.polyhedra is not None and row is POLYHEDRON:
             assert mesh.polyhedra is not None

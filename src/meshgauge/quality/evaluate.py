@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from functools import partial
 from operator import itemgetter
 
@@ -13,6 +14,7 @@ from ..cells import IS_SOLID, CellType
 from ..kernels import path
 from ..kernels.cells import driver
 from ..kernels.threads import run
+from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
 from ..status import Status
@@ -74,6 +76,29 @@ SCATTERED = 1 << 15
 types come from one part of the file, which stays in its cache."""
 
 
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What a report says beside J_ENS of cells of some types, told in passing; see `quality.companions`.
+
+    Attributes
+    ----------
+    means, ratios
+        ``(n_cells,)``; NaN where it has to be looked at more closely, and anything for cells of other types.
+    rows
+        These types.
+    """
+
+    means: Values
+    ratios: Values
+    rows: set[CellType] = field(default_factory=set)
+
+    __repr__ = brief
+
+    def of(self, part: CellIds) -> tuple[Values, Values]:
+        """Of some cells, as arrays or views."""
+        return self.means[part], self.ratios[part]
+
+
 def jens(
     mesh: Mesh,
     types: Iterable[tuple[CellType, CellIds]],
@@ -81,6 +106,7 @@ def jens(
     values: Values,
     status: NDArray[np.uint8],
     threads: int | None,
+    beside: Beside | None = None,
 ) -> None:
     """Put J_ENS and the status of all cells of some types into arrays ``(mesh.n_cells,)``.
 
@@ -96,33 +122,48 @@ def jens(
         Changed in place.
     threads
         At most this many; None: one for each processor.
+    beside
+        Filled in as well, if given, for types for which that can be told in passing.
     """
     works: list[tuple[int, Callable[[], None]]] = []
     compiled = path.is_compiled(n)
     for row, cells in types:
-        driver.prepare(row, mesh.points, n)
+        own = beside if driver.tells_companions(row, compiled=compiled) else None
+        if own is not None:
+            own.rows.add(row)
+        driver.prepare(row, mesh.points, n, with_companions=own is not None)
         validity.prepare(row, mesh, compiled=compiled)
         size = connectivity.CHUNK
         if not isinstance(cells, slice):
             size = SCATTERED
             if compiled:
-                _jens(mesh, row, cells[:0], values, status, compiled=True)  # what it compiles, it compiles here
+                _jens(mesh, row, cells[:0], values, status, own, compiled=True)  # what it compiles, it compiles here
         for part in connectivity.chunks(cells, size):
             first = part.start if isinstance(part, slice) else int(part[0])
-            works.append((first, partial(_jens, mesh, row, part, values, status, compiled=compiled)))
+            works.append((first, partial(_jens, mesh, row, part, values, status, own, compiled=compiled)))
     # In the order of the file: of types that alternate the connectivity is then read once, not once for each.
     works.sort(key=itemgetter(0))
     run(lambda work: work[1](), works, threads)
 
 
 def _jens(
-    mesh: Mesh, row: CellType, part: CellIds, values: Values, status: NDArray[np.uint8], *, compiled: bool
+    mesh: Mesh,
+    row: CellType,
+    part: CellIds,
+    values: Values,
+    status: NDArray[np.uint8],
+    beside: Beside | None,
+    *,
+    compiled: bool,
 ) -> None:
     """The same for a few cells of one type."""
     ids = connectivity.pick(mesh, row, part, driver.columns(row), compiled=compiled)
     into = values[part] if isinstance(part, slice) else np.empty(len(ids))
     clear = np.empty(len(ids), np.bool_)
-    driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled, clear=clear)
+    pair = None if beside is None else beside.of(part)
+    driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled, clear=clear, beside=pair)
+    if beside is not None and pair is not None and not isinstance(part, slice):
+        beside.means[part], beside.ratios[part] = pair
     codes = np.full(len(ids), Status.OK, np.uint8)
     others = np.flatnonzero(~clear)
     if len(others):

@@ -71,6 +71,8 @@ class Quality:
         Faces with their two cells, and what finite volumes ask of them, if a metric of these was measured; else None.
     n_deciding
         Of a part of a mesh: measured cells of the whole, by which nodes are evaluated as in the whole; else None.
+    beside
+        What a report says beside, as far as it was told in passing; None where it was not asked for.
     """
 
     mesh: Mesh
@@ -82,6 +84,7 @@ class Quality:
     collapsed_from: Mesh | None = None
     faces: FaceQuality | None = None
     n_deciding: int | None = field(default=None, repr=False)
+    beside: evaluate.Beside | None = field(default=None, repr=False)
 
     @property
     def n_cells(self) -> int:
@@ -416,6 +419,7 @@ def measure_part(
     keep_bricks: bool = False,
     n_deciding: int | None = None,
     beyond: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None = None,
+    with_companions: bool = False,
 ) -> Quality:
     """Measure a mesh, or a part of one to the last bit as if it were measured with the whole.
 
@@ -431,9 +435,12 @@ def measure_part(
         Measured cells of the whole mesh, which decide whether kernels are taken, see `kernels.path`; None: of this one.
     beyond
         What lies beyond faces of polyhedra in the whole mesh, see `measure_polyhedra`; None: `mesh.beyond` of this one.
+    with_companions
+        `quality.companions` of it will be asked for: they are told in passing, where that is possible.
     """
     n = evaluate.n_deciding(mesh) if n_deciding is None else n_deciding
-    quality = replace(_measure_all(mesh, rows, threads, n, beyond), n_deciding=n_deciding)
+    beside = evaluate.Beside(np.empty(mesh.n_cells), np.empty(mesh.n_cells)) if with_companions else None
+    quality = replace(_measure_all(mesh, rows, threads, n, beyond, beside), n_deciding=n_deciding, beside=beside)
     if keep_bricks or mesh.dimension == 2:
         return quality
     return with_collapsed(quality, lambda part: _measure_all(part, rows, threads, n, None))
@@ -445,6 +452,7 @@ def _measure_all(
     threads: int | None,
     n: int,
     beyond_faces: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None,
+    beside: evaluate.Beside | None = None,
 ) -> Quality:
     """Every cell as it is; ``n``: see `evaluate.n_deciding`."""
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
@@ -474,7 +482,7 @@ def _measure_all(
             for one in others:
                 if one.is_defined_for(row.shape.name):
                     evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
-    evaluate.jens(mesh, measured, n, values[JENS], status, threads)
+    evaluate.jens(mesh, measured, n, values[JENS], status, threads, beside)
     if mesh.purpose == "fv" and mesh.dimension == 3:
         from .concave import mark_concave
 

@@ -57,6 +57,7 @@ class Job:
             keep_bricks=self.ask.keep_bricks,
             n_deciding=self.facts.n_deciding,
             beyond=unknown,
+            with_companions=self.ask.companions,
         )
         region_ids = self.facts.regions.ids(part.first_cell, quality.mesh.cell_data, quality.mesh.n_cells)
         return partial_of(quality, part, region_ids, self.ask, self.facts, _worst.setdefault(self.key, Lowest()))

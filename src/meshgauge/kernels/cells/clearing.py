@@ -1,7 +1,8 @@
-"""Cell J_ENS as `fast` has it, and of which cells it is certain that they are valid inside, in one pass.
+"""Cell J_ENS as `fast` has it, and of which cells it is certain that they are valid inside, in one pass; with what a
+report says beside, as `companions` has it.
 
 The certificate (`kernels.certificate`) proves it for each cell, but takes longer than all else; here what is clear at
-first sight is told from what it has to look at.
+first sight is told from what it has to look at. Values are the same to the last bit as those of a pass of their own.
 """
 
 from __future__ import annotations
@@ -47,7 +48,7 @@ def hexahedron(
         _gather(points, connectivity, out, 8, first, n, x)
         for lane in range(BLOCK):
             p = U(lane)
-            value, corner, less, total = _hexahedron(x, p)
+            value, _, _, corner, less, total = _hexahedron(x, p)
             q[p] = value
             c[p] = _is_clear(value, corner, less, total, limit)
         left += _store(q, out, first, n)
@@ -56,5 +57,44 @@ def hexahedron(
     return left
 
 
+@fused_kernel
+def hexahedron_and_companions(
+    points: FloatArray,
+    connectivity: Int64Array,
+    out: Float64Array,
+    k: float,
+    limit: float,
+    clear: UInt8Array,
+    means: Float64Array,
+    ratios: Float64Array,
+) -> int:
+    """`hexahedron`, and what `companions.hexahedron` writes."""
+    widest()
+    m, left = len(out), 0
+    x, q, c = np.zeros(8 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    q_mean, r = np.empty(BLOCK), np.empty(BLOCK)
+    for first in range(0, m, BLOCK):
+        n = min(BLOCK, m - first)
+        if not _are_points(points, connectivity, 8, first, n):
+            return -1
+        _gather(points, connectivity, out, 8, first, n, x)
+        for lane in range(BLOCK):
+            p = U(lane)
+            value, mean, ratio, corner, less, total = _hexahedron(x, p)
+            q[p] = value
+            q_mean[p] = mean
+            r[p] = ratio
+            c[p] = _is_clear(value, corner, less, total, limit)
+        left += _store(q, out, first, n)
+        for lane in range(n):
+            clear[first + lane] = np.uint8(c[lane])
+            means[first + lane] = q_mean[lane]
+            ratios[first + lane] = r[lane]
+    return left
+
+
 BY_SHAPE = {HEXAHEDRON.name: hexahedron}
 """The kernels by the name of the shape."""
+
+WITH_COMPANIONS = {HEXAHEDRON.name: hexahedron_and_companions}
+"""The same that write companions as well."""

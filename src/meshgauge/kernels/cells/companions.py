@@ -15,7 +15,7 @@ from ...cells import HEXAHEDRON, PYRAMID, TETRA, WEDGE
 from ...surface_cells import QUAD, TRIANGLE
 from ..arrays import BLOCK, Float64Array, FloatArray, Int64Array
 from ..jit import fused_inlined, fused_kernel
-from .fast import FLAT, LARGE, SMALL, U, _cross, _det, _edge, _gather, _negative, _point, _square, _squares
+from .fast import FLAT, LARGE, SMALL, U, _cross, _det, _edge, _gather, _hexahedron, _negative, _point, _square, _squares
 from .simd import widest
 
 
@@ -136,6 +136,7 @@ def wedge(points: FloatArray, connectivity: Int64Array, means: Float64Array, rat
 def hexahedron(
     points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float
 ) -> None:
+    """``k`` must be 1."""
     widest()
     m = len(means)
     x, q, r = np.zeros(8 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
@@ -144,33 +145,9 @@ def hexahedron(
         _gather(points, connectivity, means, 8, first, n, x)
         for lane in range(BLOCK):
             p = U(lane)
-            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
-            x4, x5, x6, x7 = _point(x, p, U(4)), _point(x, p, U(5)), _point(x, p, U(6)), _point(x, p, U(7))
-            ea0, ea1, ea2, ea3 = _edge(x0, x1), _edge(x3, x2), _edge(x4, x5), _edge(x7, x6)
-            eb0, eb1, eb2, eb3 = _edge(x0, x3), _edge(x1, x2), _edge(x4, x7), _edge(x5, x6)
-            ec0, ec1, ec2, ec3 = _edge(x0, x4), _edge(x1, x5), _edge(x2, x6), _edge(x3, x7)
-            a0, a1, a2, a3 = _square(ea0), _square(ea1), _square(ea2), _square(ea3)
-            b0, b1, b2, b3 = _square(eb0), _square(eb1), _square(eb2), _square(eb3)
-            c0, c1, c2, c3 = _square(ec0), _square(ec1), _square(ec2), _square(ec3)
-            s0, s1 = _squares(_det(ea0, eb0, ec0), a0 * b0 * c0, _det(ea0, eb1, ec1), a0 * b1 * c1)
-            s2, s3 = _squares(_det(ea1, eb1, ec2), a1 * b1 * c2, _det(ea1, eb0, ec3), a1 * b0 * c3)
-            s4, s5 = _squares(_det(ea2, eb2, ec0), a2 * b2 * c0, _det(ea2, eb3, ec1), a2 * b3 * c1)
-            s6, s7 = _squares(_det(ea3, eb3, ec2), a3 * b3 * c2, _det(ea3, eb2, ec3), a3 * b2 * c3)
-            flattest = min(
-                min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3))), min(min(abs(s4), abs(s5)), min(abs(s6), abs(s7)))
-            )
-            least = min(
-                min(min(min(a0, a1), min(a2, a3)), min(min(b0, b1), min(b2, b3))), min(min(c0, c1), min(c2, c3))
-            )
-            most = max(max(max(max(a0, a1), max(a2, a3)), max(max(b0, b1), max(b2, b3))), max(max(c0, c1), max(c2, c3)))
-            total = (
-                ((a0 + a1) + (a2 + a3)) + ((b0 + b1) + (b2 + b3)) + ((c0 + c1) + (c2 + c3))
-            )  # NaN if any is: min may drop it
-            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
-            lower = (_node(s0, k) + _node(s1, k)) + (_node(s2, k) + _node(s3, k))
-            upper = (_node(s4, k) + _node(s5, k)) + (_node(s6, k) + _node(s7, k))
-            q[p] = 0.125 * (lower + upper) if is_certain else np.nan
-            r[p] = sqrt(least / most) if is_certain else np.nan
+            _, mean, ratio, _, _, _ = _hexahedron(x, p)
+            q[p] = mean
+            r[p] = ratio
         _store(q, r, means, ratios, first, n)
 
 

@@ -39,7 +39,9 @@ def columns(row: CellType) -> tuple[int, ...]:
     return tuple(range(row.n_nodes or 0)) if uses_all_nodes(row) else row.corners
 
 
-def prepare(row: CellType, points: Points, n_cells: int, *, with_nodes: bool = False) -> None:
+def prepare(
+    row: CellType, points: Points, n_cells: int, *, with_nodes: bool = False, with_companions: bool = False
+) -> None:
     """Compile what so many cells of a type need, or load it from the cache, on the calling thread.
 
     Threads that were to compile would wait for one another, and for ever if the caller is itself being imported.
@@ -48,7 +50,8 @@ def prepare(row: CellType, points: Points, n_cells: int, *, with_nodes: bool = F
         return
     none = np.empty((0, len(columns(row))), np.int64)
     if not with_nodes:
-        cell_jens(points, none, row, np.empty(0), compiled=True, clear=np.empty(0, np.bool_))
+        beside = (np.empty(0), np.empty(0)) if with_companions else None
+        cell_jens(points, none, row, np.empty(0), compiled=True, clear=np.empty(0, np.bool_), beside=beside)
     else:
         node_scaled_jacobian(points, none, row, np.empty((0, shape_of(row).n_nodes)), compiled=True)
 
@@ -62,6 +65,7 @@ def cell_jens(
     *,
     compiled: bool,
     clear: NDArray[np.bool_] | None = None,
+    beside: tuple[Values, Values] | None = None,
 ) -> None:
     """J_ENS of each cell: the fold of its node values.
 
@@ -82,6 +86,8 @@ def cell_jens(
     clear
         ``(n_cells,)``; receives True for cells that are certainly valid everywhere and not flat by rounding, see
         `flat.LIMIT`: nearly all of a good mesh, of types for which that is told in passing. None: nobody asks.
+    beside
+        Receive the means and ratios of `companions`, where `tells_companions`, if ``clear`` is asked for too.
 
     Raises
     ------
@@ -89,12 +95,15 @@ def cell_jens(
         If an id is not that of a point, where `checks_ids`; elsewhere they must be.
     """
     shape = shape_of(row)
-    if clear is not None and compiled and not row.is_curved and shape.name in CLEARING:
-        from .clearing import BY_SHAPE
+    if clear is not None and tells_companions(row, compiled=compiled):
+        from .clearing import BY_SHAPE, WITH_COMPANIONS
 
         arrays = as_flat(points), as_flat(connectivity), out
-        limit = flat.LIMIT / shape.k
-        n_left = BY_SHAPE[shape.name](*arrays, shape.k, limit, clear.view(np.uint8))
+        others = shape.k, flat.LIMIT / shape.k, clear.view(np.uint8)
+        if beside is None:
+            n_left = BY_SHAPE[shape.name](*arrays, *others)
+        else:
+            n_left = WITH_COMPANIONS[shape.name](*arrays, *others, *beside)
         _finish(points, connectivity, row, out, n_left)
         return
     if shape.dimension == 2:
@@ -111,6 +120,11 @@ def cell_jens(
         np.greater(out, flat.LIMIT / shape.k, out=clear)
     elif clear is not None:
         clear[:] = False
+
+
+def tells_companions(row: CellType, *, compiled: bool) -> bool:
+    """True if `cell_jens` can tell `companions` in passing."""
+    return compiled and not row.is_curved and shape_of(row).name in CLEARING
 
 
 def corners_decide(row: CellType) -> bool:

@@ -291,9 +291,19 @@ def wedge(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: fl
 
 
 @fused_inlined
+def _right_node(s: Any) -> Any:
+    """J_ENS of a signed square of J_S, for k = 1."""
+    root = sqrt(abs(s))
+    q = min(root, 2.0 - root)
+    return q if s > 0.0 else -q
+
+
+@fused_inlined
 def _hexahedron(x: Any, p: Any) -> Any:
-    """J_ENS of the cell in a lane, or NaN; and of a cell that has one, for `clearing`, the least determinant of
-    a corner, the most that it may be less inside, squared, and the sum of the squared edges.
+    """J_ENS of the cell in a lane, the mean of its nodes', and its shortest over its longest edge, or NaN.
+
+    And of a cell that has them, for `clearing`, the least determinant of a corner, the most that it may be less inside,
+    squared, and the sum of the squared edges.
 
     A determinant det(A, B, C) inside, of which A is bilinear in s and t, B in r and t, C in r and s, has the second
     derivatives 2 det(A, B_r, C_r) and so on. Where two of its corners along each axis are interpolated, it is off by an
@@ -332,7 +342,12 @@ def _hexahedron(x: Any, p: Any) -> Any:
     c = max(max(c0, c1), max(c2, c3))
     less = (3.0 / 16.0) * (a * wt * ws + b * wt * wr + c * ws * wr)  # (u + v + w)² is at most three times the squares
     corner = min(min(min(d0, d1), min(d2, d3)), min(min(d4, d5), min(d6, d7)))
-    return _worst_of_right_angles(small, nearest) if is_certain else np.nan, corner, less, total
+    value = _worst_of_right_angles(small, nearest) if is_certain else np.nan
+    lower = (_right_node(s0) + _right_node(s1)) + (_right_node(s2) + _right_node(s3))
+    upper = (_right_node(s4) + _right_node(s5)) + (_right_node(s6) + _right_node(s7))
+    mean = 0.125 * (lower + upper) if is_certain else np.nan
+    ratio = sqrt(least / max(max(a, b), c)) if is_certain else np.nan
+    return value, mean, ratio, corner, less, total
 
 
 @fused_kernel

@@ -34,11 +34,19 @@ def edge_ratio(cells: Cells) -> Values:
     return mean_and_ratio(cells)[1]
 
 
-def mean_and_ratio(cells: Cells, out: tuple[Values, Values] | None = None) -> tuple[Values, Values]:
-    """`jens_mean` and `edge_ratio`, from one look at the cells; ``out``, contiguous, receives them if given."""
+def mean_and_ratio(
+    cells: Cells, out: tuple[Values, Values] | None = None, *, is_told: bool = False
+) -> tuple[Values, Values]:
+    """`jens_mean` and `edge_ratio`, from one look at the cells; ``out``, contiguous, receives them if given.
+
+    ``is_told``: they are there already, but for the NaN that kernels leave.
+    """
     means, ratios = (np.empty(cells.n_cells), np.empty(cells.n_cells)) if out is None else out
     left: slice | NDArray[np.intp] = slice(None)
-    if cells.compiled and driver.companions(cells.points, cells.nodes, cells.type, means, ratios, cells.up):
+    told = is_told or (
+        cells.compiled and driver.companions(cells.points, cells.nodes, cells.type, means, ratios, cells.up)
+    )
+    if told:
         left = np.flatnonzero(np.isnan(means))
     some = replace(cells, nodes=cells.nodes[left])
     if some.n_cells:
