@@ -107,6 +107,18 @@ def types(values: ArrayLike) -> NDArray[np.uint8]:
     return np.ascontiguousarray(array, np.uint8)
 
 
+def count_types(ids: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """``(256,)`` how many of some VTK ids each is."""
+    counts = np.zeros(256, np.int64)
+    for start in range(0, len(ids), CHUNK):  # in pieces: `bincount` makes a copy of eight times the size
+        some = ids[start : start + CHUNK]
+        if bool((some == some[0]).all()):  # told thirty times as fast as they are counted
+            counts[some[0]] += len(some)
+        else:
+            counts += np.bincount(some, minlength=256)
+    return counts
+
+
 def indices(values: ArrayLike, what: str) -> IndexArray:
     """One-dimensional C-contiguous int32 or int64; other integer types become int64."""
     array = require_unmasked(values, what)

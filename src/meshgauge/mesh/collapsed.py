@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 from ..cells import BY_NAME, CELL_TYPES, HEXAHEDRON, PYRAMID, TETRA, WEDGE, CellType, Shape
 from ..look.style import plural
 from . import connectivity
+from .cast import count_types
 from .mesh import Mesh
 
 Ints = NDArray[np.int64]
@@ -77,8 +78,11 @@ def resolve(mesh: Mesh, is_doubtful: NDArray[np.bool_] | None = None) -> Mesh:
     types, sizes = mesh.types, _NONE
     changed: list[tuple[Ints, tuple[int, ...]]] = []
     counts: Counter[str] = Counter()
+    counts_of = count_types(mesh.types)
+    is_sound = is_doubtful is not None and not is_doubtful.any()
     for row in _SOURCES:
-        cells = _repeated(mesh, row, is_doubtful) if bool((mesh.types == row.vtk_id).any()) else _NONE
+        is_asked = counts_of[row.vtk_id] > 0 and (row.is_curved or not is_sound)
+        cells = _repeated(mesh, row, is_doubtful) if is_asked else _NONE
         if not len(cells):
             continue
         patterns = _patterns(connectivity.pick(mesh, row, cells, row.corners))

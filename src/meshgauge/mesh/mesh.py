@@ -253,7 +253,7 @@ class Mesh:
 
     def type_counts(self) -> dict[str, int]:
         """Number of cells by type name, in the order of the VTK ids."""
-        counts = self._count_by_id()
+        counts = cast.count_types(self.types)
         return {type_name(int(t)): int(counts[t]) for t in np.flatnonzero(counts)}
 
     def groups(self) -> Iterator[tuple[CellType | None, int, CellIds]]:
@@ -265,7 +265,7 @@ class Mesh:
         from .high_order import by_nodes
 
         rows = rows_of(self.dimension or 3)
-        for vtk_id in (int(t) for t in np.flatnonzero(self._count_by_id())):
+        for vtk_id in (int(t) for t in np.flatnonzero(cast.count_types(self.types))):
             row, cells = rows.get(vtk_id), self.cells_of_type(vtk_id)
             if row is not None and varies(row):
                 yield from ((known, vtk_id, some) for known, some in by_nodes(self, row, cells))
@@ -278,13 +278,6 @@ class Mesh:
         n = int(np.count_nonzero(of_type))
         first = int(np.argmax(of_type)) if n else 0
         return slice(first, first + n) if bool(of_type[first : first + n].all()) else np.flatnonzero(of_type)
-
-    def _count_by_id(self) -> NDArray[np.int64]:
-        # In pieces: `bincount` makes a copy of eight times the size.
-        counts = np.zeros(256, np.int64)
-        for start in range(0, self.n_cells, cast.CHUNK):
-            counts += np.bincount(self.types[start : start + cast.CHUNK], minlength=256)
-        return counts
 
     def nodes(self, cell: int) -> IndexArray:
         """Point ids of one cell."""

@@ -24,6 +24,7 @@ from ..io.plumbing.wedge_order import (
     undecided,
 )
 from ..kernels.surfaces import plane
+from ..mesh.cast import count_types
 from ..mesh.labels import LABEL
 from ..mesh.mesh import IS_SOLID_OR_UNKNOWN
 from ..mesh.plane import side
@@ -115,7 +116,7 @@ def facts_of(
     all_places = places(pieces)
     for place in all_places:
         types = pieces.pieces[place.piece].types.read(place.start, place.stop)
-        by_type = np.bincount(types, minlength=256)
+        by_type = count_types(types)
         of_all += by_type
         own_wedges, own_others = count(by_type)
         wedges += own_wedges
@@ -123,7 +124,7 @@ def facts_of(
         is_ghost = _ghosts(pieces, place)
         if is_ghost is not None:
             n_ghosts += int(is_ghost.sum())
-            by_type = np.bincount(types[~is_ghost], minlength=256)
+            by_type = count_types(types[~is_ghost])
         counts += by_type
     if set(np.flatnonzero(counts).tolist()) & set(pieces.renumbered):
         raise ReadWhole("cells are numbered as in older files")
