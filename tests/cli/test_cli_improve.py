@@ -20,6 +20,7 @@ import pytest
 
 import meshgauge
 from meshgauge import Mesh, WriteError, repair
+from meshgauge.cli.main import main
 from meshgauge.files import undo as undo_data
 from meshgauge.repair.claims import Promise
 from meshgauge.repair.report import Claim
@@ -342,3 +343,17 @@ def test_an_undo_file_that_cannot_be_written_is_known_before_the_work(tangled: P
     assert done.returncode == 2
     assert "there is no folder" in done.stderr
     assert path.read_bytes() == had
+
+
+def test_how_a_mesh_is_written_is_said_when_it_is(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """What is refused for another reason is refused without a word on that."""
+    points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0.3), (0.5, 0.5, 0.1)])
+    cells = [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
+    path, out = tmp_path / "a.stl", tmp_path / "b.stl"
+    meshgauge.write(path, Mesh.from_arrays(points, {"triangle": cells}))
+    assert main(["improve", str(path), "-o", str(out), "--topology"]) == 2
+    assert capsys.readouterr().err.splitlines() == [
+        f"meshgauge: error: {path}: --topology is for solid cells, and the cells here are surface cells"
+    ]
+    assert main(["improve", str(path), "-o", str(out)]) == 0
+    assert "STL is not patched: the mesh is written anew" in capsys.readouterr().err

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 import numpy as np
+import optional
 import pytest
 
 import meshgauge
@@ -179,3 +180,49 @@ def test_of_one_mesh_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     assert main(["report", str(tmp_path / "a.vtu"), "--step", "all", "--bad", str(tmp_path / "bad.txt")]) == 2
     assert "one mesh" in capsys.readouterr().err
     assert not (tmp_path / "bad.txt").exists()
+
+
+def grouped(kind: str) -> Mesh:
+    """Bad cells of several types in a mesh whose regions are numbers from 0 on, in which some cells are, or none is."""
+    points = np.array([*GOOD, (0.3, 0.3, 0.05), (1, 1, 0), (0.4, 0.4, 0.04), (0.5, 0.5, -1)], float)
+    cells = [("tetra", [(0, 1, 2, 3), (0, 1, 2, 4), (0, 1, 2, 7)]), ("pyramid", [(0, 1, 5, 2, 6), (0, 1, 5, 2, 7)])]
+    made = Mesh.from_arrays(points, cells)
+    if kind == "numbers":
+        return made.replace(cell_data={"material": np.array([0, 3, 0, 1, 0])})
+    return made.replace(cell_data={"gmsh:physical": np.array([0, 3, 0, 7, 0])} if kind == "some" else {})
+
+
+@pytest.mark.parametrize("kind", ["numbers", "some", "none"])
+@pytest.mark.parametrize("option", ["--bad", "--bad-set"])
+def test_files_of_gmsh_are_read_by_others(kind: str, option: str, tmp_path: Path) -> None:
+    import meshio
+
+    path, out = tmp_path / ("a.msh" if kind == "some" else "a.vtu"), tmp_path / "out.msh"
+    meshgauge.write(path, grouped(kind))
+    assert main(["report", str(path), option, str(out), "-q", "--no-diagnosis"]) == 0
+    expected = meshgauge.read(path)
+    names = meshgauge.regions(expected)[1]
+    if option == "--bad":
+        expected = expected[is_bad(measure(expected))]
+    theirs, ours = meshio.read(out), meshgauge.read(out)
+    assert [len(theirs.points), sum(len(block.data) for block in theirs.cells)] == [ours.n_points, expected.n_cells]
+    if option == "--bad":
+        of_theirs = np.concatenate([np.ravel(part) for part in theirs.cell_data["jens"]])
+        np.testing.assert_array_equal(of_theirs, measure(expected).values)
+    if kind == "numbers":
+        assert set(meshgauge.regions(ours)[1]) == set(names) == {"material 0", "material 1", "material 3"}
+    if kind == "some":
+        wanted, groups = (one.cell_data["gmsh:physical"] for one in (expected, ours))
+        known = wanted > 0 if option == "--bad-set" else np.ones(len(wanted), np.bool_)  # else the set is their group
+        np.testing.assert_array_equal(groups[known], wanted[known])
+    gmsh = optional.gmsh()
+    gmsh.initialize(interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.open(str(out))
+        named = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
+        n_cells = sum(map(len, gmsh.model.mesh.getElements()[1]))
+    finally:
+        gmsh.finalize()
+    assert n_cells == expected.n_cells
+    assert named >= {*(names if kind == "numbers" else ()), *(["MESHGAUGE_BAD"] if option == "--bad-set" else ())}

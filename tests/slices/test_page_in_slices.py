@@ -116,12 +116,13 @@ KINDS = quick(
         ("vtu halves that meet", "all is shown"),
     ],
     ("vtkhdf of everything", "the worst are shown"),
+    ("vtkhdf of a grid", "little room"),
     ("vtkhdf of surfaces", "the surface is coarser"),
 )
 
 
 @pytest.mark.parametrize(("kind", "sizes"), KINDS)
-@pytest.mark.parametrize("more", [[], ["--no-diagnosis", "--by", "region"]], ids=["", "undiagnosed"])
+@pytest.mark.parametrize("more", quick([[], ["--no-diagnosis", "--by", "region"]], []), ids=["", "undiagnosed"])
 def test_it_is_that_of_the_whole(
     kind: str, sizes: str, more: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
