@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes.util
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 
 from meshgauge import Mesh, MeshgaugeError, measure, read
 from meshgauge.cells import SHAPES
-from meshgauge.plot import callouts, chart_style, cut_scene, worst_cells_scene
+from meshgauge.plot import callouts, chart_style, cut_scene, worst_cells_scene, worst_faces_scene
 from meshgauge.plot.pyvista_cells import drawable, surface
 from meshgauge.plot.rendering import frame, over
 
@@ -125,3 +127,32 @@ def test_cells_inverted_inside_are_pointed_out_before_poor_ones() -> None:
     assert callouts.caption(found[1]) == ("hexahedron 2", "0.960", "inverted inside")
     assert callouts.colour_of(found[1]) == callouts.colour_of(found[0]) != callouts.colour_of(found[2])
     assert "1 inverted inside" in chart_style.sentence(quality.summary())
+
+
+@pytest.mark.skipif(
+    sys.platform.startswith("linux") and not any(map(ctypes.util.find_library, ("EGL", "GL", "OSMesa"))),
+    reason="there is no library to draw scenes with",
+)
+def test_the_worst_faces_are_numbered_and_say_their_cells() -> None:
+    x = np.array([(i, j, k) for k in (0.0, 1.0, 2.0) for j in (0.0, 1.0) for i in (0.0, 1.0)])
+    x[8:, 0] += 4.0  # the upper cell leans: the line of the centres is far from the face's normal
+    cells = [(0, 1, 3, 2, 4, 5, 7, 6), (4, 5, 7, 6, 8, 9, 11, 10)]
+    quality = measure(Mesh.from_arrays(x, {"hexahedron": cells}))
+    figure = worst_faces_scene.worst_faces(quality, "non_orthogonality", 3)
+    said = [text.get_text() for axes in figure.axes for text in axes.texts]
+    angle = np.degrees(np.arctan(2.0))
+    assert "cells 0, 1" in said
+    assert f"{angle:.3f}" in said
+    assert "within its limit" in said
+    assert sum(text == "1" for text in said) == 2  # in the whole, and from near
+    pixels = np.asarray(figure.axes[1].images[0].get_array()).astype(int)
+    blue = (pixels[..., 2] > pixels[..., 0] + 30) & (pixels[..., 2] > 60)
+    assert np.count_nonzero(blue) > 500
+    outside = worst_faces_scene.worst_faces(quality, "boundary_skewness", 1)
+    assert any("boundary" in text.get_text() for text in outside.axes[1].texts)
+    for wrong, n, said_why in (("jens", 3, "known are non_orthogonality"), ("skewness", 13, "1 to 12")):
+        with pytest.raises(MeshgaugeError, match=said_why):
+            worst_faces_scene.worst_faces(quality, wrong, n)
+    alone = measure(Mesh.from_arrays(x[:8], {"hexahedron": cells[:1]}))
+    with pytest.raises(MeshgaugeError, match="no face has a value"):
+        worst_faces_scene.worst_faces(alone, "skewness", 3)

@@ -16,7 +16,7 @@ from view_meshes import cubes
 import meshgauge
 from meshgauge.cli.main import main
 from meshgauge.look.colours import INVALID, POOR, rgb
-from meshgauge.view import actors, controls, opengl
+from meshgauge.view import actors, controls, faces, opengl
 from meshgauge.view.camera import Camera
 from meshgauge.view.filters import Filters, Plane, ViewError
 from meshgauge.view.link import _READ, View, view
@@ -333,3 +333,80 @@ def test_cells_are_coloured_by_status_region_and_other_metrics() -> None:
     ]
     with pytest.raises(meshgauge.OptionError):
         made.place_in("64")
+
+
+@pytest.fixture(scope="module")
+def sheared() -> Model:
+    """3³ cubes, one point inside moved so far that faces there are beyond their limits."""
+    model = cubes(3)
+    points = np.array(model.mesh.points)
+    points[np.flatnonzero((points == 1.0).all(axis=1))[0]] += (2.0, 2.0, 0.3)
+    mesh = model.mesh.replace(points=points, purpose="fv")
+    return Model.of(meshgauge.measure(mesh, metrics=["jens", "non_orthogonality", "boundary_skewness"]), "sheared")
+
+
+def test_faces_are_coloured_by_their_own_value(sheared: Model) -> None:
+    by = "non_orthogonality of faces"
+    assert by in sheared.colourings
+    faces = sheared.quality.faces
+    assert faces is not None
+    values = {}
+    for face in range(faces.n_faces):
+        if faces.neighbour[face] >= 0:
+            values[frozenset((int(faces.owner[face]), int(faces.neighbour[face])))] = faces.non_orthogonality[face]
+    shown = np.arange(27) < 9  # a layer, cut off: its inner faces are seen
+    seen = sheared.surface(shown)
+    colours = sheared.colours_of(seen, by)
+    assert seen.slots is not None
+    n_inner = n_beyond = 0
+    for slot, colour in zip(seen.slots.tolist(), colours.tolist(), strict=True):
+        value = values.get(frozenset(sheared.beside(slot)), np.nan) if len(sheared.beside(slot)) == 2 else np.nan
+        n_inner += not np.isnan(value)
+        is_grey = max(colour) - min(colour) < 20 and max(colour) < 180
+        is_orange = colour[0] > 200 > colour[1] + 30 and colour[2] < 60
+        assert is_grey == np.isnan(value)
+        assert is_orange == (value > 70)
+        n_beyond += value > 70
+    assert (n_inner, n_beyond) == (9, 2)
+    assert (
+        sheared.colours_of(seen, "non_orthogonality").tolist()
+        == sheared.colours(seen.cells, "non_orthogonality").tolist()
+    )
+
+
+def test_the_worst_faces_are_listed_and_one_can_be_gone_to(sheared: Model) -> None:
+    rows = faces.rows(sheared.hard_faces, 20)
+    assert rows[0]["measure"] == "non orthogonality"
+    assert rows[0]["beyond"]
+    assert {row["measure"] for row in rows} == {"non orthogonality", "boundary skewness"}
+    first = sheared.hard_faces[0]
+    assert sheared.beside(first.slot) == [first.face.owner, first.face.neighbour]
+    details = faces.details(sheared.quality, sheared.face_at(first.slot))
+    assert details["name"] == f"cells {first.face.owner}, {first.face.neighbour}"
+    assert details["measures"][0]["beyond"]
+    outside = next(one for one in sheared.hard_faces if one.face.neighbour is None)
+    assert faces.details(sheared.quality, sheared.face_at(outside.slot))["name"].startswith(
+        f"cell {outside.face.owner}, "
+    )
+    scene = Scene([sheared], size=SIZE)
+    scene.show(View(edges=False, hollows=False))
+    plain = scene.picture()
+    scene.show(view(f"edges=0&hollows=0&cell={first.face.owner}&face={first.slot}"))
+    drawn = np.abs(scene.picture().astype(int) - plain.astype(int)).max(axis=-1) > 40
+    assert 50 < np.count_nonzero(drawn) < 20_000  # seen through all others
+    with pytest.raises(ViewError, match="no face 99999"):
+        scene.show(View(face=99_999))
+    with pytest.raises(ViewError, match="--for fv"):
+        Scene([cubes(2)], size=SIZE).show(View(face=0))
+    # In the colouring of faces those that are listed as the worst are drawn over all the rest.
+    scene.show(view("edges=0&hollows=0&colour=non_orthogonality%20of%20faces"))
+    picture = scene.picture().astype(int)
+    assert np.count_nonzero((picture[..., 0] > 180) & (picture[..., 2] < 60)) > 30
+
+
+def test_a_camera_faces_a_plane_from_its_side() -> None:
+    for normal in ((0.0, 0.0, 1.0), (0.0, 0.0, -3.0), (1.0, 1.0, 0.0)):
+        turned = Camera().facing(np.array(normal))
+        assert abs(turned.forward @ np.array(normal)) / np.linalg.norm(normal) > 0.8
+        assert turned.forward @ Camera().forward > 0.3
+    assert Camera().facing(np.zeros(3)) == Camera()

@@ -62,7 +62,8 @@ def plot(
         return batch.exit_code
     for name, target in targets.items():
         with batch.progress(f"drawing {target}"):
-            figure = _chart(summaries[name], picture) if not picture.is_scene else _scene(last, title, picture)
+            is_chart = not picture.is_scene
+            figure = _chart(summaries[name], picture) if is_chart else _scene(last, title, picture, name)
             drawing.save(figure, target)
     return batch.exit_code
 
@@ -96,13 +97,15 @@ def _over_time(summaries: Mapping[str, Summary]) -> Any:
     )
 
 
-def _scene(quality: Quality, title: str, picture: Picture) -> Any:
+def _scene(quality: Quality, title: str, picture: Picture, metric: str) -> Any:
     """The scene of one mesh."""
     from .. import plot as drawing
     from ..mesh.labels import find_cell
 
     if picture.cell is not None:
         return drawing.one_cell(quality, find_cell(quality.mesh, picture.cell), title=title)
+    if picture.scene is Scenes.faces:
+        return drawing.worst_faces(quality, metric, picture.worst, title=title)
     if picture.scene is Scenes.worst:
         return drawing.worst(quality, picture.worst, title=title)
     return drawing.cut(quality, normal=picture.normal, at=picture.at, title=title)

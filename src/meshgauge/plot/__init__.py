@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .type_chart import types as types
     from .worst_cells_scene import one_cell as one_cell
     from .worst_cells_scene import worst as worst
+    from .worst_faces_scene import worst_faces as worst_faces
 
 _HOME = {
     "histogram": "histogram_chart",
@@ -30,6 +31,7 @@ _HOME = {
     "cumulative": "cumulative_chart",
     "over_time": "steps_chart",
     "worst": "worst_cells_scene",
+    "worst_faces": "worst_faces_scene",
     "one_cell": "worst_cells_scene",
     "cut": "cut_scene",
     "plotter": "interactive_scene",

@@ -93,7 +93,8 @@ def _scene(quality: Quality, cells: list[WorstCell], title: str) -> Figure:
     solids = drawable(quality)
     figure = chart_style.figure(WIDTH / 100, HEIGHT / 100, dpi=100)
     chart_style.title(figure, title, chart_style.sentence(quality.summary()))
-    _whole(figure, solids, cells)
+    drawn = surface(some_cells(solids.grid, [cell.cell for cell in cells]))
+    numbered(figure, solids, drawn, [cell.coordinates for cell in cells])
     columns = min(len(cells), 3 if len(cells) <= 6 else 4)
     rows = -(-len(cells) // columns)
     width, height = (WIDTH - WHERE - 20) // columns, (HEIGHT - HEAD) // rows
@@ -103,8 +104,8 @@ def _scene(quality: Quality, cells: list[WorstCell], title: str) -> Figure:
     return figure
 
 
-def _whole(figure: Figure, solids: Solids, cells: list[WorstCell]) -> None:
-    """The mesh seen through, its worst cells in it, numbered."""
+def numbered(figure: Figure, solids: Solids, drawn: Any, places: ArrayLike) -> None:
+    """The mesh seen through, with what is drawn in it and numbers at some places of the mesh."""
     skin = surface(solids.grid)
     points = corners(skin)
     size = points.max(axis=0) - points.min(axis=0)
@@ -114,12 +115,11 @@ def _whole(figure: Figure, solids: Solids, cells: list[WorstCell]) -> None:
     eye = front + 0.5 * np.cross(up, front) + 0.45 * up
     with Canvas(WHERE - 20, HEIGHT - HEAD, eye, up, points, margin=(0.07, 0.07, 0.05, 0.05)) as canvas:
         image = shell(canvas, skin)
-        canvas.add(surface(_cells(solids.grid, [cell.cell for cell in cells])), width=0.8)
+        canvas.add(drawn, width=0.8)
         image = over(canvas.image(transparent=True), image)
-        at = canvas.pixels(solids.place([cell.coordinates for cell in cells]))
+        at = canvas.pixels(solids.place(places))
     axes = callouts.picture(figure, image, 10, HEAD)
-    places = callouts.apart(at, 26.0)
-    for number, (place, point) in enumerate(zip(places, at, strict=True), 1):
+    for number, (place, point) in enumerate(zip(callouts.apart(at, 26.0), at, strict=True), 1):
         if np.linalg.norm(place - point) > 2:
             axes.plot(*zip(place, point, strict=True), color=INK, linewidth=0.9, zorder=2)
         callouts.badge(axes, place, str(number))
@@ -147,11 +147,11 @@ def _near(
     entries = np.flatnonzero(is_node[mesh.connectivity])
     around = np.unique(np.searchsorted(mesh.offsets, entries, side="right") - 1)
     with Canvas(width, height - CAPTION, eye, up, points, margin=(0.16, 0.16, 0.14, 0.14)) as canvas:
-        neighbours = _cells(solids.grid, around)
+        neighbours = some_cells(solids.grid, around)
         canvas.lines(neighbours.extract_all_edges(), FAINT, 0.7)
         behind = canvas.image()
         canvas.plotter.clear_actors()
-        canvas.add(surface(_cells(solids.grid, [cell.cell])), edge_opacity=0.9, width=1.1)
+        canvas.add(surface(some_cells(solids.grid, [cell.cell])), edge_opacity=0.9, width=1.1)
         image = over(canvas.image(transparent=True), behind, 0.93)
         at = canvas.pixels(np.array([where, *solids.place(_ends(quality, cell))]))
     axes = callouts.picture(figure, image, left, top + CAPTION)
@@ -174,7 +174,7 @@ def _normal(points: Array, otherwise: Array) -> Array:
     return np.asarray(normal if normal[2] >= 0.0 else -normal)
 
 
-def _cells(grid: Any, cells: ArrayLike) -> Any:
+def some_cells(grid: Any, cells: ArrayLike) -> Any:
     """Some of the cells by their position in the file, ascending; those that are not drawn are left out."""
     drawn = np.asarray(grid.cell_data[CELL])
     wanted = np.unique(cells)

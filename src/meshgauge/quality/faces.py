@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from ..kernels.arrays import read_only
 from ..kernels.finite_volume import driver
+from ..look import style
+from ..look.names import cell_entry
 from ..mesh import Mesh
 from ..mesh.labels import cell_label
 from ..mesh.regions import regions
@@ -47,6 +49,14 @@ class WorstFace:
     patch: str | None  #: name of the part of the boundary, if the mesh names them
     points: tuple[int, ...]  #: in their order around the face, outward from the owner
     centre: tuple[float, float, float]
+
+    @property
+    def name(self) -> str:
+        """A face by its cells: ``cells 12, 40`` or ``cell 7, inlet``."""
+        owner = cell_entry(self.owner, self.owner_label)
+        if self.neighbour is not None:
+            return f"cells {owner}, {cell_entry(self.neighbour, self.neighbour_label)}"
+        return f"cell {owner}, {style.printable(self.patch) if self.patch else 'boundary'}"
 
 
 class FaceQuality:
@@ -165,6 +175,11 @@ class FaceQuality:
         at = _first(values, n, highest=highest)
         patches = self._patches(at)
         return [self._worst_face(measure, int(face), float(values[face]), patches[k]) for k, face in enumerate(at)]
+
+    def face(self, face: int, measure: str = "flatness") -> WorstFace:
+        """What is beside a face, and its value of a measure."""
+        patch = self._patches(np.array([face]))[0]
+        return self._worst_face(measure, face, float(getattr(self, measure)[face]), patch)
 
     def _worst_face(self, measure: str, face: int, value: float, patch: str | None) -> WorstFace:
         owner, neighbour = int(self.owner[face]), int(self.neighbour[face])

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..look import style
 from ..look.names import cell_entry
 from ..quality.metrics import HOLDS, LIMITS, METRICS
 
@@ -91,10 +90,7 @@ def place(measure: FiniteVolumeMeasure) -> str:
 
 def face_text(face: WorstFace) -> str:
     """A face by its cells: ``cells 12, 40`` or ``cell 7, inlet``."""
-    owner = cell_entry(face.owner, face.owner_label)
-    if face.neighbour is not None:
-        return f"cells {owner}, {cell_entry(face.neighbour, face.neighbour_label)}"
-    return f"cell {owner}, {style.printable(face.patch) if face.patch else 'boundary'}"
+    return face.name
 
 
 def keeps(one: FiniteVolumeMeasure, value: float) -> bool:

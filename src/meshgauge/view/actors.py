@@ -44,7 +44,7 @@ def cells(
     """
     from vtkmodules.util.numpy_support import numpy_to_vtk
 
-    colours = model.colours(surface.cells, by)
+    colours = model.colours_of(surface, by)
     is_smooth = grid is not None and surface.n_faces <= SMOOTH
     if grid is not None:
         middle, normal = normals(surface, points) if is_smooth else roughly(surface, points, model.centres)
@@ -94,7 +94,7 @@ def coarse(surface: Surface, points: NDArray[np.float32]) -> tuple[Surface, NDAr
     middle = np.repeat(middle, sizes, axis=0)
     grown = (middle + (corners - middle) * min(step**0.5, 3.0)).astype(np.float32)
     own = np.arange(len(grown))
-    return Surface(own, some.offsets, own, some.cells), grown
+    return Surface(own, some.offsets, own, some.cells, some.slots), grown
 
 
 def outline(model: Model) -> Any:
@@ -159,6 +159,29 @@ def marks(model: Model, cell: int, worst: int | None) -> list[Any]:
         mapper.SetResolveCoincidentTopologyToPolygonOffset()
         mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -1.0 * n)
         mapper.SetRelativeCoincidentTopologyPointOffsetParameter(-100_000.0 * n)
+    return actors
+
+
+def face_marks(model: Model, slot: int, by: str, *, with_cells: bool) -> list[Any]:
+    """Actors of one face that is pointed out: itself in the colour of a colouring, its edges, those of its cells."""
+    from vtkmodules.vtkFiltersCore import vtkExtractEdges
+
+    seen = model.faces_at(np.array([slot]))
+    if not seen.n_faces:
+        return []
+    actors = [cells(seen, model.points[seen.points], model, by=by)]
+    around = model.faces_of_cells(model.beside(slot)) if with_cells else seen
+    for some, width in ((around, 1.2), (seen, 1.8)):
+        edges = vtkExtractEdges()
+        edges.SetInputData(_polydata(model.points[some.points], some.offsets, some.connectivity))
+        edges.Update()
+        actors += [
+            plain(edges.GetOutput(), colour, line_width=wide) for colour, wide in ((HALO, 2 * width), (INK, width))
+        ]
+    for n, actor in enumerate(actors):
+        mapper = actor.GetMapper()
+        mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -1.0 * n)
     return actors
 
 

@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import MeshgaugeError
 from ..look.style import share_of
 from ..report.verdict import verdict
-from . import controls, guard, page
+from . import controls, faces, guard, page
 from .card import card
 from .filters import Filters, ViewError
 from .link import View, fragment, view
@@ -64,6 +64,7 @@ class App:
                 "note": "",
                 "card": None,
                 "worst": [],
+                "faces": [],
                 "colourings": [name for name in models[0].colourings if all(name in m.colourings for m in models)],
                 "wanted_cell": "",
                 "panel": "",  # which one is open where there is no room for both
@@ -71,7 +72,7 @@ class App:
             }
         )
         self._update_page()
-        moves = (self.pick, self.fly, self.find, self.forget, self.whole, self.reset)
+        moves = (self.pick, self.fly, self.face, self.find, self.forget, self.whole, self.reset)
         for action in (*moves, self.open_link, self.picture):
             self.server.controller.trigger(action.__name__)(self._with_errors_shown(action))
         self._push = page.build(self.server, models, self.choices, self.scene.window)
@@ -140,7 +141,7 @@ class App:
 
     def forget(self) -> None:
         """Pick no cell."""
-        self._show(replace(self._current(), cell=None, mesh=0))
+        self._show(replace(self._current(), cell=None, mesh=0, face=None))
 
     def whole(self) -> None:
         """Move the camera to where the whole mesh is seen."""
@@ -151,12 +152,13 @@ class App:
         self._show(replace(self._current(), filters=Filters()))
 
     def pick(self, x: float, y: float) -> None:
-        """Show the cell that is seen at a place of the picture, or none."""
+        """Show the cell that is seen at a place of the picture, or none; where faces are coloured, its face there."""
         hit = self.scene.pick(float(x), float(y))
+        face = self.scene.pick_face(float(x), float(y)) if faces.measure_of(self.scene.view.colour) else None
         if hit is None:
             self.forget()
         else:
-            self._show(replace(self._current(), mesh=hit[0], cell=hit[1]))
+            self._show(replace(self._current(), mesh=hit[0], cell=hit[1], face=None if face is None else face[1]))
 
     def fly(self, mesh: int, cell: int) -> None:
         """Pick a cell and fly the camera to it."""
@@ -164,7 +166,18 @@ class App:
         model = models[min(max(int(mesh), 0), len(models) - 1)]
         centre, size = model.place_of(int(cell))
         camera = self.scene.camera.looking_at(centre, size)
-        self._show(replace(self.scene.view, mesh=models.index(model), cell=int(cell), camera=camera))
+        self._show(replace(self.scene.view, mesh=models.index(model), cell=int(cell), face=None, camera=camera))
+
+    def face(self, mesh: int, slot: int) -> None:
+        """Pick a face, fly the camera to it, and show its owner's card."""
+        models = self.scene.models
+        model = models[min(max(int(mesh), 0), len(models) - 1)]
+        model.face_at(int(slot))
+        turned = self.scene.camera.facing(model.normal_of(int(slot)))
+        camera = turned.looking_at(*model.place_of_face(int(slot)))
+        cell = model.beside(int(slot))[0]
+        picked = replace(self.scene.view, mesh=models.index(model), cell=cell, face=int(slot), camera=camera)
+        self._show(picked)
 
     def find(self, text: str) -> None:
         """Fly to a cell of the first mesh by its number in the file, or its position if it has none."""
@@ -210,12 +223,15 @@ class App:
         n_worst = controls.WORST // len(scene.models)
         pairs = zip(scene.models, scene.masks, strict=True)
         state.worst = [controls.worst(model, n_worst, mask) for model, mask in pairs]
+        state.faces = [faces.rows(model.hard_faces, n_worst) for model in scene.models]
         state.legend = scene.models[0].legend(wanted.colour)
         state.bins = controls.bins(scene.models, wanted)
         state.card = None
         if wanted.cell is not None:
             model = scene.models[wanted.mesh]
-            state.card = controls.details(model, card(model, wanted.cell), wanted.mesh, model.name)
+            face = None if wanted.face is None else faces.details(model.quality, model.face_at(wanted.face))
+            of_cell = controls.details(model, card(model, wanted.cell), wanted.mesh, model.name)
+            state.card = {**of_cell, "slot": wanted.face, "face": face}
         state.link = fragment(wanted)
 
     def _on_change(self, **_: Any) -> None:

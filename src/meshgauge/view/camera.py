@@ -70,6 +70,18 @@ class Camera:
         distance = max(size, 1e-6) * CLOSE / 2 / HALF
         return replace(self, focus=_vector(centre), position=_vector(np.asarray(centre) - distance * self.forward))
 
+    def facing(self, normal: NDArray[np.floating]) -> Camera:
+        """The camera turned to look at a plane from its own side, a little from aside; as it is without a normal."""
+        size = float(np.linalg.norm(normal))
+        if not (0.0 < size < np.inf):
+            return self
+        across = normal / size
+        into = across if across @ self.forward > 0 else -across
+        forward, up = into + 0.5 * self.forward, np.array(self.up)
+        if np.linalg.norm(np.cross(forward, up)) < 0.2 * np.linalg.norm(forward) * np.linalg.norm(up):
+            up = self.axes[2]
+        return replace(self, position=_vector(np.asarray(self.focus) - forward), up=_vector(up))
+
     def ray(self, x: float, y: float, aspect: float) -> NDArray[np.float64]:
         """Unit vector of sight of a place in the picture.
 

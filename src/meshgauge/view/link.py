@@ -25,6 +25,7 @@ class View:
     camera: Camera | None = None  #: None: from where the whole mesh is seen
     cell: int | None = None  #: the cell that is picked
     mesh: int = 0  #: of which mesh: 0, or 1 for the second
+    face: int | None = None  #: the face that is picked, of that mesh: its half-face in the topology
     edges: bool = True  #: whether the edges of cells are drawn
     colour: str = "quality"  #: by what cells are coloured: one of `Model.colourings`
     shrink: float = 0.0  #: by what share of itself each cell is drawn smaller, so that all are seen apart
@@ -53,6 +54,8 @@ def fragment(view: View) -> str:
         parts.append(("peel", str(filters.peel)))
     if view.cell is not None:
         parts.append(("cell", f"{view.cell},{view.mesh}" if view.mesh else str(view.cell)))
+    if view.face is not None:
+        parts.append(("face", str(view.face)))
     if not view.edges:
         parts.append(("edges", "0"))
     if view.shrink:
@@ -135,6 +138,12 @@ def _cell(state: View, text: str) -> View:
     return replace(state, cell=int(cell), mesh=int(mesh or 0))
 
 
+def _face(state: View, text: str) -> View:
+    if not text.isdecimal():
+        raise ValueError(text)
+    return replace(state, face=int(text))
+
+
 def _filter(name: str, read: Callable[[str], object]) -> Callable[[View, str], View]:
     return lambda state, text: replace(state, filters=replace(state.filters, **{name: read(text)}))  # type: ignore[arg-type]
 
@@ -153,6 +162,7 @@ _READ: dict[str, Callable[[View, str], View]] = {
     "plane": _plane,
     "peel": _filter("peel", int),
     "cell": _cell,
+    "face": _face,
     "edges": lambda state, text: replace(state, edges=_flag(text)),
     "shrink": lambda state, text: replace(state, shrink=_floats(text, 1)[0]),
     "hollows": lambda state, text: replace(state, hollows=_flag(text)),

@@ -29,6 +29,7 @@ from ..mesh.topology import Topology, topology
 from ..quality.measure import Quality, measure
 from ..status import STATUSES, Category, Status, is_degenerate, is_invalid, is_solid
 from ..status import category as category_of
+from . import faces
 from .filters import ViewError
 from .hollows import FINE, Boxes, Grid, parts, volumes
 from .layers import layers
@@ -87,12 +88,12 @@ class Model:
         """
         quality = what if isinstance(what, Quality) else measure(what)
         mesh = quality.mesh
-        faces = topology(mesh)
-        shown = is_solid(quality.status) if mesh.dimension == 2 else np.diff(faces.starts) > 0
+        matched = topology(mesh) if quality.faces is None else quality.faces.topology
+        shown = is_solid(quality.status) if mesh.dimension == 2 else np.diff(matched.starts) > 0
         of_shown = np.zeros(mesh.n_points, np.bool_)
         of_shown[mesh.connectivity[np.repeat(shown, np.diff(mesh.offsets))]] = True
         own = Frame.of(mesh.points[of_shown])
-        return cls(name, quality, faces, frame or own)
+        return cls(name, quality, matched, frame or own)
 
     @property
     def mesh(self) -> Mesh:
@@ -115,7 +116,8 @@ class Model:
     def colourings(self) -> tuple[str, ...]:
         """By what cells can be coloured: quality, status, region, and the other metrics that were measured."""
         others = tuple(name for name in self.quality.metrics if name != "jens")
-        return (QUALITY, "status", *(("region",) if len(self.region_names) > 1 else ()), *others)
+        regional = ("region",) if len(self.region_names) > 1 else ()
+        return (QUALITY, "status", *regional, *others, *map(faces.colouring, faces.measures(self.quality)))
 
     def colours(self, cells: NDArray[np.integer], by: str = QUALITY) -> NDArray[np.uint8]:
         """``(n, 3)`` red, green and blue of some cells, by one of `colourings`: by status first where it is a value."""
@@ -137,6 +139,76 @@ class Model:
                 of_cells[bad[0]], of_cells[bad[1]] = rgb(INVALID), rgb(DEGENERATE)
         return np.asarray((255 * of_cells).round(), np.uint8)
 
+    def colours_of(self, surface: Surface, by: str = QUALITY) -> NDArray[np.uint8]:
+        """``(n_faces, 3)``: as `colours` of the cells of some faces; where faces are coloured, of the faces."""
+        measure = faces.measure_of(by)
+        if measure is None or surface.slots is None:
+            return self.colours(surface.cells, by if measure is None else measure)
+        row = self.quality.rows[measure]
+        own = colours(
+            faces.values_at(self.quality, measure, self._face_of_slot[surface.slots]),
+            row.acceptable,
+            is_signed=False,
+            lower_is_better=row.better == "lower",
+        )
+        return np.asarray((255 * own).round(), np.uint8)
+
+    @cached_property
+    def _face_of_slot(self) -> NDArray[np.int64]:
+        """``(n_half_faces,)`` the face of `quality.faces` that each half-face is of, -1 for one that has collapsed."""
+        return faces.of_half_faces(self.quality)
+
+    def face_at(self, slot: int) -> int:
+        """The face of `quality.faces` at a half-face. Raises `ViewError` if there is none."""
+        known = self._face_of_slot if self.quality.faces is not None else np.empty(0, np.int64)
+        if not 0 <= slot < len(known) or known[slot] < 0:
+            raise ViewError(f"no face {slot} of {self.name} is measured: give --for fv, or a metric of faces")
+        return int(known[slot])
+
+    def worst_colouring(self, slot: int) -> str:
+        """The colouring of a face by the measure that it is listed for; if it is not, by the first that it has."""
+        for one in self.hard_faces:
+            if one.slot == slot:
+                return faces.colouring(one.face.measure)
+        at = np.array([self.face_at(slot)])
+        known = faces.measures(self.quality)
+        has = (name for name in known if not np.isnan(faces.values_at(self.quality, name, at)[0]))
+        return faces.colouring(next(has, known[0]))
+
+    def normal_of(self, slot: int) -> NDArray[np.float64]:
+        """``(3,)`` the area vector of a face."""
+        assert self.quality.faces is not None  # else no face is picked
+        return self.quality.faces.areas[self.face_at(slot)]
+
+    def place_of_face(self, slot: int) -> tuple[tuple[float, float, float], float]:
+        """Centre of a face in the scene, and the size of its cells."""
+        seen = self.faces_at(np.array([slot]))
+        if not seen.n_faces:
+            raise ViewError(f"face {slot} has no finite coordinates")
+        own = self.points[seen.points].astype(float)
+        x, y, z = (float(v) for v in own.mean(axis=0))
+        return (x, y, z), max(self.place_of(cell)[1] for cell in self.beside(slot))
+
+    def beside(self, slot: int) -> list[int]:
+        """The cells of a half-face: its own, and the one beyond if there is one."""
+        mate = int(self.topology.mates[slot])
+        return [int(self.topology.cells[at]) for at in ((slot, mate) if mate >= 0 else (slot,))]
+
+    def faces_at(self, slots: NDArray[np.int64]) -> Surface:
+        """Some faces, by their half-faces; those of points that cannot be drawn are left out."""
+        return surface(self.topology, slots, self.is_drawable)
+
+    def faces_of_cells(self, cells: list[int]) -> Surface:
+        """All faces of some cells."""
+        shown = np.zeros(self.mesh.n_cells, np.bool_)
+        shown[cells] = True
+        return self.faces_at(all_faces(self.topology, shown))
+
+    @cached_property
+    def hard_faces(self) -> list[faces.Listed]:
+        """The faces beyond their limits, and of each other measure of faces the worst; see `faces.listed`."""
+        return faces.listed(self.quality, self.topology)
+
     def legend(self, by: str) -> str:
         """What the colours of a colouring say, in words; empty for quality, which has a legend of its own."""
         if by == QUALITY:
@@ -147,8 +219,11 @@ class Model:
             return ", ".join(names) + (", ..." if len(self.region_names) > len(SERIES_NAMES) else "")
         if by == "status":
             return "valid blue, invalid red, degenerate purple, others grey"
-        row = self.quality.rows[by]
+        measure = faces.measure_of(by)
+        row = self.quality.rows[measure or by]
         low, high = (f"{end:g}" for end in row.acceptable)
+        if measure:
+            return f"{by}: blue within {low} to {high}, light is best; orange outside; grey has no value"
         return f"{by}: blue within {low} to {high}, light is best; orange outside; invalid cells red"
 
     def neighbours(self, cell: int) -> list[int]:
@@ -276,7 +351,9 @@ class Model:
         own = np.arange(len(seen.connectivity))
         middle = self.centres[np.repeat(seen.cells, np.diff(seen.offsets))]
         corners = self.points[seen.points[seen.connectivity]]
-        return Surface(own, seen.offsets, own, seen.cells), corners + np.float32(shrink) * (middle - corners)
+        return Surface(own, seen.offsets, own, seen.cells, seen.slots), corners + np.float32(shrink) * (
+            middle - corners
+        )
 
     @cached_property
     def boundary(self) -> Surface:

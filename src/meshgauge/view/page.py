@@ -59,6 +59,7 @@ html, body { overflow: hidden !important; }
 .mg-worst td { padding: 2.5px 4px; } .mg-worst td.n { text-align: right; }
 .mg-worst tr.go { cursor: pointer; } .mg-worst tr.go:hover, .mg-worst tr.on { background: rgba(128,128,128,.16); }
 .mg-worst button { all: unset; cursor: pointer; } .mg-worst button:focus-visible { outline: 2px solid $focus; }
+.mg-beyond { font-weight: 700; color: color-mix(in srgb, $invalid 80%, currentColor); }
 .mg-dot { display: inline-block; width: 10px; height: 10px; border-radius: 50%; margin-right: 5px;
   box-shadow: 0 0 0 1px rgba(128,128,128,.5) inset; }
 .mg-node td { padding: 2px; text-align: right; font-size: 11px; }
@@ -181,6 +182,8 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
             with html.Div(classes=("'mg-side right' + (panel === 'right' ? ' open' : '')",), **gone):
                 _buttons(v, html)
                 _card(v, html, len(models))
+                if any(model.hard_faces for model in models):
+                    _faces(html, len(models))
                 _worst(html, len(models))
     # What is shown once the connection is lost: the page as it is, which then says so.
     server.state.trame__template_error = server.state.trame__template_main
@@ -387,6 +390,14 @@ def _card(v: Any, html: Any, n_models: int) -> None:
             html.Span("quality {{ card.quality }}", classes="font-weight-bold", **_raw(data_quality="{card.quality}"))
             html.Span("{{ card.status }}", classes="mg-tag ml-2", title=("card.text",))
         html.Div("{{ card.region }}, layer {{ card.layer }}", classes="faint")
+        with html.Div(v_if="card.face", classes="mt-2", **_raw(data_of_face="{card.slot}")):
+            html.Div("Face of {{ card.face.name }}", classes="font-weight-bold")
+            html.Div(
+                "{{ one.measure }} {{ one.value }}{{ one.beyond ? ', beyond its limit' : '' }}",
+                v_for="one in card.face.measures",
+                key=("one.measure",),
+                classes=("one.beyond ? 'mg-beyond' : ''",),
+            )
         with html.Table(classes="mg-node mt-2", style="width: 100%; border-collapse: collapse"):
             with html.Tr():
                 for text in ("node", "J_ENS", "point", "x", "y", "z"):
@@ -414,6 +425,26 @@ def _card(v: Any, html: Any, n_models: int) -> None:
         html.Div(
             "The worst node is in bold here, and ringed in the picture.", classes="faint mt-1", style="font-size: 11px"
         )
+
+
+def _faces(html: Any, n_models: int) -> None:
+    """The worst faces for finite volumes; a click goes to one."""
+    for n in range(n_models):
+        html.H2("Worst faces" + (f" of {{{{ names[{n}] }}}}" if n_models > 1 else ""))
+        with (
+            html.Table(classes="mg-worst"),
+            html.Tr(
+                v_for=f"row in faces[{n}]",
+                key=("row.key",),
+                classes=(f"card && card.mesh === {n} && card.slot === row.slot ? 'go on' : 'go'",),
+                click=f"trigger('face', [{n}, row.slot])",
+                **_raw(data_face="{row.slot}"),
+            ),
+        ):
+            with html.Td():
+                html.Button("{{ row.name }}")
+            html.Td("{{ row.measure }}", classes="faint")
+            html.Td("{{ row.value }}", classes=("row.beyond ? 'n mg-beyond' : 'n'",))
 
 
 def _worst(html: Any, n_models: int) -> None:

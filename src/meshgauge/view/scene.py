@@ -17,6 +17,7 @@ from . import actors, opengl
 from .axes import Axes
 from .camera import VIEW_ANGLE, Camera
 from .card import card
+from .faces import measure_of
 from .filters import ViewError, shown
 from .hollows import Grid
 from .link import View
@@ -140,6 +141,8 @@ class Scene:
             if view.mesh >= len(self._panes):
                 raise ViewError("the link is to a cell of a second mesh; there is one mesh here")
             self._panes[view.mesh].model.place_of(view.cell)
+        if view.face is not None:
+            self._panes[min(view.mesh, len(self._panes) - 1)].model.face_at(view.face)
         for pane in self._panes:
             if view.colour not in pane.model.colourings:
                 known = meant_or_known(view.colour, pane.model.colourings)
@@ -148,7 +151,7 @@ class Scene:
         if _drawn(view) != _drawn(old):
             for pane in self._panes:
                 self._draw(pane)
-        if (view.cell, view.mesh) != (old.cell, old.mesh):
+        if _marked(view) != _marked(old):
             self._mark()
         for pane in self._panes:
             for actor in pane.fine:
@@ -185,12 +188,23 @@ class Scene:
 
     def pick(self, x: float, y: float) -> tuple[int, int] | None:
         """The mesh and the cell seen at a place of the picture, 0 to 1 from its left and lower edge; None if none."""
+        n, struck = self._hit(x, y)
+        return None if struck is None else (n, int(self._panes[n].surface.cells[struck]))
+
+    def pick_face(self, x: float, y: float) -> tuple[int, int] | None:
+        """As `pick`: the mesh, and the half-face of what is seen; None where none is measured."""
+        n, struck = self._hit(x, y)
+        slots = self._panes[n].surface.slots
+        return None if struck is None or slots is None else (n, int(slots[struck]))
+
+    def _hit(self, x: float, y: float) -> tuple[int, int | None]:
+        """The pane of a place, and which of its polygons is seen there."""
         panes, camera = len(self._panes), self.camera
         n = min(max(int(x * panes), 0), panes - 1)
         pane = self._panes[n]
         ray = camera.ray(x * panes - n, y, self._aspect)
         struck = hit(pane.surface, pane.points, np.array(camera.position), ray)
-        return None if struck is None else (n, int(pane.surface.cells[struck[0]]))
+        return n, None if struck is None else struck[0]
 
     def moving(self, is_moving: bool) -> None:
         """Draw less while the camera moves, and all of it again after."""
@@ -260,10 +274,23 @@ class Scene:
             actor.SetVisibility(roughly)
 
     def _mark(self) -> None:
-        """Draw the picked cell over all the rest, its edges and its worst node on top."""
+        """Draw the picked cell over all the rest, its edges and its worst node on top; or a face with its two cells.
+
+        Where faces are coloured, those that are listed as the worst are drawn so, too.
+        """
+        measure = measure_of(self.view.colour)
         for pane in self._panes:
             pane.overlay.RemoveAllViewProps()
-        if self.view.cell is not None:
+            for one in pane.model.hard_faces if measure else ():
+                if one.face.measure == measure:
+                    for actor in actors.face_marks(pane.model, one.slot, self.view.colour, with_cells=False):
+                        pane.overlay.AddActor(actor)
+        if self.view.face is not None:
+            model = self._panes[self.view.mesh].model
+            by = self.view.colour if measure else model.worst_colouring(self.view.face)
+            for actor in actors.face_marks(model, self.view.face, by, with_cells=True):
+                self._panes[self.view.mesh].overlay.AddActor(actor)
+        elif self.view.cell is not None:
             pane = self._panes[self.view.mesh]
             worst = card(pane.model, self.view.cell).worst
             for actor in actors.marks(pane.model, self.view.cell, worst.point if worst else None):
@@ -286,6 +313,11 @@ class Scene:
 def _drawn(view: View) -> tuple[object, ...]:
     """All of a view that the faces and their colours follow from."""
     return view.filters, view.colour, view.shrink, view.hollows
+
+
+def _marked(view: View) -> tuple[object, ...]:
+    """All of a view that what is pointed out follows from."""
+    return view.cell, view.mesh, view.face, measure_of(view.colour)
 
 
 def _bodies(pane: _Pane, by: str, grid: Grid | None) -> list[Any]:

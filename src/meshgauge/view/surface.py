@@ -26,12 +26,15 @@ class Surface:
         Polygon ``f`` has ``connectivity[offsets[f]:offsets[f + 1]]``, positions in ``points``; outward.
     cells
         ``(n_faces,)`` the cell of each polygon.
+    slots
+        ``(n_faces,)`` the half-face of each polygon in the topology; None if they are no faces of solids.
     """
 
     points: Ids
     offsets: Ids
     connectivity: Ids
     cells: Ids
+    slots: Ids | None = None
 
     @property
     def n_faces(self) -> int:
@@ -41,7 +44,8 @@ class Surface:
         """The same with a choice of the polygons; points are kept as they are."""
         sizes = np.diff(self.offsets)[faces]
         at = ragged_positions(self.offsets[:-1][faces], sizes)
-        return Surface(self.points, _offsets(sizes), self.connectivity[at], self.cells[faces])
+        slots = None if self.slots is None else self.slots[faces]
+        return Surface(self.points, _offsets(sizes), self.connectivity[at], self.cells[faces], slots)
 
 
 def seen_faces(topology: Topology, shown: NDArray[np.bool_]) -> Ids:
@@ -99,20 +103,19 @@ def surface(topology: Topology, slots: Ids, usable: NDArray[np.bool_]) -> Surfac
         ``(n_points,)`` False for points that cannot be drawn (not finite): faces with one of them are left out.
     """
     offsets, points = polygons(topology, slots)
-    return drawn(Surface(points, offsets, points, topology.cells[slots].astype(np.int64)), usable)
+    return drawn(Surface(points, offsets, points, topology.cells[slots].astype(np.int64), slots), usable)
 
 
 def drawn(faces: Surface, usable: NDArray[np.bool_]) -> Surface:
     """Polygons whose connectivity holds ids of the mesh's points, over those that they use; see `surface`."""
-    offsets, points, cells = faces.offsets, faces.connectivity, faces.cells
+    kept, points = faces, faces.connectivity
     if len(points) and not usable.all():
-        good = np.minimum.reduceat(usable[points], offsets[:-1])
-        kept = Surface(points, offsets, points, cells).some(np.flatnonzero(good))
-        offsets, points, cells = kept.offsets, kept.connectivity, kept.cells
+        kept = faces.some(np.flatnonzero(np.minimum.reduceat(usable[points], faces.offsets[:-1])))
+        points = kept.connectivity
     used = np.zeros(len(usable), np.bool_)
     used[points] = True
     number = np.cumsum(used) - 1
-    return Surface(np.flatnonzero(used), offsets, number[points], cells)
+    return Surface(np.flatnonzero(used), kept.offsets, number[points], kept.cells, kept.slots)
 
 
 def _positions(rows: NDArray[np.int8], sizes: Ids, starts: NDArray[np.integer]) -> Ids:

@@ -32,6 +32,7 @@ class Scenes(StrEnum):
     """The scenes."""
 
     worst = "worst"
+    faces = "faces"
     cut = "cut"
 
 
@@ -73,7 +74,8 @@ class Picture:
     @property
     def metrics(self) -> tuple[str, ...]:
         """The metrics to draw, each once."""
-        return tuple(dict.fromkeys(self.metric or (JENS,)))
+        usual = "non_orthogonality" if self.scene is Scenes.faces else JENS
+        return tuple(dict.fromkeys(self.metric or (usual,)))
 
     def targets(self, output: Path) -> dict[str, Path]:
         """The file of each metric: the output, or one each beside it (``out-jens.png``) if there are several."""
@@ -90,12 +92,14 @@ class Picture:
                 raise typer.BadParameter("--kind draws a chart and --scene a scene: give one of them")
             if len(paths) > 1:
                 raise typer.BadParameter(f"a scene takes one mesh, {len(paths)} are given")
-            if self.metrics != (JENS,) or self.log is not None:
+            if self.log is not None or (self.metrics != (JENS,) and self.scene is not Scenes.faces):
                 raise typer.BadParameter("--metric and --log are of charts; a scene is coloured by jens")
+            if self.cell is not None and self.scene is Scenes.faces:
+                raise typer.BadParameter("--cell draws one cell, --scene faces the worst faces: give one of them")
         if self.kind is Kinds.steps and (len(paths) > 1 or self.metrics != (JENS,)):
             raise typer.BadParameter("--kind steps draws jens over the time steps of one file")
-        if self.scene is Scenes.worst and not 1 <= self.worst <= MOST:
-            raise typer.BadParameter(f"--worst is {self.worst}; a scene shows 1 to {MOST} cells")
+        if self.scene in (Scenes.worst, Scenes.faces) and not 1 <= self.worst <= MOST:
+            raise typer.BadParameter(f"--worst is {self.worst}; a scene shows 1 to {MOST}")
         if self.scene is not Scenes.cut and (self.normal, self.at) != (None, None):
             raise typer.BadParameter("--normal and --at are of --scene cut")
         if self.kind in (Kinds.types, Kinds.steps) and self.log is not None:
