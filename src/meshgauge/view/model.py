@@ -178,7 +178,7 @@ class Model:
     def normal_of(self, slot: int) -> NDArray[np.float64]:
         """``(3,)`` the area vector of a face."""
         assert self.quality.faces is not None  # else no face is picked
-        return self.quality.faces.areas[self.face_at(slot)]
+        return np.asarray(self.quality.faces.areas[self.face_at(slot)])
 
     def place_of_face(self, slot: int) -> tuple[tuple[float, float, float], float]:
         """Centre of a face in the scene, and the size of its cells."""
