@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -110,6 +111,19 @@ def test_a_boundary_that_is_folded_is_mended() -> None:
     result = meshgauge.improve(mesh, boundary="slide", tolerance=TOLERANCE, everywhere=True)
     assert (result.after.status == meshgauge.Status.OK).all()
     assert all(claim.holds for claim in result.report.claims)
+
+
+@pytest.mark.long
+def test_nearness_in_the_mean_costs_little_of_the_worst() -> None:
+    """A can of VTK's data: half of the worst was once given to be as near in the mean."""
+    mesh = meshgauge.read(Path(__file__).parents[2] / "examples" / "real" / "can.vtu")
+    result = meshgauge.improve(mesh, boundary="slide", tolerance=0.01, everywhere=True)
+    summary, way = result.after.summary().all, result.report.displacement
+    assert all(claim.holds for claim in result.report.claims)
+    assert summary.min > 0.55
+    assert summary.mean > 0.88
+    assert way.deviation_share <= 0.01
+    assert way.deviation_mean_share <= 1.1e-3
 
 
 @pytest.mark.long

@@ -15,6 +15,9 @@ from .surface import FACE, Surface
 LATTICE = np.array([(i, j, 6 - i - j) for i in range(7) for j in range(7 - i)]) / 6.0
 """Weights of the places of a triangle that are looked at first."""
 
+SPREAD = np.array([(2, 2, 2), (4, 1, 1), (1, 4, 1), (1, 1, 4)]) / 6.0
+"""Weights of the places of a triangle that a mean is taken over: the middles of its quarters."""
+
 NEAR = 0.5
 """Triangles that are looked at closely: those with a deviation of at least this share of the largest."""
 
@@ -82,7 +85,7 @@ def mean_from_old(surface: Surface, points: Points) -> float:
     if not len(surface.faces):
         return 0.0
     fans, owner = _fans(surface, points)
-    return _mean(surface.facets.distances(fans.mean(axis=1), _starts(surface)[owner]), _areas(fans))
+    return _mean(fans, surface.facets, _starts(surface)[owner])[0]
 
 
 def _fans(surface: Surface, points: Points) -> tuple[Points, Ids]:
@@ -107,9 +110,13 @@ def _areas(triangles: Points) -> Points:
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def _mean(values: Points, weights: Points) -> float:
-    total = float(weights.sum())
-    return float(values @ weights) / total if total > 0.0 else 0.0
+def _mean(triangles: Points, projection: Projection, start: Ids) -> tuple[float, Points]:
+    """The mean distance of some triangles from a projection, over their area, and the distances of their middles."""
+    areas = _areas(triangles)
+    total = float(areas.sum())
+    places = [np.einsum("w,twx->tx", weights, triangles) for weights in SPREAD]
+    far = [projection.distances(queries, start.copy()) for queries in places]
+    return float(np.mean(far, axis=0) @ areas) / total if total > 0.0 else 0.0, far[0]
 
 
 def faces_of_triangles(surface: Surface) -> Ids:
@@ -139,8 +146,7 @@ def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float,
     vertices[n:] += sums / np.maximum(count, 1.0)[:, None]
     new = replace(facets, points=vertices)
     corners = facets.points[items]
-    far = new.distances(corners.mean(axis=1), triangles.copy())
-    mean = _mean(far, _areas(corners))
+    mean, far = _mean(corners, new, triangles)
     for m in range(3):
         np.maximum(far, new.distances(corners[:, m], triangles.copy()), out=far)
     return far, _largest(corners, far, new, triangles), mean

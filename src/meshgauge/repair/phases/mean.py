@@ -40,17 +40,19 @@ def raise_mean(
     *,
     phase: str = "mean",
     constraint: PointConstraint | None = None,
+    least: float = -np.inf,
 ) -> Points:
     """Points of ``run.moving`` with the mean J_ENS of its cells as high as it goes.
 
     No cell falls below ``floor`` times the worst, or times what it has if that is less than the target; none that
     reaches the target falls below it. Parameters are those of `raise_worst`; reference lengths are brought nearer to
-    those of the edges as they are, in place.
+    those of the edges as they are, in place. No cell that has it falls below ``least``, either.
     """
     part = run.moving
     if part.n_cells == 0 or run.is_over():
         return points
     lowest, thresholds = part.qualities(points)[0], floors(run, points)
+    thresholds = np.maximum(thresholds, np.minimum(least, lowest - 1e-6))
     stiff = part.points_at(lowest - thresholds < STIFF)
     descent = run.descent(part, np.arange(part.n_points), stiff)
     # Raising the worst may have changed lengths for good: those are not to be drawn back by more than half.

@@ -29,7 +29,7 @@ from ..problem import Ids, Part, Points, Problem
 from ..run import Run
 from ..surface import EDGE, FACE, INSIDE, Surface
 from ..volumes import KEPT, VolumeKeeper
-from .mean import STRETCH, floors, raise_mean
+from .mean import raise_mean
 from .untangle import reference_lengths_of_cells
 from .worst import raise_worst
 
@@ -69,12 +69,11 @@ SMALL = 1e-3
 END = 2e-3
 """Distance of the threshold below the least corner, at last, while the worst is raised: what is nearer costs much."""
 
-MEAN, PART = 9e-4, 0.25
+MEAN, PART = 8e-4, 0.25
 """Share of the diagonal, and of the tolerance, that the surfaces are to be apart in the mean at most, if they can."""
 
-SETTLES, FIRMER, CHEAPER, CHEAPEST = 10, 3.0, 0.9, 0.5
-"""How often the soft springs are made firmer to that end, and by which factor; the share of the worst that is given for
-it each time, and the least of it that is kept."""
+SETTLES, FIRMER = 4, 3.0
+"""How often all is raised anew to that end, with soft springs firmer by the factor."""
 
 GIVE, STRIDES, OFF = 0.95, (1.0, 0.5, 0.25), 0.5
 """What floors of cells give way to keep volumes, shares of the way that are tried, and the share of what a volume may
@@ -338,7 +337,7 @@ class _Release:
         for _ in range(TRIES):
             here = self._draw_back(here, slack)
             if self._is_near(here):
-                here = self._settle(self._raise(here, slack))
+                here = self._raise(here, slack)
                 if self._is_near(here):
                     break
                 slack *= LESS
@@ -407,34 +406,20 @@ class _Release:
         return here
 
     def _raise(self, here: Points, slack: float) -> Points:
+        """Points with the worst and the mean raised, by firmer springs where the surfaces are too far apart."""
         run, springs, part = self.run, self.springs, self.part
         springs.slack, springs.weight, springs.soft = slack, STIFF, SOFT
-        springs.draw(here)
-        lengths = part.reference_lengths(here)
-        here = raise_worst(run, here, lengths, phase="release", constraint=springs, end=END)
-        here = raise_mean(run, here, lengths, phase="release", constraint=springs)
-        return springs(here, here, np.minimum(KEEP * part.qualities(here)[0], self.target))
-
-    def _settle(self, here: Points) -> Points:
-        """Points nearer to the surface in the mean, for some of what the worst has."""
-        springs, part = self.springs, self.part
-        thresholds = floors(self.run, here)
-        worst = float(thresholds.min(initial=1.0))
-        lengths = part.reference_lengths(here)
         aim = min(MEAN * self.diagonal, PART * self.limit)
-        springs.weight = STIFF
-        for n in range(SETTLES):
-            off = mean_from_old(self.surface, self._of_mesh(here))
-            if off <= aim or self.run.is_over():
-                break
+        for _ in range(SETTLES):
             springs.draw(here)
-            springs.soft *= FIRMER
-            least = np.minimum(thresholds, max(CHEAPER**n, CHEAPEST) * worst)
-            energy = QualityEnergy(part, lengths, least, barrier=BARRIER, mean=1.0, stretch=STRETCH)
-            here = springs.keep_volumes(self._descend(energy, here).points, GIVE * least)
-        if springs.keeps_volumes(here):
-            return here
-        return springs.keep_volumes(here, np.minimum(KEEP * part.qualities(here)[0], self.target))
+            lengths = part.reference_lengths(here)
+            here = raise_worst(run, here, lengths, phase="release", constraint=springs, end=END)
+            here = raise_mean(run, here, lengths, phase="release", constraint=springs)
+            here = springs(here, here, np.minimum(KEEP * part.qualities(here)[0], self.target))
+            if run.is_over() or mean_from_old(self.surface, self._of_mesh(here)) <= aim:
+                break
+            springs.weight, springs.soft = STIFF, FIRMER * springs.soft
+        return here
 
 
 def _local(run: Run, reached: Quality, cells: NDArray[np.bool_], pinned: Mask) -> Run:

@@ -134,8 +134,11 @@ def slide(
     sizes = run.whole.point_sizes(run.whole.edge_lengths(old[run.whole.point_ids]))
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
+    least = float(np.nanmin(fixed.values))  # what is worse does not stand
     for _ in range(ATTEMPTS):
-        points = _with_nodes_between(run.form or before.mesh, _slide(here, run, surface, kind), constraints, surface)
+        points = _with_nodes_between(
+            run.form or before.mesh, _slide(here, run, surface, kind, least), constraints, surface
+        )
         if not promise.is_given:
             points = restore_volumes(surface, constraints, kind, points)
         slid, n_back = accept(
@@ -201,8 +204,9 @@ def _slide(
     run: Run,
     surface: Surface,
     kind: NDArray[np.uint8],
+    least: float,
 ) -> Points:
-    """Points of the mesh after both phases with the surface released."""
+    """Points of the mesh after both phases with the surface released; the second keeps the least value."""
     whole = run.whole
     mine = kind[whole.point_ids]
     moving, of_points, of_cells = whole.of_corners(np.asarray(gather(mine > 0, whole.corners).any(axis=1)))
@@ -228,7 +232,7 @@ def _slide(
         points = raise_worst(released, points, references, phase="slide", constraint=constraint)
         if moving.qualities(points)[0].min(initial=1.0) < before + GAIN or released.is_over():
             break
-    points = raise_mean(released, points, references, phase="slide", constraint=constraint)
+    points = raise_mean(released, points, references, phase="slide", constraint=constraint, least=least)
     run.evaluations, run.stopped = released.evaluations, released.stopped
     out = here.copy()
     out[whole.point_ids[of_points]] = points
