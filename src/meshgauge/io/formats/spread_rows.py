@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ReadError
-from ..plumbing.made_rows import INT, CountedRows, CutRows, RaisedRows, filled, joined
+from ..plumbing.made_rows import CountedRows, CutRows, Integers, OfRows, RaisedRows, filled, joined
 from ..plumbing.pieces import Piece, Rows, Stamp, stamp
 from .spread import SAME
 from .spread import joined as joined_numbers
@@ -32,15 +32,11 @@ class Numbers:
 
 
 @dataclass(frozen=True)
-class _Kept:
+class _Kept(OfRows):
     """Rows of all files, of those nodes only that stand first."""
 
     rows: Rows
     numbers: Numbers
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.rows.dtype
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -55,7 +51,7 @@ class _Kept:
 
 
 @dataclass(frozen=True)
-class _JoinedIds:
+class _JoinedIds(Integers, OfRows):
     """Ids of nodes of one file as those of the whole; ``first`` and ``n``: where its nodes stand among all of them."""
 
     rows: Rows
@@ -63,14 +59,6 @@ class _JoinedIds:
     first: int
     n: int
     path: str
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return INT
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return self.rows.shape
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
         ids = self.rows.read(start, stop)

@@ -18,6 +18,32 @@ from .pieces import ReadWhole, Rows
 INT = np.dtype(np.int64)
 
 
+class Integers:
+    """Rows of integers."""
+
+    __slots__ = ()
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return INT
+
+
+class OfRows:
+    """Rows that are made of as many others, of their type unless they say otherwise."""
+
+    __slots__ = ()
+
+    rows: Rows
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.rows.dtype
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.rows.shape
+
+
 @dataclass(frozen=True, slots=True)
 class SameRows:
     """One value, again and again."""
@@ -31,16 +57,12 @@ class SameRows:
 
 
 @dataclass(frozen=True, slots=True)
-class CountedRows:
+class CountedRows(Integers):
     """Integers in steps of equal size."""
 
     first: int
     n: int
     step: int = 1
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return INT
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -84,16 +106,12 @@ def joined(parts: Sequence[Rows]) -> Rows:
 
 
 @dataclass(frozen=True, slots=True)
-class CutRows:
+class CutRows(OfRows):
     """Some rows of an array, from ``first`` on."""
 
     rows: Rows
     first: int
     n: int
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.rows.dtype
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -104,19 +122,11 @@ class CutRows:
 
 
 @dataclass(frozen=True, slots=True)
-class RaisedRows:
+class RaisedRows(Integers, OfRows):
     """Integers, each raised by a number."""
 
     rows: Rows
     by: int
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return INT
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return self.rows.shape
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
         return self.rows.read(start, stop).astype(np.int64) + self.by
@@ -141,7 +151,7 @@ class ColumnRows:
 
 
 @dataclass(frozen=True, slots=True)
-class NodeRows:
+class NodeRows(Integers):
     """The nodes of cells of one type, flat.
 
     Attributes
@@ -160,10 +170,6 @@ class NodeRows:
     width: int
     order: tuple[int, ...] = ()
     shift: int = -1
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return INT
 
     @property
     def n_nodes(self) -> int:
@@ -186,7 +192,7 @@ class NodeRows:
 
 
 @dataclass(frozen=True, slots=True)
-class GridRows:
+class GridRows(Integers):
     """The nodes of the cells of a structured grid, flat; the first index runs fastest.
 
     Attributes
@@ -196,10 +202,6 @@ class GridRows:
     """
 
     points: tuple[int, ...]
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return INT
 
     @property
     def corners(self) -> int:

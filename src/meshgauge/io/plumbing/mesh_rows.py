@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .made_rows import OfRows
 from .pieces import Piece, Rows
 
 
@@ -37,15 +38,11 @@ AT_ONCE = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
-class OfType:
+class OfType(OfRows):
     """Rows as another type of numbers."""
 
     rows: Rows
     dtype: np.dtype[Any]
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return self.rows.shape
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
         return self.rows.read(start, stop).astype(self.dtype, copy=False)

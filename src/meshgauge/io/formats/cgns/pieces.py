@@ -17,12 +17,12 @@ from ....mesh.labels import LABEL
 from ...plumbing import within
 from ...plumbing.build import gather
 from ...plumbing.made_rows import (
-    INT,
     BoxRows,
     ColumnRows,
     CountedRows,
     CutRows,
     GridRows,
+    Integers,
     NodeRows,
     RaisedRows,
     SameRows,
@@ -287,22 +287,14 @@ class _MixedTypes(_OfMixed):
 _IDS = np.array([KINDS[code].vtk_id if code in KINDS else 0 for code in range(max(KINDS) + 1)], np.uint8)
 
 
-class _MixedOffsets(_OfMixed):
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return INT
-
+class _MixedOffsets(Integers, _OfMixed):
     def read(self, start: int, stop: int) -> NDArray[Any]:
         return self.mixed.starts.read(start, stop).astype(np.int64) - np.arange(start, stop)
 
 
 @dataclass(frozen=True)
-class _MixedNodes:
+class _MixedNodes(Integers):
     mixed: _Mixed
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return INT
 
     @property
     def shape(self) -> tuple[int, ...]:
