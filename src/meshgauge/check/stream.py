@@ -96,6 +96,7 @@ def question(
         poor_below=poor_below,
         counter=RuleCounter(chosen, listed),
         whole=_why_whole(chosen, pieces, memory),
+        whole_for_fv="what finite volumes ask depends on the cells beside" if rules is None else "",
     )
 
 

@@ -191,8 +191,11 @@ class Batch:
 
     def is_small(self, path: str) -> bool:
         """Whether a mesh is read whole without a look at what its file holds."""
+        if self.reading.displacement is not None or self.scheduler is not None:
+            return self.reading.displacement is not None
+        has_room = slices.has_room(_files(path), self.reading.file_format, self.allowed_memory)
         is_alone = not any(file.lower().endswith(REFERRING) for file in _files(path))
-        return self.reading.displacement is not None or (is_alone and _size(path) < LARGE and self.scheduler is None)
+        return is_alone and _size(path) < LARGE if has_room is None else has_room
 
     def in_slices(
         self, path: str, ask: Ask, on_rows: Callable[[int, CellRows], object] | None = None
@@ -316,8 +319,11 @@ class Batch:
     def pieces(self, path: str) -> Pieces | None:
         """Where the arrays of a mesh stand; None where reading it whole will say what is wrong with it."""
         step = path.step if isinstance(path, inputs.State) else self.step
+        files, chosen = _files(path), self.reading.file_format
         try:
-            return pieces_as_one(_files(path), file_format=self.reading.file_format, step=step)
+            if self.scheduler is None and slices.has_room(files, chosen, self.allowed_memory):
+                return None
+            return pieces_as_one(files, file_format=chosen, step=step)
         except ReadError:
             return None
 
@@ -455,7 +461,7 @@ def _size(path: str) -> int:
 
 def is_large(listed: Pieces, memory: int | None) -> bool:
     """Whether a mesh is measured slice by slice: beyond what is diagnosed, or what memory allows."""
-    return listed.n_cells > DIAGNOSED or slices.takes_more(listed, memory)
+    return listed.in_one_go or listed.n_cells > DIAGNOSED or slices.takes_more(listed, memory)
 
 
 def _choice(text: str | None) -> StepChoice:

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
     from ..slices import Job, Partial
 
 
+NO_FACES = (
+    "What finite volumes ask of faces was not measured: it depends on the cells beside (--for fv reads the mesh whole)."
+)
+
+
 def report(
     meshes: options.Meshes,
     *,
@@ -168,6 +173,8 @@ def report(
         about_bad.extend(done[2])
         with batch.progress(f"diagnosing {path}"):
             one = _large(page, *done[:2], path=path, with_diagnosis=contents.diagnosis, memory=memory)
+        if done[0].purpose == "fv":
+            one = replace(one, notes=(*one.notes, NO_FACES))
         return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
 
     def examine(path: str) -> FileReport:

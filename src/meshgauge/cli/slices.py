@@ -6,11 +6,12 @@ import contextlib
 import re
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from ..errors import OptionError
 from ..files.resources import free_memory, keep_freed
+from ..io.reading import takes
 from ..look.style import number, number_of
 from .terminal import activity
 
@@ -29,6 +30,16 @@ def takes_more(listed: Pieces | None, memory: int | None) -> bool:
     """Whether a mesh in pieces takes more memory as a whole than is allowed, or free if nothing is said."""
     allowed = memory if memory is not None else free_memory()
     return listed is not None and allowed is not None and WHOLE * listed.n_bytes > allowed
+
+
+def has_room(files: Sequence[str], file_format: str | None, memory: int | None) -> bool | None:
+    """Whether cases, of which all is read to list their pieces, take no more than is allowed, or free; None of files of
+    another kind."""
+    needed = [n for file in files if (n := takes(file, file_format)) is not None]
+    if len(needed) < len(files):
+        return None
+    allowed = memory if memory is not None else free_memory()
+    return allowed is None or sum(needed) <= allowed
 
 
 def n_bytes(text: str) -> int:

@@ -221,7 +221,7 @@ def interfaces(names: Names, ids: NDArray[np.int64], n_sides: int) -> Finding | 
 
 def joined_points(names: Names, joined: Joined | None) -> Finding | None:
     """Points that several parts of a mesh have."""
-    if joined is None:
+    if joined is None or not joined.is_said:
         return None
     n, how = len(joined.ids), "numbers" if joined.by_numbers else "equal coordinates"
     of_others = f"{_count(n, 'point')} {_verb(n, 'was', 'were')} joined with those of another"

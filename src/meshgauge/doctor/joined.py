@@ -27,17 +27,29 @@ class Joined:
         Whether the file's numbers say so, or coordinates that are equal.
     n_parts
         How many parts there are.
+    is_said
+        It is a finding; not of parts that are one mesh when it is read whole.
     """
 
     ids: Ids
     onto: Ids
     by_numbers: bool
     n_parts: int
+    is_said: bool = True
 
     __repr__ = brief
 
     @classmethod
-    def of(cls, ids: Ids, xyz: NDArray[np.floating], alike: Ids, labels: Ids | None, starts: tuple[int, ...]) -> Joined:
+    def of(
+        cls,
+        ids: Ids,
+        xyz: NDArray[np.floating],
+        alike: Ids,
+        labels: Ids | None,
+        starts: tuple[int, ...],
+        *,
+        are_known: bool = False,
+    ) -> Joined:
         """Among points that coincide with others.
 
         Parameters
@@ -50,6 +62,8 @@ class Joined:
             ``(n,)`` the file's numbers, if it has any.
         starts
             The first point of each part.
+        are_known
+            The labels say which points are one, and nothing is said of it.
 
         Notes
         -----
@@ -59,8 +73,8 @@ class Joined:
         part = np.searchsorted(starts, ids, side="right") - 1
         exact = np.unique(xyz.astype(np.float64) + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
         by_place = _first_of(exact, part)
-        by_numbers = False
-        if labels is not None and (labels >= 0).all():
+        by_numbers = are_known
+        if not are_known and labels is not None and (labels >= 0).all():
             is_common = by_place != np.arange(len(ids))
             n_equal = np.count_nonzero((labels == labels[by_place])[is_common])
             by_numbers = bool(2 * n_equal > np.count_nonzero(is_common))
@@ -68,7 +82,7 @@ class Joined:
             pairs = np.stack([labels, alike], axis=1)
             by_place = _first_of(np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1), part)
         moved = np.flatnonzero(by_place != np.arange(len(ids)))
-        return cls(ids[moved], ids[by_place[moved]], by_numbers, len(starts))
+        return cls(ids[moved], ids[by_place[moved]], by_numbers, len(starts), not are_known)
 
     @classmethod
     def of_mesh(cls, mesh: Mesh, tolerance: float) -> Joined:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from ..errors import ReadError
 from ..files import sources
 from ..mesh import Mesh
 from . import registry
@@ -112,7 +113,7 @@ def pieces(path: StrPath, *, file_format: str | None = None, step: StepChoice = 
     Returns
     -------
     Pieces or None
-        None if the mesh has to be read whole: of a format without, packed by gzip, a folder.
+        None if the mesh has to be read whole: of a format without, packed by gzip.
 
     Raises
     ------
@@ -120,7 +121,12 @@ def pieces(path: StrPath, *, file_format: str | None = None, step: StepChoice = 
         If the file is missing, of no known format or broken.
     """
     given = Path(path)
-    if os.path.isdir(given) or files.is_packed(given):
+    if os.path.isdir(given):
+        with sources.record() as used:
+            chosen, inside = registry.case_of(given, file_format)
+            listed = registry.pieces(chosen, inside, step)
+        return None if listed is None else replace(listed, path=str(given), stamps=tuple(stamp(file) for file in used))
+    if files.is_packed(given):
         return None
     with sources.record() as used, files.open_input(given) as (plain, head):
         if plain != given:
@@ -142,6 +148,21 @@ def why_whole(path: StrPath, *, file_format: str | None = None, step: StepChoice
     except ReadWhole as reason:
         return str(reason)
     return ""
+
+
+def takes(path: StrPath, file_format: str | None = None) -> int | None:
+    """Bytes of memory that measuring a case as a whole takes, about, if `pieces` reads all of it; None of others."""
+    given = Path(path)
+    try:
+        if os.path.isdir(given):
+            chosen, given = registry.case_of(given, file_format)
+        elif given.suffix.lower() == ".foam" or given.parent.name == "polyMesh":
+            chosen = registry.format_named("openfoam")
+        else:
+            return None
+        return None if chosen.takes is None else chosen.takes(given)
+    except (ReadError, OSError):
+        return None  # reading says what is wrong
 
 
 def steps(path: StrPath, *, file_format: str | None = None, limits: Limits | None = None) -> tuple[Step, ...]:

@@ -148,12 +148,15 @@ def _joined(source: _Source) -> Joined:
     crowded = crowd(source.points, source.n_points, TOLERANCE, source.stored)
     at = crowded.moved
     ids, labels = crowded.ids[at], None
-    if facts.point_labels == "counted":
+    if pieces.point_numbers:
+        labels = gathered(pieces.point_numbers, pieces.point_starts, ids).astype(np.int64)
+    elif facts.point_labels == "counted":
         labels = ids + 1
     elif facts.point_labels == "stored":
         columns = [piece.point_data[LABEL] for piece in pieces.pieces]
         labels = gathered(columns, pieces.point_starts, ids).astype(np.int64)
-    return Joined.of(ids, crowded.points[at], crowded.representative[at], labels, pieces.parts)
+    are_known = bool(pieces.point_numbers)
+    return Joined.of(ids, crowded.points[at], crowded.representative[at], labels, pieces.parts, are_known=are_known)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from typing import Generic, Literal, TypeVar
 
 from ..io import Limits, pieces, read
 from ..io.plumbing.pieces import Pieces, ReadWhole
+from ..io.reading import takes
 from ..look.bands import USUAL, PoorBelow
 from ..quality.measure import Quality, measure
 from ..status import Purpose
@@ -47,7 +48,7 @@ class StateReader:
 
     def pieces(self, step: StepOf) -> Pieces | None:
         """The mesh of a step, if it is to be read in slices."""
-        if self.displacement is not None:
+        if self.displacement is not None or takes(step.file, self.file_format) is not None:
             return None
         listed = pieces(step.file, file_format=self.file_format, step=step.number)
         return listed if listed is not None and listed.n_cells > self.most else None

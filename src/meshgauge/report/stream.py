@@ -69,8 +69,9 @@ def job_of(
         If it cannot be measured slice by slice.
     """
     check_metrics(ask.metrics)
-    if ask.whole:
-        raise ReadWhole(ask.whole)
+    whole = ask.whole or (ask.whole_for_fv if (ask.purpose or listed.purpose) == "fv" else "")
+    if whole:
+        raise ReadWhole(whole)
     if not listed.n_cells:
         raise ReadWhole("it has no cells")
     if ask.keeps_rows and any(piece.polyhedra is not None for piece in listed.pieces):

@@ -58,8 +58,8 @@ class Ask:
         Something else to be counted.
     dimension
         As for `meshgauge.measure`.
-    whole
-        Why this cannot be answered slice by slice; empty if it can.
+    whole, whole_for_fv
+        Why this cannot be answered slice by slice, of any mesh and of one for finite volumes; empty if it can.
     """
 
     metrics: tuple[str, ...] = ("jens",)
@@ -75,3 +75,4 @@ class Ask:
     counter: Counter | None = None
     dimension: Literal[2, 3] | None = None
     whole: str = ""
+    whole_for_fv: str = ""

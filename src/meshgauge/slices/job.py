@@ -56,7 +56,7 @@ class Job:
             threads=1,
             keep_bricks=self.ask.keep_bricks,
             n_deciding=self.facts.n_deciding,
-            beyond=unknown,
+            beyond=unknown if part.beyond is None else part.beyond.__getitem__,
             with_companions=self.ask.companions,
         )
         region_ids = self.facts.regions.ids(part.first_cell, quality.mesh.cell_data, quality.mesh.n_cells)
@@ -65,7 +65,7 @@ class Job:
     @cached_property
     def purpose(self) -> Purpose:
         """What the mesh is for."""
-        return self.ask.purpose or "fem"
+        return self.ask.purpose or self.pieces.purpose
 
 
 class Lowest:

@@ -52,6 +52,7 @@ class Slice:
     first_cell: int
     first_point: int
     origins: Origins
+    beyond: Ids | None = None  #: what lies beyond faces of its polyhedra, if the file says so; see `Piece`
 
     def point(self, local: int) -> int:
         """The id, in the whole, of a point of the slice."""
@@ -146,7 +147,7 @@ def read_slice(
     mesh = ghosts.note_ghosts(mesh)
     if decision.turn and has_wedges(mesh.types):
         mesh = apply(mesh, decision)
-    return Slice(mesh, first, pieces.point_starts[place.piece], origins)
+    return Slice(mesh, first, pieces.point_starts[place.piece], origins, _beyond(piece, place, poly))
 
 
 def is_needed(name: str) -> bool:
@@ -196,7 +197,16 @@ def _polyhedra(piece: Piece, place: Place, first_face: int) -> tuple[Polyhedra |
     if not 0 <= begin <= end <= rows["face_points"].shape[0]:
         raise MeshError(f"offsets of points of faces run from {begin} to {end}")
     points = rows["face_points"].read(begin, end).astype(np.int64, copy=False)
-    return Polyhedra(offsets, faces - low, of_faces, points, labels=np.arange(low, high) + first_face), points
+    labels = rows["labels"].read(low, high) if "labels" in rows else np.arange(low, high) + first_face
+    return Polyhedra(offsets, faces - low, of_faces, points, labels=labels), points
+
+
+def _beyond(piece: Piece, place: Place, poly: Polyhedra | None) -> Ids | None:
+    """What lies beyond the faces of some polyhedra, if the file says so."""
+    if poly is None or piece.polyhedra is None or "beyond" not in piece.polyhedra:
+        return None
+    _, first, last = _offsets(piece.polyhedra["cell_offsets"], place)
+    return piece.polyhedra["beyond"].read(first, last)
 
 
 def _weights(piece: Piece, n: int, origins: Origins) -> dict[str, NDArray[Any]]:

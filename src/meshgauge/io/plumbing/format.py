@@ -113,6 +113,9 @@ class Format:
     pieces
         Tells where the arrays stand, so that a large mesh is measured without having it in memory; None if there is
         only reading it.
+    takes
+        Bytes of memory that measuring a mesh as a whole takes, about, by the sizes of its files: of a format whose
+        pieces are listed by reading all of them once, which is only done where that is more than there is.
     step_places
         In place of ``places`` where a file may hold several time steps.
     nodes
@@ -180,6 +183,7 @@ class Format:
     read_step: OwnStepReader | None = None
     foreign_step: StepReader | None = None
     pieces: PieceLister | None = None
+    takes: Callable[[Path], int] | None = None
 
     @property
     def is_readable(self) -> bool:

@@ -20,6 +20,7 @@ from ...errors import MeshgaugeError, ReadError
 from ...mesh import CellBlock
 from ...mesh.labels import LABEL
 from ...mesh.mesh import Precision
+from ...status import Purpose
 
 MOST_UNPACKED = 64 << 20
 """Bytes of a chunk of HDF5 beyond which a file is read whole: for each slice the chunk would be unpacked anew."""
@@ -194,7 +195,8 @@ class Piece:
     points, types, offsets, connectivity
         Those of the piece; offsets begin at 0.
     polyhedra
-        The four arrays of `Polyhedra` by name, or None.
+        Four arrays of `Polyhedra` by name, or None. ``labels``, one a face, may be with them, and ``beyond``, one an
+        entry of ``cell_faces``, as `meshgauge.mesh.beyond` has it for the mesh as a whole.
     cell_data, point_data
         Numbers only. The file's own numbers are called `LABEL`; they are another array as well, the same object, where
         they were taken from it.
@@ -252,8 +254,12 @@ class Pieces:
         As of `Mesh`; None: as the points are held.
     drops_counts
         Numbers that only count cells or points are none, whatever they were taken from.
-    parts
+    parts, purpose
         As of `Mesh`.
+    point_numbers
+        Of each piece: by which points of parts are known to be one where the file has no labels of them.
+    in_one_go
+        All of a piece is read, and kept for a while, to have some rows of it: it takes memory as a whole.
     """
 
     path: str
@@ -266,6 +272,9 @@ class Pieces:
     stored: Precision | None = None
     drops_counts: bool = False
     parts: tuple[int, ...] = ()
+    purpose: Purpose = "fem"
+    point_numbers: tuple[Rows, ...] = ()
+    in_one_go: bool = False
 
     @property
     def n_cells(self) -> int:
@@ -376,6 +385,8 @@ def join_listed(listed: Sequence[Pieces | None], names: Sequence[str] = (), *, p
             {name: values for one in reversed(files) for name, values in one.field_data.items()},
             renumbered=tuple({vtk_id for one in files for vtk_id in one.renumbered}),
             stored="single" if any(one.stored == "single" for one in files) else None,
+            purpose="fv" if any(one.purpose == "fv" for one in files) else "fem",
+            in_one_go=any(one.in_one_go for one in files),
         )
         if filled
         else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...plumbing.format import Format
+from .pieces import pieces, takes
 from .places import places
 from .read import TIME, read, steps
 
@@ -29,5 +30,7 @@ OPENFOAM = Format(
     steps=steps,
     read_step=read,
     step_places=places,
+    pieces=pieces,
+    takes=takes,
     is_stale=is_of_the_old_mesh,
 )

@@ -36,7 +36,7 @@ _STATED = re.compile(rb"n(Points|Cells|Faces|InternalFaces):\s*(\d+)")
 
 
 @dataclass(frozen=True, slots=True)
-class _Piece:
+class PolyMesh:
     """A polyMesh: of a case, a region or a processor."""
 
     name: str
@@ -48,6 +48,7 @@ class _Piece:
     neighbour: NDArray[np.int64]  #: -1 on the boundary
     n_cells: int
     patches: list[tuple[str, NDArray[np.int64]]]
+    between: NDArray[np.int64]  #: faces beyond which another processor's piece is
     is_single: bool  #: whether its points are stored in single precision
 
 
@@ -59,13 +60,9 @@ def read(path: Path, at: int) -> Mesh:
     """
     states = steps(path)
     read_from = folders(path, states[at].name if states else "constant")
-    pieces = [_piece(name, folder) for name, folder in read_from]
-    notes: list[str] = []
-    if any(_is_netgens(folder) for _, folder in read_from):
-        notes.append("The file 'neighbor' was read for 'neighbour': Netgen calls it so, and OpenFOAM needs it renamed.")
+    pieces = [poly_mesh(name, folder) for name, folder in read_from]
     ids, points = _join_points(pieces)
-    if ids is None and len(pieces) > 1 and pieces[0].name.startswith("processor"):
-        notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not joined.")
+    notes = notes_on(read_from, is_joined=ids is not None)
     face_starts = np.cumsum([0] + [len(p.owner) for p in pieces])
     cell_starts = np.cumsum([0] + [p.n_cells for p in pieces]).tolist()
     point_starts = np.cumsum([0] + [len(p.points) for p in pieces])
@@ -94,7 +91,17 @@ def _joined(arrays: list[NDArray[np.int64]]) -> NDArray[np.int64]:
     return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)
 
 
-def _join_points(pieces: list[_Piece]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
+def notes_on(read_from: list[tuple[str, Path]], *, is_joined: bool) -> tuple[str, ...]:
+    """What is to be said of the polyMeshes that were read, by name and folder."""
+    notes = []
+    if any(_is_netgens(folder) for _, folder in read_from):
+        notes.append("The file 'neighbor' was read for 'neighbour': Netgen calls it so, and OpenFOAM needs it renamed.")
+    if not is_joined and len(read_from) > 1 and read_from[0][0].startswith("processor"):
+        notes.append("The processors' pieces do not say which points they share (pointProcAddressing): not joined.")
+    return tuple(notes)
+
+
+def _join_points(pieces: list[PolyMesh]) -> tuple[list[NDArray[np.int64]] | None, NDArray[np.float64]]:
     """The id of each point of each piece, None if the pieces stay apart, and all points."""
     ids = [piece.point_ids for piece in pieces if piece.point_ids is not None]
     if len(ids) < len(pieces):
@@ -114,7 +121,8 @@ def _is_netgens(folder: Path) -> bool:
     return _is_there(folder, _NETGENS) and not _is_there(folder, "neighbour")
 
 
-def _piece(name: str, folder: Path) -> _Piece:
+def poly_mesh(name: str, folder: Path) -> PolyMesh:
+    """One polyMesh, checked. Raises `ReadError`."""
     points_file = MeshFile(folder, "points")
     points = points_file.points()
     face_offsets, face_points = MeshFile(folder, "faces").faces()
@@ -137,21 +145,26 @@ def _piece(name: str, folder: Path) -> _Piece:
         cell = int(np.argmin(counts))
         raise ReadError(f"{folder}: cell {cell} has {int(counts[cell])} faces, expected 4 or more")
     ids = point_ids_of(folder, len(points)) if name.startswith("processor") else None
-    patches = _patches(folder, n_faces)
+    patches, between = _patches(folder, n_faces)
     is_single = points_file.is_binary and points_file.scalar.itemsize == 4
-    return _Piece(name, points, ids, face_offsets, face_points, owner, others, n_cells, patches, is_single)
+    return PolyMesh(name, points, ids, face_offsets, face_points, owner, others, n_cells, patches, between, is_single)
 
 
 def point_ids_of(folder: Path, n_points: int) -> NDArray[np.int64] | None:
     """Where the points of a processor's piece are in the whole mesh, None if there is no such file."""
-    # Beside the faces that were read: another time may have other points.
     own = present(folder, "faces").parent
-    if not _is_there(own, "pointProcAddressing"):
+    if not has_ids(folder):
         return None
     ids = MeshFile(own, "pointProcAddressing").labels()
     if len(ids) != n_points:
         raise ReadError(f"{folder / 'pointProcAddressing'}: does not fit the {n_points} points of the piece")
     return ids
+
+
+def has_ids(folder: Path) -> bool:
+    """Whether a processor's piece says where its points are in the whole mesh."""
+    # Beside the faces that were read: another time may have other points.
+    return _is_there(present(folder, "faces").parent, "pointProcAddressing")
 
 
 def inside(folder: Path) -> Path | None:
@@ -358,6 +371,12 @@ def _is_there(folder: Path, name: str) -> bool:
     return any((folder / f"{name}{suffix}").is_file() for suffix in ("", ".gz"))
 
 
+def path_of(folder: Path, name: str) -> Path:
+    """The file of a polyMesh, gzipped or not, where it is present."""
+    path = present(folder, name)
+    return path if path.is_file() else path.with_name(f"{path.name}.gz")
+
+
 def file_bytes(path: Path) -> bytes:
     packed = path.with_name(path.name + ".gz")
     sources.note(path if path.is_file() else packed)
@@ -376,11 +395,12 @@ def file_bytes(path: Path) -> bytes:
         raise ReadError(f"{packed}: not a whole gzip file: {error}") from error
 
 
-def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
-    """Name and faces of each patch."""
+def _patches(folder: Path, n_faces: int) -> tuple[list[tuple[str, NDArray[np.int64]]], NDArray[np.int64]]:
+    """Name and faces of each patch; faces beyond which another processor's piece is."""
     data = COMMENT.sub(b" ", file_bytes(present(folder, "boundary")))
     _, start = _header(data)
     patches = []
+    between: list[NDArray[np.int64]] = []
     for name, body in _PATCH.findall(data[start:]):
         entries = _entries(body)
         try:
@@ -390,8 +410,10 @@ def _patches(folder: Path, n_faces: int) -> list[tuple[str, NDArray[np.int64]]]:
         if not 0 <= first <= first + n <= max(n_faces, first):
             raise ReadError(f"{folder / 'boundary'}: a patch has the faces {first} to {first + n} of {n_faces}")
         if entries.get(b"type", b"").startswith(b"processor"):
-            continue  # no boundary: the next piece is beyond
+            if entries[b"type"] == b"processor":  # the next piece is beyond, not only by a rotation or shift
+                between.append(np.arange(first, first + n))
+            continue
         called = name.strip(b'"').decode("utf-8", "replace")
         budget.draw("made", 8 * n, f"patch {called!r}")  # several may have the same faces
         patches.append((called, np.arange(first, first + n)))
-    return patches
+    return patches, np.concatenate([np.empty(0, np.int64), *between])
