@@ -105,6 +105,31 @@ def test_the_diagnosis_is_that_of_the_whole(
     assert json.loads(expected)["files"][0]["diagnosis"]["n_boundary_faces"] > 0
 
 
+@pytest.mark.parametrize("tolerance", ["1e-9", "0.01"])
+def test_the_doctor_says_the_same_in_slices(
+    large: Path, sliced: list[int], tolerance: str, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    asked = ["doctor", str(large), "--json", "--tolerance", tolerance]
+    code, expected = main(asked), capsys.readouterr().out
+    assert not sliced
+    monkeypatch.setattr(batch, "DIAGNOSED", 100)
+    monkeypatch.setattr("meshgauge.report.diagnosis.CELLS", 13)
+    assert main(asked) == code == 1
+    assert sliced
+    assert capsys.readouterr().out == expected
+    assert ("duplicate_points" in expected) == (tolerance != "1e-9")
+
+
+def test_the_doctor_looks_at_the_whole_where_slices_do_not_tell(
+    large: Path, sliced: list[int], monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    monkeypatch.setattr(batch, "DIAGNOSED", 100)
+    monkeypatch.setattr("meshgauge.report.diagnosis.bytes_needed", lambda n_cells, n_points: 1 << 60)
+    assert main(["doctor", str(large), "-q"]) == 1
+    assert sliced
+    assert "not diagnosed" not in capsys.readouterr().out
+
+
 def test_a_mesh_that_fits_is_read_whole(large: Path, sliced: list[int], capsys: Captured) -> None:
     assert main(["report", str(large), "--memory", "1GB"]) == 0
     assert "not diagnosed" not in capsys.readouterr().out

@@ -39,10 +39,26 @@ def doctor(
     from .batch import Batch
     from .terminal import DONE, FAILED, Output, emit
 
-    batch = Batch(reading=reading, quiet=quiet)
+    batch = Batch(reading=reading, quiet=quiet, keep_bricks=keep_bricks)
     paths = batch.states(paths)
 
+    def in_slices(path: str) -> Diagnosis | None:
+        """That of a large mesh; None if it is to be read whole."""
+        from ..doctor.streamed import MarkCounter
+        from ..report.diagnosis import streamed_diagnosis
+        from ..slices import Ask
+
+        done = batch.in_slices(path, Ask(counter=MarkCounter()))
+        if done is None:
+            return None
+        with batch.progress(f"diagnosing {path}"):
+            made = streamed_diagnosis(*done, None, tolerance=tolerance)
+        return None if made.repeated_points is None else made  # then it was skipped
+
     def examine(path: str) -> Diagnosis:
+        made = None if batch.is_small(path) else in_slices(path)
+        if made is not None:
+            return made
         mesh = batch.read_to_measure(path)
         with batch.progress(f"diagnosing {path}"):
             return diagnosis(mesh, tolerance=tolerance, keep_bricks=keep_bricks)

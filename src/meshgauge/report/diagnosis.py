@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..doctor import LIMIT, Diagnosis, not_diagnosed
 from ..doctor.joined import Joined
+from ..doctor.points import TOLERANCE
 from ..doctor.streamed import MarkCounter, Marks, bytes_needed
 from ..doctor.streamed.marks import STANDS
 from ..files.resources import free_memory, give_back
@@ -71,18 +72,25 @@ def with_marks(listed: Pieces, counter: Any, memory: int | None) -> Any:
 
 
 def streamed_diagnosis(
-    job: Job, partial: Partial, memory: int | None, on_few: Callable[[Few], object] | None = None
+    job: Job,
+    partial: Partial,
+    memory: int | None,
+    on_few: Callable[[Few], object] | None = None,
+    *,
+    tolerance: float = TOLERANCE,
 ) -> Diagnosis:
-    """The diagnosis, if the cells were marked for it; else one that says why there is none. ``on_few`` as for
-    `diagnosis_of`."""
+    """The diagnosis, if the cells were marked for it; else one that says why there is none. ``on_few`` and
+    ``tolerance`` as for `diagnosis_of`."""
     if not isinstance(partial.counted, Marks):
         return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
     from ..doctor.streamed.diagnose import diagnosis_of  # with kernels, which take a quarter of a second to load
 
-    source, inward, room, why = _source(job, partial.counted), partial.counted.inward, _room(job, memory), ""
+    source, inward, why = _source(job, partial.counted, tolerance), partial.counted.inward, ""
+    room = _room(job, memory)
     for size in (CELLS, slice_size(job.memory)):  # faces of polyhedra may be too far apart for fewer than were measured
         try:
-            return diagnosis_of(replace(source, size=size), source.marks, inward, room=room, on_few=on_few)
+            made = replace(source, size=size)
+            return diagnosis_of(made, source.marks, inward, tolerance=tolerance, room=room, on_few=on_few)
         except ReadWhole as error:
             why = str(error)
     return not_diagnosed(job.facts.n_cells, LIMIT, reason=why)
@@ -125,11 +133,11 @@ def cells_beside(job: Job, marks: Marks, memory: int | None) -> Beside:
     return Beside(reversed_cells, found[0].cells)
 
 
-def _source(job: Job, marks: Marks) -> _Source:
+def _source(job: Job, marks: Marks, tolerance: float = TOLERANCE) -> _Source:
     of_all = marks.all(job.facts.n_cells)
     give_back()
     source = _Source(job, of_all)
-    return replace(source, joined=_joined(source)) if job.pieces.parts else source
+    return replace(source, joined=_joined(source, tolerance)) if job.pieces.parts else source
 
 
 def _room(job: Job, memory: int | None) -> int:
@@ -139,13 +147,12 @@ def _room(job: Job, memory: int | None) -> int:
     return max(ROOM, left // 2)
 
 
-def _joined(source: _Source) -> Joined:
+def _joined(source: _Source, tolerance: float) -> Joined:
     """The points that parts have in common, of those that coincide."""
-    from ..doctor.points import TOLERANCE
     from ..doctor.streamed.doubles import crowd
 
     pieces, facts = source.job.pieces, source.job.facts
-    crowded = crowd(source.points, source.n_points, TOLERANCE, source.stored)
+    crowded = crowd(source.points, source.n_points, tolerance, source.stored)
     at = crowded.moved
     ids, labels = crowded.ids[at], None
     if pieces.point_numbers:
