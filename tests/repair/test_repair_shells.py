@@ -13,7 +13,11 @@ from meshgauge import Mesh, MeshError
 from meshgauge.kernels import path
 from meshgauge.kernels.repair import surfaces as kernels
 from meshgauge.quality.measure import Quality
+from meshgauge.repair.reasons import FOLDED
 from meshgauge.repair.shells import ascent, improve, track
+from meshgauge.repair.shells.cells import part_of
+from meshgauge.repair.shells.report import at_folds
+from meshgauge.repair.text import sizes
 from meshgauge.status import is_invalid, is_usable
 
 
@@ -290,3 +294,26 @@ def test_the_command_line_writes_what_is_promised(tmp_path: Path) -> None:
     assert page.stat().st_size > 1000
     assert main(["undo", target, undo, "-o", back, "-q"]) == 0
     assert Path(back).read_bytes() == Path(source).read_bytes()
+
+
+def test_cells_at_a_fold_say_so_and_areas_are_called_areas() -> None:
+    mesh = shell(14, dome, "triangle", 0.45)  # its points were moved so far that some triangles are folded over
+    report = meshgauge.improve(mesh).report
+    assert set(report.reasons) == {FOLDED}
+    again = [note for note in report.notes if "put back" in note]
+    assert len(again) == len(set(again)) == 1
+    assert "areas changed by a factor" in sizes(report)
+    assert "volumes" not in sizes(report)
+    for kind, flat in (("triangle", 0.3), ("quad", 0.3)):  # nothing is folded over
+        assert FOLDED not in meshgauge.improve(shell(14, dome, kind, flat), boundary="slide", target=0.9).report.reasons
+
+
+def test_an_edge_is_a_fold_where_normals_turn_by_more_than_a_right_angle() -> None:
+    for angle, is_fold in ((0, False), (80, False), (100, True), (170, True)):
+        turn = np.radians(angle)
+        far = (1.0 + np.cos(turn), 0.5, np.sin(turn))
+        points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), far, (5, 0, 0), (6, 0, 0), (5, 1, 0)]) + 1e3
+        for second in ((1, 3, 2), (1, 2, 3)):  # numbered alike, or the other way
+            mesh = Mesh.from_arrays(points, {"triangle": [(0, 1, 2), second, (4, 5, 6)]})
+            part = part_of(mesh, np.ones(3, bool), np.zeros(mesh.n_points, bool))
+            assert at_folds(part, points).tolist() == [is_fold, is_fold, False]

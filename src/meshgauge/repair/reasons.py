@@ -29,6 +29,7 @@ INSIDE = "its corners are positive, but it is inverted inside"
 ONE = "only one point of it can move, and what is fixed around that point leaves no better place"
 STRICT = "it could only gain if a cell near it lost, which is not wanted here (strict)"
 NEAR = "some of its points are fixed; they and its neighbours leave no better place that was reached"
+FOLDED = "the surface turns back on itself there, in a fold or a sharp edge; keeping to it leaves no better place"
 FREE = "none of its points is fixed; its neighbours leave no better place that was reached"
 
 

@@ -215,8 +215,9 @@ def share(part: float) -> str:
 def sizes(report: RepairReport) -> str:
     """What became of the sizes of cells that were good, as a line."""
     one = report.sizes
+    what = "volumes" if any(report.volume) else "areas"  # surface cells have no volume
     return (
-        f"of {style.plural(one.n_cells, 'cell')} that had 0.9 or more, volumes changed by a factor of at most "
+        f"of {style.plural(one.n_cells, 'cell')} that had 0.9 or more, {what} changed by a factor of at most "
         f"{one.volume:.3g} (99 %: {one.volume_most:.3g}), edges of {one.edge:.3g} (99 %: {one.edge_most:.3g})"
     )
 

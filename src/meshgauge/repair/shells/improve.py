@@ -51,6 +51,7 @@ class Work:
     limits: Limits
     notes: list[str] = field(default_factory=list)
     broken: list[str] = field(default_factory=list)
+    n_back: int = 0  #: points put back so far, each as often as it was
 
     @property
     def target(self) -> float | None:
@@ -62,7 +63,8 @@ class Work:
             return False
         broken = promise.broken(after)
         self.broken += broken
-        self.notes += [f"A step was taken back; else this would not hold: {text}." for text in broken]
+        notes = (f"A step was taken back; else this would not hold: {text}." for text in broken)
+        self.notes += [note for note in notes if note not in self.notes]
         if not broken:
             self.reached = after
         return not broken
@@ -94,10 +96,9 @@ class Work:
         after, n_back = accept(
             before, points, strict=options.strict, threads=options.threads, back=self.reached, sizes=self.limits
         )
-        notes = [f"{number_of(n_back, 'point was', 'points were')} put back: a cell would have paid."] if n_back else []
         if not self.take(after, promise):
             return None
-        self.notes += notes
+        self.n_back += n_back
         return n_back
 
     def _with_nodes_between(self, points: Points, fixed: Mask) -> Points:
@@ -172,6 +173,9 @@ def improve_shells(
     if options.rounding and work.reached is not before:
         work.round(promise)
     after = work.reached
+    if work.n_back:
+        times = number_of(work.n_back, "time", "times")
+        work.notes.append(f"Points were put back where a cell would have paid, {times} in all.")
     if after is before:
         work.notes.append("No better mesh was found: the mesh is as it was.")
     new = points_of(after)

@@ -15,7 +15,7 @@ from ..acceptance import is_below, status_counts
 from ..ceiling import FOUR, Ceiling
 from ..constraints import Mask
 from ..problem import Points
-from ..reasons import ALL, ASIDE, FREE, INVERTED, NEAR, ONE, STRICT, verdict
+from ..reasons import ALL, ASIDE, FOLDED, FREE, INVERTED, NEAR, ONE, STRICT, verdict
 from ..report import Claim, LimitedCell, RepairReport
 from ..sizes import MOST, SizeChange
 from ..whole import Options
@@ -110,6 +110,9 @@ def _reasons(
     n_all[part.cell_ids] = np.diff(part.cells)
     n_free[part.cell_ids] = np.add.reduceat((~fixed[part.ring]).astype(np.int64), part.cells[:-1])
     counts, named = dict[str, int](), list[LimitedCell]()
+    folded = np.zeros(mesh.n_cells, np.bool_)
+    if not part.up:
+        folded[part.cell_ids] = at_folds(part, points_of(after))
     cells = np.flatnonzero(bad)
     for cell in cells[np.argsort(np.nan_to_num(after.values[cells], nan=-2.0), kind="stable")].tolist():
         if not takes_part[cell]:
@@ -122,6 +125,8 @@ def _reasons(
             text = INVERTED
         elif options.strict:
             text = STRICT
+        elif folded[cell]:
+            text = FOLDED
         else:
             text = ONE if n_free[cell] == 1 else NEAR if n_free[cell] < n_all[cell] else FREE
         counts[text] = counts.get(text, 0) + 1
@@ -137,6 +142,27 @@ def _reasons(
                 )
             )
     return dict(sorted(counts.items(), key=lambda pair: -pair[1])), tuple(named)
+
+
+def at_folds(part: Part, points: Points) -> Mask:
+    """``(n_cells,)`` the cells with a point on an edge at which the surface turns by more than a right angle."""
+    ring = part.ring
+    cell = np.repeat(np.arange(len(part.cell_ids)), np.diff(part.cells))
+    following = np.arange(len(ring)) + 1
+    following[part.cells[1:] - 1] = part.cells[:-1]
+    ends = np.stack([ring, ring[following]], axis=1)
+    # About a point of the cell, so that a shell far from the origin loses no digits.
+    arms = points[ring] - points[ring[part.cells[:-1]]][cell]
+    normals = np.add.reduceat(np.cross(arms, arms[following]), part.cells[:-1])
+    order = np.lexsort((ends.max(axis=1), ends.min(axis=1)))
+    low, high = ends.min(axis=1)[order], ends.max(axis=1)[order]
+    first = np.flatnonzero((low[:-1] == low[1:]) & (high[:-1] == high[1:]))
+    a, b = order[first], order[first + 1]
+    run_apart = np.where(ends[a, 0] == ends[b, 0], -1.0, 1.0)  # of cells numbered alike an edge is run both ways
+    turns = run_apart * np.einsum("ij,ij->i", normals[cell[a]], normals[cell[b]]) < 0.0
+    at_fold = np.zeros(len(points), np.bool_)
+    at_fold[ends[a[turns]]] = True
+    return np.logical_or.reduceat(at_fold[ring], part.cells[:-1])
 
 
 def _size_change(ascent: Ascent, old: Points, new: Points) -> SizeChange:
