@@ -304,8 +304,9 @@ def test_cells_at_a_fold_say_so_and_areas_are_called_areas() -> None:
     assert len(again) == len(set(again)) == 1
     assert "areas changed by a factor" in sizes(report)
     assert "volumes" not in sizes(report)
-    for kind, flat in (("triangle", 0.3), ("quad", 0.3)):  # nothing is folded over
-        assert FOLDED not in meshgauge.improve(shell(14, dome, kind, flat), boundary="slide", target=0.9).report.reasons
+    flat = meshgauge.improve(shell(8, dome, "triangle", 0.3), target=0.9).report  # nothing is folded over
+    assert flat.reasons
+    assert FOLDED not in flat.reasons
 
 
 def test_an_edge_is_a_fold_where_normals_turn_by_more_than_a_right_angle() -> None:
