@@ -181,7 +181,7 @@ def without(*operations: str) -> Iterator[None]:
         return numba.njit(error_model="numpy", nogil=True)(function)  # not into the cache of those that do all
 
     space = {**vars(reconnection), **{name: compiled(lambda *_: False) for name in operations}}
-    for helper in ("_connect", "_collapse_one", "_raise"):
+    for helper in ("_operate", "_try", "_raise"):
         space[helper] = compiled(FunctionType(getattr(reconnection, helper).py_func.__code__, space))
     whole, reconnection._raise = reconnection._raise, space["_raise"]
     try:

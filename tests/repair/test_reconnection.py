@@ -224,7 +224,8 @@ def _tetrahedra(points: list[tuple[float, float, float]], cells: list[tuple[int,
     ints[3][:] = -1
     t = Tetrahedra(
         x, nodes, np.zeros(room), ints[0], ints[1], ints[2], ints[3], ints[4], np.zeros(4 * room, np.int32),
-        np.zeros(4 * room, np.int32), np.full(room, FIXED, np.uint8), np.ones(room), ints[5], np.array([m, 0, n, 1]), 0,
+        np.zeros(4 * room, np.int32), np.full(room, FIXED, np.uint8), np.ones(room), ints[5],
+        np.array([m, 0, n, 1, -1]), np.zeros((9, 9), np.int64), np.zeros((9, 3)), 0,
     )  # fmt: skip
     tetrahedra.link(t)
     return t
@@ -339,3 +340,96 @@ def test_a_collapse_makes_no_edge_longer_than_1_6_of_those_around(size: float, n
     state.sizes[:] = size
     reconnection.raise_mean(state, tetrahedra.scratch(), np.argsort(state.quality[:8])[:1], 0.3, 0.0, 1e-3, done)
     assert done.tolist() == [0, 0, 0, n, 0]
+
+
+def _links(state: Tetrahedra) -> list[set[int]]:
+    """The corners at each point."""
+    found = []
+    for point in range(int(state.counts[N_POINTS])):
+        corner, of_point = int(state.heads[point]), set()
+        while corner >= 0:
+            assert state.after[corner] < 0 or state.before[state.after[corner]] == corner
+            of_point.add(corner)
+            corner = int(state.after[corner])
+        found.append(of_point)
+    return found
+
+
+def test_what_is_tried_in_vain_is_undone_to_the_last_bit() -> None:
+    """With a gain that nothing has; and with one that is had, something stays."""
+    from meshgauge.repair import reconnection as driver
+
+    mesh, done = delaunay(3), np.zeros(5, np.int64)
+    state = driver._state(mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), 0)
+    n, m = mesh.n_cells, mesh.n_points
+    before = [getattr(state, name)[:n].copy() for name in ("nodes", "quality", "regions", "origins", "changed")]
+    points, links = state.points[:m].copy(), _links(state)
+    order = np.argsort(state.quality[:n], kind="stable")[:40]
+    state.counts[NOW] += 1
+    assert reconnection.untie(state, tetrahedra.scratch(), order, 3.0, 0.5, done) == 0
+    assert not done.any()
+    alive = np.flatnonzero(state.nodes[: state.counts[N_CELLS], 0] >= 0)
+    assert np.array_equal(alive, np.arange(n))
+    for name, was in zip(("nodes", "quality", "regions", "origins", "changed"), before, strict=True):
+        assert np.array_equal(getattr(state, name)[:n], was), name
+    assert state.counts[N_POINTS] == m
+    assert np.array_equal(state.points[:m], points)
+    assert _links(state) == links
+    worst = state.quality[order[0]]
+    assert reconnection.untie(state, tetrahedra.scratch(), order[:1], 1e-3, 0.5, done) == 1
+    assert done.any()
+    assert state.nodes[order[0], 0] < 0 or state.quality[order[0]] > worst
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_more_is_tried_on_the_worst(monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
+    """Where a third of the points stay, single operations are soon stuck."""
+    from meshgauge.repair import reconnection as driver
+
+    mesh = delaunay(4, seed)
+    fixed = np.arange(0, mesh.n_points, 3)
+    worst = meshgauge.measure(rejoin(mesh, fixed).mesh).values.min()
+    monkeypatch.setattr(driver, "TRIES", 0)
+    without = meshgauge.measure(rejoin(mesh, fixed).mesh).values.min()
+    assert worst > without + 0.08
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_same_however_points_cells_and_nodes_are_numbered(seed: int) -> None:
+    mesh, random = delaunay(), np.random.default_rng(seed)
+    new = random.permutation(mesh.n_points)
+    points = np.empty((mesh.n_points, 3))
+    points[new] = mesh.points
+    nodes = new[mesh.connectivity.reshape(-1, 4)][random.permutation(mesh.n_cells)]
+    turns = np.array([[0, 1, 2, 3], [1, 2, 0, 3], [3, 0, 2, 1], [2, 3, 0, 1]])
+    nodes = np.take_along_axis(nodes, turns[random.integers(4, size=len(nodes))], axis=1)
+    one, other = rejoin(mesh), rejoin(Mesh.from_arrays(points, {"tetra": nodes}))
+    assert one.done == other.done
+    values = [np.sort(meshgauge.measure(each.mesh).values) for each in (one, other)]
+    assert np.allclose(*values, rtol=0, atol=1e-9)
+
+
+def test_what_was_tried_in_vain_is_tried_again_only_near_changes() -> None:
+    from meshgauge.repair import reconnection as driver
+
+    mesh = delaunay(3)
+    state = driver._state(mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), 0)
+    done, order = np.zeros(5, np.int64), np.arange(mesh.n_points)
+    passes = driver._Passes(state, tetrahedra.scratch(), done, lambda: False, order)
+    alive = np.arange(mesh.n_cells)
+    threshold = float(np.median(state.quality[: mesh.n_cells]))
+    first = passes._changed("mean", alive, threshold)
+    assert np.array_equal(first, np.flatnonzero(state.quality[: mesh.n_cells] < threshold))
+    assert len(passes._changed("mean", alive, threshold)) == 0
+    point = int(state.nodes[first[0], 0])
+    state.points[point] += 0.005 * state.sizes[point]
+    assert len(passes._changed("mean", alive, threshold)) == 0
+    state.points[point] += 0.005 * state.sizes[point]  # both together are not small any more
+    beside = np.unique(state.nodes[alive][(state.nodes[alive] == point).any(axis=1)])
+    near = np.isin(state.nodes[alive], beside).any(axis=1)
+    assert np.array_equal(passes._changed("mean", alive, threshold), first[near[first]])
+    assert len(passes._changed("mean", alive, threshold)) == 0
+    state.changed[first[0]] = state.counts[NOW]
+    assert first[0] in passes._changed("mean", alive, threshold)
+    higher = passes._changed("mean", alive, threshold + 0.1)
+    assert (state.quality[higher] >= threshold).all() or first[0] in higher

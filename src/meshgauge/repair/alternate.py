@@ -41,7 +41,7 @@ from .whole import Options
 Mask = NDArray[np.bool_]
 Ids = NDArray[np.int64]
 
-CYCLES = 3
+CYCLES = 2
 """The most times that tetrahedra are joined anew and points are moved after it."""
 
 SPLITS = 3

@@ -7,13 +7,14 @@ keep their order, and a new one stands where a cell was that it replaces: it has
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CELL_TYPES, TETRA
-from ..kernels.repair.reconnection import raise_least, raise_mean, smooth
+from ..kernels.repair.reconnection import raise_least, raise_mean, smooth, untie
 from ..kernels.repair.tetrahedra import (
     EMBEDDED,
     FIXED,
@@ -28,6 +29,7 @@ from ..kernels.repair.tetrahedra import (
 from ..mesh import Mesh
 from ..mesh.topology import BOUNDARY
 from .constraints import Constraints
+from .problem import along_a_curve
 from .rejoined import LINEAR, Reconnection, Rejoined, rejoined
 
 Mask = NDArray[np.bool_]
@@ -45,14 +47,26 @@ POOR = 0.55
 GAIN = 1e-3
 """What an operation must gain."""
 
-ROUNDS, SWEEPS, CYCLES = 2, 8, 6
-"""Passes over the cells and sweeps over the points in a cycle, and the most cycles."""
+ROUNDS, SWEEPS, CYCLES = 2, 8, 7
+"""Passes over the cells in the first cycle, where later ones have one; sweeps over the points; and the most cycles."""
 
-ENOUGH = 2e-3
+ENOUGH = 1e-3
 """A cycle that gives neither the worst nor the mean more than this is the last."""
 
-SLICE = 2_000
-"""Cells of a pass between two questions whether to stop."""
+SLICE, SLOW = 2_000, 5
+"""Cells of a pass between two questions whether to stop; and of those on which more is tried."""
+
+NEAR, FEW, TRIES = 0.02, 60, 8
+"""More is tried on cells up to this above the worst, on so many of them at a time, and so often in a cycle."""
+
+COST = 0.35
+"""What an operation may cost that others make up for."""
+
+STILL = 0.01
+"""Share of the edges at a point that it may move and count as unmoved."""
+
+LOG = 8_192
+"""Changes that are on record at most."""
 
 ROOM = 1.5
 """How many times as many points and cells as there were find room."""
@@ -100,24 +114,26 @@ def reconnect(
     if strict:
         state.marks[: mesh.n_points] |= FIXED
     room, done = scratch(), np.zeros(len(OPERATIONS), np.int64)
-    _run(
-        state, room, done, progress or (lambda worst, mean: None), should_stop or (lambda: False), strict=strict
-    )  # fmt: skip
+    passes = _Passes(state, room, done, should_stop or (lambda: False), _by_use(state, mesh.n_points))
+    _run(passes, progress or (lambda worst, mean: None), strict=strict)
     alive = _alive(state)
     if not done.any():
         return None
+    nodes, origins = np.asarray(state.nodes[alive], np.int64), np.asarray(state.origins[alive], np.int64)
+    same = origins >= 0  # their nodes are in the order that they had
+    nodes[same] = mesh.connectivity[mesh.offsets[origins[same]][:, None] + np.arange(4)]
     parts = Rejoined(
         is_tetra,
-        np.asarray(state.nodes[alive], np.int64),
-        np.asarray(state.origins[alive], np.int64),
+        nodes,
+        origins,
         np.array(state.points[: state.counts[N_POINTS]]),
     )
     return rejoined(mesh, parts, dict(zip(OPERATIONS, done.tolist(), strict=True)))
 
 
 def _state(mesh: Mesh, constraints: Constraints, is_tetra: Mask, objective: int) -> Tetrahedra:
-    taken = np.flatnonzero(is_tetra)
-    nodes = np.asarray(mesh.connectivity, np.int32)[mesh.offsets[taken][:, None] + np.arange(4)]
+    taken = along_a_curve(mesh, np.flatnonzero(is_tetra))
+    nodes = _turned(mesh, np.asarray(mesh.connectivity, np.int32)[mesh.offsets[taken][:, None] + np.arange(4)])
     n_points, n = mesh.n_points, len(taken)
     room_points, room = int(ROOM * n_points) + 1000, int(ROOM * n) + 5000
     points = np.zeros((room_points, 3))
@@ -154,11 +170,33 @@ def _state(mesh: Mesh, constraints: Constraints, is_tetra: Mask, objective: int)
         marks=marks,
         sizes=_sizes(points, nodes),
         free=ints(room),
-        counts=np.array([n, 0, n_points, 0]),
+        counts=np.array([n, 0, n_points, 0, -1]),
+        log=np.zeros((LOG, 9), np.int64),
+        places=np.zeros((LOG, 3)),
         objective=objective,
     )
     link(state)
     return state
+
+
+def _turned(mesh: Mesh, nodes: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Tetrahedra with their nodes in an order that is the same however points and nodes are numbered."""
+    rank = np.empty(mesh.n_points, np.int64)
+    rank[np.lexsort(np.asarray(mesh.points, np.float64).T)] = np.arange(mesh.n_points)
+    ranks = rank[nodes]
+    order = np.argsort(ranks, axis=1)
+    rows = np.arange(len(nodes))[:, None]
+    is_odd = sum((order[:, i] > order[:, j]).astype(np.int64) for i, j in combinations(range(4), 2)) % 2 == 1
+    order[is_odd] = order[is_odd][:, [0, 1, 3, 2]]
+    turned: NDArray[np.int32] = nodes[rows, order]
+    return turned
+
+
+def _by_use(state: Tetrahedra, n_points: int) -> Ids:
+    """The points given, in the order in which cells use them; unused ones last."""
+    used, first = np.unique(state.nodes[: state.counts[N_CELLS]], return_index=True)
+    rest = np.setdiff1d(np.arange(n_points), used)
+    return np.concatenate([used[np.argsort(first)].astype(np.int64), rest])
 
 
 def _sizes(points: NDArray[np.float64], nodes: NDArray[np.int32]) -> NDArray[np.float64]:
@@ -206,35 +244,98 @@ def _alive(state: Tetrahedra) -> Ids:
     return np.flatnonzero(state.nodes[: state.counts[N_CELLS], 0] >= 0)
 
 
-def _run(
-    state: Tetrahedra,
-    room: Scratch,
-    done: Ids,
-    progress: Callable[[float, float], object],
-    should_stop: Callable[[], bool],
-    *,
-    strict: bool,
-) -> None:
-    had = _standing(state)
-    for _ in range(CYCLES):
-        for _ in range(ROUNDS):
+@dataclass(eq=False)
+class _Passes:
+    """Passes over cells and points; what was tried in vain is tried again only where something has changed since.
+
+    Attributes
+    ----------
+    state, room, done
+        What is changed, room to work, and counts of what was done.
+    should_stop
+        Asked often.
+    order
+        The points given, in the order in which they are moved.
+    """
+
+    state: Tetrahedra
+    room: Scratch
+    done: Ids
+    should_stop: Callable[[], bool]
+    order: Ids
+    _seen: dict[str, tuple[int, float, NDArray[np.float64]]] = field(default_factory=dict)
+
+    def least(self) -> None:
+        """Raise the worst cells."""
+        alive = _alive(self.state)
+        poor = self._changed("least", alive, POOR)
+        poor = poor[np.argsort(self.state.quality[poor], kind="stable")]
+        for some in _slices(poor, self.should_stop):
+            raise_least(self.state, self.room, some, POOR, GAIN, self.done)
+
+    def mean(self, *, strict: bool) -> None:
+        """Raise the mean."""
+        worst, mean = _standing(self.state)
+        below = self._changed("mean", _alive(self.state), mean)
+        for some in _slices(below, self.should_stop):
+            raise_mean(self.state, self.room, some, mean, np.inf if strict else worst, GAIN, self.done)
+
+    def worst(self) -> None:
+        """Try more on the few worst cells, as long as that helps."""
+        state = self.state
+        for _ in range(TRIES):
             alive = _alive(state)
-            poor = alive[state.quality[alive] < POOR]
-            poor = poor[np.argsort(state.quality[poor], kind="stable")]
-            state.counts[NOW] += 1
-            for some in _slices(poor, should_stop):
-                raise_least(state, room, some, POOR, GAIN, done)
-            worst, mean = _standing(state)
-            progress(worst, mean)
-            alive = _alive(state)
-            state.counts[NOW] += 1
-            for some in _slices(alive[state.quality[alive] < mean], should_stop):
-                raise_mean(state, room, some, mean, np.inf if strict else worst, GAIN, done)
-            progress(*_standing(state))
-        for _ in range(0 if strict else SWEEPS):
-            worst, mean = _standing(state)
-            for some in _slices(np.arange(state.counts[N_POINTS]), should_stop):
+            values = state.quality[alive]
+            near = self._changed("worst", alive, float(values.min()) + NEAR)
+            near = near[np.argsort(state.quality[near], kind="stable")][:FEW]
+            some = _slices(near, self.should_stop, SLOW)
+            if sum(untie(state, self.room, cells, GAIN, COST, self.done) for cells in some) == 0:
+                break
+
+    def smooth(self) -> None:
+        """Move the points."""
+        state = self.state
+        order = np.concatenate([self.order, np.arange(len(self.order), state.counts[N_POINTS])])
+        for _ in range(SWEEPS):
+            worst, _ = _standing(state)
+            for some in _slices(order, self.should_stop):
                 smooth(state, some, worst)
+
+    def _changed(self, name: str, alive: Ids, threshold: float) -> Ids:
+        """Begin a pass: cells below a threshold at whose points something has changed since the last of its kind."""
+        state = self.state
+        points, n = state.points, state.counts[N_POINTS]
+        state.counts[NOW] += 1
+        below = state.quality[alive] < threshold
+        if name in self._seen:
+            last, before, places = self._seen[name]
+            is_near = np.zeros(n, np.bool_)
+            far = ((points[: len(places)] - places) ** 2).sum(axis=1) > (STILL * state.sizes[: len(places)]) ** 2
+            far = np.concatenate([far, np.ones(n - len(places), np.bool_)])
+            nodes = state.nodes[alive]
+            is_near[nodes[(state.changed[alive] >= last) | far[nodes].any(axis=1)]] = True
+            below &= is_near[nodes].any(axis=1) | (state.quality[alive] >= before)
+            places[far[: len(places)]] = points[: len(places)][far[: len(places)]]
+            places = np.concatenate([places, points[len(places) : n]])
+        else:
+            places = points[:n].copy()
+        self._seen[name] = int(state.counts[NOW]), threshold, places
+        return alive[below]
+
+
+def _run(passes: _Passes, progress: Callable[[float, float], object], *, strict: bool) -> None:
+    state, should_stop = passes.state, passes.should_stop
+    had = _standing(state)
+    for cycle in range(CYCLES):
+        for _ in range(ROUNDS if cycle == 0 else 1):
+            passes.least()
+            progress(*_standing(state))
+            passes.mean(strict=strict)
+            progress(*_standing(state))
+        if not strict:
+            passes.worst()
+            progress(*_standing(state))
+            passes.smooth()
         reached = _standing(state)
         progress(*reached)
         if should_stop() or max(reached[0] - had[0], reached[1] - had[1]) < ENOUGH:
@@ -242,11 +343,11 @@ def _run(
         had = reached
 
 
-def _slices(items: Ids, should_stop: Callable[[], bool]) -> Iterator[Ids]:
-    for start in range(0, len(items), SLICE):
+def _slices(items: Ids, should_stop: Callable[[], bool], size: int = SLICE) -> Iterator[Ids]:
+    for start in range(0, len(items), size):
         if should_stop():
             return
-        yield items[start : start + SLICE]
+        yield items[start : start + size]
 
 
 def _standing(state: Tetrahedra) -> tuple[float, float]:

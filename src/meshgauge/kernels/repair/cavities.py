@@ -11,7 +11,9 @@ from .tetrahedra import (
     EMBEDDED,
     LEAST,
     MEAN,
+    N_LOG,
     N_POINTS,
+    NEW,
     Id,
     Scratch,
     Tetrahedra,
@@ -163,6 +165,9 @@ def insertion(t: Tetrahedra, s: Scratch, cell: Id, gain: float) -> bool:
         return False
     point = t.counts[N_POINTS]
     t.counts[N_POINTS] += 1
+    if t.counts[N_LOG] >= 0:
+        t.log[t.counts[N_LOG], 0], t.log[t.counts[N_LOG], 1] = NEW, point
+        t.counts[N_LOG] += 1
     t.points[point, 0], t.points[point, 1], t.points[point, 2] = x, y, z
     t.marks[point], t.heads[point], t.sizes[point] = 0, -1, 0.0
     for i in range(n_kept):

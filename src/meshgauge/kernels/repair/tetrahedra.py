@@ -26,8 +26,12 @@ FIXED, EMBEDDED = 1, 2
 LEAST, MEAN = 0, 1
 """What an operation raises: the least quality of the cells that it replaces, or their sum over the mean."""
 
-N_CELLS, N_FREE, N_POINTS, NOW = 0, 1, 2, 3
-"""Places in `Tetrahedra.counts`: cells ever made, free places among them, points, and the number of the pass."""
+N_CELLS, N_FREE, N_POINTS, NOW, N_LOG = 0, 1, 2, 3, 4
+"""Places in `Tetrahedra.counts`: cells ever made, free places among them, points, the number of the pass, and how many
+changes are on record, -1 if none are to be."""
+
+REMOVED, ADDED, MOVED, NEW = 0, 1, 2, 3
+"""What a change on record is: a cell that is gone or made, a point that has moved or was put in."""
 
 
 class Tetrahedra(NamedTuple):
@@ -60,7 +64,11 @@ class Tetrahedra(NamedTuple):
     free
         ``(room,)`` int32: a stack of the places of cells that are gone.
     counts
-        ``(4,)`` int64.
+        ``(5,)`` int64.
+    log
+        ``(room, 9)`` int64: changes on record, so that they can be undone; see `undo`.
+    places
+        ``(room, 3)``: where points that have moved were.
     objective
         0: J_ENS; 1: dihedral angles.
     """
@@ -79,6 +87,8 @@ class Tetrahedra(NamedTuple):
     sizes: Float64Array
     free: Int32Array
     counts: Int64Array
+    log: Int64Array
+    places: Float64Array
     objective: int
 
 
@@ -89,6 +99,8 @@ class Scratch(NamedTuple):
     ----------
     outward
         ``(4, 3)``: the face opposite each node, seen from outside.
+    edges
+        ``(6, 2)``: the nodes of each edge, the greater first.
     others
         ``(4, 4, 2)``: the two nodes beside two, so that the four are right-handed.
     directions
@@ -96,6 +108,7 @@ class Scratch(NamedTuple):
     """
 
     outward: Int64Array
+    edges: Int64Array
     others: Int64Array
     directions: Float64Array
     ring: Int64Array  # (16,)
@@ -109,6 +122,7 @@ class Scratch(NamedTuple):
     owners: Int64Array  # (128,)
     is_blocked: BoolArray  # (128,)
     kept: Int64Array  # (128, 3)
+    tally: Int64Array  # (5,)
 
 
 def scratch() -> Scratch:
@@ -124,11 +138,12 @@ def scratch() -> Scratch:
                 others[i, j] = (b, a) if is_odd else (a, b)
     axes = np.concatenate([np.eye(3), -np.eye(3)])
     diagonals = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / sqrt(3.0)
+    edges = np.array([[1, 0], [2, 0], [2, 1], [3, 0], [3, 1], [3, 2]])
     return Scratch(
-        outward, others, np.concatenate([axes, diagonals]), np.zeros(16, np.int64), np.zeros(64, np.int64),
+        outward, edges, others, np.concatenate([axes, diagonals]), np.zeros(16, np.int64), np.zeros(64, np.int64),
         np.zeros((64, 4), np.int64), np.zeros((16, 16)), np.zeros((16, 16), np.int64), np.zeros((64, 2), np.int64),
         np.zeros((128, 3), np.int64), np.zeros(128), np.zeros(128, np.int64), np.zeros(128, np.bool_),
-        np.zeros((128, 3), np.int64),
+        np.zeros((128, 3), np.int64), np.zeros(5, np.int64),
     )  # fmt: skip
 
 
@@ -248,6 +263,20 @@ def has_room(t: Tetrahedra, n: Id) -> bool:
 
 @inlined
 def remove(t: Tetrahedra, cell: Id) -> None:
+    if t.counts[N_LOG] >= 0:
+        row = t.log[t.counts[N_LOG]]
+        row[0], row[1], row[2], row[3], row[4] = REMOVED, cell, t.nodes[cell, 0], t.regions[cell], t.origins[cell]
+        row[5], row[6], row[7], row[8] = t.changed[cell], t.nodes[cell, 1], t.nodes[cell, 2], t.nodes[cell, 3]
+        t.counts[N_LOG] += 1
+    _unhang(t, cell)
+    t.nodes[cell, 0] = -1
+    t.free[t.counts[N_FREE]] = cell
+    t.counts[N_FREE] += 1
+
+
+@inlined
+def _unhang(t: Tetrahedra, cell: Id) -> None:
+    """Take the corners of a cell out of the lists of its points."""
     for m in range(4):
         corner = 4 * cell + m
         after, before = t.after[corner], t.before[corner]
@@ -257,9 +286,6 @@ def remove(t: Tetrahedra, cell: Id) -> None:
             t.heads[t.nodes[cell, m]] = after
         if after >= 0:
             t.before[after] = before
-    t.nodes[cell, 0] = -1
-    t.free[t.counts[N_FREE]] = cell
-    t.counts[N_FREE] += 1
 
 
 @inlined
@@ -287,6 +313,43 @@ def add(t: Tetrahedra, a: Id, b: Id, c: Id, d: Id, region: int, origin: int) -> 
     t.quality[cell] = quality_of(t, a, b, c, d)
     t.regions[cell], t.changed[cell], t.tried[cell] = region, t.counts[NOW], -1
     t.origins[cell] = origin if origin < 0 else -2 - origin
+    if t.counts[N_LOG] >= 0:
+        t.log[t.counts[N_LOG], 0], t.log[t.counts[N_LOG], 1] = ADDED, cell
+        t.counts[N_LOG] += 1
+
+
+@inlined
+def undo(t: Tetrahedra) -> None:
+    """Undo all changes on record, the last first, so that each cell comes back to its place."""
+    for i in range(t.counts[N_LOG] - 1, -1, -1):
+        row = t.log[i]
+        item = row[1]
+        if row[0] == ADDED:
+            _unhang(t, item)
+            t.nodes[item, 0] = -1
+            t.free[t.counts[N_FREE]] = item
+            t.counts[N_FREE] += 1
+        elif row[0] == REMOVED:
+            t.counts[N_FREE] -= 1
+            t.nodes[item, 0], t.regions[item], t.origins[item], t.changed[item] = row[2], row[3], row[4], row[5]
+            t.nodes[item, 1], t.nodes[item, 2], t.nodes[item, 3] = row[6], row[7], row[8]
+            _hang(t, item)
+            t.quality[item] = quality_of_cell(t, item)
+        elif row[0] == NEW:
+            t.counts[N_POINTS] -= 1
+        else:
+            t.points[item, 0], t.points[item, 1], t.points[item, 2] = t.places[i, 0], t.places[i, 1], t.places[i, 2]
+            measure_star(t, item)
+    t.counts[N_LOG] = 0
+
+
+@inlined
+def measure_star(t: Tetrahedra, point: Id) -> None:
+    """Measure the cells at a point anew."""
+    corner = t.heads[point]
+    while corner >= 0:
+        t.quality[corner >> 2] = quality_of_cell(t, corner >> 2)
+        corner = t.after[corner]
 
 
 @kernel
