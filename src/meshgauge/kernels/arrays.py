@@ -24,6 +24,7 @@ Int32Array = NDArray[np.int32]
 Int16Array = NDArray[np.int16]
 Int8Array = NDArray[np.int8]
 UInt64Array = NDArray[np.uint64]
+UInt32Array = NDArray[np.uint32]
 UInt8Array = NDArray[np.uint8]
 BoolArray = NDArray[np.bool_]
 

@@ -349,18 +349,18 @@ def _measure_chunk(
     rounding of the stored coordinates."""
     faces, entries = faces_of(polyhedra, cells), _face_entries(polyhedra, cells)
     whole = driver.links(points, faces)
-    links, candidates = driver.without_hanging(points, faces, whole, None if beyond is None else beyond[entries])
+    links, candidates = driver.without_hanging(faces, whole, None if beyond is None else beyond[entries])
     k = np.full(len(links.node_ids), np.nan)
     which = driver.match(links, table, k)
     is_broken = (links.faults & codes.BROKEN) != 0
     _model_corners(links, np.repeat((which == codes.NO_SOLID) & ~is_broken, links.node_counts), k)
-    js = driver.node_scaled_jacobian(points, links)
+    js = driver.node_scaled_jacobian(links)
     if finds_candidates:
-        candidates |= driver.candidates(points, faces, whole, js)
+        candidates |= driver.candidates(faces, whole, js)
     values, jens = driver.cell_jens(js, k, links)
     hanging = links.is_hanging == 1
-    shape = driver.shapes(points, faces, links.faults, unit)
-    is_negative, is_flat = driver.corner_signs(points, links, js, single=unit == SINGLE)
+    shape = driver.shapes(whole.points, whole.outward(faces), links.faults, unit)
+    is_negative, is_flat = driver.corner_signs(links, js, single=unit == SINGLE)
     warped, zero = (shape & codes.WARPED) != 0, (shape & codes.ZERO_EDGE) != 0
     known = np.where(which == codes.NO_SOLID, ReferenceKind.CORNER_MODEL, ReferenceKind.REGULAR_FACED)
     return _Part(

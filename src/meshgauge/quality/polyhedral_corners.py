@@ -61,7 +61,7 @@ def corner_triples(
         n = np.where(d > 3, d, (d == 3).astype(np.int64)) * (links.is_hanging == 0)
         node = np.repeat(np.arange(len(d)), n)
         turn = np.arange(len(node)) - np.repeat(np.cumsum(n) - n, n)
-        around = [links.points[first[node] + (turn + step) % d[node]] for step in range(3)]
+        around = [links.node_ids[links.nodes[first[node] + (turn + step) % d[node]]] for step in range(3)]
         cells.append(part[links.cells[node]])
         corners.append(np.stack([links.node_ids[node], *around], axis=1))
         constants.append(node_k[own][node])
@@ -76,7 +76,7 @@ def links_left(
     whole = driver.links(points, faces)
     if not hangs.any():
         return whole
-    left, _ = driver.without_hanging(points, faces, whole)
+    left, _ = driver.without_hanging(faces, whole)
     is_other = np.bincount(left.cells[(left.is_hanging == 1) != hangs], minlength=len(cells)) > 0
     if not is_other.any() or beyond is None:
         return left
@@ -87,7 +87,7 @@ def links_left(
     known = np.zeros(len(polyhedra.cell_faces), np.int64)
     known[entries] = beyond(entries)
     every = ragged_positions(starts[cells], starts[cells + 1] - starts[cells])
-    again, _ = driver.without_hanging(points, faces, whole, known[every])
+    again, _ = driver.without_hanging(faces, whole, known[every])
     return _of_either(left, again, is_other)
 
 
@@ -95,17 +95,17 @@ def _of_either(one: Links, other: Links, takes_other: NDArray[np.bool_]) -> Link
     """The links of some cells from one, of the rest from another."""
     of_nodes = takes_other[one.cells]
     valences = np.where(of_nodes, other.valences, one.valences)
-    starts = np.where(of_nodes, other.starts + len(one.points), one.starts)
+    starts = np.where(of_nodes, other.starts + len(one.nodes), one.starts)
     at = ragged_positions(starts, valences)
-    is_now = np.empty(len(one.points) + len(other.points), np.int64)
+    is_now = np.empty(len(one.nodes) + len(other.nodes), np.int64)
     is_now[at] = np.arange(len(at))
     return replace(
         one,
         valences=valences,
         is_hanging=np.where(of_nodes, other.is_hanging, one.is_hanging),
-        points=np.concatenate([one.points, other.points])[at],
+        nodes=np.concatenate([one.nodes, other.nodes])[at],
         sizes=np.concatenate([one.sizes, other.sizes])[at],
-        twins=is_now[np.concatenate([one.twins, other.twins + len(one.points)])[at]],
+        twins=is_now[np.concatenate([one.twins, other.twins + len(one.nodes)])[at]],
     )
 
 
@@ -140,7 +140,7 @@ def hanging_on(
         ends = np.repeat(np.arange(len(own)), links.valences)[links.twins[darts]]
         nodes.append(links.node_ids[some])
         counts.append(links.valences[some])
-        neighbours.append(links.points[darts])
+        neighbours.append(links.node_ids[links.nodes[darts]])
         hangs.append(own[ends])
     return (
         np.concatenate([none, *nodes]),

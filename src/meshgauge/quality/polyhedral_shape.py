@@ -38,7 +38,7 @@ def shape_of_polyhedra(cells: PolyhedralCells) -> Values:
     nodes = np.flatnonzero(~hangs)
     ratios = np.zeros(len(nodes))
     is_corner = links.valences[nodes] >= 3
-    ratios[is_corner] = _of_corners(points, links, nodes[is_corner])
+    ratios[is_corner] = _of_corners(links, nodes[is_corner])
     signed = np.copysign(np.maximum(np.abs(ratios), _TINY), signs[nodes])
     signed[signs[nodes] == 0.0] = 0.0
     starts = np.searchsorted(links.cells[nodes], np.arange(len(some)))
@@ -46,7 +46,7 @@ def shape_of_polyhedra(cells: PolyhedralCells) -> Values:
     return out
 
 
-def _of_corners(points: Values, links: Links, nodes: NDArray[np.int64]) -> Values:
+def _of_corners(links: Links, nodes: NDArray[np.int64]) -> Values:
     """``(n,)`` the fold of the mean ratios of the triples of nodes of three and more edges."""
     sides, diagonals = _ideal_cosines(links)
     corners, first = driver.triples(links, nodes)
@@ -56,7 +56,7 @@ def _of_corners(points: Values, links: Links, nodes: NDArray[np.int64]) -> Value
     turn = np.arange(len(corners)) - np.repeat(first, sizes)
     dart = start + turn
     a, b, c = sides[dart], diagonals[dart], sides[start + (turn + 1) % valence]
-    x = 0.25 * points[corners]  # differences of the largest doubles stay finite
+    x = 0.25 * links.points[corners]  # differences of the largest doubles stay finite
     edges = x[:, 1:] - x[:, :1]
     with np.errstate(all="ignore"):
         largest = np.abs(edges).max(axis=(1, 2))
@@ -74,7 +74,7 @@ def _of_corners(points: Values, links: Links, nodes: NDArray[np.int64]) -> Value
 
 def _ideal_cosines(links: Links) -> tuple[Values, Values]:
     """For each dart the cosines of the ideal angles to the next dart around its node, and to the next but one."""
-    diagonals = np.full(len(links.points), np.nan)
+    diagonals = np.full(len(links.nodes), np.nan)
     which = driver.match(links, solids_table(), np.empty(len(links.node_ids)), diagonals)[links.cells]
     angles = np.pi * (links.sizes - 2.0) / links.sizes
     sides = np.cos(angles)

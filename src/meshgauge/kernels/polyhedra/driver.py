@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...cells import TETRA
+from ..arrays import read_only
 from ..cells import flat, robust
 from . import codes
 
@@ -53,9 +54,11 @@ class Links:
     faults: Ids
     node_counts: Ids
     node_ids: Ids
+    points: Points  #: of the nodes
     valences: Ids
     is_hanging: NDArray[np.uint8]
-    points: Ids
+    of_faces: Ids  #: the node for each point of the faces
+    nodes: Ids  #: a dart; the neighbour
     sizes: Ids
     twins: Ids
     faces: Ids  #: a dart; empty once hanging nodes were taken out
@@ -69,6 +72,11 @@ class Links:
     def cells(self) -> Ids:
         """The cell of each node."""
         return np.repeat(np.arange(len(self.node_counts)), self.node_counts)
+
+
+    def outward(self, faces: Faces) -> Faces:
+        """The faces that these are the links of, by nodes and as they are seen from outside."""
+        return Faces(self.of_faces, faces.sizes, np.zeros(len(faces.sizes), np.uint8), faces.counts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,11 +108,11 @@ def links(points: Points, faces: Faces) -> Links:
     """Links of each cell, hanging nodes among them. Flips of faces that a cell has in mixed orientation are changed."""
     from .links import orient
 
-    whole = _links(faces)
+    whole = _links(points, faces)
     unoriented = (whole.faults & codes.NON_ORIENTABLE) != 0
     if unoriented.any():
         orient(points, faces.points, faces.sizes, faces.flips, faces.counts, faces.room, unoriented)
-        whole = _links(faces)
+        whole = _links(points, faces)
         oriented = unoriented & ((whole.faults & codes.NON_ORIENTABLE) == 0)
         whole.faults[oriented] |= codes.REORIENTED
     return whole
@@ -120,19 +128,20 @@ def inward(points: Points, faces: Faces) -> NDArray[np.bool_]:
 
     oriented = Faces(faces.points, faces.sizes, faces.flips.copy(), faces.counts)
     others = codes.BROKEN & ~codes.NON_ORIENTABLE
-    closed = np.asarray((_links(faces).faults & others) == 0)
+    closed = np.asarray((_links(points, faces).faults & others) == 0)
     orient(points, oriented.points, oriented.sizes, oriented.flips, oriented.counts, oriented.room, closed)
-    closed &= (_links(oriented).faults & codes.BROKEN) == 0
+    closed &= (_links(points, oriented).faults & codes.BROKEN) == 0
     return np.asarray((oriented.flips != faces.flips) & np.repeat(closed, faces.counts))
 
 
-def _links(faces: Faces) -> Links:
+def _links(points: Points, faces: Faces) -> Links:
     from .links import links as kernel
 
     n_cells, n = len(faces.counts), len(faces.points)
     faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
     node_ids, valences = np.empty(n, np.int64), np.empty(n, np.int64)
-    link_points, link_faces, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    face_nodes, link_nodes = np.empty(n, np.int64), np.empty(n, np.int64)
+    link_faces, link_twins = np.empty(n, np.int64), np.empty(n, np.int64)
     n_nodes, n_darts = kernel(
         faces.points,
         faces.sizes,
@@ -143,7 +152,8 @@ def _links(faces: Faces) -> Links:
         node_counts,
         node_ids,
         valences,
-        link_points,
+        face_nodes,
+        link_nodes,
         link_faces,
         link_twins,
     )
@@ -152,38 +162,40 @@ def _links(faces: Faces) -> Links:
         faults=faults,
         node_counts=node_counts,
         node_ids=node_ids[nodes],
+        points=read_only(points[node_ids[nodes]]),
         valences=valences[nodes],
         is_hanging=np.zeros(int(n_nodes), np.uint8),
-        points=link_points[darts],
+        of_faces=face_nodes,
+        nodes=link_nodes[darts],
         sizes=faces.sizes[link_faces[darts]],
         twins=link_twins[darts],
         faces=link_faces[darts],
     )
 
 
-def without_hanging(points: Points, faces: Faces, whole: Links, beyond: Ids | None = None) -> tuple[Links, Candidates]:
+def without_hanging(faces: Faces, whole: Links, beyond: Ids | None = None) -> tuple[Links, Candidates]:
     """The links without hanging nodes, and the candidates for more.
 
     ``beyond`` says what lies beyond each face, see `codes`; None if that is not known. Without it only what a
     cell's own faces tell is taken out.
     """
     if beyond is not None:
-        return _without(points, whole, np.ones(len(whole.node_counts), np.bool_), beyond, True)
+        return _without(whole, np.ones(len(whole.node_counts), np.bool_), beyond, True)
     may = np.asarray(whole.valences == 2)
     four = np.flatnonzero(whole.valences == 4)
     may[four] = (whole.sizes[whole.starts[four][:, None] + np.arange(4)] == 4).all(axis=1)
     suspects, unknown = _any(may, whole), np.zeros(len(faces.sizes), np.int64)
     if not suspects.any():
         return whole, Candidates(suspects, unknown == 1)
-    return _without(points, whole, suspects, unknown, False)
+    return _without(whole, suspects, unknown, False)
 
 
-def candidates(points: Points, faces: Faces, whole: Links, scaled_jacobian: Values) -> Candidates:
+def candidates(faces: Faces, whole: Links, scaled_jacobian: Values) -> Candidates:
     """Cells in which more nodes might hang, by the J_S of their nodes."""
     suspects = _any(np.abs(scaled_jacobian) < FLATTEST, whole, 2)  # both ends of an edge
     unknown = np.zeros(len(faces.sizes), np.int64)
     return (
-        _without(points, whole, suspects, unknown, False, 0)[1]
+        _without(whole, suspects, unknown, False, 0)[1]
         if suspects.any()
         else Candidates(suspects, unknown == 1)
     )
@@ -195,7 +207,6 @@ def _any(of_nodes: NDArray[np.bool_], of: Links, at_least: int = 1) -> NDArray[n
 
 
 def _without(
-    points: Points,
     of: Links,
     suspects: NDArray[np.bool_],
     beyond: Ids,
@@ -205,27 +216,26 @@ def _without(
     """As `without_hanging`; only suspects are looked at. If there is room for no links, there are none."""
     from .hanging import remove
 
-    n_nodes, n = len(of.node_ids), len(of.points) if room is None else room
+    n_nodes, n = len(of.node_ids), len(of.nodes) if room is None else room
     outcome, is_hanging, valences = np.empty_like(of.faults), np.empty(n_nodes, np.uint8), np.empty(n_nodes, np.int64)
-    link_points, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
+    link_nodes, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
     unknown_faces = np.zeros(len(beyond), np.uint8)
     darts = remove(
-        points,
+        of.points,
         suspects,
         beyond,
         is_known,
         unknown_faces,
         of.node_counts,
-        of.node_ids,
         of.valences,
-        of.points,
+        of.nodes,
         of.faces,
         of.sizes,
         of.twins,
         outcome,
         is_hanging,
         valences,
-        link_points,
+        link_nodes,
         link_sizes,
         link_twins,
     )
@@ -233,9 +243,11 @@ def _without(
         faults=of.faults | np.where(outcome & codes.REDUCED, codes.HANGING, 0),
         node_counts=of.node_counts,
         node_ids=of.node_ids,
+        points=of.points,
         valences=valences,
         is_hanging=is_hanging,
-        points=link_points[:darts],
+        of_faces=of.of_faces,
+        nodes=link_nodes[:darts],
         sizes=link_sizes[:darts],
         twins=link_twins[:darts],
         faces=of.faces[:0],
@@ -261,19 +273,19 @@ def solids(points: Points, faces: Faces, k: Values) -> Solids:
     return Solids(
         keys=keys[order],
         order=order,
-        darts=np.concatenate([of.starts, [len(of.points)]])[nodes],
+        darts=np.concatenate([of.starts, [len(of.nodes)]])[nodes],
         nodes=nodes,
         k=k[of.node_ids],
-        diagonals=_diagonals(points, of),
+        diagonals=_diagonals(of),
         links=of,
         node=np.repeat(np.arange(len(of.valences)), of.valences),
     )
 
 
-def _diagonals(points: Points, of: Links) -> Values:
+def _diagonals(of: Links) -> Values:
     node = np.repeat(np.arange(len(of.valences)), of.valences)
     start, valence = of.starts[node], of.valences[node]
-    edges = points[of.points] - points[of.node_ids[node]]
+    edges = of.points[of.nodes] - of.points[node]
     edges = edges / np.linalg.norm(edges, axis=1)[:, None]
     next_but_one = start + (np.arange(len(node)) - start + 2) % valence
     return np.asarray((edges * edges[next_but_one]).sum(axis=1))
@@ -311,7 +323,7 @@ def match(of: Links, table: Solids, k: Values, diagonals: Values | None = None) 
     return which
 
 
-def node_scaled_jacobian(points: Points, of: Links) -> Values:
+def node_scaled_jacobian(of: Links) -> Values:
     """J_S at each node, sign exact; NaN at a node of a broken cell and where a coordinate is NaN or infinite.
 
     At a hanging node it is that of its links before it was taken out; at one of two neighbours, see `nodes`.
@@ -319,30 +331,30 @@ def node_scaled_jacobian(points: Points, of: Links) -> Values:
     from .nodes import scaled_jacobian as kernel
 
     out = np.empty(len(of.node_ids))
-    left = kernel(points, of.node_ids, of.valences, of.is_hanging, of.points, out)
+    left = kernel(of.points, of.valences, of.is_hanging, of.nodes, out)
     if left:
-        _resolve(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences >= 3)))
-        _resolve_on_edges(points, of, out, np.flatnonzero(np.isnan(out) & (of.valences == 2)))
+        _resolve(of, out, np.flatnonzero(np.isnan(out) & (of.valences >= 3)))
+        _resolve_on_edges(of, out, np.flatnonzero(np.isnan(out) & (of.valences == 2)))
     out[(of.valences == 2) & (of.is_hanging == 0) & ~np.isnan(out)] = 0.0
-    _negate_multiple_windings(points, of, out)
+    _negate_multiple_windings(of, out)
     return out
 
 
-def _resolve(points: Points, of: Links, out: Values, nodes: Ids) -> None:
+def _resolve(of: Links, out: Values, nodes: Ids) -> None:
     """The nodes that the kernel left, by the path that is right whatever the coordinates."""
     if len(nodes) == 0:
         return
     corners, ends = triples(of, nodes)
-    values = robust.node_scaled_jacobian(np.asarray(points[corners], np.float64), TETRA)[:, 0]
+    values = robust.node_scaled_jacobian(of.points[corners], TETRA)[:, 0]
     out[nodes] = fold(values, ends) + 0.0
 
 
-def corner_signs(points: Points, of: Links, scaled_jacobian: Values, *, single: bool) -> tuple[Bools, Bools]:
+def corner_signs(of: Links, scaled_jacobian: Values, *, single: bool) -> tuple[Bools, Bools]:
     """``(n_cells,)`` whether a corner is negative beyond rounding, and whether one is flat as far as can be told.
 
     Parameters
     ----------
-    points, of
+    of
         As for `node_scaled_jacobian`.
     scaled_jacobian
         What that gave for the nodes.
@@ -354,7 +366,7 @@ def corner_signs(points: Points, of: Links, scaled_jacobian: Values, *, single: 
     near = np.flatnonzero(is_corner & ~is_flat & (np.abs(scaled_jacobian) <= flat.LIMIT) & (of.valences >= 3))
     if len(near):
         corners, first = triples(of, near)
-        signs = flat.of_corners(np.asarray(points[corners], np.float64), single=single)
+        signs = flat.of_corners(of.points[corners], single=single)
         has_flat = np.maximum.reduceat(signs == 0, first)
         is_negative[near[has_flat]] = np.minimum.reduceat(signs, first)[has_flat] < 0
         is_flat[near[has_flat]] = True
@@ -362,25 +374,25 @@ def corner_signs(points: Points, of: Links, scaled_jacobian: Values, *, single: 
 
 
 def triples(of: Links, nodes: Ids) -> tuple[Ids, Ids]:
-    """``(n, 4)`` some nodes, each with three neighbours that follow one another; and where those of each start."""
+    """``(n, 4)`` some nodes of the links, each with three neighbours that follow one another; and where those of each start."""
     n_triples = np.where(of.valences[nodes] == 3, 1, of.valences[nodes])
     owner = np.repeat(np.arange(len(nodes)), n_triples)
     starts = np.cumsum(n_triples) - n_triples
     first = np.arange(len(owner)) - np.repeat(starts, n_triples)
     valence, start = of.valences[nodes][owner], of.starts[nodes][owner]
     corners = np.empty((len(owner), 4), np.int64)
-    corners[:, 0] = of.node_ids[nodes][owner]
+    corners[:, 0] = nodes[owner]
     for turn in range(3):
-        corners[:, 1 + turn] = of.points[start + (first + turn) % valence]
+        corners[:, 1 + turn] = of.nodes[start + (first + turn) % valence]
     return corners, starts
 
 
-def _resolve_on_edges(points: Points, of: Links, out: Values, nodes: Ids) -> None:
+def _resolve_on_edges(of: Links, out: Values, nodes: Ids) -> None:
     """Nodes of two neighbours that the kernel left: the same with the edges scaled first."""
     if len(nodes) == 0:
         return
-    here = np.asarray(points[of.node_ids[nodes]], np.float64)
-    ends = np.stack([np.asarray(points[of.points[of.starts[nodes] + i]], np.float64) for i in (0, 1)], axis=1)
+    here = of.points[nodes]
+    ends = np.stack([of.points[of.nodes[of.starts[nodes] + i]] for i in (0, 1)], axis=1)
     with np.errstate(all="ignore"):
         edges = ends * 0.25 - here[:, None] * 0.25  # so that no difference overflows
         edges = np.ldexp(edges, -np.frexp(np.abs(edges).max(axis=2, keepdims=True))[1])
@@ -391,14 +403,14 @@ def _resolve_on_edges(points: Points, of: Links, out: Values, nodes: Ids) -> Non
     out[nodes] = np.where(finite, bend, np.nan)
 
 
-def _negate_multiple_windings(points: Points, of: Links, out: Values) -> None:
+def _negate_multiple_windings(of: Links, out: Values) -> None:
     """Turn the sign of nodes of five neighbours or more whose link goes around more than once."""
     nodes = np.flatnonzero((of.valences >= 5) & (out > 0.0))
     if len(nodes):
         from .nodes import winds_once
 
         once = np.empty(len(nodes), np.uint8)
-        winds_once(points, of.node_ids[nodes], of.starts[nodes], of.valences[nodes], once, of.points)
+        winds_once(of.points, nodes, of.starts[nodes], of.valences[nodes], once, of.nodes)
         out[nodes] = np.where(once == 1, out[nodes], -out[nodes])
 
 
@@ -461,5 +473,5 @@ def prepare() -> None:
     faces = Faces(ids, np.full(4, 3), np.zeros(4, np.uint8), np.array([4]))
     table = solids(points, faces, np.full(4, TETRA.k))
     match(table.links, table, np.empty(4))
-    node_scaled_jacobian(points, table.links)
+    node_scaled_jacobian(table.links)
     shapes(points, faces, table.links.faults)

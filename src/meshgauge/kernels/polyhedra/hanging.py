@@ -319,16 +319,15 @@ def remove(
     is_known: bool,
     unknown_faces: UInt8Array,
     node_counts: Int64Array,
-    node_ids: Int64Array,
     valences: Int64Array,
-    link_points: Int64Array,
+    link_nodes: Int64Array,
     link_faces: Int64Array,
     link_sizes: Int64Array,
     link_twins: Int64Array,
     outcome: Int64Array,
     is_hanging: UInt8Array,
     new_valences: Int64Array,
-    new_points: Int64Array,
+    new_nodes: Int64Array,
     new_sizes: Int64Array,
     new_twins: Int64Array,
 ) -> int:
@@ -337,20 +336,20 @@ def remove(
     Parameters
     ----------
     points
-        ``(n_points, 3)`` float.
+        ``(n_nodes, 3)`` float: of the nodes.
     suspects
         True for the cells to look at; the others are copied.
     beyond, is_known, unknown_faces
         What lies beyond each face, see `INNER`; True if that is known, else it is 0 for all; receives 1 for a face of
         which it would be of use to know.
-    node_counts, node_ids, valences, link_points, link_faces, link_sizes, link_twins
+    node_counts, valences, link_nodes, link_faces, link_sizes, link_twins
         The links of all nodes, see `links.links`.
     outcome
         Receives `REDUCED` and `CANDIDATE` for each cell.
     is_hanging, new_valences
         Receive a value a node: 1 for a hanging one, which has the links that it had, with twins of -1; its darts.
-    new_points, new_sizes, new_twins
-        Receive a value a dart, filled from the start; as long as ``link_points``, or empty:
+    new_nodes, new_sizes, new_twins
+        Receive a value a dart, filled from the start; as long as ``link_nodes``, or empty:
         then only ``outcome`` and ``unknown_faces`` are written.
     """
     most_nodes, most, v0, d0 = np.int64(1), np.int64(1), np.int64(0), np.int64(0)
@@ -380,7 +379,7 @@ def remove(
             scale = 0.0
             for v in range(n_nodes):
                 for axis in range(3):
-                    xyz[v, axis] = points[node_ids[v0 + v], axis] - np.float64(points[node_ids[v0], axis])
+                    xyz[v, axis] = points[v0 + v, axis] - np.float64(points[v0, axis])
                     scale = max(scale, abs(xyz[v, axis]))
                 valence[v] = valences[v0 + v]
                 dart[v] = first[v]
@@ -436,7 +435,7 @@ def remove(
             if reduced:
                 outcome[c] |= REDUCED
         new_first = at
-        for v in range(n_nodes if len(new_points) else 0):
+        for v in range(n_nodes if len(new_nodes) else 0):
             hangs = reduced and valence[v] == 0
             is_hanging[v0 + v] = hangs
             count = valence[v] if reduced and not hangs else valences[v0 + v]
@@ -444,13 +443,13 @@ def remove(
             h = dart[v] if reduced else first[v]
             for i in range(count):
                 if reduced and not hangs:
-                    new_points[at] = node_ids[v0 + tail[twin[h]]]
+                    new_nodes[at] = v0 + tail[twin[h]]
                     new_sizes[at] = size[face[twin[h]]]
                     new_twins[at] = twin[h]
                     place[h] = at
                     h = nxt[twin[h]]
                 else:
-                    new_points[at] = link_points[d0 + first[v] + i]
+                    new_nodes[at] = link_nodes[d0 + first[v] + i]
                     new_sizes[at] = link_sizes[d0 + first[v] + i]
                     new_twins[at] = -1 if reduced else link_twins[d0 + first[v] + i] - d0 + new_first
                 at += 1

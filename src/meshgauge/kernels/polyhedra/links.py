@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import BoolArray, FloatArray, Index, Int64Array, UInt8Array
+from ..arrays import BoolArray, FloatArray, Index, Int64Array, UInt8Array, UInt32Array, UInt64Array
 from ..jit import inlined, kernel
 from .codes import (
     BROKEN,
@@ -36,7 +36,9 @@ from .codes import (
     SMALL_FACE,
 )
 
-LOW, HASH = 0x7FFFFFFF, 0x4F1BBCDD  # 31 bits; 2^31/φ (Knuth, TAOCP 3, 6.4): the product fits 63 bits
+U, U32 = np.uint64, np.uint32  # as indices they need no branch for negative ones, which Numba adds otherwise
+FREE = U(0xFFFFFFFFFFFFFFFF)
+LOW, HASH = U(0x7FFFFFFF), U(0x4F1BBCDD)  # 31 bits; 2^31/φ (Knuth, TAOCP 3, 6.4): the product fits 63 bits
 
 
 @inlined
@@ -49,11 +51,11 @@ def _table_size(n: Index) -> int:
 
 
 @inlined
-def _find(keys: Int64Array, mask: Index, key: Index) -> Index:
+def _find(keys: UInt64Array, mask: Any, key: Any) -> Any:
     """Where a key is in an open table, or the free place where it belongs."""
-    at = ((((key ^ (key >> 31)) & LOW) * HASH) >> 16) & mask
-    while keys[at] != -1 and keys[at] != key:
-        at = (at + 1) & mask
+    at = ((((key ^ (key >> U(31))) & LOW) * HASH) >> U(16)) & mask
+    while (keys[at] != FREE) & (keys[at] != key):
+        at = (at + U(1)) & mask
     return at
 
 
@@ -66,37 +68,38 @@ def _number_nodes(
     face_sizes: Int64Array,
     face_flips: UInt8Array,
     mask: Index,
-    table: Int64Array,
-    work: Int64Array,
+    keys: UInt64Array,
+    values: UInt32Array,
+    ids: Int64Array,
+    work: UInt32Array,
 ) -> Any:
     """Number the nodes of a cell as they first appear, and write its half-edges. Returns the nodes and the faults.
 
-    ``table`` holds keys and values; the first rows of ``work`` receive node ids, stamps, then the tail, the next one,
-    the twin (by `_pair_half_edges`) and the face of each half-edge.
+    ``keys`` and ``values`` are a table, ``ids`` receives points of nodes; the first rows of ``work`` receive stamps,
+    then the tail, the next one, the twin (by `_pair_half_edges`) and the face of each half-edge.
     """
-    keys, values = table[0], table[1]
-    ids, stamp, tail, nxt, face = work[0], work[1], work[2], work[3], work[5]
+    stamp, tail, nxt, face = work[0], work[1], work[2], work[4]
     for i in range(mask + 1):
-        keys[i] = -1
-    h, n_nodes, faults = np.int64(0), np.int64(0), np.int64(0)
+        keys[i] = FREE
+    h, n_nodes, faults = np.int64(0), U32(0), np.int64(0)
     for f in range(n_faces):
         m = face_sizes[at_face + f]
-        flip = face_flips[at_face + f] != 0
+        is_flipped = face_flips[at_face + f] != 0
+        first, step = at_point + h + (m - 1 if is_flipped else 0), -1 if is_flipped else 1
         if m < 3:
             faults |= SMALL_FACE
-        for i in range(m):
-            point = face_points[at_point + h + (m - 1 - i if flip else i)]
-            at = _find(keys, mask, point)
-            if keys[at] == -1:
-                keys[at] = point
-                values[at] = n_nodes
-                ids[n_nodes] = point
-                stamp[n_nodes] = -1
-                n_nodes += 1
-            v = values[at]
-            if stamp[v] == f:
-                faults |= REPEATED_POINT
+        for i in range(m):  # without branches: which points are new cannot be foreseen
+            point = face_points[U(first + step * i)]
+            at = _find(keys, U(mask), U(point))
+            is_new, known = keys[at] == FREE, values[at]
+            v = n_nodes if is_new else known
+            keys[at] = U(point)
+            values[at] = v
+            ids[v] = point
+            last = stamp[v]
+            faults |= REPEATED_POINT if (not is_new) & (last == f) else 0
             stamp[v] = f
+            n_nodes = U32(n_nodes + is_new)
             tail[h + i] = v
             face[h + i] = f
             nxt[h + i] = h + i + 1
@@ -105,45 +108,40 @@ def _number_nodes(
         h += m
     if h == 0:
         faults |= NO_FACES
-    return n_nodes, faults
+    return np.int64(n_nodes), faults
 
 
 @inlined
 def _pair_half_edges(
     n: Index,
     n_nodes: Index,
-    tail: Int64Array,
-    nxt: Int64Array,
+    tail: UInt32Array,
+    nxt: UInt32Array,
     mask: Index,
-    keys: Int64Array,
-    first: Int64Array,
-    twin: Int64Array,
+    keys: UInt64Array,
+    first: UInt32Array,
+    twin: UInt32Array,
 ) -> Any:
     """Find the twin of each half-edge, the other one between the same nodes in whatever direction. Returns faults;
     `NON_ORIENTABLE` if two twins have one direction: then some face is to be turned, or there is no way to turn them.
     """
     faults, left = np.int64(0), n
     for i in range(mask + 1):
-        keys[i] = -1
-    for h in range(n):
-        a = tail[h]
-        b = tail[nxt[h]]
-        key = min(a, b) * n_nodes + max(a, b)
-        at = _find(keys, mask, key)
-        twin[h] = -1
-        if keys[at] == -1:
-            keys[at] = key
-            first[at] = h
-            continue
-        other = first[at]
-        if twin[other] != -1:
-            faults |= NON_MANIFOLD
-        else:
-            twin[h] = other
-            twin[other] = h
-            left -= 2
-            if tail[other] == a:
-                faults |= NON_ORIENTABLE
+        keys[i] = FREE
+    for h in range(n):  # without branches, as above; until it is paired, a half-edge is its own twin
+        a, b = tail[h], tail[nxt[h]]
+        key = U(min(a, b)) * U(n_nodes) + U(max(a, b))
+        at = _find(keys, U(mask), key)
+        is_new, known = keys[at] == FREE, first[at]
+        other = U32(h) if is_new else known
+        mate, start = twin[other], tail[other]
+        faults |= NON_MANIFOLD if (not is_new) & (mate != other) else 0
+        faults |= NON_ORIENTABLE if (not is_new) & (start == a) else 0
+        left -= 0 if is_new else 2
+        keys[at] = key
+        first[at] = other
+        twin[h] = other
+        twin[other] = h
     if faults & NON_MANIFOLD:
         return np.int64(NON_MANIFOLD)
     return np.int64(OPEN) if left else faults
@@ -160,7 +158,8 @@ def links(
     node_counts: Int64Array,
     node_ids: Int64Array,
     valences: Int64Array,
-    link_points: Int64Array,
+    face_nodes: Int64Array,
+    link_nodes: Int64Array,
     link_faces: Int64Array,
     link_twins: Int64Array,
 ) -> Any:
@@ -178,15 +177,18 @@ def links(
     node_ids, valences
         Receive a value a node, cells one after another, nodes as they first appear in the faces: point id, number of
         darts. As long as ``face_points``, filled from the start.
-    link_points, link_faces, link_twins
-        Receive a value a dart, nodes one after another: the neighbour's point id, the face between it and the next
-        dart, the twin's position. As long as ``face_points``, filled from the start.
+    face_nodes
+        Receives the node for each of ``face_points``; of a face seen from inside in the other order.
+    link_nodes, link_faces, link_twins
+        Receive a value a dart, nodes one after another: the neighbour, the face between it and the next dart, the
+        twin's position. As long as ``face_points``, filled from the start.
     """
     width = _table_size(room)
-    table, work = np.empty((2, width), np.int64), np.empty((10, room), np.int64)
-    keys, values = table[0], table[1]
-    ids, stamp, tail, nxt, twin, face = work[0], work[1], work[2], work[3], work[4], work[5]
-    valence, dart, place, stack = work[6], work[7], work[8], work[9]
+    keys, values = np.empty(width, np.uint64), np.empty(width, np.uint32)
+    ids, place, first = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(room, np.int64)
+    work = np.empty((8, room + 1), np.uint32)
+    stamp, tail, nxt, twin, face = work[0], work[1], work[2], work[3], work[4]
+    valence, dart, stack = work[5], work[6], work[7]
     at_face, at_point, at_node, at_dart = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n_faces = face_counts[c]
@@ -195,62 +197,61 @@ def links(
             n += face_sizes[f]
         mask = _table_size(n) - 1
         n_nodes, fault = _number_nodes(
-            at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, table, work
+            at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, keys, values, ids, work
         )
         if fault == 0:
             fault = _pair_half_edges(n, n_nodes, tail, nxt, mask, keys, values, twin)
         if fault == 0:
             for v in range(n_nodes):
                 valence[v] = 0
+                stamp[v] = 0
             for h in range(n):
                 valence[tail[h]] += 1
                 dart[tail[h]] = h
+            d = at_dart
             for v in range(n_nodes):
-                h = nxt[twin[dart[v]]]
-                around = 1
-                while h != dart[v]:
-                    h = nxt[twin[h]]
-                    around += 1
-                if around != valence[v]:
+                first[v] = d
+                h = dart[v]
+                while True:
+                    t = twin[h]
+                    place[h] = d
+                    link_nodes[d] = at_node + tail[t]
+                    link_faces[d] = at_face + face[t]
+                    link_twins[d] = t  # of the half-edge; for now
+                    h = nxt[t]
+                    d += 1
+                    if h == dart[v]:
+                        break
+                if d - first[v] != valence[v]:
                     fault |= PINCHED
-                stamp[v] = 0
             stack[0] = 0
             stamp[0] = 1
-            waiting, seen = 1, 1
+            waiting, seen = np.int64(1), np.int64(1)
             while waiting and fault == 0:
                 waiting -= 1
                 v = stack[waiting]
-                h = dart[v]
-                for _ in range(valence[v]):
-                    other = tail[nxt[h]]
-                    if stamp[other] == 0:
-                        stamp[other] = 1
-                        stack[waiting] = other
-                        waiting += 1
-                        seen += 1
-                    h = nxt[twin[h]]
+                for d in range(first[v], first[v] + valence[v]):
+                    other = tail[U(link_twins[d])]
+                    is_new = stamp[other] == 0
+                    stamp[other] = 1
+                    stack[waiting] = other
+                    waiting += is_new
+                    seen += is_new
             if fault == 0 and seen < n_nodes:
                 fault |= SEVERAL_SHELLS
             if n_nodes - n // 2 + n_faces != 2:
                 fault |= HANDLE
         is_sound = (fault & BROKEN) == 0
         for v in range(n_nodes):
-            node_ids[at_node] = ids[v]
-            valences[at_node] = valence[v] if is_sound else 0
-            at_node += 1
-            if is_sound:
-                h = dart[v]
-                for _ in range(valence[v]):
-                    t = twin[h]
-                    place[h] = at_dart
-                    link_points[at_dart] = ids[tail[t]]
-                    link_faces[at_dart] = at_face + face[t]
-                    link_twins[at_dart] = t  # of the half-edge; for now
-                    h = nxt[t]
-                    at_dart += 1
+            node_ids[at_node + v] = ids[v]
+            valences[at_node + v] = valence[v] if is_sound else 0
+        for h in range(n):
+            face_nodes[at_point + h] = at_node + tail[h]
+        at_node += n_nodes
         if is_sound:
-            for d in range(at_dart - n, at_dart):
-                link_twins[d] = place[link_twins[d]]
+            for d in range(at_dart, at_dart + n):
+                link_twins[d] = place[U(link_twins[d])]
+            at_dart += n
         at_face += n_faces
         at_point += n
         faults[c] = fault
@@ -301,10 +302,10 @@ def orient(
     must all have two faces; the others are as for `links`.
     """
     width = _table_size(room)
-    table, work = np.empty((2, width), np.int64), np.empty((9, room), np.int64)
-    keys, values = table[0], table[1]
-    ids, tail, nxt, twin, face = work[0], work[2], work[3], work[4], work[5]
-    start, flip, stack = work[6], work[7], work[8]
+    keys, values = np.empty(width, np.uint64), np.empty(width, np.uint32)
+    work, others = np.empty((5, room), np.uint32), np.empty((4, room), np.int64)
+    tail, nxt, twin, face = work[1], work[2], work[3], work[4]
+    ids, start, flip, stack = others[0], others[1], others[2], others[3]
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n_faces = face_counts[c]
@@ -316,7 +317,7 @@ def orient(
         if wanted[c]:
             mask = _table_size(n) - 1
             n_nodes, _ = _number_nodes(
-                at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, table, work
+                at_point, at_face, n_faces, face_points, face_sizes, face_flips, mask, keys, values, ids, work
             )
             _pair_half_edges(n, n_nodes, tail, nxt, mask, keys, values, twin)
             for shell in range(n_faces):

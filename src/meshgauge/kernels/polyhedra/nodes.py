@@ -14,6 +14,8 @@ import numpy as np
 from ..arrays import Float64Array, FloatArray, Int64Array, UInt8Array
 from ..jit import kernel
 
+U = np.uint64  # as an index it needs no branch for negative ones, which Numba adds otherwise
+
 FLAT = 4e-15  # below this |J_S| a sign is not certain, see `cells.fast`
 SMALL, LARGE = 1e-280, 1e280  # of l1² l2² l3²: within, it has lost no bits
 
@@ -21,28 +23,26 @@ SMALL, LARGE = 1e-280, 1e280  # of l1² l2² l3²: within, it has lost no bits
 @kernel
 def scaled_jacobian(
     points: FloatArray,
-    node_ids: Int64Array,
     valences: Int64Array,
     is_hanging: UInt8Array,
-    link_points: Int64Array,
+    link_nodes: Int64Array,
     out: Float64Array,
 ) -> int:
-    """J_S of each node; NaN where it was not certain here. Returns how many are NaN.
+    """J_S of each node; NaN where it was not certain here. Returns how many are NaN. ``points`` are those of the nodes.
 
     A node of valence 2 has no corner: 0 unless it hangs; then what it gets, 0 to 1, is how far it is from standing
     straight on its edge, the sine of the bend (1 beyond a right angle). NaN for valence 0.
     """
     at, left = 0, 0
     most = 1
-    for v in range(len(node_ids)):
+    for v in range(len(valences)):
         most = max(most, valences[v])
     x, square = np.empty((most, 3)), np.empty(most)
-    for v in range(len(node_ids)):
+    for v in range(len(valences)):
         d = valences[v]
-        o = node_ids[v]
-        ox, oy, oz = np.float64(points[o, 0]), np.float64(points[o, 1]), np.float64(points[o, 2])
+        ox, oy, oz = np.float64(points[v, 0]), np.float64(points[v, 1]), np.float64(points[v, 2])
         for i in range(d):
-            p = link_points[at + i]
+            p = U(link_nodes[U(at + i)])
             dx, dy, dz = points[p, 0] - ox, points[p, 1] - oy, points[p, 2] - oz
             x[i, 0], x[i, 1], x[i, 2] = dx, dy, dz
             square[i] = dx * dx + dy * dy + dz * dz
@@ -52,7 +52,8 @@ def scaled_jacobian(
         flat = -1.0 if is_hanging[v] else FLAT
         small, nearest = 2.0, -2.0
         for i in range(d if d > 3 else (1 if d == 3 else 0)):
-            j, k = (i + 1) % d, (i + 2) % d
+            j = U(i + 1 if i + 1 < d else 0)
+            k = U(i + 2 if i + 2 < d else i + 2 - d)
             det = (
                 x[i, 0] * (x[j, 1] * x[k, 2] - x[j, 2] * x[k, 1])
                 + x[i, 1] * (x[j, 2] * x[k, 0] - x[j, 0] * x[k, 2])

@@ -33,7 +33,12 @@ MARGIN = 1e-10
 TINY = 1e-14
 """Of the square of the size of the cell: a triangle below has no direction that can be trusted."""
 
+LIFT = 2.0**200
+"""Lifts the size of the smallest cells to where its inverse is finite."""
+
 PIVOTS = 1000
+
+U = np.uint64  # as an index it needs no branch for negative ones, which Numba adds otherwise
 
 
 @inlined
@@ -124,84 +129,87 @@ def _half_spaces(
     n_faces: Index,
     unit: float,
     rows: Float64Array,
-    work: Float64Array,
+    x: Float64Array,
 ) -> Any:
     """Cut the faces of a cell into triangles from the mean of their points, and write ``(normal, bound)`` of each.
 
     In a frame with the mean of the cell's points at its origin and its size as unit. Returns how many there are, -1 if
     the cell has no size, and the bits `WARPED`, `NOT_PLANE` and `ZERO_EDGE`. ``unit`` is the relative rounding of the
-    stored coordinates, ``work`` ``(5, 3)`` working space.
+    stored coordinates, ``x`` ``(room, 3)`` working space.
     """
-    middle, ends, warped = work[0], work[1:4], work[4]
     n, bits, n_rows = np.int64(0), np.int64(0), np.int64(0)
     for f in range(n_faces):
         n += face_sizes[at_face + f]
+    share = 1.0 / max(n, 1)
     scale, farthest = 0.0, 0.0
-    for axis in range(3):
-        low, high, total = np.inf, -np.inf, 0.0
-        for i in range(n):
-            value = np.float64(points[face_points[at_point + i], axis])
-            low = min(low, value)
-            high = max(high, value)
-            total += value / n
-        middle[axis] = total
-        scale = max(scale, high - low)
-        farthest = max(farthest, max(abs(low), abs(high)))
+    middle_x, middle_y, middle_z = 0.0, 0.0, 0.0
+    low_x, low_y, low_z = np.inf, np.inf, np.inf
+    high_x, high_y, high_z = -np.inf, -np.inf, -np.inf
+    for i in range(n):
+        p = U(face_points[U(at_point) + U(i)])
+        px, py, pz = np.float64(points[p, 0]), np.float64(points[p, 1]), np.float64(points[p, 2])
+        x[i, 0], x[i, 1], x[i, 2] = px, py, pz
+        low_x, low_y, low_z = min(low_x, px), min(low_y, py), min(low_z, pz)
+        high_x, high_y, high_z = max(high_x, px), max(high_y, py), max(high_z, pz)
+        middle_x, middle_y, middle_z = middle_x + px * share, middle_y + py * share, middle_z + pz * share
+    scale = max(max(high_x - low_x, high_y - low_y), high_z - low_z)
+    farthest = max(
+        max(max(abs(low_x), abs(low_y)), abs(low_z)), max(max(abs(high_x), abs(high_y)), abs(high_z))
+    )
     if not (n > 0 and scale > 0.0 and scale < np.inf):
         return np.int64(-1), np.int64(ZERO_EDGE if n > 0 and scale == 0.0 else 0)
-    position = at_point
+    lift = 1.0 if scale > 1e-300 else LIFT  # so that its inverse is finite
+    inverse = 1.0 / (scale * lift)
+    for i in range(n):
+        x[i, 0] = (x[i, 0] - middle_x) * lift * inverse
+        x[i, 1] = (x[i, 1] - middle_y) * lift * inverse
+        x[i, 2] = (x[i, 2] - middle_z) * lift * inverse
+    first = np.int64(0)
     for f in range(n_faces):
         m = face_sizes[at_face + f]
         sign = -1.0 if face_flips[at_face + f] else 1.0
-        for axis in range(3):
-            total = 0.0
-            for i in range(m):
-                total += (points[face_points[position + i], axis] - middle[axis]) / scale
-            ends[2, axis] = total / m
-            warped[axis] = 0.0
-        whole = 0.0
-        for i in range(m):
-            p = face_points[position + i]
-            q = face_points[position + (i + 1 if i + 1 < m else 0)]
-            same = True
-            for axis in range(3):
-                same = same and points[p, axis] == points[q, axis]
-                ends[0, axis] = (points[p, axis] - middle[axis]) / scale - ends[2, axis]
-                ends[1, axis] = (points[q, axis] - middle[axis]) / scale - ends[2, axis]
-            if same:
-                bits |= ZERO_EDGE
-            square = 0.0
-            for axis in range(3):
-                j, k = (axis + 1) % 3, (axis + 2) % 3
-                value = ends[0, j] * ends[1, k] - ends[0, k] * ends[1, j]
-                rows[n_rows, axis] = value
-                warped[axis] += value
-                square += value * value
-            length = sqrt(square)
+        last = first + m
+        cx, cy, cz = 0.0, 0.0, 0.0
+        for i in range(first, last):
+            p = U(i)
+            cx, cy, cz = cx + x[p, 0], cy + x[p, 1], cz + x[p, 2]
+        share = 1.0 / max(m, 1)
+        cx, cy, cz = cx * share, cy * share, cz * share
+        whole, area_x, area_y, area_z = 0.0, 0.0, 0.0, 0.0
+        q = U(max(last - 1, 0))
+        ax, ay, az = x[q, 0] - cx, x[q, 1] - cy, x[q, 2] - cz
+        for i in range(first, last):
+            p = U(i)
+            bx, by, bz = x[p, 0] - cx, x[p, 1] - cy, x[p, 2] - cz
+            if (ax == bx) & (ay == by) & (az == bz):  # to the last bit too?
+                p, q = U(face_points[U(at_point) + p]), U(face_points[at_point + (i - 1 if i > first else last - 1)])
+                if points[p, 0] == points[q, 0] and points[p, 1] == points[q, 1] and points[p, 2] == points[q, 2]:
+                    bits |= ZERO_EDGE
+            nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            ax, ay, az = bx, by, bz
+            length = sqrt(nx * nx + ny * ny + nz * nz)
             whole += length
+            area_x, area_y, area_z = area_x + nx, area_y + ny, area_z + nz
             if length > TINY:
-                bound = 0.0
-                for axis in range(3):
-                    rows[n_rows, axis] *= sign / length
-                    bound += rows[n_rows, axis] * ends[2, axis]
-                rows[n_rows, 3] = bound
+                over, row = sign / length, U(n_rows)
+                nx, ny, nz = nx * over, ny * over, nz * over
+                rows[row, 0], rows[row, 1], rows[row, 2] = nx, ny, nz
+                rows[row, 3] = nx * cx + ny * cy + nz * cz
                 n_rows += 1
         if m > 3:
-            area = sqrt(warped[0] ** 2 + warped[1] ** 2 + warped[2] ** 2)
+            area = sqrt(area_x * area_x + area_y * area_y + area_z * area_z)
             if area < WARP * whole:
                 bits |= WARPED
             out_of_plane, size = 0.0, 0.0
-            for i in range(m):
-                along = 0.0
-                for axis in range(3):
-                    from_middle = (points[face_points[position + i], axis] - middle[axis]) / scale - ends[2, axis]
-                    along += from_middle * warped[axis]
-                    size = max(size, abs(from_middle))
-                out_of_plane = max(out_of_plane, abs(along))
+            for i in range(first, last):
+                p = U(i)
+                ax, ay, az = x[p, 0] - cx, x[p, 1] - cy, x[p, 2] - cz
+                out_of_plane = max(out_of_plane, abs(ax * area_x + ay * area_y + az * area_z))
+                size = max(size, max(max(abs(ax), abs(ay)), abs(az)))
             crosses_itself = area < (1.0 - 1e-6) * whole  # in its plane; no corner of the cell tells
             if crosses_itself or out_of_plane > (PLANE * size + 4.0 * unit * farthest / scale) * area:
                 bits |= NOT_PLANE
-        position += m
+        first = last
     return n_rows, bits
 
 
@@ -222,11 +230,11 @@ def shapes(
     star-shaped if some point is inside of all of them by `MARGIN`. The mean of the points is tried here; for the cells
     that are `UNSEEN` from it, see `star_shaped`. Other arrays as for `links.links`.
     """
-    rows, work = np.empty((room, 4)), np.empty((5, 3))
+    rows, x = np.empty((room, 4)), np.empty((room, 3))
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n, bits = _half_spaces(
-            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], unit, rows, work
+            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], unit, rows, x
         )
         least = 1.0
         for row in range(n):
@@ -250,7 +258,7 @@ def star_shaped(
     out: BoolArray,
 ) -> None:
     """True for each cell, all of which have a size, that is star-shaped, whatever the point that sees its faces."""
-    rows, work = np.empty((room + 6, 4)), np.empty((5, 3))
+    rows, x = np.empty((room + 6, 4)), np.empty((room, 3))
     basis, matrix, transposed = np.empty(4, np.int64), np.empty((7, 4)), np.empty(1, np.bool_)
     for side in range(6):
         for axis in range(3):
@@ -260,7 +268,7 @@ def star_shaped(
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
         n, _ = _half_spaces(
-            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], 0.0, rows[6:], work
+            points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], 0.0, rows[6:], x
         )
         out[c] = _depth(rows, n + 6, basis, matrix, matrix[4:], transposed) > MARGIN
         for f in range(at_face, at_face + face_counts[c]):
