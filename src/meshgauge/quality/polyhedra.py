@@ -309,7 +309,7 @@ def faces_of(polyhedra: Polyhedra, cells: NDArray[np.int64]) -> Faces:
     sizes = polyhedra.face_offsets[faces + 1].astype(np.int64) - first
     flips = np.zeros(len(at), np.uint8) if polyhedra.flipped is None else polyhedra.flipped[at].astype(np.uint8)
     return Faces(
-        points=polyhedra.face_points[ragged_positions(first, sizes)].astype(np.int64),
+        points=driver.joined(polyhedra.face_points, first, sizes),
         sizes=sizes,
         flips=flips,
         counts=(polyhedra.cell_offsets[cells + 1] - polyhedra.cell_offsets[cells]).astype(np.int64),
@@ -353,7 +353,7 @@ def _measure_chunk(
     k = np.full(len(links.node_ids), np.nan)
     which = driver.match(links, table, k)
     is_broken = (links.faults & codes.BROKEN) != 0
-    _model_corners(links, np.repeat((which == codes.NO_SOLID) & ~is_broken, links.node_counts), k)
+    _model_corners(links, (which == codes.NO_SOLID) & ~is_broken, k)
     js = driver.node_scaled_jacobian(links)
     if finds_candidates:
         candidates |= driver.candidates(faces, whole, js)
@@ -384,18 +384,25 @@ def _measure_chunk(
 
 
 def _model_corners(links: Links, wanted: NDArray[np.bool_], k: Values) -> None:
-    """Constants by the corner model, each different corner once."""
-    cell_of = np.repeat(np.arange(len(links.node_counts)), links.node_counts)
+    """Constants by the corner model of the cells that are wanted, each different corner once."""
+    if not wanted.any():
+        return
+    forms, form_of = driver.three_faced(links, wanted)
+    known = np.flatnonzero(form_of >= 0)
+    k[known] = corner_model(forms[:, :-1], forms[:, -1])[form_of[known]]
+    others = np.flatnonzero((form_of < 0) & wanted[links.cells] & (links.is_hanging == 0) & (links.valences > 1))
+    if len(others) == 0:
+        return
     is_corner = (links.is_hanging == 0) & (links.valences > 0)
-    n_corners = np.bincount(cell_of[is_corner], minlength=len(links.node_counts))[cell_of]
-    nodes = np.flatnonzero(wanted & (links.is_hanging == 0) & (links.valences >= 3))
-    starts = links.starts
-    for valence in np.unique(links.valences[nodes]):
-        here = nodes[links.valences[nodes] == valence]
-        sizes = _least_form(links.sizes[starts[here][:, None] + np.arange(valence)])
-        rows, inverse = _unique_rows(np.concatenate([sizes, n_corners[here][:, None]], axis=1))
+    n_corners = np.bincount(links.cells[is_corner], minlength=len(links.node_counts))
+    for valence in np.unique(links.valences[others]):
+        here = others[links.valences[others] == valence]
+        if valence == 2:
+            k[here] = 1.0  # no corner: J_S is 0 whatever k
+            continue
+        sizes = _least_form(links.sizes[links.starts[here][:, None] + np.arange(valence)])
+        rows, inverse = _unique_rows(np.concatenate([sizes, n_corners[links.cells[here]][:, None]], axis=1))
         k[here] = corner_model(rows[:, :-1], rows[:, -1])[inverse]
-    k[wanted & (links.valences == 2)] = 1.0  # no corner: J_S is 0 whatever k
 
 
 def _unique_rows(rows: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -4,15 +4,16 @@ cells, and resolves what they leave with `robust`."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import TETRA
+from ...cells import TETRA, WEDGE
 from ..arrays import read_only
 from ..cells import flat, robust
 from . import codes
+from .bend import bends
 
 Values = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -22,6 +23,10 @@ Bools = NDArray[np.bool_]
 
 FLATTEST = 0.35
 """Above the greatest |J_S| of a node within 20° of what is flat, sin 20°."""
+
+
+N_FORMS = 1 << 13
+"""Different corners of a chunk that are numbered by a kernel: a table of them stays in the processor's cache."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +52,7 @@ class Faces:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Links:
     """Vertex links of cells, see `links.links` and `hanging.remove`."""
 
@@ -63,16 +68,15 @@ class Links:
     twins: Ids
     faces: Ids  #: a dart; empty once hanging nodes were taken out
 
-    @property
+    @cached_property
     def starts(self) -> Ids:
         """First dart of each node."""
         return np.cumsum(self.valences) - self.valences
 
-    @property
+    @cached_property
     def cells(self) -> Ids:
         """The cell of each node."""
         return np.repeat(np.arange(len(self.node_counts)), self.node_counts)
-
 
     def outward(self, faces: Faces) -> Faces:
         """The faces that these are the links of, by nodes and as they are seen from outside."""
@@ -140,9 +144,10 @@ def _links(points: Points, faces: Faces) -> Links:
     n_cells, n = len(faces.counts), len(faces.points)
     faults, node_counts = np.zeros(n_cells, np.int64), np.zeros(n_cells, np.int64)
     node_ids, valences = np.empty(n, np.int64), np.empty(n, np.int64)
-    face_nodes, link_nodes = np.empty(n, np.int64), np.empty(n, np.int64)
-    link_faces, link_twins = np.empty(n, np.int64), np.empty(n, np.int64)
+    node_points, face_nodes, link_nodes = np.empty((n, 3)), np.empty(n, np.int64), np.empty(n, np.int64)
+    link_faces, link_sizes, link_twins = np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n, np.int64)
     n_nodes, n_darts = kernel(
+        points,
         faces.points,
         faces.sizes,
         faces.flips,
@@ -151,10 +156,12 @@ def _links(points: Points, faces: Faces) -> Links:
         faults,
         node_counts,
         node_ids,
+        node_points,
         valences,
         face_nodes,
         link_nodes,
         link_faces,
+        link_sizes,
         link_twins,
     )
     nodes, darts = slice(0, int(n_nodes)), slice(0, int(n_darts))
@@ -162,12 +169,12 @@ def _links(points: Points, faces: Faces) -> Links:
         faults=faults,
         node_counts=node_counts,
         node_ids=node_ids[nodes],
-        points=read_only(points[node_ids[nodes]]),
+        points=read_only(node_points[nodes]),
         valences=valences[nodes],
         is_hanging=np.zeros(int(n_nodes), np.uint8),
         of_faces=face_nodes,
         nodes=link_nodes[darts],
-        sizes=faces.sizes[link_faces[darts]],
+        sizes=link_sizes[darts],
         twins=link_twins[darts],
         faces=link_faces[darts],
     )
@@ -192,13 +199,8 @@ def without_hanging(faces: Faces, whole: Links, beyond: Ids | None = None) -> tu
 
 def candidates(faces: Faces, whole: Links, scaled_jacobian: Values) -> Candidates:
     """Cells in which more nodes might hang, by the J_S of their nodes."""
-    suspects = _any(np.abs(scaled_jacobian) < FLATTEST, whole, 2)  # both ends of an edge
-    unknown = np.zeros(len(faces.sizes), np.int64)
-    return (
-        _without(whole, suspects, unknown, False, 0)[1]
-        if suspects.any()
-        else Candidates(suspects, unknown == 1)
-    )
+    suspects, unknown = _any(np.abs(scaled_jacobian) < FLATTEST, whole, 2), np.zeros(len(faces.sizes), np.int64)
+    return _without(whole, suspects, unknown, False, 0)[1] if suspects.any() else Candidates(suspects, unknown == 1)
 
 
 def _any(of_nodes: NDArray[np.bool_], of: Links, at_least: int = 1) -> NDArray[np.bool_]:
@@ -255,19 +257,39 @@ def _without(
     return links_left, Candidates((outcome & codes.CANDIDATE) != 0, unknown_faces == 1)
 
 
-def invariants(of: Links) -> NDArray[np.uint64]:
-    """One number a cell, the same for cells of one form."""
-    from .match import invariants as kernel
+def families(of: Links, k: Values) -> tuple[Ids, NDArray[np.uint64]]:
+    """Which cells are prisms and antiprisms, whose constants are written to ``k``; and one number a cell, the same for
+    cells of one form."""
+    from .match import families as kernel
 
-    keys = np.empty(len(of.node_counts), np.uint64)
-    kernel(of.node_counts, of.valences, of.is_hanging, of.sizes, keys)
-    return keys
+    which, keys = np.empty(len(of.node_counts), np.int64), np.empty(len(of.node_counts), np.uint64)
+    kernel(of.node_counts, of.valences, of.is_hanging, of.sizes, which, k, keys)
+    return which, keys
+
+
+def three_faced(of: Links, cells: Bools) -> tuple[Ids, Ids]:
+    """``(n, 4)`` the different corners of three faces of some cells: the sizes of the faces, ascending, and the number
+    of corners of the cell; and for each node which of them it is, -1 for one that is to be looked at otherwise."""
+    from .match import three_faced as kernel
+
+    forms, form_of = np.empty(N_FORMS, np.uint64), np.empty(len(of.valences), np.int64)
+    n = kernel(of.node_counts, of.valences, of.is_hanging, of.sizes, cells, forms, form_of)
+    return (forms[:n, None] >> np.array([48, 32, 16, 0], np.uint64) & np.uint64(0xFFFF)).astype(np.int64), form_of
+
+
+def joined(items: NDArray[np.signedinteger], starts: Ids, sizes: Ids) -> Ids:
+    """``items[start : start + size]`` of each run, one after another."""
+    from .links import join
+
+    out = np.empty(int(sizes.sum()), np.int64)
+    join(items, starts, sizes, out)
+    return out
 
 
 def solids(points: Points, faces: Faces, k: Values) -> Solids:
     """Solids to match, from their faces and their J_S at each point; every point is a node of one solid."""
     of = links(points, faces)
-    keys = invariants(of)
+    _, keys = families(of, np.empty(len(of.node_ids)))
     order = np.argsort(keys, kind="stable")
     nodes = np.concatenate([[0], np.cumsum(of.node_counts)])
     return Solids(
@@ -296,7 +318,11 @@ def match(of: Links, table: Solids, k: Values, diagonals: Values | None = None) 
     ``diagonals``, a dart each."""
     from .match import match as kernel
 
-    which, keys = np.empty(len(of.node_counts), np.int64), invariants(of)
+    which, keys = families(of, k)
+    rows = np.searchsorted(table.keys, keys)
+    is_alike = table.keys[np.minimum(rows, len(table.keys) - 1)] == keys
+    if not (is_alike & (which == codes.NO_SOLID)).any():
+        return which  # no form of a solid: spares compiling what compares the two
     kernel(
         of.node_counts,
         of.valences,
@@ -304,7 +330,7 @@ def match(of: Links, table: Solids, k: Values, diagonals: Values | None = None) 
         of.sizes,
         of.twins,
         keys,
-        np.searchsorted(table.keys, keys),
+        rows,
         table.keys,
         table.order,
         table.darts,
@@ -374,7 +400,7 @@ def corner_signs(of: Links, scaled_jacobian: Values, *, single: bool) -> tuple[B
 
 
 def triples(of: Links, nodes: Ids) -> tuple[Ids, Ids]:
-    """``(n, 4)`` some nodes of the links, each with three neighbours that follow one another; and where those of each start."""
+    """``(n, 4)`` some nodes of the links, each with three neighbours that follow one another; and their starts."""
     n_triples = np.where(of.valences[nodes] == 3, 1, of.valences[nodes])
     owner = np.repeat(np.arange(len(nodes)), n_triples)
     starts = np.cumsum(n_triples) - n_triples
@@ -393,14 +419,7 @@ def _resolve_on_edges(of: Links, out: Values, nodes: Ids) -> None:
         return
     here = of.points[nodes]
     ends = np.stack([of.points[of.nodes[of.starts[nodes] + i]] for i in (0, 1)], axis=1)
-    with np.errstate(all="ignore"):
-        edges = ends * 0.25 - here[:, None] * 0.25  # so that no difference overflows
-        edges = np.ldexp(edges, -np.frexp(np.abs(edges).max(axis=2, keepdims=True))[1])
-        edges /= np.linalg.norm(edges, axis=2, keepdims=True)
-        sine = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
-        bend = np.where((edges[:, 0] * edges[:, 1]).sum(axis=1) < 0.0, np.minimum(sine, 1.0), 1.0)
-    finite = np.isfinite(ends).all(axis=(1, 2)) & np.isfinite(here).all(axis=1)
-    out[nodes] = np.where(finite, bend, np.nan)
+    out[nodes] = bends(here, ends)
 
 
 def _negate_multiple_windings(of: Links, out: Values) -> None:
@@ -464,14 +483,18 @@ def _jens(scaled_jacobian: Values, k: Values) -> Values:
 def prepare() -> None:
     """Compile the kernels that every mesh needs, or load them from the cache.
 
-    The others are compiled when the first cell needs them: `links.orient`, `hanging.remove`,
+    The others are compiled when the first cell needs them: `links.orient`, `hanging.remove`, `match.match`,
     `nodes.winds_once`, `shape.star_shaped`.
     """
-    points = np.array(TETRA.points, np.float64)
+    points = np.array(WEDGE.points, np.float64)
     points.flags.writeable = False  # as those of a mesh: others are another type, to be compiled for anew
-    ids = np.array([i for face in TETRA.faces for i in face], np.int64)
-    faces = Faces(ids, np.full(4, 3), np.zeros(4, np.uint8), np.array([4]))
-    table = solids(points, faces, np.full(4, TETRA.k))
-    match(table.links, table, np.empty(4))
+    sizes = np.array([len(face) for face in WEDGE.faces])
+    ids = np.array([i for face in WEDGE.faces for i in face], np.int64)
+    faces = Faces(
+        joined(ids, np.zeros(1, np.int64), sizes.sum(keepdims=True)), sizes, np.zeros(5, np.uint8), np.full(1, 5)
+    )
+    table = solids(points, faces, np.full(6, WEDGE.k))
+    match(table.links, table, np.empty(6))
+    three_faced(table.links, np.ones(1, np.bool_))
     node_scaled_jacobian(table.links)
     shapes(points, faces, table.links.faults)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Float64Array, Index, Int64Array, UInt8Array, UInt64Array
+from ..arrays import BoolArray, Float64Array, Index, Int64Array, UInt8Array, UInt64Array
 from ..jit import inlined, kernel
 from .codes import ANTIPRISM, NO_SOLID, PRISM
 
@@ -27,25 +27,49 @@ def _mix(value: Any) -> Any:
 
 
 @kernel
-def invariants(
-    node_counts: Int64Array, valences: Int64Array, is_hanging: UInt8Array, link_sizes: Int64Array, out: UInt64Array
-) -> None:
-    """One number (uint64) a cell that does not depend on its numbering or orientation; hanging nodes are left out."""
-    v, at = np.int64(0), np.int64(0)
+def three_faced(
+    node_counts: Int64Array,
+    valences: Int64Array,
+    is_hanging: UInt8Array,
+    link_sizes: Int64Array,
+    wanted: BoolArray,
+    forms: UInt64Array,
+    form_of: Int64Array,
+) -> int:
+    """Number the different corners of three faces of the cells that are wanted. Returns how many there are.
+
+    ``forms`` receives of each the sizes of its faces, ascending, and the number of corners of its cell, 16 bits each;
+    ``form_of`` for each node its number, or -1: not wanted, not of three faces, larger than 16 bits, or no room for
+    one more. There is room for a power of two.
+    """
+    room = 2 * len(forms)
+    mask, keys, numbers = np.uint64(room - 1), np.zeros(room, np.uint64), np.empty(room, np.int64)
+    v, at, n_forms = np.int64(0), np.int64(0), np.int64(0)
     for c in range(len(node_counts)):
-        total, n_nodes, n_darts = np.uint64(0), np.int64(0), np.int64(0)
-        for _ in range(node_counts[c]):
-            d = valences[v]
-            if not is_hanging[v]:
-                around = np.uint64(d)
-                for i in range(d):
-                    a, b = link_sizes[at + i], link_sizes[at + (i + 1 if i + 1 < d else 0)]
-                    around += _mix(_mix(a) + _mix(b))
-                total += _mix(around)
-                n_nodes, n_darts = n_nodes + 1, n_darts + d
-            at += d
-            v += 1
-        out[c] = _mix(total ^ _mix(n_nodes)) ^ _mix(n_darts + 1)
+        n_corners = np.int64(0)
+        for u in range(v, v + node_counts[c]):
+            n_corners += (not is_hanging[u]) and valences[u] > 0
+        for u in range(v, v + node_counts[c]):
+            form_of[u] = -1
+            if wanted[c] and valences[u] == 3 and not is_hanging[u]:
+                one, two, three = link_sizes[at], link_sizes[at + 1], link_sizes[at + 2]
+                low = one if one < two else two
+                high = one + two - low
+                least, most = three if three < low else low, three if three > high else high
+                middle = low + high + three - least - most
+                key = np.uint64(least << 48 | middle << 32 | most << 16 | n_corners)
+                place = _mix(key) & mask
+                while keys[place] != 0 and keys[place] != key:
+                    place = (place + np.uint64(1)) & mask
+                fits = (most | n_corners) < 1 << 16
+                if fits and keys[place] == 0 and n_forms < len(forms):
+                    keys[place], numbers[place], forms[n_forms] = key, n_forms, key
+                    n_forms += 1
+                if fits and keys[place] == key:
+                    form_of[u] = numbers[place]
+            at += valences[u]
+        v += node_counts[c]
+    return int(n_forms)
 
 
 @inlined
@@ -95,6 +119,43 @@ def _family_k(kind: Index, n: Index) -> Any:
 
 
 @kernel
+def families(
+    node_counts: Int64Array,
+    valences: Int64Array,
+    is_hanging: UInt8Array,
+    link_sizes: Int64Array,
+    which: Int64Array,
+    k: Float64Array,
+    keys: UInt64Array,
+) -> None:
+    """For each cell `PRISM`, `ANTIPRISM` or `NO_SOLID`, and k at each node of a prism or antiprism; see `match`.
+
+    ``keys`` receives one number (uint64) a cell that does not depend on its numbering or orientation.
+    """
+    v, at = np.int64(0), np.int64(0)
+    for c in range(len(node_counts)):
+        first, base, total, corners = v, at, np.uint64(0), np.int64(0)
+        v += node_counts[c]
+        for u in range(first, v):
+            d = valences[u]
+            if d > 0 and not is_hanging[u]:
+                around = np.int64(0)
+                for i in range(at, at + d):
+                    around += link_sizes[i] * link_sizes[i] * link_sizes[i]
+                total += _mix(around * 64 + d)
+                corners += 1
+            at += d
+        keys[c] = total
+        which[c] = NO_SOLID
+        if corners:
+            which[c], size = _family(first, v, corners, base, valences, is_hanging, link_sizes)
+            if which[c] != NO_SOLID:
+                value = _family_k(which[c], size)
+                for u in range(first, v):
+                    k[u] = value
+
+
+@kernel
 def match(
     node_counts: Int64Array,
     valences: Int64Array,
@@ -123,9 +184,9 @@ def match(
     Parameters
     ----------
     node_counts, valences, is_hanging, link_sizes, link_twins, keys
-        Of the cells, from `links` and `invariants`; a cell with a valence of 0 is left out.
+        Of the cells, from `links` and `families`; a cell with a valence of 0 is left out.
     solid_keys, solid_order
-        Invariants of the solids, sorted, and which solid each is of.
+        Keys of the solids, sorted, and which solid each is of.
     rows
         The first of ``solid_keys`` that is not below each of ``keys``.
     solid_darts, solid_nodes
@@ -137,7 +198,7 @@ def match(
     solid_diagonals
         For each dart of the solids: what ``diagonals`` receives.
     which
-        Receives for each cell the solid's number, `PRISM`, `ANTIPRISM` or `NO_SOLID`.
+        `PRISM`, `ANTIPRISM` or `NO_SOLID` for each cell, see `families`; receives the number of its solid.
     k
         Receives J_S of the solid at each node of the cell.
     diagonals
@@ -162,29 +223,24 @@ def match(
     for c in range(len(node_counts)):
         first, base, n = v, at, node_counts[c]
         v += n
-        corners, best, best_dart = np.int64(0), np.int64(-1), np.int64(-1)
+        corners = np.int64(0)
+        for u in range(first, v):
+            corners += (not is_hanging[u]) and valences[u] > 0
+            at += valences[u]
+        row = rows[c]
+        if which[c] != NO_SOLID or corners == 0 or row == len(solid_keys) or solid_keys[row] != keys[c]:
+            continue
+        best, best_dart, dart = np.int64(-1), np.int64(-1), base
         for u in range(n):
-            starts[u] = at
+            starts[u] = dart
             d = valences[first + u]
             for i in range(d):
-                node_of[at + i - base], slot_of[at + i - base] = u, i
+                node_of[dart + i - base], slot_of[dart + i - base] = u, i
                 if not is_hanging[first + u]:
-                    score = link_sizes[at + i] * 1024 + link_sizes[at + (i + 1 if i + 1 < d else 0)]
+                    score = link_sizes[dart + i] * 1024 + link_sizes[dart + (i + 1 if i + 1 < d else 0)]
                     if score > best:
-                        best, best_dart = score, at + i
-            corners += (not is_hanging[first + u]) and d > 0
-            at += d
-        which[c] = NO_SOLID
-        if best_dart < 0:
-            continue
-        kind, size = _family(first, v, corners, base, valences, is_hanging, link_sizes)
-        if kind != NO_SOLID:
-            which[c] = kind
-            value = _family_k(kind, size)
-            for u in range(first, v):
-                k[u] = value
-            continue
-        row = rows[c]
+                        best, best_dart = score, dart + i
+            dart += d
         while row < len(solid_keys) and solid_keys[row] == keys[c] and which[c] == NO_SOLID:
             solid = solid_order[row]
             row += 1

@@ -36,7 +36,7 @@ def scaled_jacobian(
     at, left = 0, 0
     most = 1
     for v in range(len(valences)):
-        most = max(most, valences[v])
+        most = valences[v] if valences[v] > most else most
     x, square = np.empty((most, 3)), np.empty(most)
     for v in range(len(valences)):
         d = valences[v]

@@ -131,16 +131,17 @@ def _half_spaces(
     rows: Float64Array,
     x: Float64Array,
 ) -> Any:
-    """Cut the faces of a cell into triangles from the mean of their points, and write ``(normal, bound)`` of each.
+    """Cut the faces of a cell into triangles from the mean of their points, and write ``(normal, bound)`` of each, if
+    there are rows for it.
 
     In a frame with the mean of the cell's points at its origin and its size as unit. Returns how many there are, -1 if
-    the cell has no size, and the bits `WARPED`, `NOT_PLANE` and `ZERO_EDGE`. ``unit`` is the relative rounding of the
-    stored coordinates, ``x`` ``(room, 3)`` working space.
+    the cell has no size, how many the origin is not inside of by `MARGIN`, and the bits `WARPED`, `NOT_PLANE` and
+    `ZERO_EDGE`. ``unit`` is the relative rounding of the stored coordinates, ``x`` ``(room, 3)`` working space.
     """
-    n, bits, n_rows = np.int64(0), np.int64(0), np.int64(0)
+    n, bits, n_rows, n_unseen = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
     for f in range(n_faces):
         n += face_sizes[at_face + f]
-    share = 1.0 / max(n, 1)
+    share = 1.0 / n if n > 0 else 0.0
     scale, farthest = 0.0, 0.0
     middle_x, middle_y, middle_z = 0.0, 0.0, 0.0
     low_x, low_y, low_z = np.inf, np.inf, np.inf
@@ -153,17 +154,19 @@ def _half_spaces(
         high_x, high_y, high_z = max(high_x, px), max(high_y, py), max(high_z, pz)
         middle_x, middle_y, middle_z = middle_x + px * share, middle_y + py * share, middle_z + pz * share
     scale = max(max(high_x - low_x, high_y - low_y), high_z - low_z)
-    farthest = max(
-        max(max(abs(low_x), abs(low_y)), abs(low_z)), max(max(abs(high_x), abs(high_y)), abs(high_z))
-    )
+    farthest = max(max(max(abs(low_x), abs(low_y)), abs(low_z)), max(max(abs(high_x), abs(high_y)), abs(high_z)))
     if not (n > 0 and scale > 0.0 and scale < np.inf):
-        return np.int64(-1), np.int64(ZERO_EDGE if n > 0 and scale == 0.0 else 0)
-    lift = 1.0 if scale > 1e-300 else LIFT  # so that its inverse is finite
-    inverse = 1.0 / (scale * lift)
+        return np.int64(-1), np.int64(0), np.int64(ZERO_EDGE if n > 0 and scale == 0.0 else 0)
+    if scale < 1e-300:  # its inverse is to be finite
+        for i in range(n):
+            x[i, 0], x[i, 1], x[i, 2] = x[i, 0] * LIFT, x[i, 1] * LIFT, x[i, 2] * LIFT
+        middle_x, middle_y, middle_z = middle_x * LIFT, middle_y * LIFT, middle_z * LIFT
+        scale, farthest = scale * LIFT, farthest * LIFT
+    inverse = 1.0 / scale
     for i in range(n):
-        x[i, 0] = (x[i, 0] - middle_x) * lift * inverse
-        x[i, 1] = (x[i, 1] - middle_y) * lift * inverse
-        x[i, 2] = (x[i, 2] - middle_z) * lift * inverse
+        x[i, 0] = (x[i, 0] - middle_x) * inverse
+        x[i, 1] = (x[i, 1] - middle_y) * inverse
+        x[i, 2] = (x[i, 2] - middle_z) * inverse
     first = np.int64(0)
     for f in range(n_faces):
         m = face_sizes[at_face + f]
@@ -173,7 +176,7 @@ def _half_spaces(
         for i in range(first, last):
             p = U(i)
             cx, cy, cz = cx + x[p, 0], cy + x[p, 1], cz + x[p, 2]
-        share = 1.0 / max(m, 1)
+        share = 1.0 / m if m > 0 else 0.0
         cx, cy, cz = cx * share, cy * share, cz * share
         whole, area_x, area_y, area_z = 0.0, 0.0, 0.0, 0.0
         q = U(max(last - 1, 0))
@@ -191,10 +194,12 @@ def _half_spaces(
             whole += length
             area_x, area_y, area_z = area_x + nx, area_y + ny, area_z + nz
             if length > TINY:
-                over, row = sign / length, U(n_rows)
-                nx, ny, nz = nx * over, ny * over, nz * over
-                rows[row, 0], rows[row, 1], rows[row, 2] = nx, ny, nz
-                rows[row, 3] = nx * cx + ny * cy + nz * cz
+                along = sign * (nx * cx + ny * cy + nz * cz)
+                n_unseen += not along > MARGIN * length
+                if len(rows):
+                    over, row = sign / length, U(n_rows)
+                    rows[row, 0], rows[row, 1], rows[row, 2] = nx * over, ny * over, nz * over
+                    rows[row, 3] = along / length
                 n_rows += 1
         if m > 3:
             area = sqrt(area_x * area_x + area_y * area_y + area_z * area_z)
@@ -210,7 +215,7 @@ def _half_spaces(
             if crosses_itself or out_of_plane > (PLANE * size + 4.0 * unit * farthest / scale) * area:
                 bits |= NOT_PLANE
         first = last
-    return n_rows, bits
+    return n_rows, n_unseen, bits
 
 
 @kernel
@@ -230,17 +235,14 @@ def shapes(
     star-shaped if some point is inside of all of them by `MARGIN`. The mean of the points is tried here; for the cells
     that are `UNSEEN` from it, see `star_shaped`. Other arrays as for `links.links`.
     """
-    rows, x = np.empty((room, 4)), np.empty((room, 3))
+    rows, x = np.empty((0, 4)), np.empty((room, 3))
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
-        n, bits = _half_spaces(
+        n, n_unseen, bits = _half_spaces(
             points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], unit, rows, x
         )
-        least = 1.0
-        for row in range(n):
-            least = min(least, rows[row, 3])
         if n > 0:
-            bits |= STAR_SHAPED if least > MARGIN else UNSEEN
+            bits |= UNSEEN if n_unseen else STAR_SHAPED
         out[c] = bits
         for f in range(at_face, at_face + face_counts[c]):
             at_point += face_sizes[f]
@@ -267,7 +269,7 @@ def star_shaped(
         rows[side, 3] = 1.0
     at_face, at_point = np.int64(0), np.int64(0)
     for c in range(len(face_counts)):
-        n, _ = _half_spaces(
+        n, _, _ = _half_spaces(
             points, face_points, face_sizes, face_flips, at_point, at_face, face_counts[c], 0.0, rows[6:], x
         )
         out[c] = _depth(rows, n + 6, basis, matrix, matrix[4:], transposed) > MARGIN
