@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from ..report.states import StateReader
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
+    from .ahead import Task
     from .groups.report import Contents
 
 T = TypeVar("T")
@@ -67,6 +68,7 @@ class Batch:
     scheduler: str | None = None  #: where slices are measured, see `cli.scheduler`; None: threads
     memory: str | None = None  #: that the points of a large mesh may take, as text; None: a quarter of what is free
     poor_below: PoorBelow | None = None  #: below which cells are poor; None: as the nearest settings say
+    then: Task | None = None  #: what follows measuring, and needs kernels of its own
     quiet: bool = False  #: no progress
     on_failure: Callable[[FailedFile], object] | None = None  #: is called for each file that fails, beside the message
     failures: list[FailedFile] = field(default_factory=list)
@@ -177,6 +179,10 @@ class Batch:
         if loading is not None:
             with self.progress(f"measuring {path}"):
                 loading.join()
+        if self.then is not None:
+            from .ahead import begin
+
+            begin(self.then, mesh, self.threads)
         return mesh
 
     def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:

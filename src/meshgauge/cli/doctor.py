@@ -39,7 +39,7 @@ def doctor(
     from .batch import Batch
     from .terminal import DONE, FAILED, Output, emit
 
-    batch = Batch(reading=reading, quiet=quiet, keep_bricks=keep_bricks)
+    batch = Batch(reading=reading, quiet=quiet, keep_bricks=keep_bricks, then="diagnose")
     paths = batch.states(paths)
 
     def in_slices(path: str) -> Diagnosis | None:

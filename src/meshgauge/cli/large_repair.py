@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..io.moving import check_movable, move_points
 from ..io.plumbing.pieces import ReadWhole
-from . import inputs, live, slices, terminal
+from . import ahead, inputs, live, slices, terminal
 from .batch import LARGE, REFERRING, Batch, is_large
 from .groups.improve import Goal
 
@@ -29,6 +29,8 @@ def improve_large(batch: Batch, path: str, target: Path, goal: Goal) -> tuple[Mo
         if listed is None:
             return None
         from ..repair.in_file import improve_file, measured_file
+
+        ahead.begin_for("improve", listed.n_cells, batch.threads)
 
         file_format = batch.reading.file_format
     try:

@@ -13,7 +13,7 @@ from ..files.output import write_text
 from ..look.style import number_of
 from ..repair.acceptance import n_unusable
 from ..repair.page import improve_page
-from . import live, terminal
+from . import ahead, live, terminal
 from .batch import Batch
 from .changed import ChangedMesh
 from .groups.improve import ConstraintOptions, Goal
@@ -67,6 +67,7 @@ class Repairing:
                 return Repaired(path, _written(target, report), report, n_bad, done[1])
         with live.early():
             before = batch.read(source)
+            ahead.begin("improve", before, batch.threads)
             changed = ChangedMesh.of(
                 batch,
                 before,

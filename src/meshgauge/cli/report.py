@@ -115,6 +115,7 @@ def report(
         keep_bricks=keep_bricks,
         memory=memory,
         scheduler=scheduler,
+        then="diagnose" if contents.diagnosis else None,
         quiet=quiet,
     )
     if apart.partial is not None:

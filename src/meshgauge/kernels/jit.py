@@ -16,6 +16,7 @@ from ..files import resources
 resources.require(128 << 20, "compiling kernels", address_space=768 << 20)  # LLVM ends the process, or never returns
 import numba  # noqa: E402
 
+from . import misses  # noqa: E402
 from .cache_folder import cache_folder  # noqa: E402
 
 _BLAS = "scipy.linalg.cython_blas"
@@ -82,6 +83,7 @@ def _from_cache(kept: Any) -> Callable[..., Any]:
         start(context)
         found = load(signature, context)
         if found is None:
+            misses.tell()
             _load_without_blas()  # it will be compiled
         return found
 
