@@ -136,8 +136,8 @@ def _n_first(types: NDArray[np.uint8], parent: IndexArray, of_types: Mask) -> in
 
 
 @dataclass(frozen=True, eq=False)
-class Few:
-    """The cells that are looked at exactly.
+class Some:
+    """Cells that are looked at exactly.
 
     Attributes
     ----------
@@ -145,14 +145,11 @@ class Few:
         Of them.
     cells, points
         Their ids and those of their points in the whole, ascending.
-    faces
-        Of `mesh`; a face whose other cell is not among them has the mate `ELSEWHERE`.
     """
 
     mesh: Mesh
     cells: Ids
     points: Ids
-    faces: Topology
 
     def of_points(self, ids: Ids) -> Ids:
         """Positions of ids of points, which are there."""
@@ -161,6 +158,19 @@ class Few:
     def of_cells(self, ids: Ids) -> Ids:
         """Positions of ids of cells, which are there."""
         return np.asarray(np.searchsorted(self.cells, ids), np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class Few(Some):
+    """Solid cells, and surface cells beside them, that are looked at exactly.
+
+    Attributes
+    ----------
+    faces
+        Of `mesh`; a face whose other cell is not among them has the mate `ELSEWHERE`.
+    """
+
+    faces: Topology
 
 
 def second_look(

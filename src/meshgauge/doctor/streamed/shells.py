@@ -18,7 +18,7 @@ from .. import cells, findings, points, shells
 from ..diagnosis import OF_SURFACES, Diagnosis
 from .doubles import Crowd, crowd
 from .faces import HalfFaces, Keys, Matched, among, match, table_of
-from .few import CHUNK, REAL, Seen, hashes_of, look, part_sizes, second_look, unused
+from .few import CHUNK, REAL, Seen, Some, hashes_of, look, part_sizes, second_look, unused
 from .marks import INVERTED
 from .source import Source
 
@@ -33,7 +33,7 @@ def diagnosis_of_surfaces(source: Source, marks: NDArray[np.uint8], *, tolerance
     crowded = crowd(source.points, source.n_points, tolerance, source.stored)
     seen = look(source, crowded.ids[crowded.moved], IS_SURFACE)
     matched, hashes = second_look(source, seen, match(source, marks, room, half_of=half_edges), half_edges)
-    suspects = _with_edges_of(source, matched.suspects, lambda first, point, mesh: _is_among(mesh, point, hashes, seen))
+    suspects = _with_keys_of(source, matched.suspects, lambda first, point, mesh: _is_among(mesh, point, hashes, seen))
     few = _keep(source, seen, suspects, hashes)
     if few.edges.multiple or len(few.twice):  # edges that were taken for those of two cells may be among them
         matched = match(source, marks, room, known=suspects, n_parts=matched.n_parts, half_of=half_edges)
@@ -41,7 +41,7 @@ def diagnosis_of_surfaces(source: Source, marks: NDArray[np.uint8], *, tolerance
     contradictions = np.empty((0, 2), np.int64)
     if oriented.n_contradictions:  # then it matters which edges are believed first: those parts are looked at whole
         bad = oriented.contradicted(few)
-        suspects = _with_edges_of(source, suspects, lambda first, _, mesh: bad[first : first + mesh.n_cells])
+        suspects = _with_keys_of(source, suspects, lambda first, _, mesh: bad[first : first + mesh.n_cells])
         few = _keep(source, seen, suspects, hashes)
         contradictions = _contradictions(few, marks, source.up)
         turned = oriented.turned(few, bad)
@@ -55,7 +55,7 @@ def _conclusion(
     crowded: Crowd,
     seen: Seen,
     matched: Matched,
-    few: _Few,
+    few: _FewOfSurfaces,
     turned: Ids,
     contradictions: Ids,
     tolerance: float,
@@ -141,7 +141,7 @@ def _is_among(mesh: Mesh, first_point: int, hashes: Keys, seen: Seen) -> Mask:
     return among(hashes_of(mesh, first_point, None, seen.flags)[0], table_of(hashes))
 
 
-def _with_edges_of(source: Source, suspects: Keys, which: Callable[[int, int, Mesh], Mask]) -> Keys:
+def _with_keys_of(source: Source, suspects: Keys, which: Callable[[int, int, Mesh], Mask]) -> Keys:
     """Keys with those of all edges of some cells: of those that pass by from ``first`` on with ``first_point``."""
     more = [suspects]
     for first, first_point, mesh in source.cells():
@@ -153,15 +153,11 @@ def _with_edges_of(source: Source, suspects: Keys, which: Callable[[int, int, Me
 
 
 @dataclass(frozen=True, eq=False)
-class _Few:
-    """The cells that are looked at exactly.
+class _FewOfSurfaces(Some):
+    """Surface cells that are looked at exactly.
 
     Attributes
     ----------
-    mesh
-        Of them.
-    cells, points
-        Their ids and those of their points in the whole, ascending.
     twice
         Cells of the few that are there twice.
     edges
@@ -172,16 +168,13 @@ class _Few:
         ``(n_cells,)`` of all: cells that have an edge with a length, and are not there twice.
     """
 
-    mesh: Mesh
-    cells: Ids
-    points: Ids
     twice: Ids
     edges: shells.Edges
     n_half_edges: int
     has_edges: Mask
 
 
-def _keep(source: Source, seen: Seen, suspects: Keys, hashes: Keys) -> _Few:
+def _keep(source: Source, seen: Seen, suspects: Keys, hashes: Keys) -> _FewOfSurfaces:
     """The cells with a suspect edge, or of a hash that several have."""
     table, has_edges = table_of(suspects), np.zeros(source.n_cells, np.bool_)
     none = np.empty(0, np.int64)
@@ -220,7 +213,7 @@ def _keep(source: Source, seen: Seen, suspects: Keys, hashes: Keys) -> _Few:
     own, ends = np.searchsorted(ids, own[order]), np.searchsorted(points, ends[order])
     stays = ~np.isin(own, twice)
     edges = shells.matched(own[stays], ends[stays], max(few.n_points, 1))
-    return _Few(few, ids, points, twice, edges, len(own), has_edges)
+    return _FewOfSurfaces(few, ids, points, twice, edges, len(own), has_edges)
 
 
 @dataclass(frozen=True, eq=False)
@@ -252,7 +245,7 @@ class _Oriented:
     n_contradictions: int
 
     @classmethod
-    def of(cls, source: Source, marks: NDArray[np.uint8], matched: Matched, few: _Few) -> _Oriented:
+    def of(cls, source: Source, marks: NDArray[np.uint8], matched: Matched, few: _FewOfSurfaces) -> _Oriented:
         edges, parent = few.edges, matched.parent
         firsts = np.concatenate(
             [np.flatnonzero(parent[at] == np.arange(at.start, at.stop)) + at.start for at in _chunks(source)]
@@ -266,7 +259,7 @@ class _Oriented:
         open_faces.flatten(root, sign)
         return cls(source, marks, parent, firsts, root, sign, pairs, windings, n_contradictions)
 
-    def contradicted(self, few: _Few) -> Mask:
+    def contradicted(self, few: _FewOfSurfaces) -> Mask:
         """``(n_cells,)`` the cells of parts in which edges do not fit."""
         a, b = self.pairs.T
         is_bad = np.zeros(len(self.firsts), np.bool_)
@@ -276,7 +269,7 @@ class _Oriented:
             bad[here] = is_bad[self.root[np.searchsorted(self.firsts, self.parent[here])]]
         return bad & few.has_edges
 
-    def turned(self, few: _Few, bad: Mask | None = None) -> Ids:
+    def turned(self, few: _FewOfSurfaces, bad: Mask | None = None) -> Ids:
         """The cells that run against most of their part; none of ``bad`` parts."""
         votes = np.zeros(len(self.firsts))
         for here in _chunks(self.source):
@@ -297,7 +290,7 @@ def _chunks(source: Source) -> Iterator[slice]:
     return (slice(at, min(at + CHUNK, source.n_cells)) for at in range(0, source.n_cells, CHUNK))
 
 
-def _contradictions(few: _Few, marks: NDArray[np.uint8], up: int) -> Ids:
+def _contradictions(few: _FewOfSurfaces, marks: NDArray[np.uint8], up: int) -> Ids:
     """See `shells.orientation`; of parts that are among the few as a whole."""
     hand = np.zeros(len(few.cells), np.int8)
     if up:
