@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
+from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
 from types import SimpleNamespace
@@ -174,18 +177,15 @@ if world.rank == 0:
 """
 
 
-def ranks(n: int, script: str, path: Path, *module: str) -> dict[str, Any]:
-    """What a script prints that is run by so many ranks of MPI: the report in JSON, but for what parts have of their
-    own."""
+def run_ranks(n: int, file: Path, path: Path, *module: str) -> subprocess.CompletedProcess[str]:
+    """A script that is run by so many ranks of MPI."""
     pytest.importorskip("mpi4py", reason="mpi4py is not installed")
     if shutil.which("mpiexec") is None:
         pytest.skip("mpiexec is not installed")
-    file = path.with_name("script.py")
-    file.write_text(script)
     # OpenMPI asks those who are root whether they mean it, and wants a processor for each rank.
     names = ("OMPI_ALLOW_RUN_AS_ROOT", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "OMPI_MCA_rmaps_base_oversubscribe")
     command = ["mpiexec", "-n", str(n), sys.executable, *module, str(file), str(path)]
-    done = subprocess.run(
+    return subprocess.run(
         command,
         capture_output=True,
         text=True,
@@ -193,6 +193,14 @@ def ranks(n: int, script: str, path: Path, *module: str) -> dict[str, Any]:
         check=False,
         env={**os.environ, **dict.fromkeys(names, "1")},
     )
+
+
+def ranks(n: int, script: str, path: Path, *module: str) -> dict[str, Any]:
+    """What a script prints that is run by so many ranks of MPI: the report in JSON, but for what parts have of their
+    own."""
+    file = path.with_name("script.py")
+    file.write_text(script)
+    done = run_ranks(n, file, path, *module)
     assert done.returncode == 0, done.stderr
     return of_json(done.stdout)
 
@@ -253,3 +261,94 @@ def test_workers_of_dask_that_are_killed(many: Path) -> None:
     assert len(killed) >= 2
     assert made.summaries == expected.summaries
     assert made.worst == expected.worst
+
+
+@contextlib.contextmanager
+def cluster_of_processes(folder: Path) -> Iterator[str]:
+    """The address of a scheduler with two workers, started as their users start them."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    address = f"tcp://127.0.0.1:{port}"
+    dask = [sys.executable, "-m", "dask"]
+    commands = (
+        [*dask, "scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard", "--no-show"],
+        [*dask, "worker", address, "--nthreads", "1", "--nworkers", "2", "--no-dashboard"],
+    )
+    quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    started = [subprocess.Popen(command, cwd=folder, **quiet) for command in commands]
+    try:
+        yield address
+    finally:
+        for process in reversed(started):
+            process.terminate()
+            process.wait(60)
+
+
+@pytest.mark.long
+def test_twenty_workers_are_killed(many: Path, tmp_path: Path) -> None:
+    """One whenever two are there, until twenty were: the answer is the same, and nobody waits for the dead."""
+    pytest.importorskip("distributed", reason="Dask is not installed")
+    from distributed import Client
+
+    pieces = io.pieces(many)
+    assert pieces is not None
+    job = job_of(pieces, Ask())
+    expected = measure_pieces(job, size=100)
+    killed: list[int] = []
+    with cluster_of_processes(tmp_path) as address, Client(address, timeout=60) as client:
+        client.wait_for_workers(2, timeout=60)
+
+        def kill(done: int, total: int) -> None:
+            if len(killed) < 20 and done % 1000 == 0:
+                client.wait_for_workers(2, timeout=60)
+                running = [pid for pid in client.run(os.getpid, on_error="ignore").values() if pid not in killed]
+                if running:
+                    killed.append(running[0])
+                    os.kill(running[0], signal.SIGKILL)
+
+        made = measure_pieces(job, executor=client.get_executor(retries=50), size=100, progress=kill)
+    assert len(killed) == len(set(killed)) == 20
+    assert made.summaries == expected.summaries
+    assert made.worst == expected.worst
+
+
+DYING = """
+import os, signal, sys
+from mpi4py import MPI
+import meshgauge
+
+world = MPI.COMM_WORLD
+file = sys.argv[1]
+part = meshgauge.partial(file, share=(world.rank + 1, world.size))
+if world.rank == 1:
+    os.kill(os.getpid(), signal.SIGKILL)
+part.save(f"{file}.{world.rank}.mgp")
+world.barrier()
+"""
+
+
+@pytest.mark.long
+def test_a_rank_of_mpi_that_is_killed_ends_the_job_and_what_is_done_is_kept(many: Path) -> None:
+    file = many.with_name("script.py")
+    file.write_text(DYING)
+    done = run_ranks(3, file, many)
+    assert done.returncode != 0
+    kept = sorted(path.name for path in many.parent.glob("*.mgp"))
+    assert "a.vtkhdf.1.mgp" not in kept
+    missing = {0, 1, 2} - {int(name.split(".")[2]) for name in kept}
+    partials = [meshgauge.PartialReport.load(many.parent / name) for name in kept]
+    if kept:
+        with pytest.raises(MeshgaugeError, match="a share is missing"):
+            meshgauge.merge(partials)
+    partials += [meshgauge.partial(many, share=(rank + 1, 3)) for rank in missing]
+    assert of_json(dumps([meshgauge.merge(partials)])) == of_json(dumps([meshgauge.stream(many)]))
+
+
+def test_dask_hashes_no_job() -> None:
+    """All of it would be, for every slice."""
+    tokenize = pytest.importorskip("dask.base", reason="Dask is not installed").tokenize
+    one, other = (Job.__new__(Job) for _ in range(2))
+    for job, key in ((one, "a"), (other, "b")):
+        object.__setattr__(job, "key", key)  # and nothing else, which cannot be hashed then
+    assert tokenize(one) != tokenize(other)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from functools import partial
 
 from ..errors import OptionError
+from ..files.resources import keep_freed
 from ..kernels.threads import thread_count
 from .job import Job, forget_points
 from .partial import CellRows, Partial
@@ -88,10 +90,21 @@ def _results(job: Job, todo: list[Place], executor: Executor | None, n_threads: 
         with ThreadPoolExecutor(n_threads) as pool:
             yield from _in_order(pool, job, todo[1:], n_threads)
     else:
-        yield from _in_order(executor, job, todo, 2 * n_threads)
+        yield from _in_order(executor, partial(_there, job), todo, 2 * n_threads)
 
 
-def _in_order(executor: Executor, job: Job, todo: list[Place], ahead: int) -> Iterator[tuple[Place, Partial]]:
+def _there(job: Job, place: Place) -> Partial:
+    """The result of a place, on a process of an executor, which is there for such work.
+
+    Dask has its workers give all that is freed back to the system: the pages of each slice were cleared anew.
+    """
+    keep_freed()
+    return job(place)
+
+
+def _in_order(
+    executor: Executor, job: Callable[[Place], Partial], todo: list[Place], ahead: int
+) -> Iterator[tuple[Place, Partial]]:
     """The results of an executor. What is missing when a process of it was killed is worked on here."""
     waiting: deque[Future[Partial]] = deque()
     n_done = 0
