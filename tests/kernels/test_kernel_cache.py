@@ -34,7 +34,7 @@ def afresh() -> None:
 
 
 def run(temporary: str, **environment: str) -> str:
-    full = {**os.environ, **environment}
+    full = {**os.environ, "NUMBA_DISABLE_JIT": "0", **environment}
     done = subprocess.run([sys.executable, "-c", RUN, temporary], capture_output=True, text=True, env=full)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
