@@ -20,6 +20,7 @@ PACKAGE = Path(__file__).resolve().parent.parent / "src" / "meshgauge"
 EXEMPT = {
     "cells.py": "the table",
     "surface_cells.py": "the table, as a mesh of surfaces sees it",
+    "cli/ahead.py": "a table of the cells into which a cube is split",
     "io/formats": "their tables say what a format's own words and numbers stand for",
     "io/plumbing/meshio.py": "a table of meshio's words; pixels and voxels, which it has in another order",
     "io/plumbing/face_based.py": "a table of surface cells by their number of points",

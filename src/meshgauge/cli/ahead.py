@@ -22,6 +22,14 @@ Task = Literal["diagnose", "improve"]
 MEMORY = 1 << 30
 """Bytes that must be free: two processes compile."""
 
+_SPLITS = {
+    "tetra": ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)),
+    "pyramid": ((0, 1, 2, 3, 6), (0, 4, 5, 1, 6), (0, 3, 7, 4, 6)),
+    "wedge": ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)),
+    "hexahedron": (tuple(range(8)),),
+}
+"""A cube as cells of each type."""
+
 _beside: list[subprocess.Popen[bytes]] = []
 """The second process; what holds its pipe open."""
 
@@ -38,7 +46,7 @@ def begin_for(
     threads: int | None,
     points: str = "float64",
     ids: str = "int64",
-    shapes: Sequence[str] = ("tetra", "hexahedron"),
+    shapes: Sequence[str] = tuple(_SPLITS),
 ) -> None:
     """The same for a mesh that is not read: how many cells, of which shapes, with which types of numbers in arrays."""
     from ..kernels import misses, path
@@ -64,15 +72,6 @@ def _start(task: Task, points: str, ids: str, shapes: Sequence[str]) -> None:
 def _end_with_the_first() -> None:
     os.read(0, 1)  # until the pipe breaks
     os._exit(0)
-
-
-_SPLITS = {
-    "tetra": ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)),
-    "pyramid": ((0, 1, 2, 3, 6), (0, 4, 5, 1, 6), (0, 3, 7, 4, 6)),
-    "wedge": ((0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)),
-    "hexahedron": (tuple(range(8)),),
-}
-"""A cube as cells of each type."""
 
 
 def _some_cells(points: str, ids: str, shapes: Sequence[str], *, are_bad: bool) -> Mesh:
