@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...look.bands import POOR
 from ...mesh import Mesh
+from ...mesh.polyhedra import ragged_positions
 from ...mesh.subset import with_all_points
 from ...quality.measure import JENS, Quality, measure
 from ...status import is_usable
@@ -49,10 +50,15 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False)
 class _At:
-    """Cells at some nodes, pair by pair: both as numbers of their own."""
+    """Cells at some nodes, pair by pair in the order of the nodes: both as numbers of their own."""
 
     node: Ids
     cell: Ids
+
+    def of_nodes(self, some: Ids) -> tuple[Ids, Ids]:
+        """Of the pairs of some nodes, ascending: which of these nodes each has, and which pairs they are."""
+        first, last = (np.searchsorted(self.node, some, side=side) for side in ("left", "right"))
+        return np.repeat(np.arange(len(some)), last - first), ragged_positions(first, last - first)
 
 
 def is_to_unbend(quality: Quality, constraints: Constraints, target: float) -> bool:
@@ -102,14 +108,17 @@ def unbend(
     at = _pairs(part, np.searchsorted(used, nodes))
     points, nodes = np.asarray(part.points).copy(), np.searchsorted(used, nodes)
 
-    def score(some: Ids, places: Points) -> tuple[Points, NDArray[np.int8]]:
-        """``(n_places, n_some)`` what counts of some of the cells with points elsewhere, and how sure they are."""
+    def score(some: Ids, moved: Ids, places: Points) -> tuple[Points, NDArray[np.int8]]:
+        """``(n_places, n_some)`` what counts of some of the cells with some points elsewhere, and how sure they are."""
         n, here = len(places), with_all_points(part, some)
+        own, corners = np.unique(here.connectivity, return_inverse=True)
+        spread = np.repeat(points[own][None], n, axis=0)
+        spread[:, np.searchsorted(own, moved)] = places
         here = Mesh(
-            points=places.reshape(-1, 3),
+            points=spread.reshape(-1, 3),
             types=np.tile(here.types, n),
             offsets=np.concatenate([[0], np.cumsum(np.tile(np.diff(here.offsets), n))]),
-            connectivity=(here.connectivity + part.n_points * np.arange(n)[:, None]).reshape(-1),
+            connectivity=(corners.reshape(-1) + len(own) * np.arange(n)[:, None]).reshape(-1),
             purpose=mesh.purpose,
             stored=mesh.stored,
             dimension=3,
@@ -121,27 +130,26 @@ def unbend(
         values = values if strict else np.minimum(values, wanted)
         return values.reshape(n, -1), soundness(found.status, mesh.purpose).reshape(n, -1)
 
-    now, sure = (of[0] for of in score(np.arange(len(cells)), points[None].copy()))
+    now, sure = (of[0] for of in score(np.arange(len(cells)), nodes[:0], np.empty((1, 0, 3))))
     for step in STEPS:
         is_wanted = np.zeros(len(nodes), bool)
         is_wanted[at.node[(now < wanted)[at.cell]]] = True
         for some in _apart(at, is_wanted, len(cells)):
             if is_over():
                 break
-            pairs = np.isin(at.node, some)
-            owner = at.node[pairs]
+            # All of this goes with the nodes of this time, not with all that are near.
+            owner, pairs = at.of_nodes(some)
             around, position = np.unique(at.cell[pairs], return_inverse=True)
             ids = nodes[some]
-            places = np.repeat(points[None], 1 + N_CANDIDATES, axis=0)
-            places[1:, ids] = _candidates(points[ids], straight[some], step * sizes[some])
-            values, are_sure = score(around, places)
-            least = np.full(len(nodes), np.inf)  # what bad cells at a node may fall to
+            places = np.concatenate([points[ids][None], _candidates(points[ids], straight[some], step * sizes[some])])
+            values, are_sure = score(around, ids, places)
+            least = np.full(len(some), np.inf)  # what bad cells at a node may fall to
             np.minimum.at(least, owner, now[around][position])
             floors = now[around].copy()
             if not strict:
                 bad = floors[position] < wanted
                 floors[position[bad]] = least[owner[bad]]
-            gains = np.zeros((len(places), len(nodes)))
+            gains = np.zeros((len(places), len(some)))
             for value, is_sure, gain in zip(values, are_sure, gains, strict=True):
                 np.add.at(gain, owner, (value - now[around])[position])
                 falls = (value < floors - ROUNDING) | (is_sure < sure[around])
@@ -149,7 +157,7 @@ def unbend(
             gains = np.round(gains, DIGITS)  # of sums in any order
             gains[0] = LEAST_GAIN  # where it is
             best = np.argmax(gains, axis=0)
-            points[ids] = places[best[some], ids]
+            points[ids] = places[best, np.arange(len(some))]
             chosen = np.empty(len(around), np.int64)
             chosen[position] = best[owner]  # of the one node that each of the cells has
             rows = np.arange(len(around))
@@ -171,16 +179,19 @@ def _pairs(part: Mesh, nodes: Ids) -> _At:
     number = np.full(part.n_points, -1, np.int64)
     number[nodes] = np.arange(len(nodes))
     node, cell = number[part.connectivity], np.repeat(np.arange(part.n_cells), np.diff(part.offsets))
-    return _At(node[node >= 0], cell[node >= 0])
+    node, cell = node[node >= 0], cell[node >= 0]
+    order = np.argsort(node, kind="stable")
+    return _At(node[order], cell[order])
 
 
 def _apart(at: _At, wanted: Mask, n_cells: int) -> Iterator[Ids]:
     """Some nodes, a few at a time: those of one time have no cell in common, so each is as if it moved alone."""
     node, cell = (of[wanted[at.node]] for of in (at.node, at.cell))
+    first, is_first = np.full(n_cells, len(wanted)), np.ones(len(wanted), bool)
     while len(node):
-        first = np.full(n_cells, len(wanted))
+        first[cell] = len(wanted)
         np.minimum.at(first, cell, node)
-        is_first = np.ones(len(wanted), bool)
+        is_first[node] = True
         is_first[node[first[cell] != node]] = False
         yield np.unique(node[is_first[node]])
         left = ~is_first[node]
