@@ -158,21 +158,31 @@ def repair(
     """
     given = before if reached is None else reached
 
-    def move(form: Quality) -> Outcome:
-        return _repair(before, given, form, constraints, options, team, start, progress, should_stop, is_brief=is_brief)
+    def move(form: Quality, begin: Quality = given) -> Outcome:
+        return _repair(before, begin, form, constraints, options, team, start, progress, should_stop, is_brief=is_brief)
+
+    def better(one: Outcome, other: Outcome) -> Outcome:
+        other.run.history = one.run.history + other.run.history
+        other.run.evaluations += one.run.evaluations
+        one.run.stopped = other.run.stopped
+        return other if is_better(other.quality, one.quality, _target(options)) else one
 
     outcome = move(given)
     run = outcome.run
     if is_brief or run.stopped or not len(run.whole.bends):
         return outcome
-    if not is_to_unbend(outcome.quality, constraints, options.target):
-        return outcome
-    unbent = _unbent(given, constraints, options, run.is_stopped)
-    if unbent is given:
-        return outcome
-    again = move(unbent)
-    again.run.history, again.run.evaluations = run.history + again.run.history, run.evaluations + again.run.evaluations
-    return again if is_better(again.quality, outcome.quality, _target(options)) else outcome
+    if is_to_unbend(outcome.quality, constraints, options.target):
+        unbent = _unbent(given, constraints, options, run.is_stopped)
+        if unbent is not given:
+            outcome = better(outcome, move(unbent))
+    if options.everywhere and n_unusable(outcome.quality) and not outcome.run.stopped:
+        # All together may leave curved cells invalid that can be mended one by one: then from there.
+        fixed = replace(options, everywhere=False, boundary="fixed", surface=None, tolerance=None)
+        near = repair(before, constraints, fixed, team, start, progress, should_stop, reached=reached)
+        outcome.run.stopped = near.run.stopped
+        if is_better(near.quality, given, options.target) and not near.run.stopped:
+            outcome = better(outcome, move(near.quality, near.quality))
+    return outcome
 
 
 def _repair(
