@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ ROOM = 64 << 20
 FEWEST = 1 << 17
 """Places of the smallest table."""
 
-PER_FACE = 6
+PER_FACE = 8
 """Bits of the filter of faces that left the table, for each: few are counted for nothing."""
 
 
@@ -118,7 +118,7 @@ class Matched:
     suspected
         A bit for each cell, eight to a byte: the cells of these faces.
     again, again_leasts
-        Keys, ascending, of the faces that may have more than two cells, and their lowest points.
+        Keys of the faces that may have more than two cells, and their lowest points.
     n_parts
         In how many parts the faces were looked at.
     """
@@ -198,9 +198,15 @@ def _match(
     open_faces.compress(parent)
     if not parent.any():  # one part, as a rule
         parent = np.broadcast_to(parent[:1].copy(), n)
-    keys, which = np.unique(np.concatenate(again), return_index=True)
-    suspects = np.unique(np.concatenate(wanted))
-    return Matched(n_half, n_collapsed, parent, suspects, suspected, keys, np.concatenate(leasts)[which], n_parts)
+    keys, of_keys = _joined(again), _joined(leasts)
+    return Matched(n_half, n_collapsed, parent, np.unique(_joined(wanted)), suspected, keys, of_keys, n_parts)
+
+
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays one after another, which are given up."""
+    joined = np.concatenate(parts)
+    parts.clear()
+    return joined
 
 
 def most_in(room: int) -> int:

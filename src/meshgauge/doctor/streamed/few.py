@@ -195,7 +195,7 @@ def second_look(
         ordered = np.sort(np.concatenate(some))
         hashes_twice = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
     multiple = table[counts > 2]
-    seen.flags[matched.again_leasts[~np.isin(matched.again, multiple)]] &= np.uint8(255 - AGAIN)
+    seen.flags[matched.again_leasts] &= np.uint8(255 - AGAIN)
     seen.flags[matched.again_leasts[np.isin(matched.again, multiple)]] |= np.uint8(AGAIN)
     return replace(matched, suspects=np.union1d(matched.suspects, multiple), again=table[:0]), hashes_twice
 
