@@ -167,6 +167,7 @@ class Row:
     base: str = "plain"
     in_parts: bool = False  #: ids and counts of points are those of the parts
     no_diagnosis: bool = False  #: parts were measured apart
+    has_blocks: bool = False  #: the file has blocks, which the others have not
     needs: tuple[str, ...] = field(default=())  #: modules
 
 
@@ -184,12 +185,13 @@ def comparable(text: str, row: Row) -> dict[str, Any]:
         if file.get("diagnosis"):
             diagnosis = file["diagnosis"]
             diagnosis["findings"] = [
-                {name: value for name, value in finding.items() if name not in ("examples", "text")}
+                {name: value for name, value in finding.items() if name not in ("examples", "labels", "text")}
                 for finding in diagnosis["findings"]
                 if finding["name"] != "joined_points"
             ]
-            for block in (diagnosis["orientation"] or {"blocks": ()})["blocks"]:  # those of Exodus have names
-                del block["block"], block["text"]
+            if row.has_blocks and diagnosis["orientation"]:  # how cells are numbered is said of each
+                del diagnosis["orientation"]["blocks"]
+                diagnosis["findings"] = [one for one in diagnosis["findings"] if one["name"] != "orientation"]
     return dict(file)
 
 
@@ -299,7 +301,7 @@ def rows(folder: Path) -> list[Row]:
             for memory in ("64MB", "1GB", "100GB")
         ),
         *(
-            Row(f"{name}, {memory}", report(*arguments, "--memory", memory), in_parts=True)
+            Row(f"{name}, {memory}", report(*arguments, "--memory", memory), in_parts=True, has_blocks="Exodus" in name)
             for name, arguments in joined
             for memory in ("64MB", "100GB")
         ),

@@ -348,7 +348,6 @@ def test_a_rank_of_mpi_that_is_killed_ends_the_job_and_what_is_done_is_kept(many
 def test_dask_hashes_no_job() -> None:
     """All of it would be, for every slice."""
     tokenize = pytest.importorskip("dask.base", reason="Dask is not installed").tokenize
-    one, other = (Job.__new__(Job) for _ in range(2))
-    for job, key in ((one, "a"), (other, "b")):
-        object.__setattr__(job, "key", key)  # and nothing else, which cannot be hashed then
-    assert tokenize(one) != tokenize(other)
+    jobs = [Job(None, None, None, memory, key) for memory, key in ((1, "a"), (2, "a"), (2, "b"))]  # type: ignore[arg-type]
+    one, same, other = map(tokenize, jobs)
+    assert one == same != other
