@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from polyhedral_meshes import CUBE, CUBE_FACES, Point, boxes, measured, mesh_of
+from polyhedral_meshes import CUBE, CUBE_FACES, Point, boxes, measured, mesh_of, polyhedra
 
 import meshgauge
 from meshgauge.cells import SHAPES
-from meshgauge.quality.polyhedra import Fault
+from meshgauge.kernels.polyhedra.codes import INNER, PATCH
+from meshgauge.quality.polyhedra import Fault, measure_polyhedra
 from meshgauge.quality.reference import prism, solid
 
 Box = tuple[Point, Point]
@@ -124,6 +125,18 @@ def _box(points: list[tuple[int, ...]], chosen: object) -> list[list[int]]:
     at = {points[i]: i for i in corners}
     own = [at[x0 + (x1 - x0) * x, 2 * y, 2 + 2 * z] for x, y, z in CUBE]
     return [[own[i] for i in face] for face in CUBE_FACES]
+
+
+@pytest.mark.parametrize(("beyond", "hanging"), [(PATCH, [8, 9]), (INNER, [])])
+def test_a_bent_side_face_beside_a_split_one(beyond: int, hanging: list[int]) -> None:
+    """Halves of a plane face of one patch are one face, also where the edge at their common node bends, since the face
+    beside is bent; what two cells lie beyond is one only where the edges that are left are straight."""
+    points = np.array([*CUBE, (0.5, -0.3, 1.0), (0.5, 1.0, 1.0)], float)
+    faces = [(0, 3, 2, 1), (4, 8, 9, 7), (8, 5, 6, 9), (0, 1, 5, 8, 4), (1, 2, 6, 5), (2, 3, 7, 9, 6), (3, 0, 4, 7)]
+    quality = measure_polyhedra(
+        points, polyhedra([faces]), slice(0, 1), beyond=lambda entries: np.full(len(entries), beyond)
+    )
+    assert sorted(quality.node_points[quality.node_is_hanging].tolist()) == hanging
 
 
 def test_a_triangle_split_in_four() -> None:
