@@ -43,11 +43,11 @@ def integers(text: UInt8Array, is_blank: BoolArray, out: Int64Array) -> bool:
         first, value = at, np.int64(0)
         while at < end and not is_blank[text[at]]:
             digit = np.int64(text[at]) - 48
-            if digit < 0 or digit > 9:
+            if digit < 0 or digit > 9 or at - first == MOST_DIGITS:
                 return False
             value = 10 * value + digit
             at += 1
-        if at == first or at - first > MOST_DIGITS:
+        if at == first:
             return False
         out[n] = -value if sign == 45 else value
     return True
