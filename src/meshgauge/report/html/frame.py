@@ -27,10 +27,15 @@ class Frame:
         """That of points of which some come at a time."""
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for part in parts:
-            points = part[np.isfinite(part).all(axis=1)]
-            if len(points):
-                low = np.minimum(low, points.min(axis=0).astype(np.float64))
-                high = np.maximum(high, points.max(axis=0).astype(np.float64))
+            if not len(part):
+                continue
+            least, most = part.min(axis=0), part.max(axis=0)
+            if not (np.isfinite(least).all() and np.isfinite(most).all()):  # as a rule they are, and looked at once
+                points = part[np.isfinite(part).all(axis=1)]
+                if not len(points):
+                    continue
+                least, most = points.min(axis=0), points.max(axis=0)
+            low, high = np.minimum(low, least.astype(np.float64)), np.maximum(high, most.astype(np.float64))
         if not np.isfinite(low).all():
             return cls((0.0, 0.0, 0.0), 1.0)
         # Halves first: the sum of two coordinates near the end of the range is infinite.
