@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from numba.core import event
 from repair_meshes import pipe, shaken
 from thinned import quick
 
@@ -80,12 +81,19 @@ def test_no_phase_goes_on_when_the_time_is_up(name: str, kind: str, monkeypatch:
 @pytest.mark.parametrize("topology", quick([False, True], True))
 def test_the_time_after_the_last_phase_is_left_out_of_it(topology: bool) -> None:
     mesh = shaken("tetra", 14, 0.4) if topology else shaken("hexahedron", 24, 0.3)
-    meshgauge.improve(mesh, everywhere=True, topology=topology, seconds=0.3)  # compiles
-    start = time.monotonic()
-    result = meshgauge.improve(mesh, everywhere=True, topology=topology, seconds=2.0)
-    took = time.monotonic() - start
+    seconds = 2.0 if topology else 0.5  # a third of what all of it takes, or less
+    meshgauge.improve(mesh, everywhere=True, topology=topology, seconds=0.3)  # loads the kernels
+    for _ in range(3):
+        with event.install_recorder("numba:compile") as compiled:
+            start = time.monotonic()
+            result = meshgauge.improve(mesh, everywhere=True, topology=topology, seconds=seconds)
+            took = time.monotonic() - start
+        if not compiled.buffer:
+            break  # else the cache was cold, and the time is not that of a repair
+        meshgauge.improve(mesh, everywhere=True, topology=topology)  # reaches every kernel
+    assert result.report.stopped == "time"
     assert result.report.holds
-    assert took < 2.0 * 1.05 + 0.2 + 1.5  # the last is for a machine that has other work
+    assert took < seconds * 1.05 + 0.2 + 1.5  # the last is for a machine that has other work
 
 
 @pytest.mark.parametrize("kind", ["tetra", "wedge", "hexahedron", "mixed"])
