@@ -17,7 +17,7 @@ import pytest
 from meshgauge import Mesh, io
 from meshgauge.cli import batch, slices, terminal
 from meshgauge.cli.main import main
-from meshgauge.errors import OptionError
+from meshgauge.errors import OptionError, WriteError
 from meshgauge.io.adding import CannotAdd
 from meshgauge.slices import run
 
@@ -191,6 +191,39 @@ def test_what_is_added_is_that_of_the_whole(large: Path, more: tuple[str, ...], 
     assert added(large) == added(whole)
 
 
+@pytest.mark.parametrize("ending", [".vtkhdf", ".vtu"])
+def test_what_is_read_again_is_read_before_the_input_is_replaced(
+    large: Path, ending: str, tmp_path: Path, sliced: list[int], capsys: Captured
+) -> None:
+    """The diagnosis, the page and the bad cells read from the file once more after it is measured."""
+    mesh, made = large.with_name(f"mesh{ending}"), large.with_name(f"made{ending}")
+    page, bad = tmp_path / "page.html", tmp_path / "bad.vtu"
+    io.write(mesh, io.read(large))
+    little = ("--memory", "40MB")  # the diagnosis has room
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(slices, "takes_more", lambda *_: True)
+        more = ("--html", str(page), "--bad", str(bad), "--json")
+        assert main(["report", str(mesh), "-o", str(mesh.with_name(f"made{ending}")), *little, *more]) == 0
+        expected, expected_bad = capsys.readouterr().out, bad.read_bytes()
+        before = mesh.read_bytes()
+        assert main(["report", str(mesh), "--in-place", *little, "--bad", str(tmp_path / "bad.nothing"), "-q"]) == 2
+        assert mesh.read_bytes() == before
+        capsys.readouterr()
+        assert main(["report", str(mesh), "--in-place", *little, *more]) == 0
+    assert sliced
+    assert capsys.readouterr().out == expected
+    assert bad.read_bytes() == expected_bad
+    assert (added(mesh) == added(made)) if ending == ".vtkhdf" else (mesh.read_bytes() == made.read_bytes())
+    assert "jens" in io.read(mesh).cell_data
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        ["bad.vtu", "large.vtkhdf", f"made{ending}", f"mesh{ending}", "page.html"]
+    )
+
+
+def _no_space(*_: object) -> str:
+    raise WriteError("no space left")
+
+
 def test_points_of_few_and_of_many_cells_are_evaluated_as_in_the_whole(
     large: Path, sliced: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -254,6 +287,17 @@ def test_a_broken_file_has_the_message_of_reading(large: Path, capsys: Captured)
     sliced = capsys.readouterr().err
     assert main(["report", str(large)]) == 2
     assert capsys.readouterr().err == sliced
+
+
+def test_a_cell_that_is_wrong_has_its_number_in_the_mesh(large: Path, capsys: Captured) -> None:
+    with h5py.File(large, "r+") as file:
+        file["VTKHDF/Connectivity"][4 * 120 + 1] = 10**6
+    messages = []
+    for more in (LITTLE, ()):
+        assert main(["report", str(large), *more]) == 2
+        messages.append(capsys.readouterr().err)
+    assert "cell 120 (tetra): point id 1000000 is outside" in messages[1]
+    assert messages[0].splitlines()[-1] == messages[1].splitlines()[-1]
 
 
 def test_ctrl_c_says_how_far_it_was(large: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:

@@ -370,7 +370,7 @@ def test_a_bad_id_names_the_place(tmp_path: Path, memory: str) -> None:
     at = data.index(needle)
     data[at : at + 8] = np.int64(1 << 40).tobytes()
     path.write_bytes(data)
-    with pytest.raises(ReadError, match=r"among cells \d+ to \d+: .*point id 1099511627776 .*is outside"):
+    with pytest.raises(ReadError, match=r"cell \d+ .*point id 1099511627776 .*is outside"):
         streamed(path, MEMORY[memory])
 
 

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from ..report.values_on_disk import ValuesOnDisk
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,9 +56,13 @@ class Outputs:
             return f"{self.bad_set} holds the whole mesh, and is written at once"
         return ""
 
-    def measured(self, batch: Batch, path: str, ask: Ask) -> tuple[Job, Partial, list[str]] | None:
-        """What is asked of a mesh, measured slice by slice, with all outputs written, and a line on each of bad cells.
-        None if it is small, or has to be read whole after all: then nothing is written."""
+    def measured(
+        self, batch: Batch, path: str, ask: Ask, finish: Callable[[Job, Partial], T]
+    ) -> tuple[T, list[str]] | None:
+        """What `finish` makes of what is asked of a mesh, measured slice by slice, with all outputs written, and a line
+        on each of bad cells. None if it is small, or has to be read whole after all: then nothing is written.
+
+        The input is replaced last: what is read of it before is what was measured."""
         takers: list[Callable[[int, CellRows], object]] = []
         mark = 0
         if self.table is not None:
@@ -83,17 +89,20 @@ class Outputs:
             by_region = ask.by_region or (self.bad is not None and self.bad.suffix.lower() == ".csv")
             ask = replace(ask, keeps_rows=bool(takers), keeps_points=values is not None, by_region=by_region)
             done = batch.in_slices(path, ask, lambda first, rows: [take(first, rows) for take in takers])
-            if done is None or not self._written(batch, path, done[0], values):
+            if done is None or not self._written(batch, path, done[0], values, stack):
                 if self.table is not None:
                     self.table.back_to(mark)
                 return None
             lines = [] if self.bad is None else [bad.write(self.bad, done[0], values)]
             if self.bad_set is not None:
                 lines.append(self._set(batch, done[0], bad))
-        return *done, lines
+            return finish(*done), lines
 
-    def _written(self, batch: Batch, path: str, job: Job, values: ValuesOnDisk | None) -> bool:
-        """Whether the mesh was written with what was measured, if that was asked for."""
+    def _written(
+        self, batch: Batch, path: str, job: Job, values: ValuesOnDisk | None, until: contextlib.ExitStack
+    ) -> bool:
+        """Whether the mesh was written with what was measured, if that was asked for; in place it is there when
+        ``until`` is closed."""
         if self.target is None:
             return True
         assert values is not None  # for this
@@ -109,6 +118,7 @@ class Outputs:
                         overwrite=self.in_place,
                         file_format=batch.reading.file_format,
                         step=batch.step,
+                        until=until if self.in_place else None,
                     )
                 else:
                     facts = job.facts

@@ -168,14 +168,17 @@ def report(
         if whole:
             batch.in_slices(path, ask)  # says why, if the mesh is large
             return None
-        done = outputs.measured(batch, path, ask)
+
+        def finish(job: Job, partial: Partial) -> FileReport:
+            with batch.progress(f"diagnosing {path}"):
+                one = _large(page, job, partial, path=path, with_diagnosis=contents.diagnosis, memory=memory)
+            return replace(one, notes=(*one.notes, NO_FACES)) if job.purpose == "fv" else one
+
+        done = outputs.measured(batch, path, ask, finish)
         if done is None:
             return None
-        about_bad.extend(done[2])
-        with batch.progress(f"diagnosing {path}"):
-            one = _large(page, *done[:2], path=path, with_diagnosis=contents.diagnosis, memory=memory)
-        if done[0].purpose == "fv":
-            one = replace(one, notes=(*one.notes, NO_FACES))
+        one, lines = done
+        about_bad.extend(lines)
         return one if by_region else replace(one, regions=(), region_companions=(), worst_regions=())
 
     def examine(path: str) -> FileReport:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gzip
 import os
 from collections.abc import Mapping
@@ -111,6 +112,7 @@ def add_to_pieces(
     overwrite: bool = False,
     file_format: str | None = None,
     step: StepChoice = None,
+    until: contextlib.ExitStack | None = None,
 ) -> None:
     """`add_data` to a file that is read in pieces, some rows at a time; see `takes_rows`.
 
@@ -122,6 +124,9 @@ def add_to_pieces(
         As for `add_data`.
     cells, points
         By name, ``(n_cells,)`` and ``(n_points,)`` numbers.
+    until
+        The output takes its place when this is closed, and not if an error closes it: until then pieces of a file that
+        is replaced can be read. None: at once.
 
     Raises
     ------
@@ -138,7 +143,8 @@ def add_to_pieces(
         raise CannotAdd("is spread over several files")
     if not overwrite and os.path.realpath(target) == os.path.realpath(source):
         raise WriteError(f"{target}: is the file that the mesh was read from; pass overwrite=True to replace it")
-    with replacing(target, overwrite=overwrite) as staged:
+    with contextlib.ExitStack() as held:
+        staged = held.enter_context(replacing(target, overwrite=overwrite))
         chosen.add_rows(source, staged, cells, points, (listed.n_points, listed.n_cells))
         listed.check_unchanged()
         try:
@@ -148,6 +154,8 @@ def add_to_pieces(
         wrong = difference(listed, back, cells, points)
         if wrong:
             raise WriteError(f"{target}: what was added does not read back as it was to be: {wrong} differ")
+        if until is not None:
+            until.enter_context(held.pop_all())
 
 
 _AT_ONCE = 1 << 18

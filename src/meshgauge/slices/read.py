@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -13,6 +14,7 @@ from ..io.plumbing import ghosts
 from ..io.plumbing.pieces import Piece, Pieces, ReadWhole, Rows
 from ..io.plumbing.wedge_order import Decision, apply, has_wedges
 from ..mesh import Mesh
+from ..mesh.cast import check_cells
 from ..mesh.high_order import DEGREES, WEIGHTS
 from ..mesh.interface import INTERFACE
 from ..mesh.labels import LABEL
@@ -123,7 +125,11 @@ def read_slice(
     try:
         types, offsets, ids = _cells(piece, place)
         poly, face_points = _polyhedra(piece, place, pieces.face_starts[place.piece])
-        xyz, local, origins = points.of(ids if poly is None else np.concatenate([ids, face_points]))
+        try:
+            xyz, local, origins = points.of(ids if poly is None else np.concatenate([ids, face_points]))
+        except MeshError:
+            check_cells(types, offsets, ids, points.n)  # names the cell
+            raise
         if poly is not None:
             poly = replace(poly, face_points=local[len(ids) :])
         mesh = Mesh(
@@ -141,13 +147,20 @@ def read_slice(
             copy=False,
         )
     except MeshError as error:
-        raise ReadError(
-            f"{pieces.path}: among cells {first} to {first + place.stop - place.start - 1}: {error}"
-        ) from error
+        raise ReadError(f"{pieces.path}: {_of_whole(str(error), first, place.stop - place.start)}") from error
     mesh = ghosts.note_ghosts(mesh)
     if decision.turn and has_wedges(mesh.types):
         mesh = apply(mesh, decision)
     return Slice(mesh, first, pieces.point_starts[place.piece], origins, _beyond(piece, place, poly))
+
+
+_CELL = re.compile(r"\bcell (\d+)")
+
+
+def _of_whole(message: str, first: int, n: int) -> str:
+    """What is wrong with a slice, its cells by their numbers in the mesh."""
+    named, count = _CELL.subn(lambda cell: f"cell {int(cell[1]) + first}", message)
+    return named if count else f"among cells {first} to {first + n - 1}: {message}"
 
 
 def is_needed(name: str) -> bool:
