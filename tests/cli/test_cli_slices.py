@@ -314,6 +314,32 @@ def test_ctrl_c_says_how_far_it_was(large: Path, monkeypatch: pytest.MonkeyPatch
     assert "large.vtkhdf: stopped, 100 of 170 cells were measured" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("command", ["report", "doctor"])
+def test_ctrl_c_in_the_diagnosis_says_that_all_were_measured(
+    command: str, large: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    def stopped(*_: Any, **__: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("meshgauge.doctor.streamed.diagnose.diagnosis_of", stopped)
+    monkeypatch.setattr(batch, "DIAGNOSED", 100)
+    assert main([command, str(large)]) == 130
+    err = capsys.readouterr().err
+    assert "large.vtkhdf: stopped, all cells were measured, the diagnosis was not finished" in err
+
+
+def test_a_file_that_takes_more_than_allowed_as_a_whole_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    """Also a small one, where ``--memory`` is given: of packed files nobody sees what they hold."""
+    monkeypatch.setattr(batch, "LARGE", 0)
+    path = tmp_path / "a.msh"
+    io.write(path, Mesh.from_arrays(np.eye(4, 3), {"tetra": [(3, 0, 1, 2)]}))
+    for more, is_said in (["--memory", "100B"], True), (["--memory", "1MB"], False), ([], False):
+        assert main(["report", str(path), *more]) == 0
+        assert ("a.msh: is read whole: " in capsys.readouterr().err) == is_said
+
+
 def test_stopped_before_any_slice_there_are_no_counts(capsys: Captured) -> None:
     with pytest.raises(KeyboardInterrupt), slices.progress("a.vtu", shown=False):
         raise KeyboardInterrupt

@@ -76,6 +76,21 @@ def test_a_report_reads_the_first_and_says_so(run: Path, capsys: Captured) -> No
         assert "step" in capsys.readouterr().err
 
 
+def test_steps_with_the_same_points_are_said_to_be_one(tmp_path: Path, capsys: Captured) -> None:
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], float)
+    io.write(tmp_path / "a.vtu", Mesh.from_arrays(points, [("tetra", [(0, 1, 2, 3)])], point_data={"u": -2 * points}))
+    path = tmp_path / "a.pvd"
+    sets = "".join(f'<DataSet timestep="{n}" file="a.vtu"/>' for n in range(3))
+    path.write_text(f'<VTKFile type="Collection"><Collection>{sets}</Collection></VTKFile>')
+    assert main(["report", str(path), "--step", "all"]) == 0
+    out, err = capsys.readouterr()
+    assert f"note: {path}: its 3 time steps have the same points, and are one; --displacement" in err
+    assert len(out.splitlines()) == 1
+    for more in (["--step", "all", "--displacement", "u"], ["--step", "all", "-q"], []):
+        assert main(["report", str(path), *more]) == 0
+        assert "are one" not in capsys.readouterr().err
+
+
 def test_json_has_the_steps_and_how_they_go(run: Path, capsys: Captured) -> None:
     assert main(["report", str(run), "--step", "all", "--json"]) == 0
     made = json.loads(capsys.readouterr().out)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from io_meshes import mesh_of
 
+import meshgauge
 from meshgauge import io
 from meshgauge.errors import ReadError, WriteError
 from meshgauge.io import registry
@@ -160,6 +161,13 @@ def test_an_unknown_format_names_the_nearest_and_the_option(name: str, message: 
     with pytest.raises(ReadError, match=message) as caught:
         io.read(tmp_path / name)
     assert len(str(caught.value).removeprefix(str(tmp_path))) < 250
+
+
+def test_a_partial_report_is_no_mesh(tmp_path: Path) -> None:
+    path = tmp_path / "a.mgp"
+    meshgauge.partial(mesh_of("tetra")).save(path)
+    with pytest.raises(ReadError, match=r"a\.mgp: is the partial report of .*; 'meshgauge merge' makes the report"):
+        io.read(path)
 
 
 def test_an_unknown_name_of_a_format(tmp_path: Path) -> None:

@@ -194,6 +194,16 @@ def test_a_missing_rank_is_an_error(pair: list[PartialReport]) -> None:
         meshgauge.merge(pair, parts=3)
 
 
+def test_two_parts_of_one_number_that_differ_are_an_error(pair: list[PartialReport]) -> None:
+    """As of two time steps; else one of them would count, whichever came first."""
+    moved = cut(garden(), 2)[0]
+    moved = moved.replace(points=moved.points * np.array([1.0, 1.0, 1.1]))
+    with pytest.raises(MeshgaugeError, match=r"two parts that differ are both number 0 of 2 \(counted from 0\)"):
+        meshgauge.merge([*pair, asked(moved, part=(0, 2))])
+    other = replace(asked(moved, part=(0, 2)), last_bits="other")  # last bits may differ: which is right is not known
+    assert meshgauge.merge([*pair, other]).mixed_processors
+
+
 def test_a_missing_file_is_an_error(tmp_path: Path) -> None:
     parts = [asked(path) for path in files(tmp_path, garden(), n=4)]
     with pytest.raises(MeshgaugeError, match=r"between part_1\.vtu and part_3\.vtu a part is missing"):

@@ -132,8 +132,10 @@ class Batch:
             if len(held) < 2:
                 states.append(path)
                 continue
-            kept = {step.geometry if self.reading.displacement is None else step.number: step for step in held[::-1]}
-            states += [inputs.State.of(path, step) for step in reversed(kept.values())]
+            kept = inputs.states_of(path, held, displaced=self.reading.displacement is not None)
+            if len(kept) == 1 and self.reading.step == "all" and not self.quiet:
+                terminal.warn("note", inputs.ONE_STATE.format(path=path, n=len(held)))
+            states += kept
         return states
 
     def require_one_state(self, path: str) -> None:
@@ -335,7 +337,8 @@ class Batch:
 
     def _say_why_whole(self, path: str) -> None:
         """A note on a large file that is not read in slices."""
-        if self.quiet or _size(path) < SAID:
+        memory, size = self.allowed_memory, _size(path)
+        if self.quiet or (size < SAID and (memory is None or slices.WHOLE * size <= memory)):
             return
         with contextlib.suppress(ReadError):  # reading it says what is wrong
             from ..io.reading import why_whole

@@ -47,11 +47,12 @@ def doctor(
         from ..doctor.streamed import MarkCounter
         from ..report.diagnosis import streamed_diagnosis
         from ..slices import Ask
+        from .slices import diagnosing
 
         done = batch.in_slices(path, Ask(counter=MarkCounter()))
         if done is None:
             return None
-        with batch.progress(f"diagnosing {path}"):
+        with diagnosing(path, shown=not quiet):
             made = streamed_diagnosis(*done, None, tolerance=tolerance)
         return None if made.repeated_points is None else made  # then it was skipped
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,9 @@ from ..look.names import natural, of_files
 if TYPE_CHECKING:
     from ..io import Step
     from ..report.record import StepOf
+
+ONE_STATE = "{path}: its {n} time steps have the same points, and are one; --displacement NAME measures deformed shapes"
+"""What is said where all steps are asked for."""
 
 _PIECE = re.compile(r".*\.\d+\.\d+")
 
@@ -192,3 +195,9 @@ class State(str):
         from ..report.record import StepOf
 
         return StepOf(self.file, self.step, self.time)
+
+
+def states_of(path: str, held: Sequence[Step], *, displaced: bool) -> list[State]:
+    """Steps of a file: of those that differ in data only the first, unless such data displace the points."""
+    kept = {step.number if displaced else step.geometry: step for step in held[::-1]}
+    return [State.of(path, step) for step in reversed(kept.values())]

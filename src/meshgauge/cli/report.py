@@ -170,7 +170,7 @@ def report(
             return None
 
         def finish(job: Job, partial: Partial) -> FileReport:
-            with batch.progress(f"diagnosing {path}"):
+            with slices.diagnosing(path, shown=not quiet):
                 one = _large(page, job, partial, path=path, with_diagnosis=contents.diagnosis, memory=memory)
             return replace(one, notes=(*one.notes, NO_FACES)) if job.purpose == "fv" else one
 

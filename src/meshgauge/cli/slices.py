@@ -85,15 +85,26 @@ def progress(path: str, *, shown: bool) -> Iterator[Progress]:
         try:
             yield update
         except KeyboardInterrupt:
-            with contextlib.suppress(OSError, ValueError, RuntimeError):
-                done, total = at
-                far = (
-                    f"{number(done)} of {number_of(total, 'cell was', 'cells were')} measured"
-                    if total
-                    else "none measured"
-                )
-                print(f"meshgauge: {path}: stopped, {far}", file=sys.stderr)
+            done, total = at
+            of_all = f"{number(done)} of {number_of(total, 'cell was', 'cells were')} measured"
+            _say_stopped(path, of_all if total else "none measured")
             raise
+
+
+@contextlib.contextmanager
+def diagnosing(path: str, *, shown: bool) -> Iterator[None]:
+    """A line as `progress` has it while a mesh that was measured is diagnosed; where that is stopped, it says so."""
+    with activity(f"diagnosing {path}", shown=shown):
+        try:
+            yield
+        except KeyboardInterrupt:
+            _say_stopped(path, "all cells were measured, the diagnosis was not finished")
+            raise
+
+
+def _say_stopped(path: str, far: str) -> None:
+    with contextlib.suppress(OSError, ValueError, RuntimeError):
+        print(f"meshgauge: {path}: stopped, {far}", file=sys.stderr)
 
 
 def duration(seconds: float) -> str:

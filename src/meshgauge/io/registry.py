@@ -91,6 +91,8 @@ _SUBZONES = "Tecplot's subzone files (.szplt) are read by Tecplot's own library 
 _CLOSED = {
     ".szplt": _SUBZONES,
     "#!SZPLT": _SUBZONES,
+    "meshgauge-partial ": "is the partial report of a part of a mesh, and has no cells; 'meshgauge merge' makes the "
+    "report of all parts",
     "MFEM NURBS": "NURBS meshes of MFEM are not read: their elements are no cells; print it as MFEM mesh v1.0 "
     "with nodes of order 2 (SetCurvature), or as VTU",
 }
