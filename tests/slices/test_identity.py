@@ -24,7 +24,8 @@ def test_files_and_parts_of_one_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyP
     import identity
 
     monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 200)
-    monkeypatch.setattr(slices_read, "SIZE", 61)
+    monkeypatch.setattr(slices_read, "SIZE", 173)
+    monkeypatch.setattr(identity, "N", 3)
     mesh = identity.write(tmp_path, 343, 30)
     plain, in_parts = identity.Row("", str), identity.Row("", str, in_parts=True)
     in_blocks = identity.Row("", str, in_parts=True, has_blocks=True)
@@ -35,7 +36,7 @@ def test_files_and_parts_of_one_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyP
     ways = [
         (tmp_path / name, plain) for name in ("raw.vtu", "zlib.vtu", "plain.vtkhdf", "chunked.vtkhdf", "gzip.vtkhdf")
     ]
-    ways += [(parts, in_parts), (tmp_path / "parts.pvtu", in_parts), (tmp_path / "mesh.e.8.0", in_blocks)]
+    ways += [(parts, in_parts), (tmp_path / "parts.pvtu", in_parts), (tmp_path / "mesh.e.3.0", in_blocks)]
     made = [(meshgauge.stream(file, metrics=("scaled_jacobian",), with_diagnosis=True), row) for file, row in ways]
     made += [(meshgauge.merge([meshgauge.partial(part, metrics=("scaled_jacobian",)) for part in parts]), apart)]
     for report, row in made:
