@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import re
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -19,6 +20,7 @@ from meshgauge.cli import batch, slices, terminal
 from meshgauge.cli.main import main
 from meshgauge.errors import OptionError, WriteError
 from meshgauge.io.adding import CannotAdd
+from meshgauge.report.values_on_disk import ValuesOnDisk
 from meshgauge.slices import run
 
 Captured = pytest.CaptureFixture[str]
@@ -218,6 +220,20 @@ def test_what_is_read_again_is_read_before_the_input_is_replaced(
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
         ["bad.vtu", "large.vtkhdf", f"made{ending}", f"mesh{ending}", "page.html"]
     )
+
+
+def test_what_a_killed_process_kept_is_removed(tmp_path: Path) -> None:
+    """Values of all cells may be gigabytes."""
+    dies = (
+        "import os; from pathlib import Path; from meshgauge.report.values_on_disk import ValuesOnDisk\n"
+        f"with ValuesOnDisk(Path({str(tmp_path / 'out.vtu')!r}), 1, 1): os._exit(0)"
+    )
+    subprocess.run([sys.executable, "-c", dies], check=True)
+    left = set(tmp_path.iterdir())
+    assert len(left) == 1
+    with ValuesOnDisk(tmp_path / "out.vtu", 1, 1), ValuesOnDisk(tmp_path / "other.vtu", 1, 1):
+        assert len({*tmp_path.iterdir()} - left) == len({*tmp_path.iterdir()}) == 2  # none that is in use is removed
+    assert not list(tmp_path.iterdir())
 
 
 def _no_space(*_: object) -> str:

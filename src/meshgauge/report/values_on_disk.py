@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import tempfile
+import contextlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import WriteError
+from ..files import private
 from ..files.resources import no_space
 from ..io.plumbing.pieces import FileRows, Rows
 from ..slices.partial import CellRows
@@ -57,19 +58,19 @@ class ValuesOnDisk:
     n_cells: int
     n_points: int
     _kinds: dict[str, np.dtype[Any]] = field(default_factory=dict)
+    _held: contextlib.ExitStack = field(default_factory=contextlib.ExitStack)
 
     def __enter__(self) -> ValuesOnDisk:
         try:
-            self._folder = tempfile.TemporaryDirectory(prefix=".meshgauge-", dir=self.target.parent)
+            self._path = self._held.enter_context(private.folder(self.target.parent))
         except OSError as error:
             raise WriteError(f"{self.target}: cannot be written: {error.strerror or error}") from error
-        self._path = Path(self._folder.name)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._folder.cleanup()
+        self._held.close()
 
     def take(self, first: int, rows: CellRows) -> None:
         """Keep those of a slice, which begins with a cell; in the order of cells."""
