@@ -34,6 +34,15 @@ _beside: list[subprocess.Popen[bytes]] = []
 """The second process; what holds its pipe open."""
 
 
+def load() -> None:
+    """Numba and the kernels: a second or two that pass while a large file is read. What fails does so again at use."""
+    with contextlib.suppress(Exception):  # too little memory is many errors
+        from ..kernels import jit
+        from ..quality import measure  # noqa: F401  imported to have it loaded
+
+        jit.warm_up()
+
+
 def begin(task: Task, mesh: Mesh, threads: int | None) -> None:
     """Have the kernels of a task compiled by a second process, as soon as the first finds that one is missing."""
     shapes = [name for name in _SPLITS if name in mesh.type_counts()]

@@ -17,7 +17,7 @@ from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice, position
 from ..look.bands import PoorBelow
 from ..mesh import Mesh
-from . import inputs, scheduler, slices, terminal
+from . import ahead, inputs, scheduler, slices, terminal
 from .options import Purposes, Reading, WedgeOrders
 from .terminal import COULD_NOT, DONE, TRACEBACK
 
@@ -176,15 +176,13 @@ class Batch:
 
     def read_to_measure(self, path: str) -> Mesh:
         """As `read`; what measuring needs is loaded meanwhile, if the file is large."""
-        loading = terminal.in_background(_load) if _size(path) > LARGE else None
+        loading = terminal.in_background(ahead.load) if _size(path) > LARGE else None
         mesh = self.read(path)
         if loading is not None:
             with self.progress(f"measuring {path}"):
                 loading.join()
         if self.then is not None:
-            from .ahead import begin
-
-            begin(self.then, mesh, self.threads)
+            ahead.begin(self.then, mesh, self.threads)
         return mesh
 
     def measure(self, path: str, metrics: Iterable[str] = ("jens",)) -> Quality:
@@ -497,12 +495,3 @@ def _reason(path: str, error: BaseException) -> str:
         return str(error)
     name = path.file if isinstance(path, inputs.State) else path
     return re.sub(rf"\A{re.escape(name)}(?:: |, |{re.escape(os.sep)})", "", str(error))
-
-
-def _load() -> None:
-    """Numba and the kernels: a second or two that pass while a large file is read. What fails does so again at use."""
-    with contextlib.suppress(Exception):  # too little memory is many errors
-        from ..kernels import jit
-        from ..quality import measure  # noqa: F401  imported to have it loaded
-
-        jit.warm_up()

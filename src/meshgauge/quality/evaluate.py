@@ -17,6 +17,7 @@ from ..kernels.threads import run
 from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
+from ..mesh.polyhedra import Polyhedra
 from ..status import Status
 from ..surface_cells import IS_SURFACE
 from . import validity
@@ -58,6 +59,22 @@ def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, n: int, out
         out[part] = one.of_cells(mesh_cells(mesh, row, part, n))
 
     run(work, connectivity.chunks(cells), threads)
+
+
+def polyhedral_cells(
+    mesh: Mesh,
+    polyhedra: Polyhedra,
+    cells: CellIds,
+    threads: int | None,
+    beyond_faces: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None,
+) -> PolyhedralCells:
+    """Polyhedra of a mesh as metrics take them: measured. ``beyond_faces``: see `measure.measure_part`."""
+    from ..mesh.beyond import beyond
+    from .polyhedra import measure_polyhedra
+
+    know = beyond_faces or partial(beyond, mesh)
+    quality = measure_polyhedra(mesh.points, polyhedra, cells, threads=threads, stored=mesh.stored, beyond=know)
+    return PolyhedralCells(mesh.points, polyhedra, quality, know)
 
 
 def of_polyhedra(one: Metric, cells: PolyhedralCells, threads: int | None) -> Values:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -31,7 +31,7 @@ from . import evaluate, poor
 from .collapsed import with_collapsed
 from .findings import status_cells
 from .frame import frame
-from .metrics import METRICS, Metric, PolyhedralCells
+from .metrics import METRICS, Metric
 from .neighbours import with_neighbours
 from .summary import Summary, summarise
 from .validity import Certificate, certify
@@ -465,15 +465,9 @@ def _measure_all(
         if row is None or row.dimension == mesh.dimension:
             status[cells] = Status.UNSUPPORTED
         if row is POLYHEDRON and mesh.polyhedra is not None:
-            from ..mesh.beyond import beyond
-            from .polyhedra import measure_polyhedra
-
-            faces_know = beyond_faces or partial(beyond, mesh)
-            polyhedra = measure_polyhedra(
-                mesh.points, mesh.polyhedra, cells, threads=threads, stored=mesh.stored, beyond=faces_know
-            )
+            given = evaluate.polyhedral_cells(mesh, mesh.polyhedra, cells, threads, beyond_faces)
+            polyhedra = given.quality
             status[cells] = polyhedra.status
-            given = PolyhedralCells(mesh.points, mesh.polyhedra, polyhedra, faces_know)
             for one in rows.values():
                 if one.polyhedra is not None:
                     values[one.name][cells] = evaluate.of_polyhedra(one, given, threads)
