@@ -174,19 +174,23 @@ def test_a_case_that_is_changed_meanwhile(tmp_path: Path) -> None:
         measure_pieces(job, threads=1)
 
 
-def test_the_command(tmp_path: Path, capsys: Captured) -> None:
+@pytest.mark.parametrize("more", [["--memory", "1kB"], pytest.param(["--scheduler", "1"], marks=pytest.mark.long)])
+def test_the_command(more: list[str], tmp_path: Path, capsys: Captured) -> None:
     path = str(make(tmp_path, "joined"))
     assert main(["report", path, "--json"]) == 0
     expected = plain(capsys.readouterr().out, notes=False)
     assert expected.pop("finite_volume")  # there is memory for it
     assert expected.pop("other_metrics")
-    for more in (["--memory", "1kB"], ["--scheduler", "1"]):
-        assert main(["report", path, "--json", "--no-diagnosis", *more]) == 0
-        (file,) = json.loads(capsys.readouterr().out)["files"]
-        assert any(note.startswith("What finite volumes ask of faces was not measured") for note in file["notes"])
-        made = plain(json.dumps({"files": [file]}), notes=False)
-        assert made.pop("finite_volume") == made.pop("other_metrics") == []
-        assert made == {**expected, "diagnosis": None}
+    assert main(["report", path, "--json", "--no-diagnosis", *more]) == 0
+    (file,) = json.loads(capsys.readouterr().out)["files"]
+    assert any(note.startswith("What finite volumes ask of faces was not measured") for note in file["notes"])
+    made = plain(json.dumps({"files": [file]}), notes=False)
+    assert made.pop("finite_volume") == made.pop("other_metrics") == []
+    assert made == {**expected, "diagnosis": None}
+
+
+def test_finite_volumes_read_the_case_whole(tmp_path: Path, capsys: Captured) -> None:
+    path = str(make(tmp_path, "joined"))
     assert main(["report", path, "--json", "--memory", "1kB", "--for", "fv"]) == 0
     out, err = capsys.readouterr()
     assert json.loads(out)["files"][0]["finite_volume"]
