@@ -10,7 +10,9 @@ import pytest
 
 import meshgauge
 from meshgauge import Mesh, Status
+from meshgauge.cells import BY_NAME
 from meshgauge.errors import MeshError
+from meshgauge.kernels.cells import driver
 from meshgauge.kernels.certificate.bounds import Validity
 from meshgauge.surface_cells import SURFACE_TYPES
 
@@ -158,6 +160,32 @@ def test_the_sign_is_exact_in_a_plane(scale: float) -> None:
         det = (v[0] - u[0]) * (w[1] - u[1]) - (v[1] - u[1]) * (w[0] - u[0])
         assert np.sign(value) == (det > 0) - (det < 0)
     assert len(set(np.sign(values))) > 1
+
+
+@pytest.mark.parametrize("up", [0, 1, -1])
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 63, 64, 65, 72, 129])
+@pytest.mark.parametrize("n", [3, 4])
+def test_kernels_take_any_number_of_cells(n: int, count: int, up: int) -> None:
+    points, ids = cells(noisy(n, 129, 0.4, warp=0.0 if up else 0.4)[:count])
+    row, out = SURFACE_TYPES[BY_NAME[NAMES[n]].vtk_id], np.empty((2, count))
+    with np.errstate(all="ignore"):
+        for way, compiled in enumerate((False, True)):
+            driver.cell_jens(points, ids, row, out[way], up, compiled=compiled)
+    np.testing.assert_allclose(out[1], out[0], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("exponent", [-150, -24, -21, -20, -19, 19, 20, 21, 24, 150])
+def test_kernels_leave_no_wrong_value_to_any_scale(exponent: int) -> None:
+    x = noisy(4, 200, 0.5, warp=0.3) * (1, 1, 1e-3)
+    x[:100, 2] = (x[:100, 1] + x[:100, 3]) / 2 + np.geomspace(1e-18, 1e-10, 100)[:, None]  # flat, or nearly
+    points, ids = cells(x * 10.0**exponent)
+    out = np.empty((2, len(x)))
+    with np.errstate(all="ignore"):  # with the JIT off kernels are NumPy's numbers, which warn
+        for way, compiled in enumerate((False, True)):
+            driver.cell_jens(points, ids, SURFACE_TYPES[BY_NAME["quad"].vtk_id], out[way], compiled=compiled)
+    np.testing.assert_allclose(out[1], out[0], rtol=0, atol=1e-13)
+    assert (np.sign(out[1]) == np.sign(out[0])).all()
+    assert len(set(np.sign(out[1]))) > 1
 
 
 @law

@@ -155,7 +155,7 @@ def hexahedron(
 def triangle(
     points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float, up: float
 ) -> None:
-    """``up``: see `fast.triangle`."""
+    """``up``: see `surfaces.fast`."""
     widest()
     m = len(means)
     x, q, r = np.zeros(3 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
@@ -185,7 +185,7 @@ def triangle(
 def quad(
     points: FloatArray, connectivity: Int64Array, means: Float64Array, ratios: Float64Array, k: float, up: float
 ) -> None:
-    """``up``, and when a sign is certain: see `fast.quad`."""
+    """``up``, and when a sign is certain: see `surfaces.fast.quad`."""
     widest()
     m = len(means)
     x, q, r = np.zeros(4 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)

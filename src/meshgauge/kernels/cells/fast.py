@@ -1,4 +1,4 @@
-"""Cell J_ENS of tetrahedra, pyramids, wedges and hexahedra, triangles and quadrilaterals, by the block: the fast path.
+"""Cell J_ENS of tetrahedra, pyramids, wedges and hexahedra by the block: the fast path. Surfaces: `surfaces.fast`.
 
 Each kernel takes flat arrays, ``points`` (3 per point, float32 or float64), ``connectivity`` (int64, ``n_nodes`` per
 cell) and ``out`` (float64, one per cell), and writes E_q, or NaN for a cell that it leaves open: a coordinate that
@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 
 from ...cells import HEXAHEDRON, PYRAMID, TETRA, WEDGE
-from ...surface_cells import QUAD, TRIANGLE
 from ..arrays import BLOCK, Float64Array, FloatArray, Int64Array
 from ..jit import fused_inlined, fused_kernel
 from .simd import load4, prefetch, prefetch_write, widest
@@ -76,8 +75,9 @@ def _store(q: Any, out: Any, first: Any, n: Any) -> Any:
     """Store the values of the block; return how many are NaN."""
     left = 0
     for lane in range(n):
-        out[first + lane] = q[lane]
-        left += q[lane] != q[lane]
+        value = q[U(lane)]
+        out[U(first + lane)] = value  # a signed index may count from the end: it would be scattered
+        left += value != value
     return left
 
 
@@ -98,6 +98,18 @@ def _edge(p: Any, q: Any) -> Any:
 def _square(a: Any) -> Any:
     """Its squared length."""
     return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+
+
+@fused_inlined
+def _dot(a: Any, b: Any) -> Any:
+    """The scalar product of two edges."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@fused_inlined
+def _cross(a: Any, b: Any) -> Any:
+    """The cross product of two edges."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @fused_inlined
@@ -180,7 +192,7 @@ def _squares(d0: Any, p0: Any, d1: Any, p1: Any) -> Any:
 @fused_inlined
 def _negative(a: Any) -> Any:
     """A signed square if it is negative, else what is below all of them."""
-    return a if a < 0.0 else -2.0
+    return a if a < 0.0 else -np.inf
 
 
 @fused_kernel
@@ -381,103 +393,5 @@ def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, 
     return left
 
 
-@fused_inlined
-def _cross(a: Any, b: Any) -> Any:
-    """The cross product of two edges."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@fused_kernel
-def triangle(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: float, up: float) -> int:
-    """All three corners share one area: a = 0-1, b = 0-2, c = 1-2. ``up``: 1, -1 in a plane seen from +z, -z, or 0."""
-    widest()
-    m, left = len(out), 0
-    x, q = np.zeros(3 * 3 * BLOCK), np.empty(BLOCK)
-    for first in range(0, m, BLOCK):
-        n = min(BLOCK, m - first)
-        _gather(points, connectivity, out, 3, first, n, x)
-        for lane in range(BLOCK):
-            p = U(lane)
-            x0, x1, x2 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2))
-            ea, eb = _edge(x0, x1), _edge(x0, x2)
-            normal = _cross(ea, eb)
-            a, b, c = _square(ea), _square(eb), _square(_edge(x1, x2))
-            p0, p1, p2 = a * b, a * c, b * c
-            small, large = min(min(p0, p1), p2), max(max(p0, p1), p2)
-            det = up * normal[2]
-            square = det * det if up != 0.0 else _square(normal)
-            low, high = square / large, square / small
-            total = a + b + c  # NaN if any is: min may drop it
-            is_certain = (low > FLAT) and (min(min(a, b), c) > SMALL) and (total < LARGE)
-            q[p] = _value(low, high, det < 0.0, k) if is_certain else np.nan
-        left += _store(q, out, first, n)
-    return left
-
-
-@fused_kernel
-def quad(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: float, up: float) -> int:
-    """Four corners on four edges a = 0-1, b = 1-2, c = 2-3, d = 3-0, seen along the normal: that of the diagonals, or
-    ``up`` of a plane, see `triangle`. ``k`` must be 1.
-
-    The sign of a corner is certain where |J_S| |N| exceeds 4e-15 of the product of the diagonals: the rounding of N and
-    of the corner's cross product are each below 6u of the lengths that they are made of.
-
-    In space four cross products and four times the normal take 15 cycles a cell, the gather 9. That opposite corners
-    add up to |N|² would save a third, but a corner of short edges would be the difference of two long areas.
-    """
-    widest()
-    m, left = len(out), 0
-    x, q = np.zeros(4 * 3 * BLOCK), np.empty(BLOCK)
-    for first in range(0, m, BLOCK):
-        n = min(BLOCK, m - first)
-        _gather(points, connectivity, out, 4, first, n, x)
-        for lane in range(BLOCK if up != 0.0 else 0):  # the same to the last bit, without what is zero in a plane
-            p = U(lane)
-            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
-            ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
-            da, db = up * (ed[0] * ea[1] - ed[1] * ea[0]), up * (ea[0] * eb[1] - ea[1] * eb[0])
-            dc, dd = up * (eb[0] * ec[1] - eb[1] * ec[0]), up * (ec[0] * ed[1] - ec[1] * ed[0])
-            a, b, c, d = _square(ea), _square(eb), _square(ec), _square(ed)
-            s0, s1 = _squares(da, d * a, db, a * b)
-            s2, s3 = _squares(dc, b * c, dd, c * d)
-            small = min(min(s0, s1), min(s2, s3))
-            nearest = max(max(_negative(s0), _negative(s1)), max(_negative(s2), _negative(s3)))
-            flattest = min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3)))
-            least = min(min(a, b), min(c, d))
-            total = (a + b) + (c + d)  # NaN if any is: min may drop it
-            is_certain = (flattest > FLAT) and (least > SMALL) and (total < LARGE)
-            q[p] = _worst_of_right_angles(small, nearest) if is_certain else np.nan
-        for lane in range(BLOCK if up == 0.0 else 0):
-            p = U(lane)
-            x0, x1, x2, x3 = _point(x, p, U(0)), _point(x, p, U(1)), _point(x, p, U(2)), _point(x, p, U(3))
-            ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
-            eg, eh = _edge(x0, x2), _edge(x1, x3)
-            own = _cross(eg, eh)
-            in_space = 1.0 if up == 0.0 else 0.0
-            nx, ny, nz = own[0] * in_space, own[1] * in_space, own[2] * in_space + up
-            size = nx * nx + ny * ny + nz * nz
-            ca, cb, cc, cd = _cross(ed, ea), _cross(ea, eb), _cross(eb, ec), _cross(ec, ed)
-            da, db = nx * ca[0] + ny * ca[1] + nz * ca[2], nx * cb[0] + ny * cb[1] + nz * cb[2]
-            dc, dd = nx * cc[0] + ny * cc[1] + nz * cc[2], nx * cd[0] + ny * cd[1] + nz * cd[2]
-            a, b, c, d = _square(ea), _square(eb), _square(ec), _square(ed)
-            s0, s1 = _squares(da, d * a, db, a * b)
-            s2, s3 = _squares(dc, b * c, dd, c * d)
-            inverse = 1.0 / size  # each is J_S², but for the length of the normal
-            s0, s1, s2, s3 = s0 * inverse, s1 * inverse, s2 * inverse, s3 * inverse
-            small = min(min(s0, s1), min(s2, s3))
-            nearest = max(max(_negative(s0), _negative(s1)), max(_negative(s2), _negative(s3)))
-            flattest = min(min(abs(s0), abs(s1)), min(abs(s2), abs(s3)))
-            least = min(min(a, b), min(c, d))
-            total = (a + b) + (c + d)  # NaN if any is: min may drop it
-            span = _square(eg) * _square(eh) if up == 0.0 else 1.0
-            is_certain = (flattest * size > FLAT * span) and (least > SMALL) and (total < LARGE)
-            q[p] = _worst_of_right_angles(small, nearest) if is_certain else np.nan
-        left += _store(q, out, first, n)
-    return left
-
-
 BY_SHAPE = {TETRA.name: tetra, PYRAMID.name: pyramid, WEDGE.name: wedge, HEXAHEDRON.name: hexahedron}
 """The kernels by the name of the shape."""
-
-SURFACES = {TRIANGLE.name: triangle, QUAD.name: quad}
-"""The kernels of surface cells by the name of the shape, which take ``up`` beside."""

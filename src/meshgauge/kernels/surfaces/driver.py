@@ -158,6 +158,6 @@ def _prisms(points: Points, nodes: Nodes, row: CellType, up: int) -> Iterator[tu
 
 def _fast(name: str) -> Any:
     """The kernel of a shape's cell values; None for one that folds its node values."""
-    from ..cells import fast
+    from . import fast
 
-    return fast.SURFACES.get(name)
+    return fast.BY_SHAPE.get(name)
