@@ -12,7 +12,7 @@ from repair_meshes import shaken
 import meshgauge
 from meshgauge import Mesh
 from meshgauge.kernels.repair import cavities, flips, reconnection, tetrahedra
-from meshgauge.kernels.repair.tetrahedra import FIXED, N_CELLS, N_POINTS, NOW, Tetrahedra
+from meshgauge.kernels.repair.tetrahedra import FIXED, N_CELLS, N_POINTS, NO_FLOOR, NOW, Tetrahedra
 from meshgauge.mesh import CellBlock
 from meshgauge.mesh.topology import topology
 from meshgauge.repair.constraints import constraints_of
@@ -65,7 +65,7 @@ def test_worst_and_mean_rise_and_what_bounds_the_mesh_stays(seed: int, objective
         assert after.min() > before.min() + 0.1
         assert after.mean() > before.mean() + 0.05
     else:
-        assert _dihedral(result.mesh) > _dihedral(mesh) + 5.0
+        assert dihedral(result.mesh) > dihedral(mesh) + 5.0
     assert volume(result.mesh) == pytest.approx(volume(mesh), rel=1e-13)
     counts = faces_of(result.mesh)
     assert max(counts.values()) == 2  # no face of three cells
@@ -77,9 +77,10 @@ def test_worst_and_mean_rise_and_what_bounds_the_mesh_stays(seed: int, objective
     assert np.array_equal(result.mesh.points[on_sides], mesh.points[old[on_sides]])
 
 
-def _dihedral(mesh: Mesh) -> float:
-    """Least distance of a dihedral angle from 0 and from 180 degrees."""
-    x = np.asarray(mesh.points)[mesh.connectivity.reshape(-1, 4)]
+def dihedral(mesh: Mesh) -> float:
+    """Least distance of a dihedral angle of tetrahedra from 0 and from 180 degrees."""
+    cells = np.flatnonzero(mesh.types == TETRA)
+    x = np.asarray(mesh.points)[mesh.connectivity[mesh.offsets[cells][:, None] + np.arange(4)]]
     normals = [
         np.cross(x[:, j] - x[:, i], x[:, k] - x[:, i]) for i, j, k in ((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1))
     ]
@@ -87,6 +88,16 @@ def _dihedral(mesh: Mesh) -> float:
     cosines = [-(normals[i] * normals[j]).sum(axis=1) for i in range(4) for j in range(i)]
     angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
     return float(min(angles.min(), 180.0 - angles.max()))
+
+
+def test_angles_rise_only_as_far_as_the_worst_quality_lets_them() -> None:
+    """A mesh that was joined for its quality gives little of it for angles: it would lose a third."""
+    mesh = rejoin(delaunay()).mesh
+    worst = meshgauge.measure(mesh).values.min()
+    lost, kept = (rejoin(mesh, objective="dihedral", floor=floor).mesh for floor in (0.0, worst))
+    assert meshgauge.measure(lost).values.min() < worst - 0.1
+    assert meshgauge.measure(kept).values.min() >= worst - 1e-12
+    assert dihedral(lost) > dihedral(kept) > dihedral(mesh)
 
 
 def test_a_tangled_mesh_keeps_its_signed_volume() -> None:
@@ -225,7 +236,7 @@ def _tetrahedra(points: list[tuple[float, float, float]], cells: list[tuple[int,
     t = Tetrahedra(
         x, nodes, np.zeros(room), ints[0], ints[1], ints[2], ints[3], ints[4], np.zeros(4 * room, np.int32),
         np.zeros(4 * room, np.int32), np.full(room, FIXED, np.uint8), np.ones(room), ints[5],
-        np.array([m, 0, n, 1, -1]), np.zeros((9, 9), np.int64), np.zeros((9, 3)), 0,
+        np.array([m, 0, n, 1, -1]), np.zeros((9, 9), np.int64), np.zeros((9, 3)), NO_FLOOR,
     )  # fmt: skip
     tetrahedra.link(t)
     return t
@@ -265,7 +276,7 @@ def test_no_room_for_points_or_cells_is_no_error() -> None:
     constraints = constraints_of(mesh, meshgauge.measure(mesh), None)
     from meshgauge.repair import reconnection as driver
 
-    state = driver._state(mesh, constraints, np.ones(mesh.n_cells, bool), 0)
+    state = driver._state(mesh, constraints, np.ones(mesh.n_cells, bool), NO_FLOOR)
     n, m = int(state.counts[N_POINTS]), int(state.counts[N_CELLS])
     tight = state._replace(points=state.points[:n].copy(), nodes=state.nodes[: m + 1].copy())
     done = np.zeros(5, np.int64)
@@ -281,7 +292,9 @@ def test_smoothing_moves_each_point_that_may_and_tells_what_it_gains() -> None:
     mesh = delaunay(3)
     from meshgauge.repair import reconnection as driver
 
-    state = driver._state(mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), 0)
+    state = driver._state(
+        mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), NO_FLOOR
+    )
     n, before = mesh.n_cells, state.quality[: mesh.n_cells].sum()
     gained = reconnection.smooth(state, np.arange(mesh.n_points), 0.2)
     assert gained == pytest.approx(state.quality[:n].sum() - before)
@@ -301,7 +314,7 @@ def test_an_edge_that_is_there_is_not_made_again(is_taken: bool) -> None:
     mesh = Mesh.from_arrays(points, {"tetra": [[0, 1, 2, 3], [0, 2, 1, 4], [3, 4, 6, 5]][: 3 if is_taken else 2]})
     every = np.arange(mesh.n_points)
     constraints = constraints_of(mesh, meshgauge.measure(mesh), every)
-    state, done = driver._state(mesh, constraints, np.ones(mesh.n_cells, bool), 0), np.zeros(5, np.int64)
+    state, done = driver._state(mesh, constraints, np.ones(mesh.n_cells, bool), NO_FLOOR), np.zeros(5, np.int64)
     state.counts[NOW] += 1
     reconnection.raise_least(state, tetrahedra.scratch(), np.array([0]), 1.0, 1e-3, done)
     assert done[1] == (0 if is_taken else 1)
@@ -360,7 +373,9 @@ def test_what_is_tried_in_vain_is_undone_to_the_last_bit() -> None:
     from meshgauge.repair import reconnection as driver
 
     mesh, done = delaunay(3), np.zeros(5, np.int64)
-    state = driver._state(mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), 0)
+    state = driver._state(
+        mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), NO_FLOOR
+    )
     n, m = mesh.n_cells, mesh.n_points
     before = [getattr(state, name)[:n].copy() for name in ("nodes", "quality", "regions", "origins", "changed")]
     points, links = state.points[:m].copy(), _links(state)
@@ -413,7 +428,9 @@ def test_what_was_tried_in_vain_is_tried_again_only_near_changes() -> None:
     from meshgauge.repair import reconnection as driver
 
     mesh = delaunay(3)
-    state = driver._state(mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), 0)
+    state = driver._state(
+        mesh, constraints_of(mesh, meshgauge.measure(mesh), None), np.ones(mesh.n_cells, bool), NO_FLOOR
+    )
     done, order = np.zeros(5, np.int64), np.arange(mesh.n_points)
     passes = driver._Passes(state, tetrahedra.scratch(), done, lambda: False, order)
     alive = np.arange(mesh.n_cells)

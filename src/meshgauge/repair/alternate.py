@@ -137,45 +137,52 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
         apart = deviation_from(first, before.mesh, points, way.options)
         return not all(claim.holds for claim in within(apart[0], way.options.tolerance, extent(before.mesh.points)[1]))
 
-    def move() -> Moved:
+    def move(*, still: bool = False, aside: bool = False) -> Moved:
+        """Points; ``still``: none, all is measured only; ``aside``: none of those at tetrahedra."""
         left = None if np.isinf(deadline) else max(deadline - time.monotonic(), LEAST_TIME)
-        own = replace(way.options, topology=False, split_hopeless=False, seconds=left)
+        own = replace(way.options, topology=False, split_hopeless=False, seconds=left, still=still)
         held = _now(fixed, state.old_points)
+        if aside:
+            held = held | _at_tetrahedra(state.mesh)
         if last is not None:
             own = replace(own, tolerance=None)
         moved = way.move(state.mesh, held, own)
-        if last is not None and way.options.tolerance is not None and is_off(moved):
+        if last is not None and not still and way.options.tolerance is not None and is_off(moved):
             moved = way.move(state.mesh, held, replace(own, boundary=FIXED, surface=None))
         state.mesh, state.quality = moved.mesh, moved.after
         offset = time.monotonic() - start - moved.report.seconds
         state.history += [replace(one, seconds=one.seconds + offset) for one in moved.report.history]
-        state.notes += [note for note in moved.report.notes if note not in state.notes]
+        if not aside:  # of points that stay for a while nothing is to be said
+            state.notes += [note for note in moved.report.notes if note not in state.notes]
         state.evaluations += moved.report.evaluations
         earlier.append((replace(state, done=dict(state.done)), moved))
         return moved
 
     steps = _Steps(state, before, first, fixed, way, start, is_over)
-    if n_unusable(before) or way.options.tolerance is not None:
+    # Points at tetrahedra only have been moved as far as it helps when these were joined anew.
+    only_tetrahedra = bool((before.mesh.types[first.cells] == LINEAR).all())
+    by_angles = way.options.topology and way.options.objective != OBJECTIVES[0]
+    if n_unusable(before) or way.options.tolerance is not None or (by_angles and way.options.slides):
         last = move()
+    elif by_angles and not only_tetrahedra:
+        last = move(aside=True)
     if way.options.split_hopeless:
         for _ in range(SPLITS):
             if is_over() or not n_unusable(state.quality) or not steps.split():
                 break
             last = move()
         state.notes += obstacles(state.mesh, steps.constraints(), is_below(state.quality, 0.0))
-    # Points at tetrahedra only have been moved as far as it helps when these were joined anew.
-    only_tetrahedra = bool((before.mesh.types[first.cells] == LINEAR).all())
-    for _ in range((1 if only_tetrahedra else CYCLES) if way.options.topology else 0):
+    for _ in range((1 if by_angles or only_tetrahedra else CYCLES) if way.options.topology else 0):
         if is_over():
             break
         had = standing(state.quality)
         if not steps.join():
             break
-        last = move()
+        last = move(still=by_angles)  # to move points for J_ENS would undo what angles have gained
         if max(now - was for now, was in zip(standing(state.quality), had, strict=True)) < ENOUGH:
             break
     if last is None:
-        last = move()
+        last = move(still=by_angles)
     broken: list[str] = []
     while True:  # of the steps each held what it promises; together they may not
         checked = claims(before, first, state.quality, state.old_points, state.old_cells, way.options)
@@ -233,6 +240,7 @@ class _Steps:
             self.constraints(),
             cells=near,
             objective=options.objective,
+            floor=standing(self.before)[0],
             progress=self._progress("topology"),
             should_stop=self.is_over,
             strict=options.strict,
@@ -288,6 +296,13 @@ class _Steps:
         for name, n in changed.done.items():
             state.done[name] = state.done.get(name, 0) + n
         return True
+
+
+def _at_tetrahedra(mesh: Mesh) -> Mask:
+    """``(n_points,)`` the points of tetrahedra that can be joined anew."""
+    at = np.zeros(mesh.n_points, np.bool_)
+    at[mesh.connectivity[np.repeat(mesh.types == LINEAR, np.diff(mesh.offsets))]] = True
+    return at
 
 
 def _through(old: Ids, newer: Ids) -> Ids:

@@ -20,6 +20,7 @@ from ..kernels.repair.tetrahedra import (
     FIXED,
     N_CELLS,
     N_POINTS,
+    NO_FLOOR,
     NOW,
     Scratch,
     Tetrahedra,
@@ -36,7 +37,7 @@ Mask = NDArray[np.bool_]
 Ids = NDArray[np.int64]
 
 OBJECTIVES = ("jens", "dihedral")
-"""What operations raise: J_ENS, or the least sine of the dihedral angles."""
+"""What operations raise: J_ENS, or the least sine of the dihedral angles of cells with no less J_ENS than a floor."""
 
 OPERATIONS = ("edges removed", "faces removed", "points moved", "edges collapsed", "points inserted")
 """What `Reconnection.done` counts."""
@@ -78,6 +79,7 @@ def reconnect(
     *,
     cells: Mask | None = None,
     objective: str = "jens",
+    floor: float = 0.0,
     strict: bool = False,
     progress: Callable[[float, float], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
@@ -92,6 +94,8 @@ def reconnect(
         ``(n_cells,)`` mask: no other cell changes, and no point of another moves; None: any may change.
     objective
         One of `OBJECTIVES`.
+    floor
+        With "dihedral": the least J_ENS that a cell may come to have; those with less do not lose any.
     strict
         No cell that stays may lose, and no new one may have less than the worst that it replaces: no point moves.
     progress
@@ -110,7 +114,7 @@ def reconnect(
     taken = np.flatnonzero(is_tetra)
     if not len(taken):
         return None
-    state = _state(mesh, constraints, is_tetra, OBJECTIVES.index(objective))
+    state = _state(mesh, constraints, is_tetra, floor=NO_FLOOR if objective == OBJECTIVES[0] else max(floor, 0.0))
     if strict:
         state.marks[: mesh.n_points] |= FIXED
     room, done = scratch(), np.zeros(len(OPERATIONS), np.int64)
@@ -131,7 +135,7 @@ def reconnect(
     return rejoined(mesh, parts, dict(zip(OPERATIONS, done.tolist(), strict=True)))
 
 
-def _state(mesh: Mesh, constraints: Constraints, is_tetra: Mask, objective: int) -> Tetrahedra:
+def _state(mesh: Mesh, constraints: Constraints, is_tetra: Mask, floor: float) -> Tetrahedra:
     taken = along_a_curve(mesh, np.flatnonzero(is_tetra))
     nodes = _turned(mesh, np.asarray(mesh.connectivity, np.int32)[mesh.offsets[taken][:, None] + np.arange(4)])
     n_points, n = mesh.n_points, len(taken)
@@ -173,7 +177,7 @@ def _state(mesh: Mesh, constraints: Constraints, is_tetra: Mask, objective: int)
         counts=np.array([n, 0, n_points, 0, -1]),
         log=np.zeros((LOG, 9), np.int64),
         places=np.zeros((LOG, 3)),
-        objective=objective,
+        floor=floor,
     )
     link(state)
     return state

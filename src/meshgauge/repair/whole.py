@@ -66,6 +66,7 @@ class Options:
     split_hopeless: bool = False
     keep: tuple[str, ...] = ()
     rounding: tuple[Rounding, ...] = ()
+    still: bool = False  #: no point is moved: the mesh is reported on as it is
 
     @property
     def slides(self) -> bool:
@@ -222,7 +223,7 @@ def _repair(
     run.base[:] = outcome.quality.mesh.points[run.whole.point_ids]
     points = run.base[run.points_of_moving].copy()
     run.keep_time(began)
-    if not run.whole.n_cells:
+    if not run.whole.n_cells or options.still:
         run.record("end", points, now=True)
         return outcome
     if options.everywhere:

@@ -108,7 +108,7 @@ def insertion(t: Tetrahedra, s: Scratch, cell: Id, gain: float) -> bool:
         for m in range(3):
             s.faces[n, m] = t.nodes[cell, s.outward[f, m]]
         s.owners[n], s.is_blocked[n] = cell, False
-        s.of_face[n] = quality_at(x, y, z, t.points, s.faces[n, 0], s.faces[n, 1], s.faces[n, 2], t.objective)
+        s.of_face[n] = quality_at(x, y, z, t.points, s.faces[n, 0], s.faces[n, 1], s.faces[n, 2], t.floor)
         n += 1
     least = t.quality[cell]
     best, best_least, best_cells = -3.0, least, 0
@@ -154,7 +154,7 @@ def insertion(t: Tetrahedra, s: Scratch, cell: Id, gain: float) -> bool:
             a, b, c = x + step * s.directions[d, 0], y + step * s.directions[d, 1], z + step * s.directions[d, 2]
             low = 3.0
             for i in range(n_kept):
-                low = min(low, quality_at(a, b, c, t.points, s.kept[i, 0], s.kept[i, 1], s.kept[i, 2], t.objective))
+                low = min(low, quality_at(a, b, c, t.points, s.kept[i, 0], s.kept[i, 1], s.kept[i, 2], t.floor))
                 if low <= best:
                     break
             if low > best + 1e-9:
@@ -198,7 +198,7 @@ def _cross(t: Tetrahedra, s: Scratch, cell: Id, x: float, y: float, z: float, n:
         else:
             s.faces[n, 0], s.faces[n, 1], s.faces[n, 2] = a, b, c
             s.owners[n], s.is_blocked[n] = cell, False
-            s.of_face[n] = quality_at(x, y, z, t.points, a, b, c, t.objective)
+            s.of_face[n] = quality_at(x, y, z, t.points, a, b, c, t.floor)
             n += 1
     return n
 

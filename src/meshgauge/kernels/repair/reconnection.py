@@ -236,7 +236,7 @@ def _with_corner(t: Tetrahedra, corner: Id, x: float, y: float, z: float) -> flo
     b = n[1 if m == 0 else 0]
     c = n[3 if m == 1 else (1 if m == 2 else 2)]
     d = n[2 if m == 1 else (1 if m == 3 else 3)]
-    return quality_at(x, y, z, t.points, np.int64(b), np.int64(c), np.int64(d), t.objective)
+    return quality_at(x, y, z, t.points, np.int64(b), np.int64(c), np.int64(d), t.floor)
 
 
 @inlined

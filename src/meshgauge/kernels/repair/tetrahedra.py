@@ -1,7 +1,7 @@
 """Tetrahedra that can be taken out and put in, one at a time: the lists of cells at each point, and their quality.
 
-Two measures can be asked for: J_ENS of the cell (``objective`` 0), or the least sine of its six dihedral angles
-(``objective`` 1), with the sign of the volume.
+Two measures can be asked for: J_ENS of the cell, or the least sine of its six dihedral angles where J_ENS is no less
+than a floor.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ Id = int | np.int64
 
 K = sqrt(0.5)
 """J_S of the corners of the regular tetrahedron."""
+
+NO_FLOOR = -2.0
+"""The floor with which J_ENS itself is the quality."""
 
 FIXED, EMBEDDED = 1, 2
 """Bits of a point: it neither moves nor goes; it belongs to a surface or line cell whose edges and faces stay."""
@@ -69,8 +72,9 @@ class Tetrahedra(NamedTuple):
         ``(room, 9)`` int64: changes on record, so that they can be undone; see `undo`.
     places
         ``(room, 3)``: where points that have moved were.
-    objective
-        0: J_ENS; 1: dihedral angles.
+    floor
+        `NO_FLOOR`: quality is J_ENS. From 0: it is the least sine of the dihedral angles; of a cell with less J_ENS
+        than this what it lacks, below 0.
     """
 
     points: Float64Array
@@ -89,7 +93,7 @@ class Tetrahedra(NamedTuple):
     counts: Int64Array
     log: Int64Array
     places: Float64Array
-    objective: int
+    floor: float
 
 
 class Scratch(NamedTuple):
@@ -148,7 +152,7 @@ def scratch() -> Scratch:
 
 
 @inlined
-def quality_at(x: float, y: float, z: float, points: Float64Array, b: Id, c: Id, d: Id, objective: int) -> float:
+def quality_at(x: float, y: float, z: float, points: Float64Array, b: Id, c: Id, d: Id, floor: float) -> float:
     """The quality of a tetrahedron of a place and three points; at most 0 unless its volume is positive."""
     bx, by, bz = points[b, 0] - x, points[b, 1] - y, points[b, 2] - z
     cx, cy, cz = points[c, 0] - x, points[c, 1] - y, points[c, 2] - z
@@ -160,8 +164,17 @@ def quality_at(x: float, y: float, z: float, points: Float64Array, b: Id, c: Id,
     bc, bd = ex * ex + ey * ey + ez * ez, fx * fx + fy * fy + fz * fz
     gx, gy, gz = dx - cx, dy - cy, dz - cz
     cd = gx * gx + gy * gy + gz * gz
-    if objective == 1:
-        return _sine(bx, by, bz, cx, cy, cz, dx, dy, dz, v, ab, ac, ad, bc, bd, cd)
+    value = _jens(v, ab, ac, ad, bc, bd, cd)
+    if floor == NO_FLOOR:
+        return value
+    if value < floor:
+        return max(value - floor, -1.0)
+    return _sine(bx, by, bz, cx, cy, cz, dx, dy, dz, v, ab, ac, ad, bc, bd, cd)
+
+
+@inlined
+def _jens(v: float, ab: float, ac: float, ad: float, bc: float, bd: float, cd: float) -> float:
+    """J_ENS of six times the volume and the squares of the lengths."""
     m1, m2, m3, m4 = ab * ac * ad, ab * bc * bd, ac * bc * cd, ad * bd * cd
     low, high = min(min(m1, m2), min(m3, m4)), max(max(m1, m2), max(m3, m4))
     if not low > 0.0:
@@ -181,7 +194,8 @@ def _sine(
     bx: float, by: float, bz: float, cx: float, cy: float, cz: float, dx: float, dy: float, dz: float, v: float,
     ab: float, ac: float, ad: float, bc: float, bd: float, cd: float,
 ) -> float:  # fmt: skip
-    """The least sine of the six dihedral angles: volume · edge / (area · area), the areas doubled."""
+    """The least sine of the six dihedral angles of a cell that is not inverted: volume · edge / (area · area), of the
+    areas doubled."""
     px, py, pz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
     qx, qy, qz = cy * dz - cz * dy, cz * dx - cx * dz, cx * dy - cy * dx
     rx, ry, rz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
@@ -193,13 +207,13 @@ def _sine(
     # p: b c a, q: c d a, r: d b a, s: b c d
     a1, a2, a3 = ab / (p * r), ac / (p * q), ad / (q * r)
     b1, b2, b3 = bc / (p * s), cd / (q * s), bd / (r * s)
-    least = v * sqrt(min(min(min(a1, a2), min(a3, b1)), min(b2, b3)))
-    return least if v > 0.0 else max(v * sqrt(max(max(max(a1, a2), max(a3, b1)), max(b2, b3))), -1.0)
+    least: float = v * sqrt(min(min(min(a1, a2), min(a3, b1)), min(b2, b3)))
+    return least
 
 
 @inlined
 def quality_of(t: Tetrahedra, a: Id, b: Id, c: Id, d: Id) -> float:
-    return quality_at(t.points[a, 0], t.points[a, 1], t.points[a, 2], t.points, b, c, d, t.objective)
+    return quality_at(t.points[a, 0], t.points[a, 1], t.points[a, 2], t.points, b, c, d, t.floor)
 
 
 @inlined
