@@ -198,14 +198,14 @@ def report(
         if table is not None:
             with batch.progress(f"writing {csv}"):
                 table.add(path, quality.mesh.types, quality.status, quality.metrics, labels_of(quality.mesh, "cell"))
-        if target is not None:
-            from .changed import write_report
-
-            write_report(batch, quality, target, in_place=in_place)
         if has_bad:
             from .bad import write
 
             about_bad.extend(write(batch, quality, bad, bad_set))
+        if target is not None:  # which may take the place of the file that a set is added to
+            from .changed import write_report
+
+            write_report(batch, quality, target, in_place=in_place)
         if page is not None:
             with batch.progress(f"drawing {path}"):
                 page.add(quality, replace(one, step=path.of_file) if isinstance(path, inputs.State) else one)
