@@ -132,6 +132,15 @@ def test_dihedral_angles_can_be_raised_instead(joined_to: bool) -> None:
     assert result.report.options["objective"] == "dihedral"
 
 
+def test_angles_are_not_taken_back_for_the_worst_of_jens() -> None:
+    """A mesh joined for J_ENS would lose some of its worst, and so all that its angles gain."""
+    given = meshgauge.improve(delaunay(), everywhere=True, topology=True, strict=True).mesh
+    result = meshgauge.improve(given, everywhere=True, topology=True, objective="dihedral")
+    assert not any("taken back" in note for note in result.report.notes)
+    assert np.nanmin(result.after.values) >= np.nanmin(result.before.values) - 1e-12
+    assert dihedral(result.mesh) > dihedral(given)
+
+
 def test_an_objective_that_there_is_not_is_refused() -> None:
     with pytest.raises(MeshError, match="expected one of jens, dihedral"):
         meshgauge.improve(delaunay(), topology=True, objective="angle")
