@@ -104,6 +104,7 @@ class _State:
     history: list[Progress] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     evaluations: int = 0
+    stopped: str = ""  #: see `RepairReport`
 
 
 def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Quality, RepairReport]:
@@ -129,7 +130,11 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     deadline -= FINISH * (time.monotonic() - start)  # what is checked at the end takes about as long
 
     def is_over() -> bool:
-        return time.monotonic() >= deadline or (way.should_stop is not None and way.should_stop())
+        if way.should_stop is not None and way.should_stop():
+            state.stopped = "interrupted"
+        elif time.monotonic() >= deadline:
+            state.stopped = "time"
+        return bool(state.stopped)
 
     def is_off(moved: Moved) -> bool:
         """True if the boundary has gone further than it may from that of the mesh given."""
@@ -366,6 +371,7 @@ def _report(
             n_gone_points=len(old) - int(np.count_nonzero(same)),
             operations=dict(state.done),
         ),
+        stopped=last.report.stopped or state.stopped,
         history=tuple(state.history),
         seconds=time.monotonic() - start,
         evaluations=state.evaluations,
