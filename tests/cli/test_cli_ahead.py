@@ -41,7 +41,8 @@ def test_a_missing_kernel_starts_one_process(started: list[list[str]]) -> None:
     misses.tell()
     misses.tell()
     ahead.begin_for("improve", 30_000, 2)
-    assert [command[3:] for command in started] == [["diagnose", "float64", "int64", *SHAPES]]
+    assert [command[1:3] for command in started] == [["-P", "-m"]]  # from where it is installed only
+    assert [command[4:] for command in started] == [["diagnose", "float64", "int64", *SHAPES]]
 
 
 @pytest.mark.parametrize(("n_cells", "threads"), [(1000, 2), (30_000, 1)])

@@ -69,10 +69,11 @@ def _start(task: Task, points: str, ids: str, shapes: Sequence[str]) -> None:
     from ..files.resources import free_memory
 
     free = free_memory()
-    if _beside or not shapes or (free is not None and free < MEMORY):
+    if _beside or not shapes or not sys.executable or (free is not None and free < MEMORY):
         return
     with contextlib.suppress(OSError):  # no more processes: then this one compiles all
-        command = [sys.executable, "-m", __name__, task, points, ids, *shapes]
+        # Not from the folder that this one stands in: modules there are the user's.
+        command = [sys.executable, "-P", "-m", __name__, task, points, ids, *shapes]
         _beside.append(
             subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         )
