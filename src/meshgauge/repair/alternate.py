@@ -32,7 +32,7 @@ from .reconnection import OBJECTIVES, reconnect
 from .rejoined import LINEAR, Reconnection
 from .remeasure import measured_alike
 from .report import CellChanges, Claim, RepairReport
-from .run import FINISH, Progress
+from .run import FINISH, Progress, why_stopped
 from .sizes import GOOD
 from .splitting import obstacles, split
 from .volumes import volume_and_surface
@@ -130,10 +130,7 @@ def alternate(before: Quality, fixed: Mask, way: Way) -> tuple[Mesh, Quality, Qu
     deadline -= FINISH * (time.monotonic() - start)  # what is checked at the end takes about as long
 
     def is_over() -> bool:
-        if way.should_stop is not None and way.should_stop():
-            state.stopped = "interrupted"
-        elif time.monotonic() >= deadline:
-            state.stopped = "time"
+        state.stopped = state.stopped or why_stopped(deadline, way.should_stop)
         return bool(state.stopped)
 
     def is_off(moved: Moved) -> bool:

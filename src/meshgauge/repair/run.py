@@ -24,6 +24,13 @@ FINISH = 1.5
 """Share of the time from its begin to the first entry that a run leaves for what comes after it."""
 
 
+def why_stopped(deadline: float, should_stop: Callable[[], bool] | None) -> str:
+    """Why a repair has to end now: "interrupted" or "time"; "" if it has not to."""
+    if should_stop is not None and should_stop():
+        return "interrupted"
+    return "time" if time.monotonic() > deadline else ""
+
+
 @dataclass(frozen=True, slots=True)
 class Progress:
     """How far an improvement is."""
@@ -144,11 +151,7 @@ class Run:
 
     def is_stopped(self) -> bool:
         """True if all time is up or the user asks to stop."""
-        if not self.stopped:
-            if self.should_stop is not None and self.should_stop():
-                self.stopped = "interrupted"
-            elif time.monotonic() > self.deadline:
-                self.stopped = "time"
+        self.stopped = self.stopped or why_stopped(self.deadline, self.should_stop)
         return bool(self.stopped)
 
     @contextmanager

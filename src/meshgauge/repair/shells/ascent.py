@@ -11,7 +11,7 @@ from ...kernels.repair import surfaces as kernels
 from ...look.bands import POOR
 from ..constraints import Mask
 from ..problem import Ids, Points
-from ..run import FINISH, Progress
+from ..run import FINISH, Progress, why_stopped
 from ..sizes import GOOD, STRETCHED, WITHIN
 from ..whole import MUCH, Options
 from .cells import Part, Sizes
@@ -78,11 +78,7 @@ class Ascent:
         self.items = np.full(len(is_free), -1) if self.track is None else self.track.items(is_free)
 
     def is_over(self) -> bool:
-        if not self.stopped:
-            if self.should_stop is not None and self.should_stop():
-                self.stopped = "interrupted"
-            elif time.monotonic() > self.deadline:
-                self.stopped = "time"
+        self.stopped = self.stopped or why_stopped(self.deadline, self.should_stop)
         return bool(self.stopped)
 
     def record(self, phase: str, points: Points) -> None:
