@@ -70,15 +70,11 @@ class Outputs:
             takers.append(lambda first, rows: table.add(
                 path, rows.types, rows.status, rows.values, rows.labels, first=first
             ))  # fmt: skip
-        listed = batch.pieces(path)
-        if listed is None:
-            batch.in_slices(path, ask)  # says why, if the file is large
-            return None
         as_mesh = self.bad if self.bad is not None and not is_list(self.bad) else None
         with contextlib.ExitStack() as stack:
             values: ValuesOnDisk | None = None
             beside = self.target or as_mesh
-            if beside is not None:
+            if beside is not None and (listed := batch.pieces(path)) is not None:
                 from ..report.values_on_disk import ValuesOnDisk
 
                 values = stack.enter_context(ValuesOnDisk(beside, listed.n_cells, listed.n_points))
