@@ -105,23 +105,23 @@ def companions_by_region(
             for name, one in zip(NAMES, values, strict=True)
         ]
 
-    def told(row: CellType) -> bool:
-        return quality.beside is not None and row in quality.beside.rows
+    def measured(row: CellType) -> evaluate.Beside | None:
+        """What holds means and ratios of a type already, if they were measured with J_ENS."""
+        return quality.beside if quality.beside is not None and row in quality.beside.rows else None
 
     def work(part: CellIds, row: CellType) -> dict[int, list[dict[int, Tally]]]:
-        n, start = connectivity.count(part), 0
-        is_told = told(row)
-        means, ratios = quality.beside.of(part) if is_told and quality.beside else (np.empty(n), np.empty(n))
+        n, start, known = connectivity.count(part), 0, measured(row)
+        means, ratios = (np.empty(n), np.empty(n)) if known is None else known.of(part)
         for some in connectivity.chunks(part):
             cells = _cells(quality, row, some, compiled=compiled)
             here = slice(start, start + cells.n_cells)
-            mean_and_ratio(cells, (means[here], ratios[here]), is_told=is_told)
+            mean_and_ratio(cells, (means[here], ratios[here]), is_told=known is not None)
             start += cells.n_cells
         return tallied((means, ratios), part)
 
     for row, _, cells in mesh.groups():
         if row is not None and row.shape is not None:
-            if not told(row):
+            if measured(row) is None:
                 first = next(connectivity.chunks(cells, 1))
                 mean_and_ratio(_cells(quality, row, first, compiled=compiled))  # what it compiles, it compiles here
             found = run(partial(work, row=row), connectivity.chunks(cells, CHUNK), threads)

@@ -31,9 +31,7 @@ def _is_clear(value: Any, corner: Any, less: Any, total: Any, limit: Any) -> Any
 
 
 @fused_kernel
-def hexahedron(
-    points: FloatArray, connectivity: Int64Array, out: Float64Array, k: float, limit: float, clear: UInt8Array
-) -> int:
+def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, limit: float, clear: UInt8Array) -> int:
     """`fast.hexahedron`, and in ``clear`` 1 for cells of more than the limit that are certainly valid inside.
 
     Nineteen of twenty hexahedra are spared the certificate, which takes longer than all else.
@@ -62,7 +60,6 @@ def hexahedron_and_companions(
     points: FloatArray,
     connectivity: Int64Array,
     out: Float64Array,
-    k: float,
     limit: float,
     clear: UInt8Array,
     means: Float64Array,

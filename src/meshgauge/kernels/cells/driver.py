@@ -99,7 +99,7 @@ def cell_jens(
         from .clearing import BY_SHAPE, WITH_COMPANIONS
 
         arrays = as_flat(points), as_flat(connectivity), out
-        others = shape.k, flat.LIMIT / shape.k, clear.view(np.uint8)
+        others = flat.LIMIT / shape.k, clear.view(np.uint8)
         if beside is None:
             n_left = BY_SHAPE[shape.name](*arrays, *others)
         else:
