@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import ReadError, WriteError
 from ..files.output import replacing
 from ..mesh import Mesh
-from .patching import format_if_same, same_format
+from .patching import format_if_same, format_of_copy, same_format
 from .plumbing import files, verify
 from .plumbing.added import Added, Array, CannotAdd
 from .plumbing.isolate import Limits
@@ -96,10 +96,7 @@ def add_data(
 
 def takes_rows(source: StrPath, target: StrPath, *, file_format: str | None = None) -> bool:
     """Whether arrays that are not in memory can be added to a file so that an output comes of it."""
-    source = Path(source)
-    if not source.is_file() or files.is_packed(source):
-        return False
-    chosen = same_format(source, Path(target), file_format=file_format)
+    chosen = format_of_copy(source, target, file_format=file_format)
     return chosen is not None and chosen.add_rows is not None
 
 

@@ -27,7 +27,7 @@ from .plumbing.patch import Edit, Places, is_same
 from .plumbing.patch_faces import Faces
 from .plumbing.patch_nodes import Nodes, edit_nodes
 from .plumbing.steps import StepChoice
-from .reading import format_of
+from .reading import StrPath, format_of
 
 T = TypeVar("T")
 
@@ -342,6 +342,13 @@ def same_format(source: Path, target: Path, *, file_format: str | None = None) -
         return None
     known = () if chosen.has_kinds else chosen.extensions
     return chosen if there.suffix.lower() in (here.suffix.lower(), *known) else None
+
+
+def format_of_copy(source: StrPath, target: StrPath, *, file_format: str | None = None) -> Format | None:
+    """`same_format`, if the bytes of a file can be copied as they are: None of folders, and of files packed by gzip."""
+    source = Path(source)
+    is_plain = source.is_file() and not files.is_packed(source)
+    return same_format(source, Path(target), file_format=file_format) if is_plain else None
 
 
 def _plainly(source: Path, find: Callable[[Path], T], mend: Callable[[T, Path], T]) -> T:

@@ -14,7 +14,7 @@ from ..mesh import Mesh
 from . import registry
 from .adding import difference
 from .formats import table
-from .patching import format_if_same, same_format
+from .patching import format_if_same, format_of_copy, same_format
 from .plumbing import files, verify
 from .plumbing.added import CannotAdd
 from .plumbing.cell_set import CellSet
@@ -106,10 +106,7 @@ def write_set(
 
 def takes_set(source: StrPath, target: StrPath, *, file_format: str | None = None) -> bool:
     """Whether an output is a copy of a file to which a set of cells is added, without the mesh in memory."""
-    source = Path(source)
-    if not source.is_file() or files.is_packed(source):
-        return False
-    chosen = same_format(source, Path(target), file_format=file_format)
+    chosen = format_of_copy(source, target, file_format=file_format)
     return chosen is not None and chosen.add_set is not None
 
 
