@@ -13,7 +13,6 @@ from meshgauge.doctor.inward import InwardEntries
 from meshgauge.doctor.reversal import reversal
 from meshgauge.doctor.streamed.diagnose import diagnosis_of
 from meshgauge.doctor.streamed.marks import marks_of
-from meshgauge.doctor.streamed.passes import Passes
 from meshgauge.mesh.ghosts import without_ghosts
 from meshgauge.mesh.labels import cell_labels, point_labels
 from meshgauge.mesh.polyhedra import Polyhedra
@@ -30,7 +29,7 @@ class InMemory:
         self.mesh, self.size = without_ghosts(quality.mesh), size
         self.n_cells, self.n_points = self.mesh.n_cells, self.mesh.n_points
         self.stored, self.purpose, self.blocks = self.mesh.stored or "double", self.mesh.purpose, self.mesh.blocks
-        self.joined, self.passes = None, Passes()
+        self.joined = None
         self.dimension, self.up = self.mesh.dimension or 3, self.mesh.up or 0
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:

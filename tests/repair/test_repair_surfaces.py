@@ -400,3 +400,39 @@ def test_the_command_line_writes_what_is_promised(tmp_path: Path) -> None:
     read = meshio.read(target)
     assert meshgauge.measure(Mesh.from_arrays(read.points, {"triangle": read.cells[0].data})).values.min() >= 0.199
     assert Path(page).stat().st_size > 1000
+
+
+@pytest.mark.parametrize(("kind", "worst", "mean"), [("quad", 0.9, 0.999), ("triangle", 0.72, 0.812)])
+def test_points_go_between_their_neighbours_first(kind: str, worst: float, mean: float) -> None:
+    """A point at a time alone ends lower, and later."""
+    result = meshgauge.improve(plane(20, kind, 0.45), everywhere=True)
+    assert "smooth" in [one.phase for one in result.report.history]
+    assert result.after.values.min() > worst
+    assert result.after.values.mean() > mean
+
+
+def test_a_mesh_stays_finer_where_it_is() -> None:
+    """Squares that grow by a sixth from ring to ring."""
+
+    def ring(noise: float) -> Mesh:
+        mesh = plane(20, "quad", noise)
+        points = mesh.points.copy()
+        radius, angle = np.exp(0.15 * points[:, 0]), 0.15 * points[:, 1]
+        points[:, 0], points[:, 1] = radius * np.cos(angle), radius * np.sin(angle)
+        return mesh.replace(points=points)
+
+    result = meshgauge.improve(ring(0.3), everywhere=True)
+    assert "smooth" in [one.phase for one in result.report.history]
+    radii = [np.hypot(*mesh.points[:, :2].T).reshape(21, 21).mean(axis=0) for mesh in (result.mesh, ring(0.0))]
+    ratio = np.diff(radii[0]) / np.diff(radii[1])
+    assert 0.9 < ratio.min() < ratio.max() < 1.1
+
+
+def test_a_start_that_is_not_better_is_not_taken() -> None:
+    """Where the boundary goes in, the mean of the neighbours is outside, though most cells gain."""
+    mesh = plane(16, "triangle", 0.0)
+    points = mesh.points.copy()
+    points[:, 1] -= points[:, 1] / 16.0 * 6.0 * np.exp(-((points[:, 0] - 8.0) ** 2) / 8.0)
+    result = meshgauge.improve(mesh.replace(points=points), everywhere=True)
+    assert "smooth" not in [one.phase for one in result.report.history]
+    assert result.after.values.min() > result.before.values.min()

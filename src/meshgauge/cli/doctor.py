@@ -52,8 +52,8 @@ def doctor(
         done = batch.in_slices(path, Ask(counter=MarkCounter()))
         if done is None:
             return None
-        with diagnosing(path, shown=not quiet) as tell:
-            made = streamed_diagnosis(*done, None, tolerance=tolerance, tell=tell)
+        with diagnosing(path, shown=not quiet):
+            made = streamed_diagnosis(*done, None, tolerance=tolerance)
         return None if made.repeated_points is None else made  # then it was skipped
 
     def examine(path: str) -> Diagnosis:

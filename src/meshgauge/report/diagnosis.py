@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,7 +14,6 @@ from ..doctor.joined import Joined
 from ..doctor.points import TOLERANCE
 from ..doctor.streamed import MarkCounter, Marks, bytes_needed
 from ..doctor.streamed.marks import STANDS
-from ..doctor.streamed.passes import Passes, Share
 from ..files.resources import free_memory, give_back
 from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..mesh import CellBlock, Mesh
@@ -79,24 +78,19 @@ def streamed_diagnosis(
     on_few: Callable[[Few], object] | None = None,
     *,
     tolerance: float = TOLERANCE,
-    tell: Share | None = None,
 ) -> Diagnosis:
     """The diagnosis, if the cells were marked for it; else one that says why there is none. ``on_few`` and
-    ``tolerance`` as for `diagnosis_of`; ``tell`` is told how far it is."""
+    ``tolerance`` as for `diagnosis_of`."""
     if not isinstance(partial.counted, Marks):
         return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
     from ..doctor.streamed.diagnose import diagnosis_of  # with kernels, which take a quarter of a second to load
 
     source, inward, why = _source(job, partial.counted, tolerance), partial.counted.inward, ""
-    source = replace(source, passes=Passes(tell))
     room = _room(job, memory)
     for size in (CELLS, slice_size(job.memory)):  # faces of polyhedra may be too far apart for fewer than were measured
         try:
             made = replace(source, size=size)
-            diagnosis = diagnosis_of(made, source.marks, inward, tolerance=tolerance, room=room, on_few=on_few)
-            if tell is not None:
-                tell(1.0)
-            return diagnosis
+            return diagnosis_of(made, source.marks, inward, tolerance=tolerance, room=room, on_few=on_few)
         except ReadWhole as error:
             why = str(error)
     return not_diagnosed(job.facts.n_cells, LIMIT, reason=why)
@@ -198,7 +192,6 @@ class _Source:
     marks: NDArray[np.uint8]
     joined: Joined | None = None
     size: int = CELLS
-    passes: Passes = field(default_factory=Passes)
 
     @property
     def n_cells(self) -> int:
@@ -232,7 +225,6 @@ class _Source:
         pieces = self.job.pieces
         points = [Points(_NoCoordinates(piece.n_points), 0, keeps_ids=True) for piece in pieces.pieces]
         nowhere = np.zeros((self.n_points if self.joined is not None else 0, 3), np.float32)
-        self.passes.begin()
         for place in places(pieces, self.size):
             pieces.check_unchanged()
             facts = self.job.facts
@@ -253,15 +245,11 @@ class _Source:
             elif poly is not mesh.polyhedra:
                 mesh = mesh.replace(polyhedra=poly)
             yield first, first_point, mesh
-            self.passes.reach((first + place.stop - place.start) / self.n_cells)
 
     def points(self) -> Iterator[NDArray[np.floating]]:
-        self.passes.begin(of_points=True)
-        for piece, first in zip(self.job.pieces.pieces, self.job.pieces.point_starts, strict=False):
+        for piece in self.job.pieces.pieces:
             for start in range(0, piece.n_points, WINDOW):
-                stop = min(start + WINDOW, piece.n_points)
-                yield piece.points.read(start, stop)
-                self.passes.reach((first + stop) / self.n_points)
+                yield piece.points.read(start, min(start + WINDOW, piece.n_points))
 
     def points_of(self, ids: Ids) -> NDArray[np.floating]:
         pieces = self.job.pieces

@@ -32,7 +32,6 @@ from .record import WORST, FileReport
 
 if TYPE_CHECKING:
     from ..doctor.streamed.few import Few
-    from ..doctor.streamed.passes import Share
 
 UNKNOWN_MEMORY = 1 << 30
 """Bytes that points may take where the system does not say what is free."""
@@ -166,10 +165,9 @@ def file_report(
     with_diagnosis: bool = False,
     memory: int | None = None,
     on_few: Callable[[Few], object] | None = None,
-    tell: Share | None = None,
 ) -> FileReport:
     """What a report says of a mesh, from the results on all of its cells; diagnosed, if it was asked for with a
-    `MarkCounter` and the memory allows it, see `report.diagnosis`, where ``on_few`` and ``tell`` are explained."""
+    `MarkCounter` and the memory allows it, see `report.diagnosis.why_not`, which has ``on_few``, too."""
     listed, facts = job.pieces, job.facts
     summaries = dict(partial.summaries)
     summary = summaries.pop("jens")
@@ -185,7 +183,7 @@ def file_report(
         companions=partial.companions,
         notes=notes_of(facts, partial),
         findings=partial.findings,
-        diagnosis=streamed_diagnosis(job, partial, memory, on_few, tell=tell) if with_diagnosis else None,
+        diagnosis=streamed_diagnosis(job, partial, memory, on_few) if with_diagnosis else None,
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
         region_companions=_region_companions(job, partial) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),

@@ -15,6 +15,7 @@ from ..run import FINISH, Progress, why_stopped
 from ..sizes import GOOD, STRETCHED, WITHIN
 from ..whole import MUCH, Options
 from .cells import Part, Sizes
+from .relaxed import relaxed
 from .track import APART, EMPTY, Track
 
 RINGS, SWEEPS, SHARPNESS = 4, 10, (20.0, 80.0)
@@ -55,6 +56,7 @@ class Ascent:
         self.deadline = np.inf if options.seconds is None else start + options.seconds
         self.deadline -= FINISH * (time.monotonic() - start)  # what is checked at the end takes about as long
         self.stopped, self.evaluations, self.history = "", 0, list[Progress]()
+        self.is_relaxed = False
         self.had = part.values(begin)
         n = len(begin)
         lengths = part.edge_lengths(begin)
@@ -166,6 +168,20 @@ class Ascent:
             values = part.values(points)
             common = np.maximum(KEPT * values.min(), enough)
             self.rounds(points, moved, np.minimum(values, common) - ROUNDING, 0.0, MEAN_SWEEPS, "mean")
+
+    def relax(self, points: Points) -> None:
+        """Begin where points are between their neighbours, in place, if that is better; once."""
+        if self.is_relaxed:
+            return
+        self.is_relaxed, part = True, self.part
+        rest = relaxed(part, self.sizes, self.track, points, self.items, self.is_free, self.is_over)
+        if rest is None:
+            return
+        now, then = part.values(points), part.values(rest)
+        no_worse = np.count_nonzero(then <= 0.0) <= np.count_nonzero(now <= 0.0) and then.min() >= min(now.min(), 0.0)
+        if no_worse and then.mean() > now.mean():
+            points[:] = rest
+            self.record("smooth", points)
 
     def all_of(self, points: Points, cells: Mask) -> None:
         """Raise the worst of some cells, in place, then the mean."""

@@ -84,11 +84,17 @@ class Part:
         lowest, folded = self.qualities(points)
         return np.where(lowest <= 0.0, lowest, folded)
 
-    def _edges(self, points: Points) -> tuple[Points, Points]:
-        x = points[self.ring, :2] if self.up else points[self.ring]
-        following = np.arange(1, len(x) + 1)
+    @property
+    def edges(self) -> tuple[Ids, Ids]:
+        """``(n_corners,)`` twice: the point at each corner, and that at the next of its cell."""
+        ring = self.ring
+        following = np.arange(1, len(ring) + 1)
         following[self.cells[1:] - 1] = self.cells[:-1]
-        return x, x[following]
+        return ring, ring[following]
+
+    def _edges(self, points: Points) -> tuple[Points, Points]:
+        a, b = self.edges
+        return (points[a, :2], points[b, :2]) if self.up else (points[a], points[b])
 
     def normals(self, points: Points, *, curved: bool = True) -> Points:
         """``(n, 3)`` along the cells, each as long as its area; ``curved``: with the nodes between the corners."""

@@ -86,6 +86,7 @@ class Work:
         before, ascent, options = promise.before, self.ascent, self.options
         points = points_of(self.reached).copy()
         if options.everywhere:
+            ascent.relax(points)
             ascent.all_of(points, np.ones(len(ascent.part.cell_ids), bool))
         elif is_below(self.reached, options.target).any():
             ascent.near_bad(points)
