@@ -22,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("readers_here")
 def some_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 60)
     monkeypatch.setattr("meshgauge.slices.run.slice_size", lambda memory: 97)
-    monkeypatch.setattr("meshgauge.slices.some_cells.WINDOW", 50)
+    monkeypatch.setattr("meshgauge.io.plumbing.some_rows.WINDOW", 50)
 
 
 def plain(seed: int = 0) -> Mesh:

@@ -129,7 +129,7 @@ def test_it_is_that_of_the_whole(
     monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 150)
     monkeypatch.setattr("meshgauge.slices.run.slice_size", lambda memory: 97)
     monkeypatch.setattr("meshgauge.slices.read.SIZE", 131)
-    monkeypatch.setattr("meshgauge.slices.some_cells.WINDOW", 50)
+    monkeypatch.setattr("meshgauge.io.plumbing.some_rows.WINDOW", 50)
     for name, value in ONE_BY_ONE[sizes].items():
         for module in ("page_cells", "geometry", "in_slices", "picture", "section", "page"):
             monkeypatch.setattr(f"meshgauge.report.html.{module}.{name}", value, raising=False)

@@ -78,6 +78,7 @@ def job_of(
         raise ReadWhole("not all that its polyhedra depend on is known before they are measured")
     ask = replace(ask, counter=with_marks(listed, ask.counter, memory))
     memory = default_memory() if memory is None else memory
+    _ = listed.face_starts  # what is counted for them is, before it is sent to processes
     if ask.keeps_points:  # a slice is to have few points beside its own
         memory = min(memory, POINTS_BESIDE)
     points = share(listed, memory)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import type_name
+from ..io.plumbing import made_cells
 from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..mesh.interface import is_interface
 from ..mesh.labels import LABEL
@@ -215,6 +216,7 @@ def forget_points() -> None:
     """Give their memory back."""
     _points.clear()
     _worst.clear()
+    made_cells.forget()
 
 
 def share(pieces: Pieces, memory: int) -> list[Points]:

@@ -9,7 +9,7 @@ from ..errors import MeshError
 from ..io.plumbing.pieces import row_bytes
 from .job import Job, points_of
 from .points import BLOCK, WINDOW
-from .read import places, slice_size
+from .read import most_cells, places, slice_size
 
 SAMPLE = 8
 """Slices that are looked at, evenly spread."""
@@ -30,7 +30,7 @@ def seconds_of_reading(job: Job, times: float) -> float:
 
 def times_points_are_read(job: Job, size: int | None = None) -> float:
     """How often all points are read, estimated from a few slices; 1 where they are kept."""
-    size = slice_size(job.memory) if size is None else size
+    size = min(slice_size(job.memory), most_cells(job.pieces)) if size is None else size
     todo = [place for place in places(job.pieces, size) if not points_of(job, place.piece).fits]
     if not todo:
         return 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from ..errors import MeshError, ReadError
 from ..io.plumbing import ghosts
 from ..io.plumbing.pieces import Piece, Pieces, ReadWhole, Rows
+from ..io.plumbing.some_rows import n_read, some, some_lists
 from ..io.plumbing.wedge_order import Decision, apply, has_wedges
 from ..mesh import Mesh
 from ..mesh.cast import check_cells
@@ -28,6 +30,12 @@ SIZE = 1 << 18
 
 LEAST = 1 << 17
 """Cells of a slice, where memory is scarce: of fewer all values would be kept, and sorted, see `Tally`."""
+
+OF_POLYHEDRA = 1 << 15
+"""Cells of a slice at most where there are polyhedra: these take some kilobytes each."""
+
+SPREAD = 64
+"""Rows of faces that are read for each that is asked for, at most."""
 
 PER_CELL = 1024
 """Bytes that points may take, for each cell of a slice: where they may take less, slices are smaller."""
@@ -88,6 +96,11 @@ def places(pieces: Pieces, size: int | None = None, share: tuple[int, int] = (1,
 def slice_size(memory: int) -> int:
     """Cells of a slice where points may take so many bytes."""
     return min(max(1 << (memory // PER_CELL).bit_length(), LEAST), SIZE)
+
+
+def most_cells(pieces: Pieces) -> int:
+    """Cells of a slice at most."""
+    return OF_POLYHEDRA if any(piece.polyhedra is not None for piece in pieces.pieces) else SIZE
 
 
 def read_slice(
@@ -205,13 +218,27 @@ def _polyhedra(piece: Piece, place: Place, first_face: int) -> tuple[Polyhedra |
     if not 0 <= low < high < rows["face_offsets"].shape[0]:
         raise MeshError(f"faces {low} to {high - 1} are not all there")
     if high - low > 4 * len(faces):
-        raise ReadWhole("the faces of its polyhedra are spread over the file")
+        return _spread(rows, offsets, faces, first_face)
     of_faces, begin, end = _offsets(rows["face_offsets"], Place(0, low, high))
     if not 0 <= begin <= end <= rows["face_points"].shape[0]:
         raise MeshError(f"offsets of points of faces run from {begin} to {end}")
     points = rows["face_points"].read(begin, end).astype(np.int64, copy=False)
     labels = rows["labels"].read(low, high) if "labels" in rows else np.arange(low, high) + first_face
     return Polyhedra(offsets, faces - low, of_faces, points, labels=labels), points
+
+
+def _spread(rows: Mapping[str, Rows], offsets: Ids, faces: Ids, first_face: int) -> tuple[Polyhedra, Ids]:
+    """The same where the faces are not close to one another in the file."""
+    ids, local = np.unique(faces, return_inverse=True)
+    if n_read(ids) > SPREAD * len(faces):
+        raise ReadWhole("the faces of its polyhedra are spread over the file")
+    try:
+        sizes, points = some_lists(rows["face_offsets"], rows["face_points"], ids)
+    except IndexError:
+        raise MeshError("offsets of points of faces do not ascend, or lie outside of the points") from None
+    labels = some(rows["labels"], ids) if "labels" in rows else ids + first_face
+    ends = np.concatenate([[0], np.cumsum(sizes)])
+    return Polyhedra(offsets, local.reshape(-1), ends, points, labels=labels), points
 
 
 def _beyond(piece: Piece, place: Place, poly: Polyhedra | None) -> Ids | None:

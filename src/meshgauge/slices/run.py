@@ -12,7 +12,7 @@ from ..files.resources import keep_freed
 from ..kernels.threads import thread_count
 from .job import Job, forget_points
 from .partial import CellRows, Partial
-from .read import Place, places, slice_size
+from .read import Place, most_cells, places, slice_size
 
 Progress = Callable[[int, int], object]
 """Is told how many cells are done, and of how many."""
@@ -57,7 +57,8 @@ def measure_pieces(
     ReadWhole
         If the mesh holds what cannot be measured slice by slice.
     """
-    todo = places(job.pieces, slice_size(job.memory) if size is None else size, share)
+    size = min(slice_size(job.memory), most_cells(job.pieces)) if size is None else size
+    todo = places(job.pieces, size, share)
     if not todo:
         raise OptionError(f"share {share[0]} of {share[1]} is empty: the mesh has {job.facts.n_cells:,} cells")
     n_asked = sum(place.stop - place.start for place in todo)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..io.plumbing import ghosts
+from ..io.plumbing import ghosts, some_rows
 from ..io.plumbing.pieces import Pieces, ReadWhole, Rows
+from ..io.plumbing.some_rows import windows
 from ..io.plumbing.wedge_order import apply, has_wedges
 from ..mesh import CellBlock, Mesh
 from ..mesh.high_order import WEIGHTS
@@ -24,29 +25,16 @@ from .read import is_needed
 
 Ids = NDArray[np.int64]
 
-WINDOW = 1 << 18
-"""Rows that are read at a time."""
-
 
 def gathered(parts: Sequence[Rows], starts: Sequence[int], ids: Ids) -> NDArray[Any]:
     """Some rows of arrays that stand one after another, ``starts`` as of `Pieces.cell_starts`; ids ascend."""
     first = parts[0]
     out = np.empty((len(ids), *first.shape[1:]), first.dtype.newbyteorder("="))
     for rows, start in zip(parts, starts, strict=False):
-        for own, at in _windows(ids - start, rows.shape[0]):
+        for own, at in windows(ids - start, rows.shape[0]):
             low = int(at[0])
             out[own] = rows.read(low, int(at[-1]) + 1)[at - low]
     return out
-
-
-def _windows(ids: Ids, n: int) -> Iterator[tuple[slice, Ids]]:
-    """Those of some ids, ascending, that are of ``n`` rows, those of a window at a time: which, and they."""
-    begin, end = np.searchsorted(ids, (0, n)).tolist()
-    while begin < end:
-        stop = int(np.searchsorted(ids, (int(ids[begin]) // WINDOW + 1) * WINDOW))
-        stop = min(stop, end)
-        yield slice(begin, stop), ids[begin:stop]
-        begin = stop
 
 
 def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose, *, with_data: bool = True) -> tuple[Mesh, Ids]:
@@ -113,7 +101,7 @@ def _nodes(pieces: Pieces, ids: Ids) -> tuple[Ids, Ids]:
     """How many nodes each of some cells has, ascending, and these, one after another."""
     sizes, nodes = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
     for piece, start, first_point in zip(pieces.pieces, pieces.cell_starts, pieces.point_starts, strict=False):
-        for _, at in _windows(ids - start, piece.n_cells):
+        for _, at in windows(ids - start, piece.n_cells):
             low = int(at[0])
             offsets = piece.offsets.read(low, int(at[-1]) + 2).astype(np.int64)
             begin, end = offsets[at - low] - offsets[0], offsets[at - low + 1] - offsets[0]
@@ -135,8 +123,8 @@ def touching(pieces: Pieces, points: Ids) -> Ids:
     is_wanted[points] = True
     for piece, start, first in zip(pieces.pieces, pieces.cell_starts, pieces.point_starts, strict=False):
         own = is_wanted[first : first + piece.n_points]
-        for at in range(0, piece.n_cells if own.any() else 0, WINDOW):
-            offsets = piece.offsets.read(at, min(at + WINDOW, piece.n_cells) + 1)
+        for at in range(0, piece.n_cells if own.any() else 0, some_rows.WINDOW):
+            offsets = piece.offsets.read(at, min(at + some_rows.WINDOW, piece.n_cells) + 1)
             places = np.flatnonzero(own[piece.connectivity.read(int(offsets[0]), int(offsets[-1]))])
             cells = np.searchsorted(offsets, places + int(offsets[0]), side="right") - 1
             found.append(np.unique(cells).astype(np.int64) + (start + at))

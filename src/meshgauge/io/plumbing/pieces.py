@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -47,6 +47,11 @@ class Rows(Protocol):
 def row_bytes(rows: Rows) -> int:
     """Bytes of a row."""
     return rows.dtype.itemsize * int(np.prod(rows.shape[1:], dtype=np.int64))
+
+
+def bytes_of(arrays: Iterable[Rows]) -> int:
+    """Bytes of some arrays."""
+    return sum(rows.shape[0] * row_bytes(rows) for rows in arrays)
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +207,8 @@ class Piece:
         they were taken from it.
     blocks
         Name, first cell and the one behind the last of each block, if the piece has several; else it is one.
+    polyhedra_bytes
+        Of the arrays in the file that `polyhedra` are made of.
     """
 
     name: str
@@ -213,6 +220,7 @@ class Piece:
     cell_data: Mapping[str, Rows]
     point_data: Mapping[str, Rows]
     blocks: tuple[tuple[str, int, int], ...] = ()
+    polyhedra_bytes: int = 0
 
     @property
     def n_cells(self) -> int:
@@ -320,9 +328,8 @@ class Pieces:
         """Of all arrays, as they are read."""
         total = 0
         for piece in self.pieces:
-            own: tuple[Rows, ...] = (piece.points, piece.types, piece.offsets, piece.connectivity)
-            for rows in (*own, *piece.cell_data.values(), *piece.point_data.values()):
-                total += rows.shape[0] * row_bytes(rows)
+            own = (piece.points, piece.types, piece.offsets, piece.connectivity)
+            total += bytes_of([*own, *piece.cell_data.values(), *piece.point_data.values()]) + piece.polyhedra_bytes
         return total
 
     def check_unchanged(self) -> None:
@@ -381,7 +388,7 @@ def join_listed(listed: Sequence[Pieces | None], names: Sequence[str] = (), *, p
     return (
         Pieces(
             str(path),
-            tuple(filled),
+            with_polyhedra(filled),
             {name: values for one in reversed(files) for name, values in one.field_data.items()},
             renumbered=tuple({vtk_id for one in files for vtk_id in one.renumbered}),
             stored="single" if any(one.stored == "single" for one in files) else None,
@@ -391,6 +398,21 @@ def join_listed(listed: Sequence[Pieces | None], names: Sequence[str] = (), *, p
         if filled
         else None
     )
+
+
+def with_polyhedra(pieces: Sequence[Piece]) -> tuple[Piece, ...]:
+    """The same, where some have polyhedra and others have not: these with no faces."""
+    from .made_rows import SameRows
+
+    if all(piece.polyhedra is None for piece in pieces):
+        return tuple(pieces)
+    int64 = np.dtype(np.int64)
+
+    def none_in(piece: Piece) -> dict[str, Rows]:
+        n_rows = {"cell_offsets": piece.n_cells + 1, "cell_faces": 0, "face_offsets": 1, "face_points": 0}
+        return {key: SameRows(0, int64, (n,)) for key, n in n_rows.items()}
+
+    return tuple(replace(one, polyhedra=none_in(one)) if one.polyhedra is None else one for one in pieces)
 
 
 def is_stored_label(data: Mapping[str, Rows]) -> bool:

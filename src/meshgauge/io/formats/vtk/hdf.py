@@ -27,7 +27,7 @@ from ...plumbing.ids import drop_counts, label_source, with_labels
 from ...plumbing.merge import Part, merge_parts, starts
 from ...plumbing.messages import is_out_of_memory
 from ...plumbing.patch import Places
-from ...plumbing.pieces import ArrayRows, Piece, Pieces, ReadWhole, Rows, hdf_rows
+from ...plumbing.pieces import ArrayRows, Piece, Pieces, ReadWhole, Rows, bytes_of, hdf_rows
 from ...plumbing.steps import Step, number_steps
 from .hdf_writing_rows import write_rows
 from .places import NONE, places_of_rows
@@ -350,15 +350,17 @@ def _piece(part: Part) -> Piece:
         raise ReadWhole("points or types of another kind")
     poly = part.polyhedra
     points, types, offsets, connectivity = rows
+    faces = {name: cast(Rows, getattr(poly, name)) for name in _OF_POLYHEDRA} if poly is not None else None
     return Piece(
         part.name,
         points,
         types,
         offsets,
         connectivity,
-        {name: cast(Rows, getattr(poly, name)) for name in _OF_POLYHEDRA} if poly is not None else None,
+        faces,
         cast(Mapping[str, Rows], part.cell_data),
         cast(Mapping[str, Rows], part.point_data),
+        polyhedra_bytes=bytes_of((faces or {}).values()),
     )
 
 

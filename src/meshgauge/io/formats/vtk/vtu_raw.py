@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import re
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 from xml.etree import ElementTree
@@ -25,7 +25,18 @@ from ...plumbing import budget
 from ...plumbing.budget import DENSEST
 from ...plumbing.format import Take
 from ...plumbing.ids import drop_counts, label_source, with_labels
-from ...plumbing.pieces import MOST_UNPACKED, EndsOnly, FileRows, PackedRows, Piece, Pieces, ReadWhole, Rows
+from ...plumbing.pieces import (
+    MOST_UNPACKED,
+    EndsOnly,
+    FileRows,
+    PackedRows,
+    Piece,
+    Pieces,
+    ReadWhole,
+    Rows,
+    bytes_of,
+)
+from . import vtu_polyhedra
 
 _START = re.compile(rb"<AppendedData\b[^>]*\bencoding\s*=\s*[\"']raw[\"'][^>]*>\s*_")
 _LARGEST_HEADER = 1 << 20
@@ -179,6 +190,13 @@ class _Appended:
             raise ReadWhole(f"array {name!r} is in blocks of more than {MOST_UNPACKED >> 20} MiB")
         return PackedRows(path, starts, size, dtype, shape)
 
+    def all_rows(self, item: ElementTree.Element) -> Rows:
+        """The same of an array of which only the file says how many numbers it has."""
+        if item.tag != "DataArray" or item.get("format") != "appended":
+            raise _Unknown
+        self.file.seek(self.start + int(item.attrib["offset"]))
+        return self.rows(item, self._stated(item.get("Name", "")) // np.dtype(DTYPES[item.attrib["type"]]).itemsize)
+
     def texts(self, item: ElementTree.Element, rows: int) -> NDArray[np.str_]:
         """Strings, each ended by a zero byte."""
         if item.get("format") != "appended":
@@ -264,8 +282,8 @@ def _core(piece: ElementTree.Element, at: int) -> tuple[ElementTree.Element, dic
     """The points of a time step, and the three arrays of the cells."""
     cells = {item.get("Name"): item for item in _of_step(piece, "Cells/DataArray", at)}
     points = _of_step(piece, "Points/DataArray", at)
-    if set(cells) != {"connectivity", "offsets", "types"} or len(points) != 1:
-        raise _Unknown  # polyhedra, or one of VTK's older layouts
+    if not set(cells) >= vtu_polyhedra.CORE or len(points) != 1:
+        raise _Unknown  # one of VTK's older layouts
     if cells["types"].get("type") != "UInt8":
         raise _Unknown
     return points[0], cells
@@ -291,16 +309,17 @@ def pieces(path: Path, at: int) -> Pieces | None:
             n_points, n_cells = _sizes(piece)
             points, cells = _core(piece, at)
             ends = data.rows(cells["offsets"], n_cells)
-            n_ids = int(ends.read(n_cells - 1, n_cells)[0]) if n_cells else 0
+            faces, n_bytes = _polyhedra(data, cells, n_cells)
             own = Piece(
                 "",
                 data.rows(points, n_points),
                 data.rows(cells["types"], n_cells),
                 EndsOnly(ends),
-                data.rows(cells["connectivity"], n_ids),
-                None,
+                data.rows(cells["connectivity"], _last(ends)),
+                faces,
                 _rows_of(piece, "CellData", data, n_cells, at),
                 _rows_of(piece, "PointData", data, n_points, at),
+                polyhedra_bytes=n_bytes,
             )
             fields = _arrays_of(grid, "FieldData", data, None, at)
         except _UNKNOWN:
@@ -308,6 +327,31 @@ def pieces(path: Path, at: int) -> Pieces | None:
     if own.points.shape[1:] != (3,) or own.points.dtype.kind != "f":
         return None
     return Pieces(str(path), (own,), fields, renumbered=tuple(RENUMBERED) if _is_renumbered(root) else ())
+
+
+def _last(ends: Rows) -> int:
+    """How many there are of what has these ends."""
+    n = ends.shape[0]
+    return int(ends.read(n - 1, n)[0]) if n else 0
+
+
+def _polyhedra(
+    data: _Appended, cells: Mapping[str | None, ElementTree.Element], n_cells: int
+) -> tuple[dict[str, Rows] | None, int]:
+    """Where the faces of polyhedra stand, if there are any, and the bytes of what is there."""
+    more = set(cells) - vtu_polyhedra.CORE
+    if not more:
+        return None, 0
+    if more not in (vtu_polyhedra.STREAM, set(vtu_polyhedra.ARRAYS.values())):
+        raise _Unknown
+    arrays = {name: data.all_rows(cells[name]) for name in more if name is not None}
+    if more == vtu_polyhedra.STREAM:
+        arrays["faceoffsets"] = data.rows(cells["faceoffsets"], n_cells)
+        return vtu_polyhedra.of_stream(arrays["faces"], arrays["faceoffsets"]), bytes_of(arrays.values())
+    arrays["polyhedron_offsets"] = data.rows(cells["polyhedron_offsets"], n_cells)
+    for of_ends, name in (("polyhedron_offsets", "polyhedron_to_faces"), ("face_offsets", "face_connectivity")):
+        arrays[name] = data.rows(cells[name], _last(arrays[of_ends]))
+    return vtu_polyhedra.of_arrays(arrays), bytes_of(arrays.values())
 
 
 def _rows_of(parent: ElementTree.Element, kind: str, data: _Appended, n: int, at: int) -> dict[str, Rows]:
@@ -333,6 +377,8 @@ def _mesh(root: ElementTree.Element, data: _Appended, at: int) -> Mesh:
     grid, piece = _one_piece(root)
     n_points, n_cells = _sizes(piece)
     points, cells = _core(piece, at)
+    if set(cells) != vtu_polyhedra.CORE:
+        raise _Unknown
     offsets = data.array(cells["offsets"], n_cells, after=1)
     offsets[0] = 0
     types = data.array(cells["types"], n_cells)
