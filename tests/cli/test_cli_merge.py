@@ -34,13 +34,30 @@ def test_the_json_is_that_of_the_whole(parts: list[Path], tmp_path: Path, capsys
     for path in parts:
         assert main(["report", str(path), "--partial", str(path.with_suffix(".mgp"))]) == 0
     assert "part_2.mgp: 40 cells" in capsys.readouterr().out
-    assert main(["report", str(tmp_path / "whole.vtu"), "--json", "--no-diagnosis"]) == 0
+    assert main(["report", *map(str, parts), "--as-one", "--json"]) == 0
     expected = json.loads(capsys.readouterr().out)
     assert main(["merge", str(tmp_path / "*.mgp"), "--json"]) == 0
     made = json.loads(capsys.readouterr().out)
     for one in (made, expected):
         del one["files"][0]["path"], one["files"][0]["notes"]
     assert made == expected
+    assert made["files"][0]["diagnosis"]["n_parts"] == 90
+
+
+def test_parts_that_were_measured_without_what_the_diagnosis_takes(
+    parts: list[Path], tmp_path: Path, capsys: Captured
+) -> None:
+    for path in parts:
+        more = ["--no-diagnosis"] if path == parts[1] else []
+        assert main(["report", str(path), "--partial", str(path.with_suffix(".mgp")), "-q", *more]) == 0
+    assert main(["merge", str(tmp_path / "*.mgp")]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "The mesh was not diagnosed: what it takes is not in the partial report of" in text
+    assert "that was not asked for" in text
+    assert main(["merge", str(tmp_path / "part_1.mgp")]) == 0
+    assert "measured without what a diagnosis of the whole takes" in " ".join(capsys.readouterr().out.split())
+    assert main(["merge", str(tmp_path / "part_0.mgp"), "--memory", "1kB"]) == 0
+    assert "more than --memory allows" in " ".join(capsys.readouterr().out.split())
 
 
 def test_text_and_a_line(parts: list[Path], tmp_path: Path, capsys: Captured) -> None:

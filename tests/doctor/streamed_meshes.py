@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import json
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
@@ -13,6 +15,10 @@ from meshgauge.doctor.inward import InwardEntries
 from meshgauge.doctor.reversal import reversal
 from meshgauge.doctor.streamed.diagnose import diagnosis_of
 from meshgauge.doctor.streamed.marks import marks_of
+from meshgauge.doctor.streamed.of_parts import Placed, diagnosis_of_parts
+from meshgauge.doctor.streamed.open_cells import OpenCells, PartOf, open_cells_of
+from meshgauge.files.plain_records import plain, record
+from meshgauge.mesh import CellBlock
 from meshgauge.mesh.ghosts import without_ghosts
 from meshgauge.mesh.labels import cell_labels, point_labels
 from meshgauge.mesh.polyhedra import Polyhedra
@@ -23,22 +29,25 @@ REVERSED = list(reversal(12, 8) or ())
 
 
 class InMemory:
-    """A mesh in memory that passes by, some cells at a time."""
+    """A mesh in memory that passes by, some cells at a time; or those of its cells from ``begin`` up to ``end``."""
 
-    def __init__(self, quality: Quality, size: int) -> None:
+    def __init__(self, quality: Quality, size: int, begin: int = 0, end: int | None = None) -> None:
         self.mesh, self.size = without_ghosts(quality.mesh), size
-        self.n_cells, self.n_points = self.mesh.n_cells, self.mesh.n_points
-        self.stored, self.purpose, self.blocks = self.mesh.stored or "double", self.mesh.purpose, self.mesh.blocks
-        self.joined = None
+        self.begin, self.end = begin, self.mesh.n_cells if end is None else end
+        self.n_cells, self.n_points = self.end - self.begin, self.mesh.n_points
+        self.stored, self.purpose = self.mesh.stored or "double", self.mesh.purpose
+        inside = [(one.name, max(one.start, begin), min(one.stop, self.end)) for one in self.mesh.blocks]
+        self.blocks = tuple(CellBlock(name, a - begin, b - begin) for name, a, b in inside if a < b)
+        self.joined = self.silent = self.known = None
         self.dimension, self.up = self.mesh.dimension or 3, self.mesh.up or 0
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:
         mesh = self.mesh
-        for first in range(0, mesh.n_cells, self.size):
-            stop = min(first + self.size, mesh.n_cells)
+        for first in range(self.begin, self.end, self.size):
+            stop = min(first + self.size, self.end)
             offsets = mesh.offsets[first : stop + 1].astype(np.int64)
             yield (
-                first,
+                first - self.begin,
                 0,
                 Mesh(
                     points=np.zeros((mesh.n_points, 3), np.float32),
@@ -187,6 +196,21 @@ def assert_same(made: Diagnosis, expected: Diagnosis) -> None:
         assert made.orientation is expected.orientation
         return
     assert np.array_equal(made.orientation.numbering, expected.orientation.numbering)
+
+
+def of_shares(quality: Quality, n: int) -> Diagnosis:
+    """The diagnosis of a mesh of which so many shares were looked at apart, with what is kept written and read."""
+    marks, inward = marks_of(quality), InwardEntries.of(without_ghosts(quality.mesh))
+    ends = np.linspace(0, quality.mesh.n_cells, n + 1).astype(int).tolist()
+    placed = []
+    for a, b in itertools.pairwise(ends):
+        here = (inward.cells >= a) & (inward.cells < b)
+        own = InwardEntries(inward.numbers[here], inward.leasts[here], inward.cells[here] - a)
+        part = PartOf(first_cell=a, has_all_points=n == 1)
+        made = open_cells_of(InMemory(quality, 61, a, b), marks[a:b], own, part, tolerance=1e-9)
+        placed.append(Placed(record(json.loads(json.dumps(plain(made))), OpenCells), 0, 0, 0, 0))
+    mesh = quality.mesh
+    return diagnosis_of_parts(placed, n_points=mesh.n_points, purpose=mesh.purpose, up=mesh.up or 0)
 
 
 def streamed(quality: Quality, size: int) -> Diagnosis:

@@ -277,6 +277,7 @@ class Batch:
                 metrics=contents.metrics(),
                 worst=contents.n_worst(several=False),
                 by_region=contents.by is not None,
+                with_diagnosis=contents.diagnosis,
                 purpose=None if self.purpose is None else self.purpose.of_mesh,
                 dimension=self._dimension,
                 keep_bricks=self.keep_bricks,

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from . import inputs, options
-from .options import READING, option
+from .options import MEASURING, READING, option
 from .terminal import DONE
 
 
@@ -21,6 +21,10 @@ def merge(
         int | None,
         option("--parts", "N", "Of how many parts the mesh is; fewer are an error.", READING, least=1, default=False),
     ] = None,
+    memory: Annotated[
+        str | None,
+        option("--memory", "SIZE", "Memory for the diagnosis, such as 4GB.", MEASURING, default="half of what is free"),
+    ] = None,
     bins: options.Bins = 20,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
@@ -28,8 +32,9 @@ def merge(
     """Read partial reports, merge them, show the report; returns the exit code."""
     from ..report.merging import merge as merged
     from .printer import printer
+    from .slices import n_bytes
 
-    report = merged(inputs.expand(partials), parts=parts)
+    report = merged(inputs.expand(partials), parts=parts, memory=None if memory is None else n_bytes(memory))
     printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=False)
     printing.file(report)
     printing.end([report], [])

@@ -52,6 +52,10 @@ class InwardEntries:
         leasts = np.minimum.reduceat(points, np.cumsum(sizes) - sizes) if len(points) else points
         return cls(numbers, leasts, np.searchsorted(poly.cell_offsets, entries, side="right") - 1)
 
+    def moved(self, cells: int, points: int) -> InwardEntries:
+        """The same with ids that are so much higher."""
+        return InwardEntries(self.numbers, self.leasts + points, self.cells + cells)
+
     def merge(self, other: InwardEntries) -> InwardEntries:
         """Those of both."""
         if not len(other.cells):

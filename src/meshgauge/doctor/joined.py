@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,12 +87,14 @@ class Joined:
 
     @classmethod
     def of_mesh(cls, mesh: Mesh, tolerance: float) -> Joined:
-        """Those of a mesh that was put together of several."""
+        """Those of a mesh that was put together of several; points that ghosts alone have are not looked at."""
         representative = np.asarray(
             points.representatives(mesh.points, tolerance=tolerance, stored=mesh.stored), np.int64
         )
         moved = np.flatnonzero(representative != np.arange(mesh.n_points))
         ids = np.unique(np.concatenate([moved, representative[moved]]))
+        if mesh.is_ghost is not None:
+            ids = ids[~ghost_points([(0, mesh)], mesh.n_points)[ids]]
         labels = labels_of(mesh, "point")
         of_these = None if labels is None else labels[ids]
         return cls.of(ids, mesh.points[ids], representative[ids], of_these, mesh.parts)
@@ -110,6 +113,18 @@ class Joined:
         if poly is not None:
             poly = poly.with_points(self.applied(np.arange(mesh.n_points)))
         return mesh.replace(connectivity=nodes, polyhedra=poly)
+
+
+def ghost_points(meshes: Iterable[tuple[int, Mesh]], n_points: int) -> NDArray[np.bool_]:
+    """``(n_points,)`` points that ghosts alone have, of meshes with point ids from so many on."""
+    real, ghost = np.zeros(n_points, np.bool_), np.zeros(n_points, np.bool_)
+    for first, mesh in meshes:
+        nodes = np.asarray(mesh.connectivity, np.int64) + first
+        is_ghost = mesh.is_ghost
+        of_ghosts = np.repeat(np.zeros(mesh.n_cells, np.bool_) if is_ghost is None else is_ghost, np.diff(mesh.offsets))
+        real[nodes[~of_ghosts]] = True
+        ghost[nodes[of_ghosts]] = True
+    return ghost & ~real
 
 
 def _first_of(groups: Ids, part: Ids) -> Ids:

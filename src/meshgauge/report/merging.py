@@ -24,10 +24,11 @@ from ..quality.summary import Summary, summarise_nothing
 from ..slices import Partial
 from ..slices.labels import labelled
 from ..slices.partial import merged
+from .part_diagnosis import merged_diagnosis
 from .partial_report import PartialReport
 from .record import FileReport
 
-NOT_DIAGNOSED = "Parts that were measured apart are not diagnosed."
+NOT_DIAGNOSED = "The parts were measured without what a diagnosis of the whole takes, and are not diagnosed."
 MIXED = (
     "The parts were measured on processors of which some round a product and a sum once and others twice: last bits "
     "of values differ between them."
@@ -40,7 +41,11 @@ NAMED = 4
 
 
 def merge(
-    partials: Iterable[PartialReport | str | os.PathLike[str]], *, parts: int | None = None, path: str | None = None
+    partials: Iterable[PartialReport | str | os.PathLike[str]],
+    *,
+    parts: int | None = None,
+    path: str | None = None,
+    memory: int | None = None,
 ) -> FileReport:
     """The report on a mesh from those on its parts: that of the whole, to the last bit, where its types are many.
 
@@ -52,12 +57,16 @@ def merge(
         Of how many parts the mesh is, if they do not say so themselves; shares of a file may be counted each.
     path
         What to call the mesh; None: the file, or the first and the last part.
+    memory
+        Bytes that the diagnosis may take; None: half of what is free.
 
     Returns
     -------
     FileReport
-        Without a diagnosis. Parts follow one another by their numbers, else by the names of their files, numbers in
-        them by value, else as they are given; so do cells and points, of which those on two parts count twice.
+        With the diagnosis, if the parts were measured with it: points that they have in common are joined as those of
+        files that are measured as one. Parts follow one another by their numbers, else by the names of their files,
+        numbers in them by value, else as they are given; so do cells and points, of which those on two parts count
+        twice.
 
     Raises
     ------
@@ -74,9 +83,11 @@ def merge(
         raise OptionError("no partial report is given")
     _check_alike(given)
     groups = _groups(given)
+    joined = [_joined(group) for group in groups]
+    shares_of = {id(one): group for one, group in zip(joined, groups, strict=True)}
     if parts is not None and parts == sum(map(len, groups)):
         parts = len(groups)  # shares of a file count too
-    whole = _in_order([_joined(group) for group in groups], parts)
+    whole = _in_order(joined, parts)
     names = _region_names(whole)
     _check_decisions(whole)
     cells = points = 0
@@ -93,6 +104,7 @@ def merge(
     found = [at for at in range(len(names)) if at in result.regions] if by_region else []
     nothing = tuple(map(summarise_nothing, result.companions))
     is_mixed = len({one.last_bits for one in given}) > 1
+    diagnosis = merged_diagnosis([shares_of[id(one)] for one in whole], memory=memory)
     return FileReport(
         path=path or _name(whole),
         n_points=points,
@@ -101,8 +113,9 @@ def merge(
         worst=tuple(cell for cell, _ in result.worst),
         others=tuple(summaries.values()),
         companions=result.companions,
-        notes=_notes(whole, result, is_mixed=is_mixed),
+        notes=_notes(whole, result, is_mixed=is_mixed, is_diagnosed=diagnosis is not None),
         findings=result.findings,
+        diagnosis=diagnosis,
         regions=tuple((names[at], result.regions[at]) for at in found),
         region_companions=tuple(result.region_companions.get(at, nothing) for at in found),
         worst_regions=tuple(names[region] for _, region in result.worst) if by_region else (),
@@ -302,7 +315,7 @@ def _name(whole: Sequence[PartialReport]) -> str:
     return f"{whole[0].path} to {whole[-1].path} ({len(whole)} parts)"
 
 
-def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool) -> tuple[str, ...]:
+def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool, is_diagnosed: bool) -> tuple[str, ...]:
     of_ghosts = {not_looked_at(one.result.n_ghosts) for one in whole}
     notes = dict.fromkeys(note for one in whole for note in one.notes if note not in of_ghosts)
     if result.n_ghosts:
@@ -313,7 +326,7 @@ def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool) -
         notes[FEW] = None
     if is_mixed:
         notes[MIXED] = None
-    return (*notes, NOT_DIAGNOSED)
+    return tuple(notes) if is_diagnosed else (*notes, NOT_DIAGNOSED)
 
 
 def _differs(summary: Summary) -> bool:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..doctor.streamed.open_cells import OpenCells
 from ..errors import ReadError
 from ..files.output import replacing
 from ..files.plain_records import NotPlain, plain, record
@@ -23,7 +24,7 @@ from ..slices import Partial
 from ..slices.facts import Labels
 from ..status import STATUSES, Status
 
-FORMAT, VERSION = "meshgauge-partial", 3
+FORMAT, VERSION = "meshgauge-partial", 4
 LARGEST = 1 << 31
 """Bytes of a file beyond which it holds no partial report."""
 
@@ -62,6 +63,10 @@ class PartialReport:
         Version of meshgauge.
     result
         What was measured, with ids as the part has them.
+    open_cells
+        What the diagnosis of the whole needs to know of these cells; None: why not, see ``not_diagnosed``.
+    not_diagnosed
+        Why nothing is kept for the diagnosis, a clause; empty if it is.
     """
 
     path: str
@@ -82,6 +87,8 @@ class PartialReport:
     last_bits: str
     made_by: str
     result: Partial
+    open_cells: OpenCells | None
+    not_diagnosed: str
 
     __repr__ = brief
 

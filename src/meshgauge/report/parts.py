@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
-from typing import Any, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal
 from uuid import uuid4
 
 import numpy as np
 
 from .._version import __version__
 from ..cells import WEDGE
+from ..doctor.streamed import MarkCounter, Marks
 from ..errors import MeshError, MetricError, OptionError
 from ..io import from_meshio, from_pyvista, pieces, read
 from ..io.plumbing.pieces import ReadWhole, stamp
@@ -31,9 +33,14 @@ from ..slices.points import ALL
 from ..slices.read import Slice, View
 from ..slices.regions import Regions
 from ..status import Purpose
+from .diagnosis import why_no_memory, why_not
+from .part_diagnosis import NOT_ASKED, open_cells, open_cells_of_mesh
 from .partial_report import PartialReport
 from .record import WORST
 from .stream import check_metrics, job_of
+
+if TYPE_CHECKING:
+    from ..doctor.streamed.open_cells import OpenCells
 
 Share = tuple[int, int]
 
@@ -46,6 +53,7 @@ def partial(
     metrics: Iterable[str] = (),
     worst: int = WORST,
     by_region: bool = False,
+    with_diagnosis: bool = False,
     purpose: Purpose | None = None,
     dimension: Literal[2, 3] | None = None,
     keep_bricks: bool = False,
@@ -69,6 +77,9 @@ def partial(
         of their files, or as they are given to `merge`.
     share
         ``(k, n)``: of a file measure only the k-th of n shares of its cells, from 1 on.
+    with_diagnosis
+        Keep what the diagnosis of the whole needs: the outer cells of the part, and others that may say something.
+        That takes five to ten times as long as measuring, and some 60 bytes for each of these cells.
     metrics, worst, by_region, purpose, dimension, keep_bricks, poor_below
         As for `stream`; the same for all parts. Each part decides for itself whether solid or surface cells are
         measured; `merge` refuses parts that decided differently.
@@ -113,21 +124,23 @@ def partial(
         dimension=dimension,
         keep_bricks=keep_bricks,
         poor_below=checked(poor_below),
+        counter=MarkCounter() if with_diagnosis else None,
     )
     try:
         check_metrics(names)
         if not isinstance(mesh, str | os.PathLike):
-            return _of_mesh(_mesh(mesh, wedge_order), ask, part, share, threads)
+            return _of_mesh(_mesh(mesh, wedge_order), ask, part, share, threads, memory)
         try:
             listed = pieces(mesh, file_format=file_format, step=step)
             if listed is not None and listed.n_cells:
-                job = job_of(listed, ask, memory=memory, wedge_order=wedge_order, is_part=True)
+                job = job_of(listed, ask, memory=memory, wedge_order=wedge_order, is_part=True, n_shares=share[1])
                 done = measure_pieces(job, executor=executor, threads=threads, share=share, progress=progress)
-                return _of_file(os.fspath(mesh), job, part, done)
+                kept = NOT_ASKED if not with_diagnosis else _kept_in_slices(job, done, memory, share)
+                return _of_file(os.fspath(mesh), job, part, done, kept)
         except ReadWhole:
             pass
         whole = read(mesh, file_format=file_format, step=step, wedge_order=wedge_order)
-        return _of_mesh(whole, ask, part, share, threads)
+        return _of_mesh(whole, ask, part, share, threads, memory)
     except ReadWhole as reason:
         raise MetricError(f"{mesh if isinstance(mesh, str | os.PathLike) else 'the mesh'}: {reason}") from reason
 
@@ -139,7 +152,9 @@ def _mesh(given: Any, wedge_order: str) -> Mesh:
     return from_pyvista(given, wedge_order=wedge_order) if hasattr(given, "IsA") else from_meshio(given)
 
 
-def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: int | None) -> PartialReport:
+def _of_mesh(
+    mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: int | None, memory: int | None
+) -> PartialReport:
     """A part that is in memory as a whole."""
     if share[1] > 1:
         raise OptionError(
@@ -164,6 +179,7 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
         view=View(mesh.dimension or 3, mesh.up or 0),
         is_part=True,
     )
+    wanted = replace(ask, counter=None)
     quality = measure_part(
         mesh,
         rows_of(ask.metrics, ask.poor_below),
@@ -173,19 +189,31 @@ def _of_mesh(mesh: Mesh, ask: Ask, part: Share | None, share: Share, threads: in
         beyond=unknown,
     )
     result = labelled(
-        partial_of(quality, Slice(quality.mesh, 0, 0, ALL), ids, ask, facts),
+        partial_of(quality, Slice(quality.mesh, 0, 0, ALL), ids, wanted, facts),
         (lambda cell: cell_label(mesh, cell)) if has_labels(mesh, "cell") else None,
         (lambda point: point_label(mesh, point)) if has_labels(mesh, "point") else None,
     )
-    return _report(mesh.path or "mesh", _file_of(mesh.path), facts, ask, part, result, source)
+    kept: OpenCells | str = NOT_ASKED
+    if ask.counter is not None:
+        kept = why_no_memory(mesh.n_cells, mesh.n_points, memory) or open_cells_of_mesh(quality)
+    return _report(mesh.path or "mesh", _file_of(mesh.path), facts, ask, part, result, source, kept)
 
 
-def _of_file(path: str, job: Job, part: Share | None, result: Partial) -> PartialReport:
+def _of_file(path: str, job: Job, part: Share | None, result: Partial, kept: OpenCells | str) -> PartialReport:
     """A part that was read in slices."""
     facts = job.facts
-    return _report(
-        path, _file_of(path), facts, job.ask, part, labelled_by_file(job.pieces, facts, result), facts.regions.source
-    )
+    result = replace(labelled_by_file(job.pieces, facts, result), counted=None)
+    return _report(path, _file_of(path), facts, job.ask, part, result, facts.regions.source, kept)
+
+
+def _kept_in_slices(job: Job, done: Partial, memory: int | None, share: Share) -> OpenCells | str:
+    """What is kept for the diagnosis of a part that was read in slices, or why nothing is."""
+    if not isinstance(done.counted, Marks):
+        return why_not(job.pieces, memory, share[1])
+    try:
+        return open_cells(job, done.counted, memory, share)
+    except ReadWhole as reason:
+        return str(reason)
 
 
 def _file_of(path: str | None) -> tuple[str, tuple[int, int]]:
@@ -204,6 +232,7 @@ def _report(
     part: Share | None,
     result: Partial,
     region_source: str,
+    kept: OpenCells | str,
 ) -> PartialReport:
     from ..kernels.probe import last_bits  # loads Numba
 
@@ -230,4 +259,6 @@ def _report(
         last_bits=last_bits(),
         made_by=__version__,
         result=result,
+        open_cells=None if isinstance(kept, str) else kept,
+        not_diagnosed=kept if isinstance(kept, str) else "",
     )

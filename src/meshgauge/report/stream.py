@@ -57,9 +57,16 @@ def check_metrics(metrics: Iterable[str]) -> None:
 
 
 def job_of(
-    listed: Pieces, ask: Ask, *, memory: int | None = None, wedge_order: str = "auto", is_part: bool = False
+    listed: Pieces,
+    ask: Ask,
+    *,
+    memory: int | None = None,
+    wedge_order: str = "auto",
+    is_part: bool = False,
+    n_shares: int = 1,
 ) -> Job:
-    """The first round: the facts of the whole, or of a part of it; its points are read if they fit.
+    """The first round: the facts of the whole, or of a part of it, of which one of some shares is measured; its points
+    are read if they fit.
 
     Raises
     ------
@@ -76,7 +83,7 @@ def job_of(
         raise ReadWhole("it has no cells")
     if ask.keeps_rows and any(piece.polyhedra is not None for piece in listed.pieces):
         raise ReadWhole("not all that its polyhedra depend on is known before they are measured")
-    ask = replace(ask, counter=with_marks(listed, ask.counter, memory))
+    ask = replace(ask, counter=with_marks(listed, ask.counter, memory, n_shares))
     memory = default_memory() if memory is None else memory
     _ = listed.face_starts  # what is counted for them is, before it is sent to processes
     if ask.keeps_points:  # a slice is to have few points beside its own

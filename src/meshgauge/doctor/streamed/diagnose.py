@@ -37,7 +37,7 @@ from ..orientation import (
     outside,
     part_signs,
 )
-from .doubles import Crowd, crowd
+from .doubles import Crowd, crowd_of
 from .faces import ROOM, Keys, Matched, match
 from .few import CHUNK, REAL, Few, Seen, flagged, keep, look, part_sizes, second_look, unused
 from .marks import HANDED, INVERTED, MEASURED, USABLE
@@ -78,7 +78,7 @@ def diagnosis_of(
     """
     if source.dimension == 2:
         return diagnosis_of_surfaces(source, marks, tolerance=tolerance, room=room)
-    crowded = crowd(source.points, source.n_points, tolerance, source.stored)
+    crowded = crowd_of(source, tolerance)
     give_back()
     matched = match(source, marks, room)  # before anything else that takes memory for each cell
     give_back()

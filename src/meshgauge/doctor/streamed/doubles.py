@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...kernels.topology import crowded, driver
 from ...mesh.mesh import Precision
 from .. import points as whole
+from .source import Source
 
 Ids = NDArray[np.int64]
 Windows = Callable[[], Iterator[NDArray[np.floating]]]
@@ -82,6 +83,13 @@ def crowd(windows: Windows, n_points: int, tolerance: float, stored: Precision) 
     given = points / factor if factor != 1.0 else points
     representative = driver.coincident(given, origin, within).astype(np.int64)
     return Crowd(scale, ids, points, representative)
+
+
+def crowd_of(source: Source, tolerance: float) -> Crowd:
+    """Those of a mesh that passes by, of the points of which it is known where they are."""
+    known = source.known
+    made = crowd(source.points, source.n_points if known is None else len(known), tolerance, source.stored)
+    return made if known is None else replace(made, ids=known[made.ids])
 
 
 def _boxes_for(n_points: int) -> NDArray[np.uint64]:

@@ -153,6 +153,8 @@ def match(
 
     If more are open than there is room for, a part of the faces is looked at at a time.
     """
+    if source.silent is not None:
+        known = source.silent.passed if known is None else np.concatenate([known, source.silent.passed])
     skipped, half_of = NONE if known is None else table_of(known), half_of or HalfFaces.of
     while True:
         try:
@@ -170,14 +172,14 @@ def _match(
     n_parts: int,
     half_of: HalfOf,
 ) -> Matched:
-    n, most_open = source.n_cells, most_in(room)
-    parent: IndexArray = np.arange(n, dtype=driver.index_type(n))
+    n, most_open, silent = source.n_cells, most_in(room), source.silent
+    parent: IndexArray = np.arange(n, dtype=driver.index_type(n)) if silent is None else silent.parent.copy()
     wanted, again, leasts = [np.empty(0, np.uint64)], [np.empty(0, np.uint64)], [np.empty(0, np.int64)]
     suspected = np.zeros((n >> 3) + 1, np.uint8)
     n_half = n_collapsed = 0
     for part in range(n_parts):
         table = _Open(3 * n // n_parts, source.n_points)
-        n_half = n_collapsed = 0
+        n_half, n_collapsed = (0, 0) if silent is None else (silent.n_half_faces, silent.n_collapsed)
         for first, first_point, mesh in source.cells():
             half = half_of(mesh, first_point, first, part, n_parts)
             n_half += half.n_all

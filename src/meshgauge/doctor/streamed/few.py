@@ -94,6 +94,9 @@ def look(source: Source, doubles: Ids, of_types: Mask = IS_SOLID) -> Seen:
         surface, starts, sizes = surfaces.corners(mesh)
         n_surface += len(surface)
         flags[_nodes(mesh)[ragged_positions(starts, sizes)] + first_point] |= np.uint8(SURFACE)
+    if source.silent is not None:
+        types, flags, has_ghosts = source.silent.types, source.silent.flags.copy(), source.silent.has_ghosts
+        flags[doubles] |= np.uint8(DOUBLE)
     if not (types[:1] != types).any():
         types = np.broadcast_to(types[:1].copy(), n_cells)
     of_some = (np.concatenate(repeated), np.concatenate(interface))
@@ -119,10 +122,19 @@ def part_sizes(source: Source, seen: Seen, parent: IndexArray, of_types: Mask = 
     n = int(counts[of_types].sum())
     if n == 0 or (not counts[POLYHEDRON.vtk_id] and _n_first(seen.types, parent, of_types) == 1):
         return [n] if n else []
-    of_points = np.full(source.n_points, -1, driver.index_type(max(source.n_points, source.n_cells)))
+    if source.silent is not None:
+        return sorted(source.silent.sizes().tolist(), reverse=True)
+    of_points = connected(source, of_types)
+    return sorted((-1 - of_points[of_points < -1]).tolist(), reverse=True)
+
+
+def connected(source: Source, of_types: Mask) -> IndexArray:
+    """``(n_points,)`` points led to another that cells of some types connect them with; at a root minus 1 and minus the
+    number of these cells."""
+    of_points: IndexArray = np.full(source.n_points, -1, driver.index_type(max(source.n_points, source.n_cells)))
     for _, first_point, mesh in source.cells():
         open_faces.connect(of_types[mesh.types], _offsets(mesh), _nodes(mesh), first_point, of_points)
-    return sorted((-1 - of_points[of_points < -1]).tolist(), reverse=True)
+    return of_points
 
 
 def _n_first(types: NDArray[np.uint8], parent: IndexArray, of_types: Mask) -> int:
@@ -168,9 +180,12 @@ class Few(Some):
     ----------
     faces
         Of `mesh`; a face whose other cell is not among them has the mate `ELSEWHERE`.
+    is_suspect
+        ``(n_half_faces,)`` those that one cell has, and others that are not plainly right.
     """
 
     faces: Topology
+    is_suspect: Mask
 
 
 def second_look(
@@ -227,12 +242,12 @@ class _Kept:
     face_points: IndexArray
 
 
-def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
+def keep(source: Source, seen: Seen, matched: Matched, twice: Keys, also: Mask | None = None) -> Few:
     """The cells that may say something.
 
     They are all cells with a face that is suspect or that one cell has, those of a hash that another has, those at
     points that coincide and at surface cells, surface cells, interfaces, and the first cell of each part. ``twice`` are
-    the hashes that more than one cell has.
+    the hashes that more than one cell has, ``also`` ``(n_cells,)`` other cells.
     """
     suspects, hashes_twice = table_of(matched.suspects), table_of(twice)
     width = driver.index_type(source.n_points)
@@ -243,6 +258,8 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
         wanted = is_first | IS_SURFACE[mesh.types] | (known & (DOUBLE | SURFACE) > 0)
         if own is not None:
             wanted |= own
+        if also is not None:
+            wanted |= also[first : first + mesh.n_cells]
         if len(hashes_twice) > 2:
             wanted |= among(hashes_of(mesh, first_point, None, seen.flags)[0], hashes_twice)
         asked = wanted | matched.has_suspects(first, mesh.n_cells) | (known & AGAIN > 0)
@@ -284,7 +301,7 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys) -> Few:
     faces_of_few = topology(few)
     mates = faces_of_few.mates.copy()
     mates[(mates == BOUNDARY) & ~is_suspect] = ELSEWHERE
-    return Few(few, ids, points, replace(faces_of_few, mates=mates))
+    return Few(few, ids, points, replace(faces_of_few, mates=mates), is_suspect)
 
 
 def _among(points: Ids, ids: IndexArray) -> IndexArray:
@@ -318,7 +335,9 @@ def hashes_of(
     """The hash of each cell, and whether it has a point twice; ``kinds`` are flags for its points."""
     hashes, repeats = np.empty(mesh.n_cells, np.uint64), np.empty(mesh.n_cells, np.bool_)
     kinds = np.zeros(mesh.n_cells, np.uint8) if kinds is None else kinds
-    open_faces.look(kinds, _offsets(mesh), _nodes(mesh), first_point, mesh.types, flags, hashes, repeats)
+    offsets = _offsets(mesh)
+    open_faces.look(kinds, offsets, _nodes(mesh), first_point, mesh.types, flags, hashes, repeats)
+    hashes[offsets[1:] == offsets[:-1]] = open_faces.FREE  # cells of no point are not the same cell
     return hashes, repeats
 
 

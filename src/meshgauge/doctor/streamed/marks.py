@@ -55,9 +55,9 @@ class Packed:
         others = np.flatnonzero(marks != usual).astype(np.uint32)
         return cls(first, len(marks), usual, others, marks[others])
 
-    def put(self, into: NDArray[np.uint8]) -> None:
-        """Unpack them to where they belong among those of all cells."""
-        own = into[self.first : self.first + self.n]
+    def put(self, into: NDArray[np.uint8], first: int = 0) -> None:
+        """Unpack them to where they belong among those of all cells from the first on."""
+        own = into[self.first - first : self.first - first + self.n]
         own[:] = self.usual
         own[self.others] = self.values
 
@@ -75,11 +75,11 @@ class Marks:
         """Those of both."""
         return Marks((*self.parts, *other.parts), inward=self.inward.merge(other.inward))
 
-    def all(self, n: int) -> NDArray[np.uint8]:
-        """``(n,)`` those of all cells."""
+    def all(self, n: int, first: int = 0) -> NDArray[np.uint8]:
+        """``(n,)`` those of all cells from the first on."""
         marks = np.zeros(n, np.uint8)
         for part in self.parts:
-            part.put(marks)
+            part.put(marks, first)
         return marks
 
 

@@ -16,7 +16,7 @@ from ...mesh.polyhedra import ragged_positions
 from ...surface_cells import IS_SURFACE
 from .. import cells, findings, points, shells
 from ..diagnosis import OF_SURFACES, Diagnosis
-from .doubles import Crowd, crowd
+from .doubles import Crowd, crowd_of
 from .faces import HalfFaces, Keys, Matched, among, match, table_of
 from .few import CHUNK, REAL, Seen, Some, hashes_of, look, part_sizes, second_look, unused
 from .marks import INVERTED
@@ -30,7 +30,7 @@ _A, _B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 
 def diagnosis_of_surfaces(source: Source, marks: NDArray[np.uint8], *, tolerance: float, room: int) -> Diagnosis:
     """Look for what is wrong with a mesh of surfaces beside the shapes of its cells, see `diagnosis_of`."""
-    crowded = crowd(source.points, source.n_points, tolerance, source.stored)
+    crowded = crowd_of(source, tolerance)
     seen = look(source, crowded.ids[crowded.moved], IS_SURFACE)
     matched, hashes = second_look(source, seen, match(source, marks, room, half_of=half_edges), half_edges)
     suspects = _with_keys_of(source, matched.suspects, lambda first, point, mesh: _is_among(mesh, point, hashes, seen))
