@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import command_line
 import numpy as np
 import pytest
 
 import meshgauge
-from meshgauge import CELL_TYPES, Mesh
+from meshgauge import CELL_TYPES, Mesh, plot
 
 POINTS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)]
 TETRAS = [(0, 1, 2, 3), (1, 2, 3, 4)]
@@ -47,6 +48,31 @@ def test_a_wrong_name_of_a_type_names_the_one_that_is_meant(given: str, meant: s
 def test_a_name_that_is_like_none_lists_the_types(given: object) -> None:
     with pytest.raises(meshgauge.MetricError, match=r"no cell type .*; those that can be measured are tetra, voxel"):
         meshgauge.jens(POINTS, TETRAS, given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("given", ["mesh.vtu", None, np.zeros((4, 3))], ids=["name", "nothing", "points"])
+def test_what_is_no_mesh_says_how_one_is_made(given: Any, tmp_path: Path) -> None:
+    for call in (
+        meshgauge.measure,
+        meshgauge.improve,
+        meshgauge.certify,
+        meshgauge.regions,
+        lambda mesh: meshgauge.write(tmp_path / "out.vtu", mesh),
+        meshgauge.doctor.orient,
+        meshgauge.doctor.diagnosis,
+    ):
+        with pytest.raises(meshgauge.MeshError, match=r"is no Mesh: meshgauge\.read makes one of a file"):
+            call(given)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_mesh_where_values_are_asked_for_says_how_they_are_measured() -> None:
+    mesh: Any = Mesh.from_arrays(POINTS, {"tetra": TETRAS})
+    for call in (meshgauge.check.check, plot.worst, plot.worst_faces, plot.cut, plot.plotter):
+        with pytest.raises(meshgauge.MeshError, match=r"a Mesh is no Quality: meshgauge\.measure makes one"):
+            call(mesh)
+    with pytest.raises(meshgauge.MeshError, match="no Quality"):
+        plot.one_cell(mesh, 0)
 
 
 @pytest.mark.parametrize("threads", [0, -1])

@@ -3,6 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
+
+T = TypeVar("T")
+
+MADE_BY = {
+    "Mesh": "meshgauge.read makes one of a file, from_pyvista and from_meshio of what these hold",
+    "Quality": "meshgauge.measure makes one of a mesh",
+}
+"""How a user comes by what functions take."""
 
 
 class MeshgaugeError(Exception):
@@ -70,3 +79,10 @@ class FailedFile:
 
     path: str
     reason: str
+
+
+def expect(value: object, kind: type[T]) -> T:
+    """The value, if it is of that kind; raises `MeshError`, which says how one is made, if it is not."""
+    if not isinstance(value, kind):
+        raise MeshError(f"a {type(value).__name__} is no {kind.__name__}: {MADE_BY[kind.__name__]}")
+    return value

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from ..cells import BY_NAME
-from ..errors import BaselineError
+from ..errors import BaselineError, expect
 from ..look.bands import POOR_TEXT, USUAL, PoorBelow
 from ..mesh.labels import has_labels
 from ..quality.measure import Quality
@@ -103,6 +103,7 @@ def check(
     that the mesh does not have, or a baseline without the mesh, is UNCHECKED; so is every rule on a mesh without solid
     cells.
     """
+    quality = expect(quality, Quality)
     if rules is None:
         rules = default_rules(quality.mesh.purpose, quality.poor_below)
         quality = with_face_metrics(quality, metrics_of(rules))

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..errors import ReadError, WriteError
+from ..errors import ReadError, WriteError, expect
 from ..files.output import STANDARD_OUTPUT, replacing
 from ..mesh import Mesh
 from . import registry
@@ -60,6 +60,7 @@ def write(
         If the format is unknown or cannot hold the cells, or the file cannot be written.
     """
     target = Path(path)
+    mesh = expect(mesh, Mesh)
     if target == STANDARD_OUTPUT:
         raise WriteError(f"{target}: standard output takes text only; name a file")
     chosen = registry.for_writing(target, file_format)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import BY_NAME, CELL_TYPES, IS_SOLID
+from ..errors import expect
 from ..look.style import printable
 from .mesh import CellBlock, Mesh
 
@@ -93,7 +94,7 @@ def regions(mesh: Mesh) -> tuple[NDArray[np.int64], tuple[str, ...]]:
         Each region once. A number is written with the name of its data ("material 3") unless the file names it.
         A mesh without any regions has one, called "all". Characters that a terminal would obey stand as ``\\x1b``.
     """
-    ids, names, _ = partition(mesh)
+    ids, names, _ = partition(expect(mesh, Mesh))
     return ids, names
 
 

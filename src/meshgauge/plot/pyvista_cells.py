@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..cells import BY_NAME, CELL_TYPES
-from ..errors import MeshgaugeError
+from ..errors import MeshgaugeError, expect
 from ..io.plumbing.vtk import grid as vtk_grid
 from ..look.colours import FAINT, SKIN, cell_colours, shade
 from ..mesh import Mesh, connectivity
@@ -54,7 +54,7 @@ def drawable(quality: Quality, *, moved: bool = True) -> Solids:
     """
     import pyvista
 
-    mesh = _straight(quality.mesh.replace(point_data={}, cell_data={}, field_data={}))
+    mesh = _straight(expect(quality, Quality).mesh.replace(point_data={}, cell_data={}, field_data={}))
     if mesh.dimension == 2:
         mesh = _as_fans(mesh)
     cells = np.flatnonzero(is_solid(quality.status) & (quality.status != Status.NON_FINITE))

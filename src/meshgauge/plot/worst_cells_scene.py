@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import MeshgaugeError
+from ..errors import MeshgaugeError, expect
 from ..look.colours import FAINT, INK, SOFT
 from ..mesh.high_order import row_of
 from ..mesh.polyhedra import Polyhedra
@@ -53,7 +53,7 @@ def worst(quality: Quality, n: int = 6, *, title: str = "") -> Figure:
     """
     if not 1 <= n <= MOST:
         raise MeshgaugeError(f"{n} worst cells are asked for, expected 1 to {MOST}")
-    return _scene(quality, quality.worst(n), title)
+    return _scene(quality, expect(quality, Quality).worst(n), title)
 
 
 def one_cell(quality: Quality, position: int, *, title: str = "") -> Figure:
@@ -78,7 +78,7 @@ def one_cell(quality: Quality, position: int, *, title: str = "") -> Figure:
     MeshgaugeError
         If there is no such cell, or it has no value or no finite coordinates, so that it cannot be drawn.
     """
-    if not 0 <= position < quality.mesh.n_cells:
+    if not 0 <= position < expect(quality, Quality).mesh.n_cells:
         raise MeshgaugeError(f"no cell {position}: the mesh has cells 0 to {quality.mesh.n_cells - 1}")
     drawn = drawable(quality).grid.cell_data[CELL]
     if np.isnan(quality.values[position]) or position not in drawn:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import MeshgaugeError
+from ..errors import MeshgaugeError, expect
 from ..look import style
 from ..look.colours import FAINT, INK, SOFT, WORDS, colours
 from ..quality.faces import WorstFace
@@ -55,7 +55,7 @@ def worst_faces(quality: Quality, measure: str = "non_orthogonality", n: int = 6
         raise MeshgaugeError(f"{measure} is no measure of faces; known are {', '.join(MEASURES)}")
     if not 1 <= n <= MOST:
         raise MeshgaugeError(f"{n} worst faces are asked for, expected 1 to {MOST}")
-    quality = with_face_metrics(quality, [measure])
+    quality = with_face_metrics(expect(quality, Quality), [measure])
     row = METRICS[measure]
     if quality.faces is None:
         raise MeshgaugeError("there is nothing to draw: the mesh has no faces between solid cells")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .._lazy import find
 from ..cells import POLYHEDRON, CellType, type_name
-from ..errors import MetricError, OptionError
+from ..errors import MetricError, OptionError, expect
 from ..kernels.cells import aggregate
 from ..kernels.threads import thread_count
 from ..look import style
@@ -404,9 +404,9 @@ def measure(
     which the report leaves open, docs/definition.md says what is measured.
     """
     thread_count(threads)  # a wrong number is refused, also where there is nothing to measure
+    mesh = expect(mesh, Mesh).as_measured(dimension)
     if purpose is not None and purpose != mesh.purpose:
         mesh = mesh.replace(purpose=purpose)
-    mesh = mesh.as_measured(dimension)
     rows = poor.rows_of(metrics, poor.checked(poor_below))
     return with_neighbours(measure_part(mesh, rows, threads=threads, keep_bricks=keep_bricks), threads)
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import CellType
+from ..errors import expect
 from ..kernels.arrays import read_only
 from ..kernels.cells import driver
 from ..kernels.certificate.bounds import Bounds, Validity, bounds, validity
@@ -72,7 +73,7 @@ def certify(mesh: Mesh, *, threads: int | None = None) -> Certificate:
         If there is less than one thread.
     """
     thread_count(threads)
-    codes = np.full(mesh.n_cells, Validity.UNDEFINED, np.uint8)
+    codes = np.full(expect(mesh, Mesh).n_cells, Validity.UNDEFINED, np.uint8)
     lower, upper = np.full(mesh.n_cells, np.nan), np.full(mesh.n_cells, np.nan)
     mesh = without_ghosts(mesh)
     for row, _, cells in mesh.groups():

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..doctor.points import extent
-from ..errors import MeshError
+from ..errors import MeshError, expect
 from ..kernels.path import NUMPY_UP_TO, numpy_up_to
 from ..look.bands import POOR, PoorBelow
 from ..mesh import Mesh
@@ -191,6 +191,7 @@ def improve(
     ResourceError
         If less memory is left than so many points take.
     """
+    mesh = expect(mesh, Mesh)
     options = Options(
         boundary=boundary,
         target=target,
