@@ -143,7 +143,7 @@ def test_what_is_right_is_not_renumbered(meshes: tuple[Path, Path], tmp_path: Pa
 
 AT = """
 import os, signal, time
-import meshgauge.repair.near_bad as module
+import meshgauge.repair.attempt as module
 real = module.repair
 def stopped(*arguments, **options):
     os.kill(os.getpid(), {number})

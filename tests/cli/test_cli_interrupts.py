@@ -60,7 +60,7 @@ def test_reading_and_writing_end_with_the_number(good: Path, tmp_path: Path) -> 
 
 
 def test_improve_writes_its_best_so_far(tmp_path: Path) -> None:
-    path, place = tmp_path / "a.vtk", ("meshgauge.repair.near_bad", "repair")
+    path, place = tmp_path / "a.vtk", ("meshgauge.repair.attempt", "repair")
     meshgauge.write(path, tangled())
     outputs = {number: (tmp_path / f"{number}.vtu", tmp_path / f"{number}") for number in ASKING}
     once = [

@@ -175,9 +175,43 @@ def test_the_command_goes_by_slices_and_says_the_same(tmp_path: Path, monkeypatc
     assert asked == [out]
     assert done.returncode == 0
     assert f"written to {out}" in done.stdout
-    assert command_line.run("improve", path, "-o", tmp_path / "c.vtkhdf", "--undo", tmp_path / "u").returncode == 0
-    assert asked == [out]  # with undo data the mesh is read whole
+    page = "--html", tmp_path / "p.html"
+    assert command_line.run("improve", path, "-o", tmp_path / "c.vtkhdf", *page).returncode == 0
+    assert asked == [out]  # with a page the mesh is read whole
     assert out.read_bytes() == (tmp_path / "c.vtkhdf").read_bytes()
+
+
+def test_what_was_replaced_comes_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("meshgauge.files.undo.PART", 777)
+    path, out, kept = tmp_path / "a.vtkhdf", tmp_path / "b.vtkhdf", tmp_path / "u.npz"
+    meshgauge.write(path, dented("hexahedron", 14))
+    old = path.read_bytes()
+    assert command_line.run("improve", path, "-o", out, "--undo", kept).returncode == 0
+    assert command_line.run("undo", out, kept, "-o", tmp_path / "c.vtkhdf").returncode == 0
+    assert (tmp_path / "c.vtkhdf").read_bytes() == old != out.read_bytes()
+    done = command_line.run("improve", path, "--in-place")
+    assert (done.returncode, path.read_bytes()) == (0, out.read_bytes())
+    assert f"meshgauge undo {path} {path}.undo.npz --in-place" in done.stderr
+    assert command_line.run("undo", path, f"{path}.undo.npz", "--in-place").returncode == 0
+    assert path.read_bytes() == old
+    meshgauge.write(path, shaken("hexahedron", 5, 0.0))
+    assert command_line.run("improve", path, "--in-place", "-q").returncode == 0
+    assert not (tmp_path / "a.vtkhdf.undo-2.npz").exists()  # nothing was bad, nothing is written
+
+
+def test_undo_data_of_packed_points_need_the_whole_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.vtkhdf"
+    meshgauge.write(path, dented("hexahedron", 8))
+    chunked(path, packed=True)
+    listed = meshgauge.io.pieces(path)
+    assert listed is not None
+    check_movable(listed, tmp_path / "b.vtkhdf")
+    with pytest.raises(ReadWhole, match="chunks"):
+        check_movable(listed, tmp_path / "b.vtkhdf", keeps_undo=True)
+    old, out, kept = path.read_bytes(), tmp_path / "b.vtkhdf", tmp_path / "u.npz"
+    assert command_line.run("improve", path, "-o", out, "--undo", kept).returncode == 0
+    assert command_line.run("undo", out, kept, "--in-place").returncode == 0
+    assert out.read_bytes() == old
 
 
 def test_what_does_not_read_back_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -232,11 +266,12 @@ def test_where_there_is_no_memory_for_a_larger_patch_the_first_stands(
     path = tmp_path / "a.vtkhdf"
     meshgauge.write(path, hard())
     all_of_it = repaired(path)
-    left = iter([10**9, 1])
-    monkeypatch.setattr("meshgauge.repair.file_patches.free_memory", lambda: next(left))
-    moved = repaired(path)
-    assert moved.report.holds
-    assert not np.array_equal(moved.coordinates, all_of_it.coordinates)
+    for answers in ([10**9, 10**9, 1], [10**9, 10**9, 10**9, 1]):  # not to read a larger patch, or not to repair it
+        left = iter(answers)
+        monkeypatch.setattr("meshgauge.repair.file_patches.free_memory", lambda left=left: next(left))
+        moved = repaired(path)
+        assert moved.report.holds
+        assert not np.array_equal(moved.coordinates, all_of_it.coordinates)
     monkeypatch.setattr("meshgauge.repair.file_patches.free_memory", lambda: 1)
     with pytest.raises(ReadWhole, match="memory"):
         repaired(path)

@@ -24,7 +24,7 @@ from meshgauge.repair.curved import move_nodes_between
 from meshgauge.repair.phases import mend as mend_phase
 from meshgauge.repair.polyhedral import corners
 from meshgauge.repair.problem import problem
-from meshgauge.repair.sizes import SizeLimits, cell_volumes, size_change, size_limits
+from meshgauge.repair.sizes import SizeLimits, cell_volumes, size_change, size_limits, size_ratios
 
 KINDS = ("tetra", "pyramid", "wedge", "hexahedron", "mixed")
 
@@ -227,7 +227,7 @@ def test_sizes_that_pass_their_limits_are_seen() -> None:
     assert not limits.passed(points).any()
     points[:, 0] *= 1.01
     assert limits.passed(points).all()
-    change = size_change(limits, mesh.points, points)
+    change = size_change(size_ratios(limits, mesh.points, points))
     assert change.n_cells == 27
     assert change.volume == pytest.approx(1.099 * 1.01)
     assert change.edge_most == pytest.approx(1.099 * 1.01)

@@ -14,7 +14,7 @@ from thinned import quick
 
 import meshgauge
 from meshgauge.quality.measure import measure
-from meshgauge.repair import near_bad
+from meshgauge.repair import attempt
 from meshgauge.repair.acceptance import is_below, n_unusable
 from meshgauge.repair.patch import back_near, patch_around, whole_patch
 
@@ -165,7 +165,7 @@ def test_groups_of_points_near_some_go_back_as_a_whole() -> None:
 
 
 def test_what_a_retry_makes_worse_does_not_stand(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = near_bad.repair
+    real = attempt.repair
 
     def ruined(*arguments: Any, is_brief: bool, **options: Any) -> Any:
         outcome = real(*arguments, is_brief=is_brief, **options)
@@ -179,7 +179,7 @@ def test_what_a_retry_makes_worse_does_not_stand(monkeypatch: pytest.MonkeyPatch
     at = [int(np.flatnonzero((points == place).all(axis=1))[0]) for place in ((2.0, 7.0, 7.0), (2.0, 2.0, 0.0))]
     points[at[0]] += (0.9, 0.8, 0.7)
     points[at[1], 0] += 1.2
-    monkeypatch.setattr(near_bad, "repair", ruined)
+    monkeypatch.setattr(attempt, "repair", ruined)
     result = mended(mesh.replace(points=points))
     assert np.allclose(result.mesh.points[at[0]], (2.0, 7.0, 7.0), atol=1e-4)
     assert result.report.n_below < result.report.n_below_before

@@ -136,7 +136,7 @@ class ChangedMesh:
             note = f"{', '.join(patch.left_out)} {are} of the mesh as it was, and not copied"
             notes.append(f"{target}: {note}")
         if in_place and undo is None:
-            undo = _beside(target)
+            undo = undo_beside(target)
         return cls(batch, before, target, in_place, patch, undo, changes, tuple(notes))
 
     @property
@@ -165,8 +165,8 @@ class ChangedMesh:
         else:
             keep = None if self.undo is None else self._keep
             self.batch.write(self.target, mesh, overwrite=self.in_place, before_replacing=keep)
-        if self.in_place and not self.batch.quiet:
-            terminal.warn("note", f"meshgauge undo {self.target} {self.undo} --in-place brings the old file back")
+        if self.in_place:
+            say_how_to_undo(self.batch, self.target, self.undo)
 
     def _keep(self, written: Path) -> None:
         assert self.undo is not None
@@ -210,7 +210,13 @@ def _for_writing(target: Path, same: Format | None) -> Format:
         ) from None
 
 
-def _beside(target: Path) -> Path:
+def say_how_to_undo(batch: Batch, target: Path, undo: Path | None) -> None:
+    """A note, once a file was changed in place."""
+    if not batch.quiet:
+        terminal.warn("note", f"meshgauge undo {target} {undo} --in-place brings the old file back")
+
+
+def undo_beside(target: Path) -> Path:
     """NAME.undo.npz, or the first with a number that does not exist: an older one undoes an older change."""
     names = itertools.chain([f"{target.name}.undo.npz"], (f"{target.name}.undo-{n}.npz" for n in itertools.count(2)))
     return next(path for path in map(target.with_name, names) if not path.exists())

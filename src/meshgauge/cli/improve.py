@@ -46,6 +46,7 @@ def improve(
     keep_bricks: options.KeepBricks = False,
     threads: options.Threads = None,
     memory: options.Memory = None,
+    scheduler: options.Scheduler = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     reading: options.Reading,
 ) -> int:
@@ -86,6 +87,7 @@ def improve(
             threads=threads,
             keep_bricks=keep_bricks,
             memory=memory,
+            scheduler=scheduler,
             quiet=quiet,
         )
         if output_dir is not None:

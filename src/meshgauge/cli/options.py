@@ -234,7 +234,7 @@ Scheduler = Annotated[
     option(
         "--scheduler",
         "N|ADDRESS",
-        "Measure a large mesh in so many processes, or on a cluster of Dask.",
+        "Work on a large mesh in so many processes, or on a cluster of Dask.",
         MEASURING,
         default="$DASK_SCHEDULER_ADDRESS, else threads",
     ),

@@ -59,9 +59,9 @@ class Repairing:
     def _repair(self, source: str, path: str, target: Path) -> Repaired:
         """The same of a file that may hold the mesh of another, oriented."""
         batch, goal, constraints = self.batch, self.goal, self.constraints
-        is_plain = not (self.in_place or self.convert or self.orients or self.undo is not None or self.html is not None)
+        is_plain = not (self.convert or self.orients or self.html is not None)
         if goal.is_local and constraints.is_empty and is_plain:
-            done = improve_large(batch, path, target, goal)
+            done = improve_large(batch, path, target, goal, in_place=self.in_place, undo=self.undo)
             if done is not None:
                 report, n_bad = done[0].report, done[0].n_unusable
                 return Repaired(path, _written(target, report), report, n_bad, done[1])

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ReadError, WriteError
+from ..files import undo
+from ..files.hunks import Hunks
 from ..files.output import replacing
 from .patching import same_format
 from .plumbing.pieces import FileRows, HdfRows, Pieces, ReadWhole, Rows, row_bytes
@@ -24,8 +26,8 @@ WINDOW = 1 << 18
 """Rows that are changed, or compared, at a time."""
 
 
-def check_movable(listed: Pieces, target: Path, *, file_format: str | None = None) -> None:
-    """Raise `ReadWhole` unless points of a mesh can be moved in a copy of its file."""
+def check_movable(listed: Pieces, target: Path, *, file_format: str | None = None, keeps_undo: bool = False) -> None:
+    """Raise `ReadWhole` unless points of a mesh can be moved in a copy of its file, with or without undo data."""
     source = os.path.realpath(listed.path)
     chosen = same_format(Path(listed.path), target, file_format=file_format)
     if chosen is None or not chosen.is_patched:
@@ -35,6 +37,8 @@ def check_movable(listed: Pieces, target: Path, *, file_format: str | None = Non
     for rows in filled:
         if not isinstance(rows, FileRows | HdfRows) or rows.dtype.kind != "f" or rows.shape[1:] != (3,):
             raise ReadWhole("its points do not stand in the file as they are in memory")
+        if keeps_undo and isinstance(rows, HdfRows):
+            raise ReadWhole("its points are in chunks, of which undo data do not know the bytes")
         if os.path.realpath(rows.path) != source:
             raise ReadWhole("its points are in another file")
         begins.add((rows.path, rows.offset) if isinstance(rows, FileRows) else (rows.name, rows.first))
@@ -43,39 +47,59 @@ def check_movable(listed: Pieces, target: Path, *, file_format: str | None = Non
 
 
 def move_points(
-    listed: Pieces, target: Path, points: Ids, coordinates: NDArray[np.float64], *, file_format: str | None = None
+    listed: Pieces,
+    target: Path,
+    points: Ids,
+    coordinates: NDArray[np.float64],
+    *,
+    file_format: str | None = None,
+    overwrite: bool = False,
+    undo_file: Path | None = None,
 ) -> None:
     """Copy the file of a mesh, with some of its points elsewhere.
 
-    What was written is read back, and compared with the file, slice by slice, before it takes its place.
+    What was written is read back, and compared with the file, slice by slice, before it takes its place. Undo data are
+    on the disk before.
 
     Parameters
     ----------
     listed
         The mesh, which passes `check_movable`.
     target
-        Where to: another file.
+        Where to.
     points, coordinates
         ``(n,)`` points of the mesh, ascending, and ``(n, 3)`` where to; as the file will hold them.
     file_format
         As the mesh was read.
+    overwrite
+        Allow to replace the file itself.
+    undo_file
+        Keeps the old bytes, see `meshgauge.files.undo`.
 
     Raises
     ------
     WriteError
-        If the target is the file, or what was written does not read back as it was to be.
+        If the target is the file, unless that is allowed, or what was written does not read back as it was to be.
     """
     source = Path(listed.path)
-    if os.path.realpath(target) == os.path.realpath(source):
+    if not overwrite and os.path.realpath(target) == os.path.realpath(source):
         raise WriteError(f"{target}: is a file that the mesh was read from; it is not overwritten")
-    with replacing(target) as copy:
+    starts = [np.empty(0, np.int64)]
+    with replacing(target, overwrite=overwrite) as copy:
         shutil.copyfile(source, copy)
         for at, piece in zip(listed.point_starts, listed.pieces, strict=False):
             first, last = np.searchsorted(points, [at, at + piece.n_points]).tolist()
             if last > first:
-                _put(piece.points, copy, points[first:last] - at, coordinates[first:last])
+                rows, own = piece.points, points[first:last] - at
+                _put(rows, copy, own, coordinates[first:last])
+                if isinstance(rows, FileRows):
+                    starts.append(rows.offset + own * row_bytes(rows))
         listed.check_unchanged()
         _check(listed, copy, points, coordinates, file_format)
+        if undo_file is not None:
+            size = row_bytes(next(piece.points for piece in listed.pieces if piece.n_points))
+            bounds = np.concatenate(starts)[:, None] + (0, size)
+            undo.store(undo_file, [undo.Change(source, copy, Hunks(bounds, bounds))])
 
 
 def _put(rows: Rows, copy: Path, ids: Ids, coordinates: NDArray[np.float64]) -> None:

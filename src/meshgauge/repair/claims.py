@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -51,33 +52,7 @@ class Promise:
 
     def claims(self, after: Quality) -> tuple[Claim, ...]:
         """Each claim, with whether it holds of a mesh."""
-        before = self.before
-        old, new = before.mesh, after.mesh
-        held = self.held
-        if held is None:
-            held = self.constraints.pinned if self.slides else self.constraints.fixed
-        lost = is_usable(before.status, old.purpose) & ~is_usable(after.status, new.purpose)
-        worst = _least(before.values), _least(after.values)
-        claims = [
-            Claim(
-                "fixed",
-                self._stays(after, held),
-                held_text(int(np.count_nonzero(held))),
-            ),
-            Claim("valid", not lost.any(), "no cell that was valid is invalid, inside too"),
-            Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),
-            Claim(
-                "topology",
-                np.array_equal(new.connectivity, old.connectivity),
-                SAME_CELLS,
-            ),
-            *self._of_volumes(after),
-        ]
-        if self.strict:
-            with np.errstate(invalid="ignore"):
-                fell = after.values < before.values - SAME
-            claims.append(Claim("strict", not fell.any(), "no cell has less than it began with"))
-        return tuple(claims)
+        return claims_of(self.before, after, self._held, self.of_volumes(after), strict=self.strict)
 
     def broken(self, after: Quality) -> tuple[str, ...]:
         """Texts of the claims that do not hold of a mesh."""
@@ -85,7 +60,7 @@ class Promise:
 
     def keeps_volumes(self, after: Quality) -> bool:
         """True if the volumes of the whole and of the regions are what they were."""
-        return all(claim.holds for claim in self._of_volumes(after))
+        return all(claim.holds for claim in self.of_volumes(after))
 
     def volumes(self, after: Quality) -> tuple[Points, Points]:
         """Volumes of the regions, before and after."""
@@ -97,17 +72,19 @@ class Promise:
         return region_volumes(self.constraints.topology, self.constraints.region_ids, self.before.mesh.points)
 
     def named_volumes(self, after: Quality) -> dict[str, tuple[float, float]]:
-        """Volumes of the regions by name, before and after; empty if there is one."""
+        """Volumes of the regions by name, before and after."""
         names = self.constraints.region_names
         old, new = self.volumes(after)
-        named = {names[n]: (float(old[n]), float(new[n])) for n in np.flatnonzero((old != 0.0) | (new != 0.0))}
-        return named if len(named) > 1 else {}
+        return {names[n]: (float(old[n]), float(new[n])) for n in np.flatnonzero((old != 0.0) | (new != 0.0))}
 
-    def _stays(self, after: Quality, held: np.ndarray) -> bool:
-        old, new = (np.asarray(quality.mesh.points, np.float64)[held] for quality in (self.before, after))
-        return bool(old.tobytes() == new.tobytes())
+    @property
+    def _held(self) -> Mask:
+        if self.held is not None:
+            return self.held
+        return self.constraints.pinned if self.slides else self.constraints.fixed
 
-    def _of_volumes(self, after: Quality) -> list[Claim]:
+    def of_volumes(self, after: Quality) -> list[Claim]:
+        """The claims on volumes, and on the faces between regions."""
         old, new = self.volumes(after)
         total = abs(float(old.sum()))
         most = KEPT if self.slides else UNCHANGED
@@ -125,7 +102,7 @@ class Promise:
                 text = f"the volume of each {which} has changed by at most {100 * KEPT:g} %"
             else:
                 holds, text = (
-                    self._stays(after, self.constraints.interface),
+                    _stays(self.before, after, self.constraints.interface),
                     "faces between regions are where they were",
                 )
             claims.append(Claim("interfaces", holds, text))
@@ -138,6 +115,44 @@ class Promise:
             faces = self.constraints.topology
             kept[self.constraints.region_ids[faces.cells[faces.mates < 0]]] = False
         return kept
+
+
+def claims_of(
+    before: Quality, after: Quality, held: Mask, of_volumes: Sequence[Claim], *, strict: bool
+) -> tuple[Claim, ...]:
+    """What is promised of cells and points, those on volumes among it, and whether it holds.
+
+    Parameters
+    ----------
+    before, after
+        Of the mesh, or a patch of it.
+    held
+        ``(n_points,)`` points that must be where they were.
+    of_volumes
+        See `Promise.of_volumes`.
+    strict
+        As for `Promise`.
+    """
+    old, new = before.mesh, after.mesh
+    lost = is_usable(before.status, old.purpose) & ~is_usable(after.status, new.purpose)
+    worst = _least(before.values), _least(after.values)
+    claims = [
+        Claim("fixed", _stays(before, after, held), held_text(int(np.count_nonzero(held)))),
+        Claim("valid", not lost.any(), "no cell that was valid is invalid, inside too"),
+        Claim("worst", worst[1] >= worst[0] - SAME, "the worst quality has not fallen"),
+        Claim("topology", np.array_equal(new.connectivity, old.connectivity), SAME_CELLS),
+        *of_volumes,
+    ]
+    if strict:
+        with np.errstate(invalid="ignore"):
+            fell = after.values < before.values - SAME
+        claims.append(Claim("strict", not fell.any(), "no cell has less than it began with"))
+    return tuple(claims)
+
+
+def _stays(before: Quality, after: Quality, held: Mask) -> bool:
+    old, new = (np.asarray(quality.mesh.points, np.float64)[held] for quality in (before, after))
+    return bool(old.tobytes() == new.tobytes())
 
 
 def within(deviation: float, tolerance: float | None, diagonal: float) -> tuple[Claim, ...]:

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from ..cells import CELL_TYPES, IS_SOLID
 from ..doctor import points as coincidence
 from ..errors import MeshError
-from ..look.style import number_of
 from ..mesh import Mesh
 from ..mesh.regions import regions
 from ..mesh.topology import MULTIPLE, Topology, topology
@@ -21,6 +20,7 @@ from ..status import is_measured
 from .curved import can_follow
 from .faces import mask_of, nodes_of_faces
 from .hanging import NONE, Hanging, hanging
+from .notes import Counted
 
 if TYPE_CHECKING:
     from .sizes import SizeLimits
@@ -135,44 +135,44 @@ def constraints_of(
     left = int(np.count_nonzero(aside))
     if left:
         pinned |= mask_of(n, mesh.connectivity[np.repeat(aside, np.diff(mesh.offsets))])
-        notes.append(
-            f"{number_of(left, 'solid cell takes', 'solid cells take')} no part (of high order, not measured): "
-            "their points stay."
-        )
+        rest = "no part (of high order, not measured): their points stay."
+        notes.append(Counted(left, f"solid cell takes {rest}", f"solid cells take {rest}"))
 
     alone = np.flatnonzero(faces.mates < 0)
     boundary = nodes_of_faces(faces, alone)
     n_multiple = int(np.count_nonzero(faces.mates == MULTIPLE))
     if n_multiple:
-        count = number_of(faces.n_multiple, "face belongs", "faces belong")
-        notes.append(f"{count} to three cells or more: their points stay like the boundary.")
+        rest = "to three cells or more: their points stay like the boundary."
+        notes.append(Counted(faces.n_multiple, f"face belongs {rest}", f"faces belong {rest}"))
 
     region_ids, region_names = regions(mesh) if named is None else named
     pairs = faces.pairs()
     between = region_ids[faces.cells[pairs[:, 0]]] != region_ids[faces.cells[pairs[:, 1]]]
     interface = nodes_of_faces(faces, pairs[between, 0]) & ~boundary
     if between.any():
-        kept = number_of(int(between.sum()), "face between regions is", "faces between regions are")
-        notes.append(f"{kept} kept where they are.")
+        rest = "kept where they are."
+        notes.append(
+            Counted(int(between.sum()), f"face between regions is {rest}", f"faces between regions are {rest}")
+        )
     embedded = mask_of(n, mesh.connectivity[np.repeat(~is_solid, np.diff(mesh.offsets))]) & ~boundary
     used = mask_of(n, mesh.connectivity[np.repeat(takes_part, np.diff(mesh.offsets))])
     n_embedded = int(np.count_nonzero(embedded & used & ~interface))
     if n_embedded:
-        count = number_of(n_embedded, "point inside belongs", "points inside belong")
-        notes.append(f"{count} to surface, line or vertex cells and {'stays' if n_embedded == 1 else 'stay'}.")
+        to = "to surface, line or vertex cells and"
+        notes.append(Counted(n_embedded, f"point inside belongs {to} stays.", f"points inside belong {to} stay."))
     pinned |= embedded
 
     together, n_together = coincident(mesh, used)
     if n_together:
         pinned |= together
-        count = number_of(n_together, "point coincides", "points coincide")
-        notes.append(f"{count} with another: parts that touch there stay together, unmoved.")
+        rest = "with another: parts that touch there stay together, unmoved."
+        notes.append(Counted(n_together, f"point coincides {rest}", f"points coincide {rest}"))
     follows, unclear = hanging(quality)
     pinned |= mask_of(n, unclear)
     pinned |= follows.held_with(boundary | interface | pinned) & ~(boundary | interface)
     if follows:
-        count = number_of(len(follows.points), "point hangs", "points hang")
-        notes.append(f"{count} on an edge or a face, and {'follows' if len(follows.points) == 1 else 'follow'} it.")
+        on = "on an edge or a face, and"
+        notes.append(Counted(len(follows.points), f"point hangs {on} follows it.", f"points hang {on} follow it."))
     return Constraints(
         quality,
         faces,

@@ -18,11 +18,13 @@ from ..mesh import Mesh
 from ..quality.measure import Quality, measure
 from .acceptance import is_to_mend, status_counts
 from .alternate import Way, alternate
+from .attempt import Attempting
 from .ceiling import ceiling
 from .constraints import Mask, constraints_of, fixed_mask
 from .descent import workers
 from .hard_faces import hardness
-from .near_bad import Attempt, Attempting, repair_near_bad
+from .near_bad import Reached, repair_near_bad
+from .parts import FEW
 from .patch import PatchOfMesh, WholeMesh, whole_patch
 from .patch_report import Known, patch_report
 from .polyhedral import corners as corners_of
@@ -34,13 +36,10 @@ from .run import Progress
 from .scale import power_of, rescaled, restored, scaled
 from .shells.improve import improve_shells
 from .target import scaled_surface
-from .whole import Options, Outcome
+from .whole import Options
 
 BOUNDARIES = ("fixed", "slide")
 """What may happen to points of the boundary."""
-
-FEW = 1000
-"""Cells up to which they are measured by NumPy: loading the kernels for them would take longer."""
 
 FLOOR, SIZE_CHANGE = 0.9, 0.1
 """The share of the worst quality that raising the mean keeps, and by which sizes of good cells may change."""
@@ -257,29 +256,30 @@ def _improve(
 
         way = Way(move, options, progress, should_stop)
         return Improvement(*alternate(before, held, way))
-    whole = whole_patch(before, options.keep)
+    whole = whole_patch(before, options.keep, held)
     with workers(threads) as team:
-        attempt = Attempting(held, team, start, progress, should_stop)
+        attempt = Attempting(team, start, progress, should_stop)
         if options.everywhere:
-            best = attempt(whole, before, options)
+            reached = Reached.of(attempt(whole, before, options), options)
         else:
             bad = np.flatnonzero(is_to_mend(before, options.target))
-            best = repair_near_bad(WholeMesh(whole, threads), attempt, bad, options)
-    return _result(best, whole, held, options)
+            reached = repair_near_bad(WholeMesh(whole, threads), attempt, bad, options)
+    return _result(reached, whole, options)
 
 
-def _ceiling(patch: PatchOfMesh, whole: PatchOfMesh, held: Mask, outcome: Outcome) -> float:
-    """The most that the worst cell could have with the points that must stay: of the whole mesh, unless it is large."""
+def _ceiling(patch: PatchOfMesh, whole: PatchOfMesh, worst: float) -> float:
+    """The most that the worst cell could have with the points that must stay: of the whole mesh, unless it is large,
+    where it is that of the patch."""
     if patch.cells is None or whole.quality.n_cells > WHOLE_UP_TO:
-        return outcome.limit.worst
+        return worst
     quality = whole.quality
-    constraints = constraints_of(quality.mesh, quality, held, (whole.region_ids, whole.region_names))
+    constraints = constraints_of(quality.mesh, quality, whole.held, (whole.region_ids, whole.region_names))
     corners = corners_of(quality)
     part = problem(
         quality.mesh, constraints.cells, (corners.cells, corners.points, corners.constants), constraints.pinned
     )
     points = np.asarray(quality.mesh.points, np.float64)[part.point_ids]
-    return min(outcome.limit.worst, ceiling(part, points, constraints.fixed[part.point_ids]).worst)
+    return min(worst, ceiling(part, points, constraints.fixed[part.point_ids]).worst)
 
 
 def _in_another_unit(rounding: Rounding, power: int) -> Rounding:
@@ -319,19 +319,19 @@ def check_options(options: Options, floor: float | None) -> None:
         raise MeshError("points may leave their surface only where they slide: boundary='slide' (--boundary slide)")
 
 
-def _result(best: Attempt[PatchOfMesh], whole: PatchOfMesh, held: Mask, options: Options) -> Improvement:
+def _result(reached: Reached[PatchOfMesh], whole: PatchOfMesh, options: Options) -> Improvement:
     """What was reached, with its report."""
-    patch, reached, before = best.patch, best.outcome.quality, whole.quality
-    after = patch.merge(reached, threads=options.threads)
+    patch, before = reached.patch, whole.quality
+    after = patch.merge(reached.quality, threads=options.threads)
     known = Known(
-        patch.summaries(reached, after, threads=options.threads),
+        patch.summaries(reached.quality, after, threads=options.threads),
         (status_counts(before), status_counts(after)),
         before.mesh.n_points,
         extent(before.mesh.points)[1],
         patch.claims(after),
         (hardness(before.mesh), hardness(after.mesh)),
     )
-    report = patch_report(best, known, options, _ceiling(patch, whole, held, best.outcome))
+    report = patch_report(reached, known, options, _ceiling(patch, whole, reached.facts.limit.worst))
     given = before.source
     result = after.mesh if given is before.mesh else given.replace(points=after.mesh.points)
     return Improvement(result, before, after, report)

@@ -34,13 +34,16 @@ from ..slices.points import WINDOW
 from ..slices.read import Place, places
 from ..status import Status
 from .acceptance import bad_among, counts_of
+from .attempt import POINT_BYTES
 from .constraints import Mask
 from .faces import mask_of
-from .near_bad import POINT_BYTES
 from .patch import CHUNK, Patch
 from .problem import Ids
 from .remeasure import LARGE
 from .scale import SAMPLE, power_of_sample
+
+PATCH_BYTES = 400
+"""Of memory that a point of a patch takes with its cells, before and after."""
 
 NOT_SLICED = {INTERFACE: "it has cohesive cells", WEIGHTS: "it has rational cells"}
 """Data with which a mesh is read whole, and why."""
@@ -150,13 +153,21 @@ class FileMesh:
             cells = np.union1d(cells, beside.cells)
         if is_whole or len(cells) > LARGE * self.n_cells:
             cells = np.arange(self.n_cells)
-        left = free_memory()
-        if left is not None and POINT_BYTES * self.n_points * (len(cells) / self.n_cells) > left:
-            return None  # it is about as many points as cells
+        if not self._has_room(len(cells), PATCH_BYTES):
+            return None
         mesh, points, region_ids = self._read(cells)
         poor_below = self.job.ask.poor_below
         measured = measure(mesh, metrics=(), threads=self.threads, keep_bricks=True, poor_below=poor_below)
-        return Patch(measured, cells, points, ~touched[points], region_ids, self.job.facts.regions.names)
+        held = np.zeros(len(points), bool)
+        return Patch(measured, cells, points, ~touched[points], held, region_ids, self.job.facts.regions.names)
+
+    def has_room(self, n_cells: int) -> bool:
+        """True if there is memory to repair so many cells at a time."""
+        return self._has_room(n_cells, POINT_BYTES)
+
+    def _has_room(self, n_cells: int, n_bytes: int) -> bool:
+        left = free_memory()  # of so many bytes for a point: there are about as many as cells
+        return left is None or n_bytes * self.n_points * (n_cells / self.n_cells) <= left
 
     def summary_of_others(self, patch: Patch) -> Summary:
         """That of the cells that are not in a patch."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -17,12 +18,15 @@ from ..quality.measure import Quality
 from ..report.stream import default_memory, job_of
 from ..slices import Ask, measure_pieces
 from ..slices import Progress as Measuring
+from ..slices.job import forget_points
 from ..status import Purpose
 from .acceptance import counts_by_name, counts_of, n_unusable
+from .attempt import Attempting
 from .descent import workers
-from .engine import FEW, FLOOR, check_options
+from .engine import FLOOR, check_options
 from .file_patches import FileMesh
-from .near_bad import Attempting, repair_near_bad
+from .near_bad import repair_near_bad
+from .parts import FEW, changed_points
 from .patch_report import Known, patch_report
 from .problem import Ids, Points
 from .reconnection import OBJECTIVES
@@ -68,6 +72,8 @@ def measured_file(
     poor_below: PoorBelow = USUAL,
     memory: int | None = None,
     threads: int | None = None,
+    executor: Executor | None = None,
+    n_processes: int = 1,
     progress: Measuring | None = None,
 ) -> FileMesh:
     """A mesh in pieces, measured slice by slice: its bad cells are known then.
@@ -78,8 +84,10 @@ def measured_file(
         From `meshgauge.io.pieces`.
     target
         As for `improve`.
-    wedge_order, purpose, keep_bricks, poor_below, memory, threads, progress
+    wedge_order, purpose, keep_bricks, poor_below, memory, threads, executor, progress
         As for `report.stream.report_on`.
+    n_processes
+        Of the executor on this machine, which share the memory.
 
     Raises
     ------
@@ -103,10 +111,13 @@ def measured_file(
     )
     memory = min(default_memory(), MOST_POINTS) if memory is None else memory
     job = job_of(listed, ask, memory=memory, wedge_order=wedge_order)
+    if executor is not None:  # each process has points of its own
+        forget_points()
+        job = replace(job, memory=job.memory // n_processes)
     if job.facts.view.dimension == 2:
         raise ReadWhole("a mesh of surfaces is repaired as a whole")
     source = FileMesh(job, target, threads)
-    measured = measure_pieces(source.job, threads=threads, on_rows=source.take, progress=progress)
+    measured = measure_pieces(source.job, executor=executor, threads=threads, on_rows=source.take, progress=progress)
     source.finish(measured)
     return source
 
@@ -119,6 +130,7 @@ def improve_file(
     seconds: float | None = None,
     progress: Callable[[Progress], object] | None = None,
     should_stop: Callable[[], bool] | None = None,
+    executor: Executor | None = None,
 ) -> Moved:
     """Mend what is bad in a mesh in a file: the same points, to the last bit, as `improve` moves in the whole mesh.
 
@@ -130,6 +142,8 @@ def improve_file(
         The mesh, as it was measured.
     size_change, strict, seconds, progress, should_stop
         As for `improve`.
+    executor
+        Where parts that do not touch are repaired; None: threads. It has no influence on the result.
 
     Raises
     ------
@@ -157,10 +171,11 @@ def improve_file(
     )
     check_options(options, None)
     with workers(threads) as team, numpy_up_to(FEW):
-        best = repair_near_bad(source, Attempting(None, team, start, progress, should_stop), source.bad, options)
-    patch, reached = best.patch, best.outcome.quality
-    after = source.summary_of_others(patch) + reached.summary(threads=threads)
-    counts = source.counts + counts_of(reached.status) - counts_of(patch.quality.status)
+        attempt = Attempting(team, start, progress, should_stop)
+        reached = repair_near_bad(source, attempt, source.bad, options, executor)
+    patch, quality = reached.patch, reached.quality
+    after = source.summary_of_others(patch) + quality.summary(threads=threads)
+    counts = source.counts + counts_of(quality.status) - counts_of(patch.quality.status)
     known = Known(
         (source.summary, after),
         (counts_by_name(source.counts), counts_by_name(counts)),
@@ -169,12 +184,12 @@ def improve_file(
         _elsewhere(source.n_points, patch.quality),
     )
     with numpy_up_to(FEW):
-        report = patch_report(best, known, options, best.outcome.limit.worst)
+        report = patch_report(reached, known, options, reached.facts.limit.worst)
     listed.check_unchanged()
-    old, new = (np.asarray(one.mesh.points, np.float64) for one in (patch.quality, reached))
-    moved = np.flatnonzero((old.view(np.int64) != new.view(np.int64)).any(axis=1))
+    moved = changed_points(patch.quality, quality)
+    places = np.asarray(quality.mesh.points, np.float64)[moved]
     assert patch.points is not None  # those of a file are named
-    return Moved(report, patch.points[moved], new[moved], n_unusable(reached))
+    return Moved(report, patch.points[moved], places, n_unusable(quality))
 
 
 def _rounding(listed: Pieces) -> tuple[Rounding, ...]:

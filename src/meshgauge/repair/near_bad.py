@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, Protocol
 
-from ..doctor.diagnosis import LIMIT, diagnosis
-from ..errors import MeshError
-from ..files import resources
+import numpy as np
+
 from ..io.plumbing.pieces import ReadWhole
-from ..look.style import number_of
 from ..quality.measure import Quality
 from .acceptance import is_better, is_to_mend, n_unusable
-from .constraints import Constraints, Mask, constraints_of
-from .descent import Workers
-from .patch import RINGS, Patch, back_near
+from .attempt import AnyPatch, Attempt, Attempting, check_numbering
+from .constraints import Mask
+from .faces import mask_of
+from .facts import Facts, facts_of
+from .parts import Part, Repaired, Repairing, groups_of
+from .patch import RINGS, back_near, places_among
 from .problem import Ids
+from .remeasure import remeasured
 from .run import Progress
-from .whole import MUCH, Options, Outcome, repair
-
-REVERSED = 0.5
-"""Share of the invalid cells from which on those numbered in reverse are believed: in a tangle a few look so."""
-
-POINT_BYTES = 2100
-"""Of memory that a point with its cells takes while it is improved: measured on a million hexahedra."""
-
-MANY = 1 << 16
-"""Points from which on it is asked before whether there is as much."""
-
-AnyPatch = TypeVar("AnyPatch", bound=Patch)
+from .whole import MUCH, Options
 
 
 class Source(Protocol[AnyPatch]):
@@ -46,138 +38,149 @@ class Source(Protocol[AnyPatch]):
         """``(n_points,)`` those of some cells, and of so many rings around them but the outermost."""
         ...
 
-
-@dataclass(frozen=True, eq=False)
-class Attempt(Generic[AnyPatch]):
-    """What a repair of a patch has reached."""
-
-    patch: AnyPatch
-    constraints: Constraints
-    outcome: Outcome
-    faults: tuple[str, ...]
-
-    @property
-    def is_stopped(self) -> bool:
-        return bool(self.outcome.run.stopped)
-
-    def taken_by(self, patch: Patch, *, threads: int | None) -> Quality:
-        """What would be measured of another patch, with its points where this has them by now."""
-        return patch.taking(self.patch, self.outcome.quality, threads=threads)
+    def has_room(self, n_cells: int) -> bool:
+        """True if there is memory to repair so many cells at a time."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
-class Attempting:
-    """How a patch is repaired.
+class Reached(Generic[AnyPatch]):
+    """What a repair has reached.
 
     Attributes
     ----------
-    held
-        ``(n_points,)`` of the mesh: points that the user wants to stay; None: none.
+    patch
+        All cells at points that could move.
+    quality
+        Of the patch, as it is by now.
+    facts
+        For the report.
+    history
+        Progress.
     start
         When all began, on the monotonic clock.
     """
 
-    held: Mask | None
-    team: Workers
+    patch: AnyPatch
+    quality: Quality
+    facts: Facts
+    history: tuple[Progress, ...]
     start: float
-    progress: Callable[[Progress], object] | None
-    should_stop: Callable[[], bool] | None
 
-    def __call__(
-        self, patch: AnyPatch, reached: Quality, options: Options, *, is_brief: bool = False
-    ) -> Attempt[AnyPatch]:
-        """Repair a patch, from what was reached on it before; see `repair`."""
-        n_points = patch.quality.mesh.n_points
-        if n_points > MANY:
-            resources.require(POINT_BYTES * n_points, f"improving cells of {n_points:,} points")
-        faults = _diagnose(patch)
-        fixed = patch.pinned if self.held is None else patch.pinned | patch.of_points(self.held)
-        constraints = constraints_of(patch.quality.mesh, patch.quality, fixed, (patch.region_ids, patch.region_names))
-        if options.strict and constraints.hanging:
-            constraints = constraints.without_hanging()
-        away = patch.pinned if self.held is None else patch.pinned & ~patch.of_points(self.held)
-        outcome = repair(
-            patch.quality,
-            replace(constraints, away=away),
-            replace(options, rounding=patch.rounding(options.rounding)),
-            self.team,
-            self.start,
-            self.progress,
-            self.should_stop,
-            reached=reached,
-            is_brief=is_brief,
-        )
-        return Attempt(patch, replace(constraints, away=away), outcome, faults)
+    @classmethod
+    def of(cls, attempt: Attempt[AnyPatch], options: Options) -> Reached[AnyPatch]:
+        """What an attempt has reached."""
+        outcome, run = attempt.outcome, attempt.outcome.run
+        return cls(attempt.patch, outcome.quality, facts_of(attempt, options), tuple(run.history), run.start)
 
 
-def repair_near_bad(source: Source[AnyPatch], attempt: Attempting, bad: Ids, options: Options) -> Attempt[AnyPatch]:
+def repair_near_bad(
+    source: Source[AnyPatch], attempt: Attempting, bad: Ids, options: Options, executor: Executor | None = None
+) -> Reached[AnyPatch]:
     """Repair near bad cells: with their own points, and where that leaves some with more rings; at last, if the
     boundary slides, with its points from there.
 
+    Parts that do not touch are repaired one by one, on ``executor``; None: on threads.
+
     Raises `ReadWhole` if the first patch is too large for the source.
     """
-    threads, target = options.threads, options.target
     if options.slides:
         held = replace(options, boundary="fixed", surface=None, tolerance=None)
         fixed = repair_near_bad(source, attempt, bad, held)
-        if fixed.is_stopped:
+        if fixed.facts.stopped:
             return fixed
         around = _required(source.patch(bad, RINGS[-1], is_whole=True))
-        return attempt(around, fixed.taken_by(around, threads=threads), options)
+        begin = around.taking(fixed.patch, fixed.quality, threads=options.threads)
+        return Reached.of(attempt(around, begin, options), options)
     # Most bad cells need their own points and those beside: a patch that is small costs little.
     first = RINGS[-1] if len(bad) > MUCH * source.n_cells else RINGS[0]
+    began = time.monotonic()
     around = _required(source.patch(bad, first))
-    best = attempt(around, around.quality, options, is_brief=first < RINGS[-1])
+    groups = groups_of(around)
+    if not all(source.has_room(len(cells)) for cells in groups):
+        _required(None)
+    if len(groups) > 1:
+        repairing = Repairing(attempt, options, executor, around.quality, began)
+        return _in_parts(source, attempt, repairing, around, groups, options, is_brief=first < RINGS[-1])
+    return Reached.of(_as_one(source, attempt, around, bad, options, is_brief=first < RINGS[-1]), options)
+
+
+def _as_one(
+    source: Source[AnyPatch], attempt: Attempting, around: AnyPatch, bad: Ids, options: Options, *, is_brief: bool
+) -> Attempt[AnyPatch]:
+    """Repair a patch, and a larger one for what that leaves bad."""
+    threads, target = options.threads, options.target
+    best = attempt(around, around.quality, options, is_brief=is_brief)
     left = best.patch.ids(is_to_mend(best.outcome.quality, target))
-    if first == RINGS[-1] or best.is_stopped or not len(left):
+    if not is_brief or best.outcome.run.stopped or not len(left):
         return best
 
     def better(best: Attempt[AnyPatch], patch: AnyPatch, begin: Quality) -> Attempt[AnyPatch]:
         """An attempt on a larger patch, unless what was reached is as good."""
         again = attempt(patch, begin, options)
-        is_gain = is_better(again.outcome.quality, best.taken_by(patch, threads=threads), target)
-        return again if is_gain else best
+        reached = patch.taking(best.patch, best.outcome.quality, threads=threads)
+        return again if is_better(again.outcome.quality, reached, target) else best
 
     # What is bad still is worth more rings, from where all near it was.
     near = best.patch.of_points(source.near(left, RINGS[-1] + 1))
     begin = back_near(best.patch.quality, best.outcome.quality, near, threads=threads)
     wider = source.patch(best.patch.ids(is_to_mend(begin, target)), RINGS[-1], beside=best.patch)
-    if wider is None:
+    if wider is None or not source.has_room(wider.quality.n_cells):
         return best
     best = better(best, wider, wider.taking(best.patch, begin, threads=threads))
-    if best.is_stopped or not n_unusable(best.outcome.quality):
+    if best.outcome.run.stopped or not n_unusable(best.outcome.quality):
         return best
     # Where that leaves invalid cells, what was reached may stand in the way: from the mesh given.
     anew = source.patch(bad, RINGS[-1])
-    return best if anew is None else better(best, anew, anew.quality)
+    if anew is None or not source.has_room(anew.quality.n_cells):
+        return best
+    return better(best, anew, anew.quality)
+
+
+def _in_parts(
+    source: Source[AnyPatch],
+    attempt: Attempting,
+    repairing: Repairing,
+    around: AnyPatch,
+    groups: list[Ids],
+    options: Options,
+    *,
+    is_brief: bool,
+) -> Reached[AnyPatch]:
+    """The same of each part of a patch."""
+    threads, target = options.threads, options.target
+
+    def result(patch: AnyPatch, quality: Quality, parts: list[Repaired]) -> Reached[AnyPatch]:
+        return Reached(patch, quality, repairing.facts(patch, parts), tuple(repairing.history), attempt.start)
+
+    points = np.array(around.quality.mesh.points, np.float64)
+    parts = repairing(around, (Part.of(around, cells) for cells in groups), points, is_brief=is_brief)
+    check_numbering(around, sum(one.n_reversed for one in parts), n_unusable(around.quality))
+    reached = remeasured(around.quality, points, threads=threads)
+    left = around.ids(is_to_mend(reached, target))
+    if not is_brief or repairing.stopped or not len(left):
+        return result(around, reached, parts)
+
+    near = around.of_points(source.near(left, RINGS[-1] + 1))
+    begin = back_near(around.quality, reached, near, threads=threads)
+    wider = source.patch(around.ids(is_to_mend(begin, target)), RINGS[-1], beside=around)
+    if wider is None:
+        return result(around, reached, parts)
+    begin, reached = (wider.taking(around, one, threads=threads) for one in (begin, reached))
+    repairing.goes_on_with(reached)
+    groups = [cells for cells in groups_of(wider, is_to_mend(begin, target)) if source.has_room(len(cells))]
+    old, stands = (np.asarray(one.mesh.points, np.float64) for one in (begin, reached))
+    points = stands.copy()
+    again = repairing(wider, (Part.of(wider, cells, old, stands) for cells in groups), points)
+    is_again = mask_of(wider.quality.n_cells, np.concatenate([np.empty(0, np.int64), *groups]))
+    others = [places_among(wider.cells, one.cells) for one in parts]
+    intact = [one for one, cells in zip(parts, others, strict=True) if not is_again[cells].any()]
+    cut = [cells[~is_again[cells]] for cells in others if is_again[cells].any() and not is_again[cells].all()]
+    rest = repairing(wider, (Part.of(wider, cells, stands) for cells in cut), points, still=True)
+    return result(wider, remeasured(wider.quality, points, threads=threads), [*intact, *again, *rest])
 
 
 def _required(patch: AnyPatch | None) -> AnyPatch:
     if patch is None:
         raise ReadWhole("what is near its bad cells takes more memory than is free")
     return patch
-
-
-def _diagnose(patch: Patch) -> tuple[str, ...]:
-    """What is wrong with a mesh that has invalid cells beside their shapes: nothing that moving points can mend.
-
-    Raises `MeshError` if cells are numbered in reverse: moving points would invert them to suit their numbering.
-    """
-    before = patch.quality
-    if n_unusable(before) == 0:
-        return ()
-    result = diagnosis(before.mesh, before, limit=LIMIT)
-    n_reversed = len(result.orientation.reversed_cells) if result.orientation is not None else 0
-    if n_reversed > REVERSED * n_unusable(before):
-        raise MeshError(
-            f"{before.mesh.path or 'the mesh'}: {number_of(n_reversed, 'cell is', 'cells are')} numbered in reverse, "
-            "not inverted: moving points would ruin the mesh. Renumber first, with 'meshgauge orient' or "
-            "meshgauge.doctor.orient"
-        )
-    # Of a part of a mesh the numbers of cells and points are its own.
-    others = () if patch.cells is not None else result.findings
-    notes = [one.text for one in others if one.level == "defect" and one.name != "orientation"]
-    if n_reversed:
-        looks = number_of(n_reversed, "invalid cell looks", "invalid cells look")
-        notes.append(f"{looks} numbered in reverse: taken for inverted.")
-    return tuple(notes)

@@ -41,6 +41,8 @@ class Patch:
         ``(n_cells,)`` and ``(n_points,)`` of the patch: which of the mesh they are; None if it is the mesh itself.
     pinned
         ``(n_points,)`` of the patch, points that stay: those at cells that are not near bad ones.
+    held
+        ``(n_points,)`` of the patch, points that the user wants to stay.
     region_ids, region_names
         ``(n_cells,)`` the region of each cell as the mesh has it, and the names of all.
     """
@@ -49,6 +51,7 @@ class Patch:
     cells: Ids | None
     points: Ids | None
     pinned: Mask
+    held: Mask
     region_ids: Ids
     region_names: tuple[str, ...]
 
@@ -79,6 +82,21 @@ class Patch:
         at = np.minimum(np.searchsorted(self.points, points), len(self.points) - 1)
         known = np.flatnonzero(self.points[at] == points)
         return at[known], known
+
+    def part(self, cells: Ids) -> Patch:
+        """Some cells of it, ascending, as a patch of the mesh."""
+        quality = self.quality
+        mesh = quality.mesh[cells]
+        points = np.unique(nodes_of(quality.mesh, cells)).astype(np.int64)
+        return Patch(
+            measured_alike(quality, mesh, threads=1),
+            cells if self.cells is None else self.cells[cells],
+            points if self.points is None else self.points[points],
+            self.pinned[points],
+            self.held[points],
+            self.region_ids[cells],
+            self.region_names,
+        )
 
     def of_points(self, values: Mask) -> Mask:
         """``(n_points,)`` of the mesh for the points of the patch."""
@@ -158,14 +176,20 @@ class PatchOfMesh(Patch):
         )
 
 
+def places_among(some: Ids | None, ids: Ids) -> Ids:
+    """Where ids stand among some, ascending, that have them all; None: among all of the mesh."""
+    return ids if some is None else np.searchsorted(some, ids)
+
+
 def _of_part(rounding: Rounding, points: Ids, ids: Ids, coordinates: Points) -> Points:
     return rounding(points[ids], coordinates)
 
 
-def whole_patch(quality: Quality, keep: Sequence[str] = ()) -> PatchOfMesh:
-    """All of a mesh, no point pinned; ``keep`` as for `kept_regions`."""
+def whole_patch(quality: Quality, keep: Sequence[str] = (), held: Mask | None = None) -> PatchOfMesh:
+    """All of a mesh, no point pinned; ``keep`` as for `kept_regions`, ``held`` points that the user wants to stay."""
     ids, names = kept_regions(quality.mesh, keep)
-    return PatchOfMesh(quality, None, None, np.zeros(quality.mesh.n_points, bool), ids, names, quality)
+    none = np.zeros(quality.mesh.n_points, bool)
+    return PatchOfMesh(quality, None, None, none, none if held is None else held, ids, names, quality)
 
 
 def patch_around(
@@ -208,7 +232,8 @@ def patch_around(
         touched &= ~shared_with_pieces(mesh, mesh.is_ghost)
     part, points = mesh[cells], np.flatnonzero(used)
     measured = measured_alike(quality, part, threads=threads)
-    return PatchOfMesh(measured, cells, points, ~touched[points], whole.region_ids[cells], whole.region_names, quality)
+    pinned, held, region_ids = ~touched[points], whole.held[points], whole.region_ids[cells]
+    return PatchOfMesh(measured, cells, points, pinned, held, region_ids, whole.region_names, quality)
 
 
 def back_near(before: Quality, reached: Quality, near: Mask, *, threads: int | None) -> Quality:
@@ -264,3 +289,7 @@ class WholeMesh:
     def near(self, cells: Ids, rings: int) -> Mask:
         """``(n_points,)`` those of some cells, and of so many rings around them but the outermost."""
         return cells_around(self.everything.quality.mesh, mask_of(self.n_cells, cells), rings)[1]
+
+    def has_room(self, n_cells: int) -> bool:
+        """True: it is asked where they are repaired."""
+        return True

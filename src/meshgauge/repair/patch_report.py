@@ -12,16 +12,15 @@ from ..quality.measure import Quality
 from ..quality.summary import Summary
 from . import report as records
 from .acceptance import is_below, is_to_mend
-from .claims import Promise, within
+from .attempt import AnyPatch
+from .claims import claims_of, within
 from .hard_faces import Hardness, faces_text
 from .kept import unkept
-from .near_bad import AnyPatch, Attempt
+from .near_bad import Reached
 from .patch import Patch
 from .reasons import ALL, reasons, verdict
 from .report import Claim, RepairReport
-from .sizes import size_change as change_of_sizes
-from .sizes import size_limits
-from .volumes import volume_and_surface
+from .sizes import size_change
 from .whole import Options
 
 
@@ -49,32 +48,28 @@ class Known:
     faces: tuple[Hardness, Hardness] = (Hardness(), Hardness())
 
 
-def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: float) -> RepairReport:
+def patch_report(reached: Reached[AnyPatch], known: Known, options: Options, most: float) -> RepairReport:
     """The report; ``most`` is what the worst cell could have with the points that must stay."""
-    patch, outcome, constraints = best.patch, best.outcome, best.constraints
-    near, near_after, run, limit = patch.quality, outcome.quality, outcome.run, outcome.limit
+    patch, facts = reached.patch, reached.facts
+    near, near_after = patch.quality, reached.quality
     old, new = near.mesh.points, near_after.mesh.points
-    promise = Promise(near, constraints, options.slides, options.surface is not None, options.strict)
     n_worse, worse, largest, mean = records.losses(near, near_after)
-    why = reasons(near, near_after, constraints, run, limit, slides=options.slides, strict=options.strict)
+    why = reasons(near_after, facts, options.target, slides=options.slides, strict=options.strict)
     outcome_in_a_word, text = verdict(
-        near, near_after, known.summaries, options.target, most, slides=options.slides, broken=outcome.broken
+        near, near_after, known.summaries, options.target, most, slides=options.slides, broken=facts.broken
     )
-    volume_before, surface_before = volume_and_surface(constraints.topology, old)
-    volume_after, surface_after = volume_and_surface(constraints.topology, new)
-    limits = outcome.sizes or size_limits(near, constraints.topology, run.whole, options.size_change)
     return RepairReport(
         verdict=text,
         outcome=outcome_in_a_word,
-        stopped=run.stopped,
+        stopped=facts.stopped,
         before=known.summaries[0],
         after=known.summaries[1],
         status_before=known.statuses[0],
         status_after=known.statuses[1],
         claims=(
-            *promise.claims(near_after),
+            *claims_of(near, near_after, facts.held, facts.of_volumes, strict=options.strict),
             *known.elsewhere,
-            *within(outcome.deviation[0], options.tolerance, extent(old)[1]),
+            *within(facts.deviation[0], options.tolerance, extent(old)[1]),
         ),
         ceiling=most,
         n_below_before=int(np.count_nonzero(is_below(near, options.target))),
@@ -85,20 +80,16 @@ def patch_report(best: Attempt[AnyPatch], known: Known, options: Options, most: 
         worse=tuple(replace(one, cell=patch.cell(one.cell)) for one in worse),
         largest_loss=largest,
         mean_loss=mean,
-        displacement=records.displacement(
-            old, new, constraints.boundary, outcome.deviation, known.diagonal, known.n_points
-        ),
-        sizes=change_of_sizes(limits, old, new),
-        volume=(volume_before, volume_after),
-        surface=(surface_before, surface_after),
-        region_volumes=promise.named_volumes(near_after),
-        history=tuple(run.history),
-        seconds=time.monotonic() - run.start,
-        evaluations=run.evaluations,
+        displacement=records.displacement(old, new, facts.boundary, facts.deviation, known.diagonal, known.n_points),
+        sizes=size_change(facts.ratios),
+        volume=facts.volume,
+        surface=facts.surface,
+        region_volumes=facts.region_volumes if len(facts.region_volumes) > 1 else {},
+        history=reached.history,
+        seconds=time.monotonic() - reached.start,
+        evaluations=facts.evaluations,
         notes=(
-            *constraints.notes,
-            *best.faults,
-            *outcome.notes,
+            *facts.notes,
             *([faces_text(*known.faces)] if any(one.n for one in known.faces) else []),
             *_of_unkept(patch),
             *_hints(near, near_after, options, why.counts),

@@ -15,10 +15,9 @@ from ..quality.measure import Quality
 from ..quality.summary import Summary
 from ..status import Status, is_invalid, is_usable
 from .acceptance import is_below, n_unusable
-from .ceiling import FOUR, THREE, Ceiling
-from .constraints import Constraints
+from .ceiling import FOUR, THREE
+from .facts import Facts
 from .report import NAMED, LimitedCell
-from .run import Run
 
 ASIDE = "the cell takes no part: its type cannot be improved, or it could not be measured"
 ALL = "all points of the cell are fixed"
@@ -41,24 +40,20 @@ class Reasons:
     cells: tuple[LimitedCell, ...]
 
 
-def reasons(
-    before: Quality, after: Quality, constraints: Constraints, run: Run, limit: Ceiling, *, slides: bool, strict: bool
-) -> Reasons:
+def reasons(after: Quality, facts: Facts, target: float, *, slides: bool, strict: bool) -> Reasons:
     """For the solid cells that are invalid or below the target: how many for each reason, and the worst of them."""
-    mesh = after.mesh
-    cells = np.flatnonzero(is_below(after, run.target))
-    bounds, by_four = np.ones(mesh.n_cells), np.zeros(mesh.n_cells, bool)
-    bounds[run.whole.cell_ids], by_four[run.whole.cell_ids] = limit.bounds, limit.by_four
-    fixed = constraints.pinned if slides else constraints.fixed
+    mesh, fixed = after.mesh, facts.held
+    bounds, by_four = facts.limit.bounds, facts.limit.by_four
+    cells = np.flatnonzero(is_below(after, target))
     sizes = np.diff(mesh.offsets)[cells]
     nodes = mesh.connectivity[ragged_positions(np.asarray(mesh.offsets, np.int64)[cells], sizes)]
     n_free = np.zeros(len(cells), np.int64)
     np.add.at(n_free, np.repeat(np.arange(len(cells)), sizes), ~fixed[nodes])
     # Of several reasons the first.
     status = after.status[cells]
-    low = (bounds[cells] < run.target) & (not slides)
+    low = (bounds[cells] < target) & (not slides)
     cases = [
-        (~constraints.cells[cells], ASIDE),
+        (~facts.takes_part[cells], ASIDE),
         (n_free == 0, ALL),
         (low & by_four[cells], FOUR),
         (low, THREE),

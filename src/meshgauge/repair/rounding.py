@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..look.style import number_of
 from ..quality.measure import Quality
 from .acceptance import Limits, accept
+from .notes import Counted
 from .problem import Ids, Points
 
 Rounding = Callable[[Ids, Points], Points]
@@ -67,9 +67,9 @@ def accept_rounded(
     reached = np.asarray(after.mesh.points, np.float64)[moved]
     n_wider = int(np.count_nonzero(((reached != coarse) & (reached != old[moved])).any(axis=1)))
     if n_wider:
-        get = number_of(n_wider, "point gets a wider field", "points get wider fields")
-        notes.append(f"{get} in the file, since rounded to the digits of the old ones a cell would have paid.")
+        rest = "in the file, since rounded to the digits of the old ones a cell would have paid."
+        notes.append(Counted(n_wider, f"point gets a wider field {rest}", f"points get wider fields {rest}"))
     if n_back:
-        was = number_of(n_back, "point was", "points were")
-        notes.append(f"{was} put back, since rounded to the digits of the file a cell would have paid.")
+        rest = "put back, since rounded to the digits of the file a cell would have paid."
+        notes.append(Counted(n_back, f"point was {rest}", f"points were {rest}"))
     return Rounded(after, tuple(notes))

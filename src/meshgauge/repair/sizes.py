@@ -150,20 +150,37 @@ def size_limits(quality: Quality, topology: Topology, problem: Problem, share: f
     return SizeLimits(topology, problem, cells, volumes, shortest, is_layer, share)
 
 
-def size_change(limits: SizeLimits, before: NDArray[np.floating], after: NDArray[np.floating]) -> SizeChange:
-    """What became of the sizes of the good cells."""
+@dataclass(frozen=True, eq=False)
+class SizeRatios:
+    """Of each good cell the ratio of the larger to the smaller, before and after: ``(n,)`` of its volumes, and the
+    largest of its edges."""
+
+    volumes: Points
+    edges: Points
+
+
+def size_ratios(limits: SizeLimits, before: NDArray[np.floating], after: NDArray[np.floating]) -> SizeRatios:
+    """What became of the sizes of each good cell, with the points of the mesh before and after."""
     cells, problem = limits.cells, limits.problem
     if not len(cells):
-        return SizeChange(0, 1.0, 1.0, 1.0, 1.0)
+        return SizeRatios(np.empty(0), np.empty(0))
     with np.errstate(divide="ignore", invalid="ignore"):
         volumes = cell_volumes(limits.topology, cells, after) / limits.volumes
         volumes = np.where(volumes > 0.0, np.maximum(volumes, 1.0 / volumes), np.inf)
         at, starts = _corners_of(problem, cells)
         was, now = (problem.edge_lengths(np.asarray(x, np.float64)[problem.point_ids], at) for x in (before, after))
         edges = np.maximum(was / now, now / was).max(axis=1).astype(np.float64)
-    edges = np.maximum.reduceat(np.where(np.isnan(edges), 1.0, edges), starts)
+    return SizeRatios(volumes, np.maximum.reduceat(np.where(np.isnan(edges), 1.0, edges), starts))
+
+
+def size_change(ratios: SizeRatios) -> SizeChange:
+    """What became of the sizes of the good cells."""
+    n = len(ratios.volumes)
+    if not n:
+        return SizeChange(0, 1.0, 1.0, 1.0, 1.0)
+    volumes, edges = ratios.volumes, ratios.edges
     return SizeChange(
-        len(cells),
+        n,
         float(volumes.max()),
         float(np.quantile(volumes, MOST, method="lower")),
         float(edges.max()),

@@ -12,7 +12,6 @@ import numpy as np
 from ..cells import CELL_TYPES
 from ..doctor.points import extent
 from ..errors import MeshError
-from ..look.style import number_of
 from ..quality.measure import Quality
 from .acceptance import accept, is_below, is_better, n_unusable
 from .ceiling import Ceiling, ceiling
@@ -22,6 +21,7 @@ from .curved import move_nodes_between
 from .descent import Workers
 from .faces import mask_of
 from .hard_faces import cells_at_hard_faces
+from .notes import Counted
 from .phases.mean import raise_mean
 from .phases.mend import mend, values_of
 from .phases.straighten import straighten
@@ -44,6 +44,9 @@ SLIDING_RINGS = 4
 
 MUCH = 0.2
 """Share of the cells from which on, if they are bad, there is no mending them one by one."""
+
+
+NOT_BETTER = "No better mesh was found: the mesh is as it was."
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,7 +260,7 @@ def _repair(
         held = constraints if options.tolerance is None else replace(constraints, sizes=None)
         _round(outcome, Promise(before, held, options.slides, options.surface is not None, options.strict), options)
     if outcome.quality is before and not outcome.broken:
-        outcome.notes.append("No better mesh was found: the mesh is as it was.")
+        outcome.notes.append(NOT_BETTER)
     at_end = np.asarray(outcome.quality.mesh.points, np.float64)
     run.record("end", at_end[run.whole.point_ids[run.points_of_moving]], now=True)
     return outcome
@@ -395,10 +398,8 @@ def _take_moved(outcome: Outcome, promise: Promise, points: Points, options: Opt
     )
     if is_better(after, outcome.quality, _target(options)):
         if n_back:
-            count = number_of(
-                n_back, "point was put back, since a cell of its own", "points were put back, since a cell of theirs"
-            )
-            outcome.notes.append(f"{count} would have paid.")
+            one, many = "point was put back, since a cell of its own", "points were put back, since a cell of theirs"
+            outcome.notes.append(Counted(n_back, f"{one} would have paid.", f"{many} would have paid."))
         outcome.take(after, promise)
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
 from functools import partial
+from typing import TypeVar
 
 from ..errors import OptionError
 from ..files.resources import keep_freed
@@ -13,6 +15,9 @@ from ..kernels.threads import thread_count
 from .job import Job, forget_points
 from .partial import CellRows, Partial
 from .read import Place, most_cells, places, slice_size
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 Progress = Callable[[int, int], object]
 """Is told how many cells are done, and of how many."""
@@ -83,15 +88,33 @@ def measure_pieces(
 
 def _results(job: Job, todo: list[Place], executor: Executor | None, n_threads: int) -> Iterator[tuple[Place, Partial]]:
     """The result of each place, in order; what is under way is bounded."""
-    if executor is None:
-        yield todo[0], job(todo[0])  # what is compiled, is compiled on this thread
-        if n_threads == 1 or len(todo) == 1:
-            yield from ((place, job(place)) for place in todo[1:])
-            return
-        with ThreadPoolExecutor(n_threads) as pool:
-            yield from _in_order(pool, job, todo[1:], n_threads)
-    else:
-        yield from _in_order(executor, partial(_there, job), todo, 2 * n_threads)
+    yield from each_result(job if executor is None else partial(_there, job), todo, executor, n_threads)
+
+
+def each_result(
+    work: Callable[[T], R], items: Iterable[T], executor: Executor | None, n_threads: int
+) -> Generator[tuple[T, R]]:
+    """Each item with what a function makes of it, in order, several at a time; no more are made than are under way.
+
+    Parameters
+    ----------
+    work
+        What is done; an executor of processes has to be able to send it.
+    items
+        One is asked for when there is room for it.
+    executor
+        Where; None: threads of this process, so many.
+    """
+    rest = iter(items)
+    if executor is not None:
+        yield from _in_order(executor, work, rest, 2 * n_threads)
+        return
+    for item in rest:
+        yield item, work(item)  # what is compiled, is compiled on this thread
+        if n_threads > 1:
+            break
+    with ThreadPoolExecutor(n_threads) as pool:
+        yield from _in_order(pool, work, rest, n_threads)
 
 
 def _there(job: Job, place: Place) -> Partial:
@@ -103,23 +126,22 @@ def _there(job: Job, place: Place) -> Partial:
     return job(place)
 
 
-def _in_order(
-    executor: Executor, job: Callable[[Place], Partial], todo: list[Place], ahead: int
-) -> Iterator[tuple[Place, Partial]]:
+def _in_order(executor: Executor, work: Callable[[T], R], items: Iterator[T], ahead: int) -> Iterator[tuple[T, R]]:
     """The results of an executor. What is missing when a process of it was killed is worked on here."""
-    waiting: deque[Future[Partial]] = deque()
-    n_done = 0
+    given: deque[T] = deque()
+    waiting: deque[Future[R]] = deque()
     try:
-        for ahead_of in range(len(todo) + ahead):
-            if ahead_of < len(todo):
-                waiting.append(executor.submit(job, todo[ahead_of]))
-            if ahead_of >= ahead and waiting:
-                part = waiting[0].result()
-                waiting.popleft()
-                n_done += 1
-                yield todo[n_done - 1], part
+        for item in items:
+            given.append(item)
+            waiting.append(executor.submit(work, item))
+            if len(waiting) > ahead:
+                yield given[0], waiting[0].result()
+                given.popleft(), waiting.popleft()
+        while waiting:
+            yield given[0], waiting[0].result()
+            given.popleft(), waiting.popleft()
     except BrokenExecutor:
-        yield from ((place, job(place)) for place in todo[n_done:])
+        yield from ((item, work(item)) for item in itertools.chain(given, items))
     finally:
         for future in waiting:
             future.cancel()
