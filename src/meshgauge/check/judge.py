@@ -14,6 +14,7 @@ from ..cells import BY_NAME
 from ..errors import BaselineError, expect
 from ..look.bands import POOR_TEXT, USUAL, PoorBelow
 from ..mesh.labels import has_labels
+from ..mesh.same_cells import note_on_parts
 from ..quality.measure import Quality
 from ..quality.metrics import LIMITS
 from ..quality.neighbours import with_face_metrics
@@ -121,7 +122,8 @@ def check(
         baselines=dict(baselines or {}),
     )
     outcomes = tuple(judge.outcome(rule, partial(counting.count, rule)) for rule in chosen)
-    return Check(name, mesh.n_points, mesh.n_cells, outcomes, mesh.notes, tally=quality.summary().all)
+    notes = (*mesh.notes, *note_on_parts(mesh))
+    return Check(name, mesh.n_points, mesh.n_cells, outcomes, notes, tally=quality.summary().all)
 
 
 def as_rules(rules: Iterable[Rule | str]) -> list[Rule]:

@@ -90,11 +90,14 @@ def merge(
     whole = _in_order(joined, parts)
     names = _region_names(whole)
     _check_decisions(whole)
-    cells = points = 0
+    cells = points = n_parts = 0
     results = []
     for one in whole:
-        results.append(_moved(one, cells, points, names, keeps_labels=one.cell_labels == "stored" or len(whole) == 1))
+        keeps_labels = one.cell_labels == "stored" or len(whole) == 1
+        results.append(_moved(one, cells, points, n_parts, names, keeps_labels=keeps_labels))
         cells, points = cells + one.n_cells, points + one.n_points
+        if one.result.sample is not None:
+            n_parts += 1 + int(one.result.sample.parts.max(initial=0))
     result = merged([_without_labels(one) for one in results])
     result.check_covers(cells)
     result = _with_labels(result, results)
@@ -104,7 +107,8 @@ def merge(
     found = [at for at in range(len(names)) if at in result.regions] if by_region else []
     nothing = tuple(map(summarise_nothing, result.companions))
     is_mixed = len({one.last_bits for one in given}) > 1
-    diagnosis = merged_diagnosis([shares_of[id(one)] for one in whole], memory=memory)
+    is_double = result.sample is not None and result.sample.n_common > 0
+    diagnosis = merged_diagnosis([shares_of[id(one)] for one in whole], memory=memory, is_double=is_double)
     return FileReport(
         path=path or _name(whole),
         n_points=points,
@@ -269,8 +273,10 @@ def _region_names(whole: Sequence[PartialReport]) -> tuple[str, ...]:
     return tuple(names) or ("all",)
 
 
-def _moved(one: PartialReport, cells: int, points: int, names: Sequence[str], *, keeps_labels: bool) -> Partial:
-    """The result on a part with ids of the whole, behind so many cells and points."""
+def _moved(
+    one: PartialReport, cells: int, points: int, n_parts: int, names: Sequence[str], *, keeps_labels: bool
+) -> Partial:
+    """The result on a part with ids of the whole, behind so many cells, points and parts."""
     result = one.result if keeps_labels else labelled(one.result, None, None)
     region = [names.index(name) if one.by_region else 0 for name in one.region_names]
     return replace(
@@ -284,6 +290,7 @@ def _moved(one: PartialReport, cells: int, points: int, names: Sequence[str], *,
         ),
         regions={region[at]: summary for at, summary in result.regions.items()},
         region_companions={region[at]: summaries for at, summaries in result.region_companions.items()},
+        sample=None if result.sample is None else result.sample.of_part(n_parts),
     )
 
 
@@ -322,6 +329,8 @@ def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool, i
         notes[not_looked_at(result.n_ghosts)] = None
     if result.collapsed:
         notes[note_on(Counter(result.collapsed))] = None
+    if result.sample is not None and result.sample.note:
+        notes[result.sample.note] = None
     if _differs(result.summaries[JENS]):
         notes[FEW] = None
     if is_mixed:

@@ -38,6 +38,11 @@ MOST = 1 << 28
 
 IN_OTHERS = "Whether surface cells of one part are faces inside of another is not known from partial reports."
 
+_INSIDE = (
+    "some cells of a part lie inside of another, and of each only the outer cells are known; measure the parts as one "
+    "mesh (--as-one), or their file as a whole"
+)
+
 NOT_ASKED = "not asked"
 """Stands for parts that were measured without."""
 
@@ -147,10 +152,10 @@ def _how(mesh: Mesh, what: Literal["cell", "point"]) -> Labels:
 
 
 def merged_diagnosis(
-    files: Sequence[Sequence[PartialReport]], *, memory: int | None, tolerance: float = TOLERANCE
+    files: Sequence[Sequence[PartialReport]], *, memory: int | None, is_double: bool, tolerance: float = TOLERANCE
 ) -> Diagnosis | None:
-    """The diagnosis of the mesh that some files are together, of which the shares are given; None if none was looked
-    at for it."""
+    """The diagnosis of the mesh that some files are together, of which the shares are given, and which ``is_double`` if
+    some cells are in several; None if none was looked at for it."""
     given = [one for shares in files for one in shares]
     if all(one.not_diagnosed == NOT_ASKED for one in given):
         return None
@@ -160,7 +165,7 @@ def merged_diagnosis(
         why = "that was not asked for" if lacking.not_diagnosed == NOT_ASKED else lacking.not_diagnosed
         reason = f"what it takes is not in the partial report of {lacking.path}: {why}"
     else:
-        reason = why_no_memory(n_cells, n_points, memory)
+        reason = _INSIDE if is_double else why_no_memory(n_cells, n_points, memory)
     if reason:
         return not_diagnosed(n_cells, LIMIT, reason=reason, tolerance=tolerance)
     from ..doctor.streamed.of_parts import Overlap, Placed, diagnosis_of_parts
@@ -185,9 +190,7 @@ def merged_diagnosis(
     except NotPlain as error:
         raise ReadError(f"a partial report is damaged: {error}") from error
     except Overlap:
-        how = "measure them as one mesh (--as-one), or the file as a whole"
-        reason = f"some cells of a part lie inside of another, and each knows its outer cells only; {how}"
-        return not_diagnosed(n_cells, LIMIT, reason=reason, tolerance=tolerance)
+        return not_diagnosed(n_cells, LIMIT, reason=_INSIDE, tolerance=tolerance)
 
 
 def _unknown(made: Diagnosis, n_files: int) -> tuple[str, ...]:

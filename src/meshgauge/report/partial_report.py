@@ -168,6 +168,7 @@ def _check(made: PartialReport) -> None:
         and all((one.values is None) != (one.counts is None) for one in tallies)
         and all(one.values is None or len(one.values) == one.n_measured <= EXACT for one in tallies)
         and all(one.counts is None or len(one.counts) == 2 * HALF for one in tallies)
+        and (result.sample is None or result.sample.is_right)
         and all(_are_right(tally.unlike, tally.n_measured) for tally in tallies)
     )
     if not right:

@@ -7,6 +7,7 @@ from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
 from ..look.records import brief
+from ..mesh.same_cells import note_on_parts
 from ..quality.companions import companions, companions_by_region
 from ..quality.summary import Summary, summarise_nothing
 from .finite_volume import FiniteVolumeMeasure, finite_volume
@@ -100,7 +101,7 @@ class FileReport:
             summary=summaries.pop("jens"),
             worst=cells,
             others=tuple(summaries.values()),
-            notes=tuple(mesh.notes),
+            notes=(*mesh.notes, *note_on_parts(mesh)),
             findings=tuple(quality.findings()),
             diagnosis=_diagnosis(quality) if with_diagnosis else None,
             finite_volume=finite_volume(quality),

@@ -216,7 +216,10 @@ def _region_companions(job: Job, partial: Partial) -> tuple[tuple[Summary, ...],
 
 def notes_of(facts: Facts, partial: Partial) -> tuple[str, ...]:
     """What was noticed while reading and measuring."""
-    return (*facts.notes, *([note_on(partial.collapsed)] if partial.collapsed else []))
+    notes = [note_on(partial.collapsed)] if partial.collapsed else []
+    if partial.sample is not None and partial.sample.note:
+        notes.append(partial.sample.note)
+    return (*facts.notes, *notes)
 
 
 def stream(

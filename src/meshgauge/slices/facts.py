@@ -62,6 +62,8 @@ class Facts:
         What is measured: solid cells, or surface cells, and from which side.
     is_part
         This is a part of a mesh of which nothing else is known: its cells count as many.
+    parts
+        As of `Mesh`.
     """
 
     n_cells: int
@@ -74,6 +76,7 @@ class Facts:
     notes: tuple[str, ...]
     view: View = AS_SOLIDS
     is_part: bool = False
+    parts: tuple[int, ...] = ()
 
     @property
     def n_deciding(self) -> int:
@@ -147,6 +150,7 @@ def facts_of(
         point_labels=_labels([piece.point_data for piece in pieces.pieces], pieces.point_starts, pieces.drops_counts),
         notes=tuple(notes),
         view=view,
+        parts=pieces.parts,
     )
 
 

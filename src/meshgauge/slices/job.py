@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -16,6 +17,7 @@ from ..io.plumbing import made_cells
 from ..io.plumbing.pieces import Pieces, ReadWhole
 from ..mesh.interface import is_interface
 from ..mesh.labels import LABEL
+from ..mesh.same_cells import CellSample
 from ..quality.companions import companions_by_region
 from ..quality.measure import JENS, Quality, measure_part
 from ..quality.poor import rows_of
@@ -144,9 +146,15 @@ def partial_of(
         regions=_by_region(quality, region_ids) if with_regions else {},
         region_companions=of_regions,
         collapsed=_collapsed(quality),
+        sample=CellSample.of(mesh, _part(part, facts)) if facts.is_part or facts.parts else None,
         counted=None if ask.counter is None else ask.counter.count(quality, part, region_ids, facts),
         rows=_rows(quality, part, labels, ask) if ask.keeps_rows else None,
     )
+
+
+def _part(part: Slice, facts: Facts) -> int:
+    """Of which of the parts a slice is."""
+    return max(bisect_right(facts.parts, part.first_point) - 1, 0)
 
 
 def _rows(quality: Quality, part: Slice, labels: NDArray[np.int64] | None, ask: Ask) -> CellRows:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import MeshgaugeError
 from ..look.records import brief
+from ..mesh.same_cells import CellSample
 from ..quality.findings import merge_findings
 from ..quality.summary import Summary
 from ..quality.worst import StatusCells, WorstCell, order_of
@@ -72,6 +73,8 @@ class Partial:
         Cells with repeated nodes, by the type that they stand for.
     counted
         What the counter made of them; see `Ask`.
+    sample
+        Of a mesh of several parts, or a part of one: by which cells that several have are seen.
     rows
         Of a single slice, where they were asked for.
     """
@@ -88,6 +91,7 @@ class Partial:
     region_companions: Mapping[int, tuple[Summary, ...]] = field(default_factory=dict)
     collapsed: Counter[str] = field(default_factory=Counter)
     counted: Any = None
+    sample: CellSample | None = None
     rows: CellRows | None = None
 
     __repr__ = brief
@@ -123,6 +127,7 @@ class Partial:
             region_companions=beside,
             collapsed=self.collapsed + other.collapsed,
             counted=other.counted if self.counted is None else self.counted.merge(other.counted),
+            sample=None if self.sample is None or other.sample is None else self.sample.merge(other.sample),
         )
 
     def _asked(self) -> tuple[object, ...]:
