@@ -132,6 +132,36 @@ def test_the_end_of_the_process_looks_through_nothing_again() -> None:
     assert done.stdout.splitlines()[-1] == "True 0"
 
 
+PROGRAM = """
+import atexit, os, sys, threading, time
+at_once = os._exit
+os._exit = lambda code: at_once(code + 40)
+atexit.register(print, "registered")
+from meshgauge.__main__ import program
+"""
+
+
+@pytest.mark.parametrize("is_alone", [True, False])
+def test_the_process_ends_without_taking_apart_what_is_loaded(is_alone: bool) -> None:
+    """What was printed is written, what was registered is done, and a thread at work is waited for."""
+    thread = "" if is_alone else "threading.Thread(target=lambda: (time.sleep(0.3), print('waited for'))).start()\n"
+    command = [sys.executable, "-c", f"{PROGRAM}{thread}sys.exit(program())", "--versio"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == (42 if is_alone else 2)
+    assert "No such option: --versio" in done.stderr
+    assert done.stdout.split("\n") == (["registered", ""] if is_alone else ["waited for", "registered", ""])
+
+
+@pytest.mark.parametrize("asked", [None, "3"])
+def test_numpy_starts_no_threads_of_its_own(asked: str | None) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    environment |= {} if asked is None else {"OPENBLAS_NUM_THREADS": asked}
+    code = f"import os, sys; sys.exit = lambda code: print(os.environ['OPENBLAS_NUM_THREADS']); {RUN}"
+    command = [sys.executable, "-c", code, "--version"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True, env=environment)
+    assert done.stdout.splitlines()[-1] == (asked or "1")
+
+
 READING = """
 import sys
 from pathlib import Path

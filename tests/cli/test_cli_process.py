@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from thinned import quick
 
@@ -41,6 +42,24 @@ def test_a_report_of_a_small_mesh_loads_what_it_needs() -> None:
     assert not {"numba", "vtkmodules", "pyvista", "matplotlib", "pydantic", "multiprocessing"} & loaded
     assert "meshgauge.io.formats.vtk.xml" in loaded
     assert not {"meshgauge.io.formats.cgns", "meshgauge.io.formats.others", "meshgauge.cli.check"} & loaded
+
+
+@pytest.mark.long
+def test_a_report_of_a_large_mesh_loads_what_it_needs(tmp_path: Path) -> None:
+    """What draws, writes, diagnoses or looks through all packages takes as long to load as a million cells."""
+    path, n = tmp_path / "a.vtkhdf", 200_000
+    points = np.random.default_rng(0).random((n, 3))
+    meshgauge.write(path, meshgauge.Mesh.from_arrays(points, [("tetra", np.arange(n).reshape(-1, 4))]))
+    code = (
+        "import sys; from meshgauge.cli.main import main\n"
+        f"main(['report', {str(path)!r}, '--memory', '4MB', '--no-diagnosis']); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert {"numba", "meshgauge.slices.read", "meshgauge.report.text"} <= loaded
+    unused = {"report.html", "report.csv", "io.adding", "io.conversion", "io.sets", "doctor.diagnosis", "cli.bad"}
+    assert not {f"meshgauge.{name}" for name in unused} & loaded
+    assert not {"yaml", "scipy", "numba.np.arraymath"} & loaded
 
 
 def test_version_and_help() -> None:

@@ -351,8 +351,10 @@ EDGES = np.arange(-10_000, 10_001) / 10_000
         np.random.default_rng(2).uniform(-1, 1, EXACT + 9) ** 31,
         np.concatenate([np.full(EXACT, -0.0), [np.inf, np.nan, -np.inf, 5e-324]]),
         np.zeros(EXACT + 9),
+        np.concatenate([np.linspace(-1, 1, 2 * EXACT), [np.nan, 3.0], np.linspace(-1, 1, 2 * EXACT)]),
+        np.concatenate([np.linspace(-1, 1, EXACT - 600), np.full(EXACT, np.nan), [0.5, -0.25]]),
     ],
-    ids=["edges", "any-size", "small", "special", "zero"],
+    ids=["edges", "any-size", "small", "special", "zero", "gap", "few with gaps"],
 )
 def test_the_kernel_counts_what_numpy_counts(values: np.ndarray, metric: str) -> None:
     status = statuses(values, np.full(len(values), HEXAHEDRON, np.uint8))

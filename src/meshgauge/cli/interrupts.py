@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import signal
 import sys
+import threading
 from types import FrameType
 from typing import Any
+
+from . import streams
+from .streams import TRACEBACK
 
 ASKING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Ctrl-C; what systems and schedulers send; the terminal is gone."""
@@ -57,3 +62,18 @@ def leave() -> None:
     for number in ASKING:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, signal.SIG_DFL)
+
+
+def end(code: int) -> None:
+    """End the process as the interpreter does, but leave what is loaded to the system; return if a thread is at work.
+
+    To take it apart object by object takes a tenth of the time of a small report. What was registered for the end is
+    done, and what was printed is written: by `streams.flush`, and what libraries print from C goes nowhere, unless it
+    was asked for.
+    """
+    main = threading.main_thread()
+    if os.environ.get(TRACEBACK) or any(not (one.daemon or one is main) for one in threading.enumerate()):
+        return
+    atexit._run_exitfuncs()
+    streams.flush()
+    os._exit(code)

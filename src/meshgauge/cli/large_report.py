@@ -8,14 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
-
-from ..io.adding import CannotAdd, add_to_pieces, takes_rows
-from ..io.conversion import write_pieces, writes_pieces
-from ..io.sets import add_set_to_pieces, takes_set
-from ..report.bad_cells import SET, is_list
 from . import inputs, terminal
-from .bad import BadCells, line
 from .batch import Batch
 
 if TYPE_CHECKING:
@@ -23,6 +16,7 @@ if TYPE_CHECKING:
     from ..report.values_on_disk import ValuesOnDisk
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
+    from .bad import BadCells
 
 T = TypeVar("T")
 
@@ -49,6 +43,11 @@ class Outputs:
 
     def why_whole(self, batch: Batch, path: str) -> str:
         """Why the mesh has to be in memory for them; empty if not."""
+        if self.target is None and self.bad_set is None:
+            return ""
+        from ..io.conversion import writes_pieces
+        from ..io.sets import takes_set
+
         file_format = batch.reading.file_format
         if self.target is not None and not (_adds_rows(batch, path, self.target) or writes_pieces(self.target)):
             return f"{self.target} is written at once: only VTKHDF and VTU are written slice by slice"
@@ -70,7 +69,7 @@ class Outputs:
             takers.append(lambda first, rows: table.add(
                 path, rows.types, rows.status, rows.values, rows.labels, first=first
             ))  # fmt: skip
-        as_mesh = self.bad if self.bad is not None and not is_list(self.bad) else None
+        bad, as_mesh = self._bad(batch)
         with contextlib.ExitStack() as stack:
             values: ValuesOnDisk | None = None
             beside = self.target or as_mesh
@@ -79,8 +78,7 @@ class Outputs:
 
                 values = stack.enter_context(ValuesOnDisk(beside, listed.n_cells, listed.n_points))
                 takers.append(values.take)
-            bad = BadCells(batch, keeps_values=as_mesh is not None)
-            if self.bad is not None or self.bad_set is not None:
+            if bad is not None:
                 takers.append(bad.take)
             by_region = ask.by_region or (self.bad is not None and self.bad.suffix.lower() == ".csv")
             ask = replace(ask, keeps_rows=bool(takers), keeps_points=values is not None, by_region=by_region)
@@ -89,10 +87,22 @@ class Outputs:
                 if self.table is not None:
                     self.table.back_to(mark)
                 return None
-            lines = [] if self.bad is None else [bad.write(self.bad, done[0], values)]
-            if self.bad_set is not None:
+            lines = []
+            if bad is not None and self.bad is not None:
+                lines.append(bad.write(self.bad, done[0], values))
+            if bad is not None and self.bad_set is not None:
                 lines.append(self._set(batch, done[0], bad))
             return finish(*done), lines
+
+    def _bad(self, batch: Batch) -> tuple[BadCells | None, Path | None]:
+        """What keeps the bad cells, if they are written, and the file of them if that is a mesh."""
+        if self.bad is None and self.bad_set is None:
+            return None, None
+        from ..report.bad_cells import is_list
+        from .bad import BadCells
+
+        as_mesh = self.bad if self.bad is not None and not is_list(self.bad) else None
+        return BadCells(batch, keeps_values=as_mesh is not None), as_mesh
 
     def _written(
         self, batch: Batch, path: str, job: Job, values: ValuesOnDisk | None, until: contextlib.ExitStack
@@ -101,6 +111,9 @@ class Outputs:
         ``until`` is closed."""
         if self.target is None:
             return True
+        from ..io.adding import CannotAdd, add_to_pieces
+        from ..io.conversion import write_pieces
+
         assert values is not None  # for this
         adds = _adds_rows(batch, path, self.target)
         try:
@@ -133,6 +146,12 @@ class Outputs:
         return True
 
     def _set(self, batch: Batch, job: Job, bad: BadCells) -> str:
+        import numpy as np
+
+        from ..io.sets import add_set_to_pieces
+        from ..report.bad_cells import SET
+        from .bad import line
+
         assert self.bad_set is not None
         cells = np.concatenate(bad.ids)
         if len(cells):
@@ -150,4 +169,6 @@ def _is_file(path: str) -> bool:
 
 def _adds_rows(batch: Batch, path: str, target: Path) -> bool:
     """Whether values are added to a copy of the file."""
+    from ..io.adding import takes_rows
+
     return _is_file(path) and takes_rows(path, target, file_format=batch.reading.file_format)

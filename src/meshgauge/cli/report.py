@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..report.html import HtmlWriter
     from ..report.states import StateJob, StateReader
     from ..slices import Job, Partial
+    from ..slices.ask import Counter
 
 
 NO_FACES = (
@@ -136,7 +137,6 @@ def report(
 
     def in_slices(path: str) -> FileReport | None:
         """On a large mesh; None if it has to be read whole."""
-        from ..doctor.streamed import MarkCounter
         from ..slices import Ask
         from . import slices
         from .large_report import Outputs
@@ -144,7 +144,12 @@ def report(
         n_worst, by_region = contents.n_worst(several=several), contents.by is not None
         memory = batch.allowed_memory
         outputs = Outputs(table=table, target=target, in_place=in_place, bad=bad, bad_set=bad_set)
-        counter, not_drawn = MarkCounter() if contents.diagnosis else None, ""
+        counter: Counter | None = None
+        if contents.diagnosis:
+            from ..doctor.streamed import MarkCounter
+
+            counter = MarkCounter()
+        not_drawn = ""
         if page is not None and (listed := batch.pieces(path)) is not None:
             from ..report.diagnosis import why_not_drawn
             from ..report.html.in_slices import ShownCounter
@@ -243,12 +248,14 @@ def _large(
     page: HtmlWriter | None, job: Job, partial: Partial, *, path: str, with_diagnosis: bool, memory: int | None
 ) -> FileReport:
     """The report on a mesh that was measured slice by slice, which is put on the page."""
-    from ..report.html.in_slices import Shown
     from ..report.stream import file_report
 
     step = path.of_file if isinstance(path, inputs.State) else None
-    if page is not None and isinstance(partial.counted, Shown):
-        return page.add_in_slices(job, partial, path=path, step=step, with_diagnosis=with_diagnosis, memory=memory)
+    if page is not None:
+        from ..report.html.in_slices import Shown
+
+        if isinstance(partial.counted, Shown):
+            return page.add_in_slices(job, partial, path=path, step=step, with_diagnosis=with_diagnosis, memory=memory)
     one = replace(file_report(job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory), step=step)
     if page is not None:
         page.add_without_model(one)

@@ -7,19 +7,38 @@ that loops vectorise). Fast-math is off: it would let the compiler assume that t
 
 from __future__ import annotations
 
+import contextlib
+import os
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from ..files import resources
 
+
+@contextlib.contextmanager
+def _without(*names: str) -> Iterator[None]:
+    """Let imports of some modules fail that are not loaded yet, as if they were not installed."""
+    hidden = [name for name in names if name not in sys.modules]
+    for name in hidden:
+        sys.modules[name] = None  # type: ignore[assignment]  # as the language has it: an import of it fails
+    try:
+        yield
+    finally:
+        for name in hidden:
+            del sys.modules[name]
+
+
 resources.require(128 << 20, "compiling kernels", address_space=768 << 20)  # LLVM ends the process, or never returns
-import numba  # noqa: E402
+# SciPy only tells Numba its version, YAML reads settings that there seldom are: a tenth of what Numba takes to load.
+# Another thread may want one of them, and there may be settings.
+_UNUSED = () if threading.active_count() > 1 or os.path.exists(".numba_config.yaml") else ("scipy", "yaml")
+with _without(*_UNUSED):
+    import numba
 
 from . import misses  # noqa: E402
 from .cache_folder import cache_folder  # noqa: E402
-
-_BLAS = "scipy.linalg.cython_blas"
 
 
 def _load_without_blas() -> None:
@@ -27,13 +46,9 @@ def _load_without_blas() -> None:
 
     No kernel here calls it; Numba looks again where a kernel of others does. Kernels from the cache need neither.
     """
-    if _BLAS in sys.modules or "numba.np.arraymath" in sys.modules:
-        return
-    sys.modules[_BLAS] = None  # type: ignore[assignment]  # as the language has it: an import of it fails
-    try:
-        import numba.np.arraymath  # noqa: F401
-    finally:
-        del sys.modules[_BLAS]
+    if "numba.np.arraymath" not in sys.modules:
+        with _without("scipy.linalg.cython_blas"):
+            import numba.np.arraymath  # noqa: F401
 
 
 _HELPER: dict[str, Any] = {
@@ -58,11 +73,17 @@ def _compiled(function: F, **options: Any) -> F:
         compiled = numba.njit(cache=folder is not None, error_model="numpy", nogil=True, **options)(function)
     finally:
         numba.config.CACHE_DIR = before
+    compiled._compilation_chain_init_hook = _nothing_to_load
     if (kept := getattr(compiled, "_cache", None)) is not None:
         kept.load_overload = _or_nothing(_from_cache(kept))
         kept.save_overload = _or_nothing(kept.save_overload)
     done: F = compiled
     return done
+
+
+def _nothing_to_load() -> None:
+    """In place of a search through all packages that are installed for types that they add to Numba: kernels here take
+    arrays and numbers."""
 
 
 def _from_cache(kept: Any) -> Callable[..., Any]:

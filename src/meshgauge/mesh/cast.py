@@ -165,14 +165,16 @@ def _place(ids: NDArray[np.integer], at: int) -> str:
     return f"of cell {cell}, node {node},"
 
 
-def check_cells(types: NDArray[np.uint8], offsets: IndexArray, nodes: IndexArray, n_points: int) -> None:
-    """Raise `MeshError` unless types, offsets and connectivity make cells on ``n_points`` points."""
+def check_cells(types: NDArray[np.uint8], offsets: IndexArray, nodes: IndexArray, n_points: int | None) -> None:
+    """Raise `MeshError` unless types, offsets and connectivity make cells on ``n_points`` points; None: all ids are."""
     n_cells = len(types)
     if types.ndim != 1 or len(offsets) != n_cells + 1:
         raise MeshError(f"offsets have length {len(offsets)}, expected {n_cells + 1} for {n_cells} cells")
     if n_cells and (offsets[0] != 0 or int(offsets[-1]) != len(nodes)):
         raise MeshError(f"offsets run from {offsets[0]} to {offsets[-1]}, expected 0 to {len(nodes)}")
     run(lambda start: _check_sizes(types, offsets, start), range(0, n_cells, CHUNK))
+    if n_points is None:
+        return
     try:
         check_ids(nodes, n_points, "connectivity")
     except MeshError as error:

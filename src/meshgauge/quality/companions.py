@@ -112,7 +112,7 @@ def companions_by_region(
     def work(part: CellIds, row: CellType) -> dict[int, list[dict[int, Tally]]]:
         n, start, known = connectivity.count(part), 0, measured(row)
         means, ratios = (np.empty(n), np.empty(n)) if known is None else known.of(part)
-        for some in connectivity.chunks(part):
+        for some in connectivity.chunks(part, connectivity.CHUNK if known is None else CHUNK):
             cells = _cells(quality, row, some, compiled=compiled)
             here = slice(start, start + cells.n_cells)
             mean_and_ratio(cells, (means[here], ratios[here]), is_told=known is not None)

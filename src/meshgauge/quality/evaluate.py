@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..cells import IS_SOLID, CellType
 from ..kernels import path
 from ..kernels.cells import driver
-from ..kernels.threads import run
+from ..kernels.threads import run, thread_count
 from ..look.records import brief
 from ..mesh import CellIds, Mesh, connectivity
 from ..mesh.cast import frozen
@@ -93,6 +93,10 @@ SCATTERED = 1 << 15
 types come from one part of the file, which stays in its cache."""
 
 
+ALONE = 1 << 18
+"""Cells that a single thread works on at a time where the kernel tells all that is asked, and nothing large is made."""
+
+
 @dataclass(frozen=True, eq=False)
 class Beside:
     """What a report says beside J_ENS of cells of some types, told in passing; see `quality.companions`.
@@ -150,7 +154,7 @@ def jens(
             own.rows.add(row)
         driver.prepare(row, mesh.points, n, with_companions=own is not None)
         validity.prepare(row, mesh, compiled=compiled)
-        size = connectivity.CHUNK
+        size = ALONE if own is not None and thread_count(threads) == 1 else connectivity.CHUNK
         if not isinstance(cells, slice):
             size = SCATTERED
             if compiled:

@@ -8,7 +8,6 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
-from ..doctor.streamed import MarkCounter
 from ..errors import OptionError
 from ..files.resources import free_memory
 from ..io import pieces_as_one, read_as_one
@@ -27,10 +26,10 @@ from ..slices.job import keep_points, share
 from ..slices.labels import labelled_by_file
 from ..slices.partial import CellRows
 from ..status import Purpose
-from .diagnosis import streamed_diagnosis, with_marks
 from .record import WORST, FileReport
 
 if TYPE_CHECKING:
+    from ..doctor import Diagnosis
     from ..doctor.streamed.few import Few
 
 UNKNOWN_MEMORY = 1 << 30
@@ -83,7 +82,10 @@ def job_of(
         raise ReadWhole("it has no cells")
     if ask.keeps_rows and any(piece.polyhedra is not None for piece in listed.pieces):
         raise ReadWhole("not all that its polyhedra depend on is known before they are measured")
-    ask = replace(ask, counter=with_marks(listed, ask.counter, memory, n_shares))
+    if ask.counter is not None:
+        from .diagnosis import with_marks
+
+        ask = replace(ask, counter=with_marks(listed, ask.counter, memory, n_shares))
     memory = default_memory() if memory is None else memory
     _ = listed.face_starts  # what is counted for them is, before it is sent to processes
     if ask.keeps_points:  # a slice is to have few points beside its own
@@ -158,8 +160,11 @@ def report_on(
         keep_bricks=keep_bricks,
         poor_below=poor_below,
         keeps_rows=on_rows is not None,
-        counter=MarkCounter() if with_diagnosis else None,
     )
+    if with_diagnosis:
+        from ..doctor.streamed import MarkCounter
+
+        ask = replace(ask, counter=MarkCounter())
     job = job_of(listed, ask, memory=memory, wedge_order=wedge_order)
     partial = measure_pieces(job, executor=executor, threads=threads, size=size, on_rows=on_rows, progress=progress)
     return file_report(job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory)
@@ -181,6 +186,11 @@ def file_report(
     summary = summaries.pop("jens")
     names = facts.regions.names
     partial = labelled_by_file(listed, facts, partial)
+    diagnosis: Diagnosis | None = None
+    if with_diagnosis:
+        from .diagnosis import streamed_diagnosis
+
+        diagnosis = streamed_diagnosis(job, partial, memory, on_few)
     return FileReport(
         path=path or listed.path,
         n_points=facts.n_points,
@@ -191,7 +201,7 @@ def file_report(
         companions=partial.companions,
         notes=notes_of(facts, partial),
         findings=partial.findings,
-        diagnosis=streamed_diagnosis(job, partial, memory, on_few) if with_diagnosis else None,
+        diagnosis=diagnosis,
         regions=_regions(job, partial, summary) if job.ask.by_region else (),
         region_companions=_region_companions(job, partial) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),

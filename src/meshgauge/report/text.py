@@ -11,7 +11,6 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from ..doctor.text import DiagnosisText
 from ..look import style
 from ..look.bands import POOR, PoorBelow
 from ..look.bands import band as band_of
@@ -84,6 +83,8 @@ class FileText:
             if other.metric not in of_faces:
                 yield from other_metric(other)
         if report.diagnosis is not None and (report.diagnosis.findings or report.diagnosis.skipped):
+            from ..doctor.text import DiagnosisText  # which loads what diagnoses
+
             yield DiagnosisText(report.diagnosis)
             yield Text()
         yield from remarks(report)

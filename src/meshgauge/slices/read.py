@@ -23,7 +23,7 @@ from ..mesh.labels import LABEL
 from ..mesh.polyhedra import Polyhedra
 from ..mesh.regions import place_of
 from ..status import Purpose
-from .points import Origins, Points
+from .points import ALL, Origins, Points
 
 SIZE = 1 << 18
 """Cells of a slice, where memory is plenty."""
@@ -158,6 +158,7 @@ def read_slice(
             dimension=view.dimension,
             up=view.up,
             copy=False,
+            in_range=origins is not ALL,  # else they are numbered anew, each found among those of the piece
         )
     except MeshError as error:
         raise ReadError(f"{pieces.path}: {_of_whole(str(error), first, place.stop - place.start)}") from error

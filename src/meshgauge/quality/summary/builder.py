@@ -14,11 +14,15 @@ from .scale import HALF, Counts, Scale, Values
 from .tally import EXACT, Tally
 from .unlike import NONE, NOT_VALID, Unlike
 
+OK, GHOST = int(Status.OK), int(Status.GHOST)
+"""As numbers: a look at an enumeration takes as long as one at a thousand cells."""
+
 BLOCK = 1 << 15
 """Values worked on at a time, so that temporaries stay in the cache; exact sums rely on it being at most 2**16."""
 
 COMPILED_BLOCK = 1 << 16
-"""The same for the kernel, which makes no temporaries."""
+"""The same for the kernel, which makes no temporaries, where types alternate or a value is missing; of one type all are
+counted at once."""
 
 WORTH = 4
 """Times as many values as are worth a kernel elsewhere are worth one that only counts them."""
@@ -30,8 +34,8 @@ def is_compiled(n: int) -> bool:
         return False
     from ...kernels import tally
 
-    no_counts, totals = np.empty(0, np.int64), np.empty(4, np.int64)
-    tally.count(read_only(np.empty(0)), np.zeros(2), HALF, True, no_counts, np.zeros(2), np.empty(0), totals)
+    none, two, no_counts, totals = np.empty(0), np.zeros(2), np.empty(0, np.int64), np.empty(4, np.int64)
+    tally.count(read_only(none), two, HALF, True, no_counts, 0.0, two, none, totals, np.empty(2))
     return True
 
 
@@ -47,11 +51,13 @@ def tallies(
     """Tallies by VTK id of one chunk; ``compiled``: see `is_compiled`."""
     builders: dict[int, _Builder] = {}
     size = COMPILED_BLOCK if compiled else BLOCK
+    if compiled and len(types) and bool((types == types[0]).all()):
+        size = len(types)
     for start in range(0, len(values), size):
         here = slice(start, start + size)
         v, s, t = values[here], status[here], types[here]
-        if (s == Status.GHOST).any():
-            v, s, t = (column[s != Status.GHOST] for column in (v, s, t))  # in no total
+        if (s == GHOST).any():
+            v, s, t = (column[s != GHOST] for column in (v, s, t))  # in no total
             if len(t) == 0:
                 continue
         ends = [len(t)]
@@ -89,25 +95,43 @@ class _Builder:
         self.others: list[tuple[Values, NDArray[np.uint8]]] = []
 
     def add(self, values: Values, status: NDArray[np.uint8]) -> None:
-        """Count at most `BLOCK` cells: by status first, and only those that are valid by value."""
+        """Count cells of the type."""
         values = np.ascontiguousarray(values, np.float64)
-        self.n_cells += len(values)
-        others = np.flatnonzero(status != Status.OK)
-        self.by_status[Status.OK] += len(status) - len(others)
-        if len(others):
-            self.by_status += np.bincount(status[others], minlength=len(Status))
+        done, size = 0, BLOCK
+        if self.compiled:
+            done, n_good, low, high = self._by_kernel(values)
+            size = COMPILED_BLOCK
+            self._add_status(values[:done], status[:done], n_good, low, high)
+        for start in range(done, len(values), size):
+            self._add_block(values[start : start + size], status[start : start + size])
+
+    def _add_block(self, values: Values, status: NDArray[np.uint8]) -> None:
+        """Count at most `BLOCK` cells, of which some may have no value."""
         least = values.min()
         if np.isnan(least):
             no_value = np.isnan(values)
-            self.missing += np.bincount(status[no_value], minlength=len(Status))
+            of_these = status[no_value]
+            self.n_cells += len(of_these)
+            self.by_status += np.bincount(of_these, minlength=len(Status))
+            self.missing += np.bincount(of_these, minlength=len(Status))
             values, status = values[~no_value], status[~no_value]
             if len(values) == 0:
                 return
-            others = np.flatnonzero(status != Status.OK)
             least = values.min()
         low, high = float(least), float(values.max())
-        n_valid, n_good = len(values), self._add_values(values, low, high)
+        done, n_good, *_ = self._by_kernel(values, max(abs(low), abs(high))) if self.compiled else (0, 0)
+        if not done:
+            n_good = self._add_values(values, low, high)
+        self._add_status(values, status, n_good, low, high)
+
+    def _add_status(self, values: Values, status: NDArray[np.uint8], n_good: int, low: float, high: float) -> None:
+        """Count cells, whose values are within these bounds, by status, and those that are valid by value."""
+        self.n_cells += len(values)
+        others = np.flatnonzero(status != OK)
+        self.by_status[OK] += len(status) - len(others)
+        n_valid = len(values)
         if len(others):
+            self.by_status += np.bincount(status[others], minlength=len(Status))
             not_ok, categories = values[others], category(status[others], self.purpose)
             self.others.append((not_ok, categories))
             not_valid = not_ok[categories != Category.VALID]
@@ -122,42 +146,63 @@ class _Builder:
 
     def _add_values(self, values: Values, low: float, high: float) -> int:
         """Add all values, which are within these bounds; return how many are acceptable."""
+        if self.counts is None and self.n_values + len(values) > EXACT:
+            self._count_kept(np.zeros(2 * HALF, np.int64))
+        self._add_sum(values, max(abs(low), abs(high)))
+        if self.counts is not None:
+            self.counts += self._bins(values)
+        self._take(values, low, high)
+        return self._count_good(values, low, high)
+
+    def _take(self, values: Values, low: float, high: float) -> None:
+        """Keep values, unless they are counted in fine bins, and what they are within."""
         self.n_values += len(values)
         # Adding 0 turns -0 into 0.
         self.low, self.high = min(self.low, low + 0.0), max(self.high, high + 0.0)
-        if self.counts is None and self.n_values > EXACT:
-            self.counts = np.zeros(2 * HALF, np.int64)
-            for kept in self.kept:
-                self.counts += self._bins(kept)
-            self.kept.clear()
-        elif self.counts is None:
+        if self.counts is None:
             self.kept.append(values + 0.0)
-        largest = max(abs(low), abs(high))
-        exponents = units(largest) if self.compiled and 0.0 < largest < np.inf else None
-        if exponents is not None:
-            return self._count_compiled(values, exponents)
-        self._add_sum(values, largest)
-        if self.counts is not None:
-            self.counts += self._bins(values)
-        return self._count_good(values, low, high)
 
-    def _count_compiled(self, values: Values, exponents: tuple[int, int]) -> int:
-        """The same by a kernel, of finite values with these exponents of the units of their sum."""
-        counts = np.empty(0, np.int64) if self.counts is None else self.counts
-        tails = np.empty(len(values))
-        n_good, *parts, n_tails = self._by_kernel(values, counts, np.array(list(map(rounder_to, exponents))), tails)
+    def _count_kept(self, counts: Counts) -> None:
+        """From here on values are counted in fine bins, those that were kept too."""
+        self.counts = counts
+        for kept in self.kept:
+            self.counts += self._bins(kept)
+        self.kept.clear()
+
+    def _by_kernel(self, values: Values, most: float | None = None) -> tuple[int, int, float, float]:
+        """Add values by the kernel, up to where one is missing or beyond the scale, or all if none is greater than the
+        most; return how many, how many of them are acceptable, and the least and the greatest."""
+        if most is None:
+            most = 1.0 if self.scale.is_bounded else max(abs(float(values.min())), abs(float(values.max())))
+        exponents = units(most) if 0.0 < most < np.inf else None
+        if exponents is None:
+            return 0, 0, np.inf, -np.inf
+        are_many = self.counts is None and self.n_values + len(values) > EXACT
+        counts = np.zeros(2 * HALF, np.int64) if are_many else self.counts
+        done, (n_good, *parts, n_tails), (low, high), tails = self._counted(values, counts, most, exponents)
         self.total += sum(part << (unit + BIAS) for part, unit in zip(parts, exponents, strict=True))
         if n_tails:
             self.total += sum_by_exponent(tails[:n_tails])
-        return n_good
+        if are_many and counts is not None and self.n_values + done > EXACT:
+            self._count_kept(counts)
+        if done:
+            self._take(values[:done], low, high)
+        return done, n_good, low, high
 
-    def _by_kernel(self, values: Values, counts: Counts, rounders: Values, tails: Values) -> list[int]:
-        """What `kernels.tally.count` counts."""
+    def _counted(
+        self, values: Values, counts: Counts | None, most: float, exponents: tuple[int, int]
+    ) -> tuple[int, list[int], list[float], Values]:
+        """What `kernels.tally.count` counts: how many values, totals and ends of them, tails."""
         from ...kernels import tally
 
-        totals, acceptable = np.empty(4, np.int64), np.array(self.acceptable)
-        tally.count(read_only(values), acceptable, HALF, self.scale.is_bounded, counts, rounders, tails, totals)
-        return totals.tolist()
+        into = np.empty(0, np.int64) if counts is None else counts
+        rounders = np.array([rounder_to(unit) for unit in exponents])
+        tails, totals, ends = np.empty(len(values)), np.empty(4, np.int64), np.empty(2)
+        done = tally.count(
+            read_only(values), np.array(self.acceptable), HALF, self.scale.is_bounded,
+            into, most, rounders, tails, totals, ends,
+        )  # fmt: skip
+        return int(done), totals.tolist(), ends.tolist(), tails
 
     def _add_sum(self, values: Values, largest: float) -> None:
         if np.isinf(largest):
@@ -172,7 +217,7 @@ class _Builder:
         """How many of some values each fine bin holds."""
         if self.compiled:
             counts = np.zeros(2 * HALF, np.int64)
-            self._by_kernel(values, counts, np.zeros(2), np.empty(len(values)))
+            self._counted(values, counts, np.inf, (0, 0))
             return counts
         return np.bincount(self.scale.bins(values), minlength=2 * HALF).astype(np.int64, copy=False)
 
