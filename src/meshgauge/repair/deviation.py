@@ -60,10 +60,34 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     is_given
         True if the surface is one that the user gave: it may be larger than the mesh, and only faces are measured.
     """
-    n_faces = len(surface.face_offsets) - 1
-    far, far_old = np.zeros(n_faces), np.zeros(n_faces)
-    if not n_faces:
+    far, of_triangles = _far(surface, points, is_given=is_given)
+    far_old = np.zeros_like(far)
+    if not len(far):
         return Deviation(far, far_old, 0.0, 0.0)
+    fans, owner = _fans(surface, points)
+    largest = _largest(fans, far[owner], surface.facets, _starts(surface)[owner])
+    mean = mean_from_old(surface, points)
+    if not is_given:
+        np.maximum.at(far_old, faces_of_triangles(surface), of_triangles)
+        corners, new, triangles = _old_triangles(surface, points)
+        largest = max(largest, _largest(corners, of_triangles, new, triangles))
+        mean = max(mean, _mean(corners, new, triangles))
+    return Deviation(far, far_old, largest, mean)
+
+
+def furthest_of_faces(surface: Surface, points: Points) -> Points:
+    """``(n_faces,)`` the larger of the two distances of each face in `Deviation`, without looking for the largest."""
+    far, of_triangles = _far(surface, points, is_given=False)
+    np.maximum.at(far, faces_of_triangles(surface), of_triangles)
+    return far
+
+
+def _far(surface: Surface, points: Points, *, is_given: bool) -> tuple[Points, Points]:
+    """Distances ``(n_faces,)`` of faces as they are from the surface that was, and ``(n_triangles,)`` the other way."""
+    n_faces = len(surface.face_offsets) - 1
+    far = np.zeros(n_faces)
+    if not n_faces:
+        return far, np.empty(0)
     fans, owner = _fans(surface, points)
     start, first = _starts(surface), surface.face_offsets[:-1]
     for queries, at in (
@@ -72,12 +96,13 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
         (fans[first, 2], np.arange(n_faces)),
     ):
         np.maximum.at(far, at, surface.facets.distances(queries, start[at]))
-    largest, mean = _largest(fans, far[owner], surface.facets, start[owner]), mean_from_old(surface, points)
-    if not is_given:
-        of_triangles, largest_old, mean_old = _from_the_old_side(surface, points)
-        np.maximum.at(far_old, faces_of_triangles(surface), of_triangles)
-        largest, mean = max(largest, largest_old), max(mean, mean_old)
-    return Deviation(far, far_old, largest, mean)
+    if is_given:
+        return far, np.empty(0)
+    corners, new, triangles = _old_triangles(surface, points)
+    far_old = new.distances(np.einsum("w,twx->tx", SPREAD[0], corners), triangles.copy())
+    for m in range(3):
+        np.maximum(far_old, new.distances(corners[:, m], triangles.copy()), out=far_old)
+    return far, far_old
 
 
 def mean_from_old(surface: Surface, points: Points) -> float:
@@ -85,7 +110,7 @@ def mean_from_old(surface: Surface, points: Points) -> float:
     if not len(surface.faces):
         return 0.0
     fans, owner = _fans(surface, points)
-    return _mean(fans, surface.facets, _starts(surface)[owner])[0]
+    return _mean(fans, surface.facets, _starts(surface)[owner])
 
 
 def _fans(surface: Surface, points: Points) -> tuple[Points, Ids]:
@@ -110,13 +135,13 @@ def _areas(triangles: Points) -> Points:
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def _mean(triangles: Points, projection: Projection, start: Ids) -> tuple[float, Points]:
-    """The mean distance of some triangles from a projection, over their area, and the distances of their middles."""
+def _mean(triangles: Points, projection: Projection, start: Ids) -> float:
+    """The mean distance of some triangles from a projection, over their area."""
     areas = _areas(triangles)
     total = float(areas.sum())
     places = [np.einsum("w,twx->tx", weights, triangles) for weights in SPREAD]
     far = [projection.distances(queries, start.copy()) for queries in places]
-    return float(np.mean(far, axis=0) @ areas) / total if total > 0.0 else 0.0, far[0]
+    return float(np.mean(far, axis=0) @ areas) / total if total > 0.0 else 0.0
 
 
 def faces_of_triangles(surface: Surface) -> Ids:
@@ -126,8 +151,8 @@ def faces_of_triangles(surface: Surface) -> Ids:
     return np.repeat(order, np.where(sizes == 3, 1, sizes)[order])
 
 
-def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float, float]:
-    """Distances of the middle and points of each old triangle from the new ones, the largest of all, and their mean."""
+def _old_triangles(surface: Surface, points: Points) -> tuple[Points, Projection, Ids]:
+    """``(n, 3, 3)`` the triangles that were, what they are now, and their items."""
     facets = surface.facets
     vertices = facets.points.copy()
     n = len(points)
@@ -144,12 +169,7 @@ def _from_the_old_side(surface: Surface, points: Points) -> tuple[Points, float,
         np.add.at(sums, items[at, ring][is_point] - n, moved[others[is_point, m]])
         np.add.at(count, items[at, ring][is_point] - n, 1.0)
     vertices[n:] += sums / np.maximum(count, 1.0)[:, None]
-    new = replace(facets, points=vertices)
-    corners = facets.points[items]
-    mean, far = _mean(corners, new, triangles)
-    for m in range(3):
-        np.maximum(far, new.distances(corners[:, m], triangles.copy()), out=far)
-    return far, _largest(corners, far, new, triangles), mean
+    return facets.points[items], replace(facets, points=vertices), triangles
 
 
 def _largest(corners: Points, known: Points, projection: Projection, start: Ids) -> float:

@@ -53,7 +53,7 @@ class Promise:
             )
         else:
             assert self.track is not None
-            far = self.track.apart(new)[0]
+            far = self.track.is_apart(new)
             text = (
                 f"no cell is further than {APART:g} of its edges from the surface that was, nor that from the new one"
             )

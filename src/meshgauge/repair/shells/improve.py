@@ -181,7 +181,7 @@ def improve_shells(
         work.notes.append("No better mesh was found: the mesh is as it was.")
     new = points_of(after)
     ascent.record("end", new)
-    deviation = (0.0, 0.0) if track is None or after is before else track.apart(new)[1]
+    deviation = (0.0, 0.0) if track is None or after is before else track.deviation(new)
     claims = promise.claims(after)
     report = report_of(before, after, held, ascent, claims, tuple(work.notes), work.broken, takes_part, deviation)
     source = before.source

@@ -16,7 +16,7 @@ from ...quality.measure import Quality
 from ..acceptance import Limits
 from ..constraints import Mask
 from ..curved import between, can_follow, ring_of
-from ..deviation import deviation, faces_of_triangles
+from ..deviation import deviation, faces_of_triangles, furthest_of_faces
 from ..features import kept_points, line_cells
 from ..problem import Ids, Points
 from ..projection import Projection, unit
@@ -61,7 +61,7 @@ class Track:
     faces: Ids
     flips: Points
     size: Points
-    _known: dict[str, tuple[Points, tuple[Mask, tuple[float, float]]]] = field(default_factory=dict)
+    _known: dict[str, tuple[Points, Mask]] = field(default_factory=dict)
 
     @property
     def arrays(self) -> tuple[Points, Ids, Ids, Points, Ids, Ids]:
@@ -123,20 +123,23 @@ class Track:
         given = facets.points[: len(self.kind)]
         return np.asarray(np.einsum("nx,nx->n", self.part.normals(given), self.normals(given)) <= 0.0)
 
-    def apart(self, points: Points) -> tuple[Mask, tuple[float, float]]:
-        """``(n,)`` True for cells that are too far from the surface that was, or that from them; the largest and the
-        mean distance. In a plane only what the curves are apart, and no cell is too far."""
+    def is_apart(self, points: Points) -> Mask:
+        """``(n,)`` True for cells that are too far from the surface that was, or that from them; in a plane none is."""
+        if self.part.up:
+            return np.zeros(len(self.faces), bool)
         known = self._known.get("points")
-        if known is not None and np.array_equal(known[0], points):  # asked for twice of what is accepted
-            return known[1]
-        far = np.zeros(len(self.faces), bool)
+        if known is None or not np.array_equal(known[0], points):  # asked for twice of what is accepted
+            far = furthest_of_faces(self.surface, points)[self.faces] > APART * self.size
+            known = self._known["points"] = points.copy(), far
+        return known[1].copy()
+
+    def deviation(self, points: Points) -> tuple[float, float]:
+        """The largest and the mean distance of the surfaces; in a plane that of the curves."""
         largest, mean = _between_curves(self.surface, points)
-        if not self.part.up:
-            found = deviation(self.surface, points, is_given=False)
-            far |= np.maximum(found.of_faces, found.of_old_faces)[self.faces] > APART * self.size
-            largest, mean = max(largest, found.largest), found.mean
-        self._known["points"] = points.copy(), (far, (largest, mean))
-        return far, (largest, mean)
+        if self.part.up:
+            return largest, mean
+        found = deviation(self.surface, points, is_given=False)
+        return max(largest, found.largest), found.mean
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +153,7 @@ class OnTrack:
         """``(n_cells,)`` of the mesh."""
         out, part = self.sizes.passed(points), self.track.part
         if not part.up:
-            far = self.track.apart(points)[0]
+            far = self.track.is_apart(points)
             # The surface that was may be far from what cells beside have become.
             far |= part.grow(far, 1, len(points)) & self._has_moved(points)
             out[part.cell_ids[far | self.track.has_turned(points)]] = True
