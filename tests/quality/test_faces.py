@@ -17,7 +17,7 @@ from meshgauge.check import check
 from meshgauge.kernels.finite_volume import driver
 from meshgauge.mesh import CellBlock
 from meshgauge.mesh.labels import LABEL
-from meshgauge.quality.faces import FaceQuality
+from meshgauge.quality.faces import FaceQuality, mean_angle
 from meshgauge.quality.metrics import LIMITS, METRICS
 
 NAMES = tuple(LIMITS)
@@ -212,6 +212,69 @@ def test_sheared_and_graded_grids_have_known_values() -> None:
     )
 
 
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("thickness", [1.0, 40.0])
+def test_a_mesh_one_cell_thick_is_measured_in_its_plane(axis: int, thickness: float) -> None:
+    """As checkMesh measures cases whose front and back are empty: how thick the cells are does not count."""
+    mesh = slab(axis, thickness)
+    quality = meshgauge.measure(mesh, metrics=NAMES)
+    faces = quality.faces
+    assert faces is not None
+    assert np.flatnonzero(~faces.axes).tolist() == [axis]
+    across = [a for a in range(3) if a != axis]
+    for cell in range(9):
+        is_its = (faces.owner == cell) | (faces.neighbour == cell)
+        seen = np.abs(faces.areas[is_its][:, across]).sum(axis=0)
+        assert quality.values_of("aspect_ratio")[cell] == pytest.approx(seen.max() / seen.min(), rel=1e-12)
+        inner = faces.areas[is_its & faces.is_inner][:, across]
+        inner /= np.linalg.norm(inner, axis=1).mean()
+        expected = abs(np.linalg.det(inner.T @ inner)) / 8
+        assert quality.values_of("determinant")[cell] == pytest.approx(expected, rel=1e-12)
+    assert quality.values_of("determinant").min() > 0.05
+    assert quality.values_of("aspect_ratio").max() < 3.0
+
+
+def slab(axis: int, thickness: float) -> Mesh:
+    """Three by three hexahedra, one cell thick along an axis; points moved at random in the plane."""
+    ticks = [np.arange(2.0) * thickness if a == axis else np.arange(4.0) for a in range(3)]
+    points = np.stack(np.meshgrid(*ticks, indexing="ij"), -1)
+    shape = points.shape[:3]
+    moved = np.random.default_rng(axis).uniform(-0.2, 0.2, points.shape)
+    moved[..., axis] = 0.0
+    points += np.take(moved, [0], axis=axis)
+    ids = np.arange(points.size // 3).reshape(shape)
+    a, b = slice(None, -1), slice(1, None)
+    base = [(a, a), (b, a), (b, b), (a, b)]
+    cells = np.stack([ids[(*side, z)] for z in (a, b) for side in base], -1).reshape(-1, 8)
+    return Mesh.from_arrays(points.reshape(-1, 3), {"hexahedron": cells})
+
+
+def test_a_row_of_cells_is_measured_along_it() -> None:
+    quality = meshgauge.measure(grid(2).replace(points=grid(2).points * (1.0, 7.0, 3.0)), metrics=NAMES)
+    assert quality.faces is not None
+    assert quality.faces.axes.all()
+    row = Mesh.from_arrays(
+        [(x, y, z) for x in range(4) for y, z in ((0, 0), (9, 0), (9, 5), (0, 5))],
+        {"hexahedron": [range(4 * x, 4 * x + 8) for x in range(3)]},
+    )
+    along = meshgauge.measure(row, metrics=NAMES)
+    for name in ("aspect_ratio", "determinant"):
+        assert along.values_of(name).tolist() == [1.0, 1.0, 1.0]
+    alone = meshgauge.measure(grid(1), metrics=NAMES)  # no face between cells: nothing says that it is thin
+    assert alone.values_of("determinant").tolist() == [0.0]
+    assert alone.faces is not None
+    assert alone.faces.axes.all()
+
+
+@pytest.mark.parametrize("angles", [[0.0, 0.0], [1e-9, 3e-9], [10.0, 50.0, 0.0], [180.0, 180.0], [170.0, 20.0]])
+def test_the_mean_of_angles_is_the_angle_of_the_mean_cosine(angles: list[float]) -> None:
+    exact = [1 - 2 * np.sin(np.radians(a) / 2) ** 2 for a in angles]
+    found = mean_angle(np.array(angles))
+    assert np.cos(np.radians(found)) == pytest.approx(np.mean(exact), abs=1e-15)
+    small = sqrt(np.mean(np.square(angles)))  # as long as cos a is 1 - a²/2
+    assert found == pytest.approx(small, rel=1e-12) or max(angles) > 1.0
+
+
 @pytest.mark.parametrize("case", ["snap", "dual"])
 def test_numbers_of_checkmesh(case: str, shared: Path) -> None:
     folder = shared / "cases" / "finite_volume" / case
@@ -224,7 +287,10 @@ def test_numbers_of_checkmesh(case: str, shared: Path) -> None:
     rows = {
         rf"Max aspect ratio = {number}": [faces.aspect_ratio[solid].max()],
         rf"Total volume = {number}": [faces.volumes.sum()],
-        rf"non-orthogonality Max: {number}": [np.nanmax(faces.non_orthogonality)],
+        rf"non-orthogonality Max: {number} average: {number}": [
+            np.nanmax(faces.non_orthogonality),
+            mean_angle(faces.non_orthogonality[faces.is_inner]),
+        ],
         rf"Max skewness = {number}": [max(np.nanmax(faces.skewness), np.nanmax(faces.boundary_skewness))],
         rf"butterfly\) : min = {number}  average = {number}": [flat.min(), flat.mean()],
         rf"wellposedness\) : minimum: {number} average: {number}": [

@@ -36,7 +36,7 @@ def test_the_table_names_the_worst_faces(sheared: Path, capsys: pytest.CaptureFi
     assert main(["report", str(sheared), "--for", "fv"]) == 0
     lines = capsys.readouterr().out.splitlines()
     row = next(line.split() for line in lines if line.strip().startswith("non_orthogonality"))
-    assert row[1:5] == ["<=", "70", "75.964", "50.643"]  # of twelve faces inside eight are at arctan 4
+    assert row[1:5] == ["<=", "70", "75.964", "60.329"]  # of twelve faces inside eight are at arctan 4
     assert row[5:8] == ["8", "12", "faces"]
     assert any("worst faces beyond their limits" in line for line in lines)
     assert sum(line.strip().startswith("non_orthogonality") and "cells" in line for line in lines) >= 3

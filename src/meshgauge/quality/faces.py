@@ -32,6 +32,9 @@ AT_LEAST, AT_LEAST_OUTSIDE = 0.2, 0.4
 """Shares of the distance of the centres that a face counts at least as wide for its skewness; outside twice as much,
 since the distance is half."""
 
+ALONG = 1e-6
+"""The share of its area that a face shows along an axis, if it looks that way at all; less is rounding."""
+
 _BLOCK = 1 << 12
 """Faces of which one is looked at first where the worst are sought."""
 
@@ -148,16 +151,34 @@ class FaceQuality:
     # Measures of cells.
 
     @cached_property
+    def axes(self) -> NDArray[np.bool_]:
+        """``(3,)`` whether some face between cells looks along x, y, z; all True of a mesh without such faces.
+
+        A mesh that is one cell thick along an axis is one of the plane to a solver of finite volumes, which does not
+        solve that way: its cells are measured without it.
+        """
+        found = np.zeros(3, np.bool_)
+        inner = self.is_inner
+        for first in range(0, self.n_faces, driver.BLOCK):
+            areas = np.abs(self.areas[first : first + driver.BLOCK][inner[first : first + driver.BLOCK]])
+            found |= (areas > ALONG * areas.sum(axis=1, keepdims=True)).any(axis=0)
+            if found.all():
+                break
+        return found if found.any() else ~found
+
+    @cached_property
     def aspect_ratio(self) -> Values:
         """``(n_cells,)`` the larger of: largest over smallest of the areas of a cell's faces seen along x, y and z; a
-        sixth of their sum over volume^(2/3). At least 1, of a cube 1. [1]"""
-        return driver.aspect_ratio(*self._beside, self.areas, self.volumes)
+        sixth of their sum over volume^(2/3). At least 1, of a cube 1. Without an axis that is none of `axes`, and
+        then without the sixth. [1]"""
+        return driver.aspect_ratio(*self._beside, self.areas, self.volumes, self.axes)
 
     @cached_property
     def determinant(self) -> Values:
         """``(n_cells,)`` determinant of the sum of S Sᵀ over a cell's inner faces, in units of their mean area, over 8:
-        how well gradients are determined; of a cube 1, 0 if it has no inner face. [1]"""
-        return driver.determinant(*self._beside, self.areas, self.mesh.n_cells)
+        how well gradients are determined; of a cube 1, 0 if it has no inner face. For an axis that is none of `axes`
+        the sum has a 1; 1 where there is one axis. [1]"""
+        return driver.determinant(*self._beside, self.areas, self.axes, self.mesh.n_cells)
 
     # From faces to cells.
 
@@ -231,6 +252,13 @@ class FaceQuality:
         """NaN where a face could not be measured; faces for which the measure is not defined are left out."""
         out = driver.reduce(*self._beside, values, self._all[1], is_largest, self.mesh.n_cells)
         return np.where(out == (-np.inf if is_largest else np.inf), without, out)
+
+
+def mean_angle(angles: Values) -> float:
+    """The angle whose cosine is the mean of the angles' cosines, as checkMesh averages them. [degree]"""
+    # 1 - cos is small, and exact, where the cosine itself is 1 but for rounding.
+    share = np.sin(np.radians(angles) / 2.0)
+    return float(np.degrees(2.0 * np.arcsin(np.sqrt(np.mean(share * share)))))
 
 
 def _first(values: Values, n: int, *, highest: bool) -> Ids:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..look.names import cell_entry
 from ..quality.metrics import HOLDS, LIMITS, METRICS
@@ -29,7 +30,7 @@ class FiniteVolumeMeasure:
     n: int  #: that have a value
     n_beyond: int  #: of them beyond the limit, or without a value that they should have
     worst: float
-    mean: float
+    mean: float  #: of angles the one of their mean cosine, as checkMesh has it
     cell: int | None  #: the worst one, of a measure of cells
     cell_label: int | None
     faces: tuple[WorstFace, ...]  #: the worst, of a measure of faces
@@ -74,11 +75,17 @@ def _measure(quality: Quality, name: str, limit: str, listed: int) -> FiniteVolu
         n=len(known),
         n_beyond=missing + int(np.count_nonzero(~HOLDS[comparison](known, float(bound)))),
         worst=float((known.max() if highest else known.min()) if len(known) else np.nan),
-        mean=float(known.mean()) if len(known) else np.nan,
+        mean=_mean(known, row.unit) if len(known) else np.nan,
         cell=cell,
         cell_label=None if cell is None else cell_label(quality.mesh, cell),
         faces=faces,
     )
+
+
+def _mean(values: NDArray[np.float64], unit: str) -> float:
+    from ..quality.faces import mean_angle
+
+    return mean_angle(values) if unit == "degree" else float(values.mean())
 
 
 def place(measure: FiniteVolumeMeasure) -> str:

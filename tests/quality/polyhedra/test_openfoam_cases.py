@@ -228,3 +228,30 @@ def test_the_dual_of_a_mesh(tmp_path: Path) -> None:
     assert quality.polyhedra is not None
     assert np.isfinite(quality.values[solid]).all()
     assert np.median(quality.values[solid]) > 0.7
+
+
+def test_a_case_of_the_plane_has_the_numbers_of_check_mesh(tmp_path: Path) -> None:
+    """One cell thick, ``empty`` in front and behind."""
+    if shutil.which("checkMesh") is None:
+        pytest.skip("OpenFOAM is not installed")
+    case = tmp_path / "case"
+    (case / "system").mkdir(parents=True)
+    for name in ("controlDict", "fvSchemes", "fvSolution", "blockMeshDict"):
+        text = DICTIONARIES[name].replace("(8 8 8) simpleGrading (1 1 1)", "(8 6 1) simpleGrading (5 1 1)")
+        sides = "(0 3 2 1) (4 5 6 7) "
+        text = text.replace(sides, "")
+        text = text.replace("(walls", f"(sides {{ type empty; faces ({sides}); }} walls")
+        (case / "system" / name).write_text(HEAD.format("dictionary", name) + text)
+    run(case, "blockMesh")
+    said = run(case, "checkMesh", "-constant", "-allGeometry")
+    assert "Mesh has 2 geometric" in said
+    faces = meshgauge.measure(meshgauge.read(case), metrics=["aspect_ratio", "determinant"]).faces
+    assert faces is not None
+    aspect = re.search(r"Max aspect ratio = (\S+)", said)
+    determinant = re.search(r"wellposedness\) : minimum: (\S+) average: (\S+)", said)
+    assert aspect is not None
+    assert determinant is not None
+    cells = faces.volumes > 0.0
+    assert faces.aspect_ratio[cells].max() == pytest.approx(float(aspect[1]), rel=1e-10)
+    assert faces.determinant[cells].min() == pytest.approx(float(determinant[1]), rel=1e-10)
+    assert faces.determinant[cells].mean() == pytest.approx(float(determinant[2]), rel=1e-10)

@@ -62,10 +62,19 @@ def cells(
 
 @kernel
 def aspect_ratio(
-    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, volumes: Float64Array, out: Float64Array
+    owner: Int64Array,
+    neighbour: Int64Array,
+    areas: Float64Array,
+    volumes: Float64Array,
+    axes: BoolArray,
+    out: Float64Array,
 ) -> None:
     """``(n_cells,)`` in ``out``: the larger of the areas seen along x, y and z, largest over smallest, and a sixth of
-    their sum over volume^(2/3)."""
+    their sum over volume^(2/3).
+
+    ``axes`` ``(3,)``: those that count; if not all do, the areas alone.
+    """
+    is_solid = axes[0] and axes[1] and axes[2]
     seen = np.zeros((len(volumes), 3))
     for face in range(len(owner)):
         for side in range(2):
@@ -74,22 +83,31 @@ def aspect_ratio(
                 for axis in range(3):
                     seen[cell, axis] += abs(areas[face, axis])
     for cell in range(len(volumes)):
-        a, b, c = seen[cell, 0], seen[cell, 1], seen[cell, 2]
+        total, largest, smallest = 0.0, 0.0, np.inf
+        for axis in range(3):
+            total += seen[cell, axis]
+            if axes[axis]:
+                largest, smallest = max(largest, seen[cell, axis]), min(smallest, seen[cell, axis])
         worst = np.nan
-        if a == a and b == b and c == c:
-            spread = max(max(a, b), c) / min(min(a, b), c)
-            compact = (a + b + c) / 6.0 / abs(volumes[cell]) ** (2.0 / 3.0)
+        if total == total:
+            spread = largest / smallest
+            compact = total / 6.0 / abs(volumes[cell]) ** (2.0 / 3.0) if is_solid else 1.0
             if spread == spread and compact == compact:
                 worst = max(max(spread, compact), 1.0)
-            elif max(max(a, b), c) < np.inf:
+            elif total < np.inf:
                 worst = np.inf
         out[cell] = worst
 
 
 @kernel
-def determinant(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, out: Float64Array) -> None:
+def determinant(
+    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, axes: BoolArray, out: Float64Array
+) -> None:
     """``(n_cells,)`` in ``out``: determinant of the sum of S Sᵀ over the inner faces, in units of their mean area, over
-    8; 0 of a cell without."""
+    8; 0 of a cell without.
+
+    ``axes`` ``(3,)``: those that count; the sum has a 1 for each other.
+    """
     n_cells = len(out)
     sums, total, counts = np.zeros((n_cells, 6)), np.zeros(n_cells), np.zeros(n_cells, np.int32)
     for face in range(len(owner)):
@@ -114,6 +132,7 @@ def determinant(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, o
         unit = (total[cell] / counts[cell]) ** 2
         xx, yy, zz = sums[cell, 0] / unit, sums[cell, 1] / unit, sums[cell, 2] / unit
         xy, yz, zx = sums[cell, 3] / unit, sums[cell, 4] / unit, sums[cell, 5] / unit
+        xx, yy, zz = xx if axes[0] else 1.0, yy if axes[1] else 1.0, zz if axes[2] else 1.0
         found = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx)
         out[cell] = abs(found) / 8.0
 

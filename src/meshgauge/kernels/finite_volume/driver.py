@@ -85,17 +85,23 @@ def cells(
     return out
 
 
-def aspect_ratio(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, volumes: Float64Array) -> Float64Array:
+def aspect_ratio(
+    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, volumes: Float64Array, axes: BoolArray
+) -> Float64Array:
     """``(n_cells,)``, see `cells.aspect_ratio`."""
     out = np.empty(len(volumes))
-    _of_cells("aspect_ratio", owner, neighbour, areas, volumes, out)
+    _of_cells("aspect_ratio", owner, neighbour, areas, volumes, axes, out)
     return out
 
 
-def determinant(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, n_cells: int) -> Float64Array:
-    """``(n_cells,)``, see `cells.determinant`."""
+def determinant(
+    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, axes: BoolArray, n_cells: int
+) -> Float64Array:
+    """``(n_cells,)``, see `cells.determinant`; 1 if one axis alone counts."""
+    if np.count_nonzero(axes) == 1:
+        return np.ones(n_cells)
     out = np.empty(n_cells)
-    _of_cells("determinant", owner, neighbour, areas, out)
+    _of_cells("determinant", owner, neighbour, areas, axes, out)
     return out
 
 

@@ -116,17 +116,24 @@ def cells(
 
 
 def aspect_ratio(
-    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, volumes: Float64Array, out: Float64Array
+    owner: Int64Array,
+    neighbour: Int64Array,
+    areas: Float64Array,
+    volumes: Float64Array,
+    axes: BoolArray,
+    out: Float64Array,
 ) -> None:
     """As `cells.aspect_ratio`."""
     seen = _sum_by_cell(owner, neighbour, len(volumes), np.abs(areas), np.abs(areas))
-    spread = seen.max(axis=1) / seen.min(axis=1)
-    compact = seen.sum(axis=1) / 6.0 / np.abs(volumes) ** (2.0 / 3.0)
+    spread = seen[:, axes].max(axis=1) / seen[:, axes].min(axis=1)
+    compact = seen.sum(axis=1) / 6.0 / np.abs(volumes) ** (2.0 / 3.0) if axes.all() else 1.0
     worst = np.maximum(np.maximum(spread, compact), 1.0)
     out[:] = np.where(np.isnan(worst) & np.isfinite(seen).all(axis=1), np.inf, worst)
 
 
-def determinant(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, out: Float64Array) -> None:
+def determinant(
+    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, axes: BoolArray, out: Float64Array
+) -> None:
     """As `cells.determinant`."""
     is_inner = neighbour >= 0
 
@@ -138,6 +145,7 @@ def determinant(owner: Int64Array, neighbour: Int64Array, areas: Float64Array, o
     unit = (size / n_inner) ** 2
     x, y, z = areas.T
     xx, yy, zz, xy, yz, zx = (total(product) / unit for product in (x * x, y * y, z * z, x * y, y * z, z * x))
+    xx, yy, zz = (s if axis else np.ones_like(s) for s, axis in zip((xx, yy, zz), axes, strict=True))
     found = np.abs(xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * zx) + zx * (xy * yz - yy * zx)) / 8.0
     out[:] = np.where((n_inner == 0.0) | (size == 0.0), 0.0, found)
 

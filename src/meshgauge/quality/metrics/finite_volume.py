@@ -100,7 +100,8 @@ ROWS = (
         of_faces=lambda faces: faces.aspect_ratio,
         title="aspect ratio",
         text="The larger of two: the largest over the smallest of the areas of a cell's faces seen along x, y and z, "
-        "and a sixth of their sum over volume^(2/3). It depends on how the cell lies to the axes.",
+        "and a sixth of their sum over volume^(2/3). It depends on how the cell lies to the axes. Of a mesh one cell "
+        "thick the ratio in its plane.",
         range=(1.0, inf),
         acceptable=(1.0, 1000.0),
         ideal=1.0,
@@ -123,7 +124,8 @@ ROWS = (
         of_faces=lambda faces: faces.determinant,
         title="determinant of the faces",
         text="Determinant of the sum of S Sᵀ over a cell's faces to other cells, in units of their mean area, over 8: "
-        "whether they determine a gradient. 1 of a cube inside, 0 of a cell with fewer than three neighbours.",
+        "whether they determine a gradient. 1 of a cube inside, 0 of a cell with fewer than three neighbours. Of a "
+        "mesh one cell thick the same in its plane: 0.5 of a square inside.",
         range=(0.0, inf),
         acceptable=(0.001, inf),
         ideal=1.0,
