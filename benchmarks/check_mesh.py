@@ -75,7 +75,7 @@ def ours(mesh: meshgauge.Mesh) -> dict[str, list[float]]:
     faces = FaceQuality(mesh)
     solid = np.flatnonzero(~IS_SURFACE[mesh.types])
     kinds = mesh.type_counts()
-    known = {name: getattr(faces, name) for name in driver.MEASURES}
+    known = {name: getattr(faces, name) for name in (*driver.MEASURES, "flatness")}
     known = {name: values[~np.isnan(values)] for name, values in known.items()}
     angle, skewness = known["non_orthogonality"], np.concatenate([known["skewness"], known["boundary_skewness"]])
     flat, weight, ratio = known["flatness"], known["face_weight"], known["volume_ratio"]

@@ -88,15 +88,18 @@ class Topology:
         return tuple(int(p) for p in poly.face_points[poly.face_offsets[face] : poly.face_offsets[face + 1]])
 
     def face_points(
-        self, half_faces: NDArray[np.int64], table: NDArray[np.int8] | None = None
-    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        self,
+        half_faces: NDArray[np.int64],
+        table: NDArray[np.int8] | None = None,
+        width: type[np.signedinteger] = np.int64,
+    ) -> tuple[IndexArray, NDArray[np.int64]]:
         """Points of some half-faces, as `face` gives them one at a time: ids one after another, and where each one's
-        begin, ``(n + 1,)``. ``table``: another than `face_table`."""
+        begin, ``(n + 1,)``. ``table``: another than `face_table`; ``width``: the type of the ids."""
         mesh, table = self.mesh, face_table() if table is None else table
         if is_compiled(len(half_faces), is_once=True):
             half_faces = np.ascontiguousarray(half_faces, np.int64)
             columns = (self.cells, self.starts, mesh.types, mesh.offsets, mesh.connectivity, table)
-            return driver.face_points(half_faces, *columns, faces_of_polyhedra(mesh)[0])
+            return driver.face_points(half_faces, *columns, faces_of_polyhedra(mesh)[0], width)
         cells = np.asarray(self.cells, np.int64)[half_faces]
         local = half_faces - self.starts[cells]
         types = mesh.types[cells]
@@ -113,7 +116,7 @@ class Topology:
         np.cumsum(sizes, out=offsets[1:])
         owner = np.repeat(np.arange(len(half_faces)), sizes)
         place = np.arange(int(offsets[-1])) - offsets[owner]
-        points = np.empty(len(owner), np.int64)
+        points: IndexArray = np.empty(len(owner), width)
         standard = ~own[owner]
         at = owner[standard]
         node = table[types[at], local[at], place[standard] + 1].astype(np.int64)

@@ -12,8 +12,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..files.resources import give_back
 from ..kernels.arrays import read_only
 from ..kernels.finite_volume import driver
+from ..kernels.path import is_compiled
 from ..look import style
 from ..look.names import cell_entry
 from ..mesh import Mesh
@@ -22,7 +24,7 @@ from ..mesh.regions import regions
 from ..mesh.topology import COLLAPSED, Topology, topology
 from ..surface_cells import IS_SURFACE
 
-Ids = NDArray[np.int64]
+Ids = NDArray[np.signedinteger]
 Values = NDArray[np.float64]
 
 NONE = -1
@@ -67,37 +69,45 @@ class FaceQuality:
 
     Attributes
     ----------
-    topology
-        Of the mesh: half-faces and their mates.
+    mesh
+        Whose faces they are.
     half_faces
-        ``(n_faces,)`` the half-face of the owner.
+        ``(n_faces,)`` the half-face of the owner. Ids and positions are as wide as the topology's.
     owner, neighbour
         ``(n_faces,)`` the cells beside each face; the neighbour is -1 on the boundary. A face that three cells have is
         one of the boundary of each.
     centres, areas
         ``(n_faces, 3)`` centre, and area vector out of the owner. [length, length²]
+    flatness
+        ``(n_faces,)`` length of the area vector of a face of four points or more over the sum of the areas of its
+        triangles about its centre; 1: flat; NaN of triangles. [0, 1]
     cell_centres, volumes
         ``(n_cells, 3)`` and ``(n_cells,)``; 0 for cells that are not solid. [length, length³]
     """
 
     def __init__(self, mesh: Mesh, threads: int | None = None) -> None:
-        self.topology: Topology = topology(mesh)
-        self.threads = threads
-        cells, mates = self.topology.cells, self.topology.mates
+        if is_compiled(mesh.n_cells):
+            give_back()  # what reading took: arrays of faces are larger than the mesh
+        matched = topology(mesh)
+        self.mesh, self.threads = matched.mesh, threads
+        cells, mates = matched.cells, matched.mates
         is_first = ((mates < 0) & (mates != COLLAPSED)) | (mates > np.arange(len(mates), dtype=mates.dtype))
-        self.half_faces: Ids = np.flatnonzero(is_first)
-        self.owner: Ids = cells[self.half_faces].astype(np.int64)
-        mate = mates[self.half_faces]
-        self.neighbour: Ids = np.where(mate >= 0, cells[mate], NONE).astype(np.int64)
-        self.points, self.offsets = self.topology.face_points(self.half_faces)
+        half_faces, width = np.flatnonzero(is_first), cells.dtype.type
+        self.half_faces: Ids = half_faces.astype(width)
+        self.owner: Ids = cells[half_faces]
+        mate = mates[half_faces]
+        self.neighbour: Ids = np.where(mate >= 0, cells[mate], width(NONE))
+        self.points, self.offsets = matched.face_points(half_faces, width=width)
+        del matched, cells, mates, is_first, half_faces, mate  # before what is larger is made
         self._x = np.ascontiguousarray(self.mesh.points, np.float64)
-        self.centres, self.areas, self._triangle_areas = driver.polygons(self._x, self.points, self.offsets, threads)
+        self.centres, self.areas, self.flatness = driver.polygons(self._x, self.points, self.offsets, threads)
         self._beside = (read_only(self.owner), read_only(self.neighbour))
         self.cell_centres, self.volumes = driver.cells(*self._beside, self.centres, self.areas, self.mesh.n_cells)
 
-    @property
-    def mesh(self) -> Mesh:
-        return self.topology.mesh
+    @cached_property
+    def topology(self) -> Topology:
+        """Half-faces of the mesh and their mates; matched again for whoever asks."""
+        return topology(self.mesh)
 
     @property
     def n_faces(self) -> int:
@@ -136,12 +146,6 @@ class FaceQuality:
     def volume_ratio(self) -> Values:
         """``(n_faces,)`` smaller over larger volume of the two cells of an inner face. [0, 1]"""
         return self._measured("volume_ratio")
-
-    @property
-    def flatness(self) -> Values:
-        """``(n_faces,)`` length of the area vector of a face of four points or more over the sum of the areas of its
-        triangles about its centre; 1: flat. [0, 1]"""
-        return self._measured("flatness")
 
     @property
     def pyramid_volume(self) -> Values:
@@ -239,8 +243,8 @@ class FaceQuality:
 
     @cached_property
     def _all(self) -> tuple[Values, NDArray[np.bool_]]:
-        """``(7, n_faces)`` the measures by face, and where a coordinate of a face or of a cell beside is not finite."""
-        faces = (self.centres, self.areas, self._triangle_areas)
+        """``(6, n_faces)`` other measures, and where a coordinate of a face or of a cell beside is not finite."""
+        faces = (self.centres, self.areas)
         cells = (self.cell_centres, self.volumes)
         least = (AT_LEAST, AT_LEAST_OUTSIDE)
         return driver.measures(self._x, self.points, self.offsets, faces, self._beside, cells, least, self.threads)

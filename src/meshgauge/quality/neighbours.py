@@ -8,7 +8,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..kernels.threads import run
 from ..mesh.cast import frozen
 from ..status import Status, is_measured
 from .metrics import METRICS
@@ -26,7 +28,12 @@ def with_neighbours(quality: Quality, threads: int | None) -> Quality:
 
     faces = quality.faces or FaceQuality(quality.mesh, threads)
     unmeasured = ~is_measured(quality.status) | (quality.status == Status.GHOST)
-    values = {row.name: np.where(unmeasured, np.nan, row.of_mesh(faces)) for row in wanted}
+    # Those of cells first: they take space to work, the others keep what they took. The first of these measures all.
+    of_cells, of_faces = ([row for row in wanted if ("face" in row.where) == is_face] for is_face in (False, True))
+    values: dict[str, NDArray[np.float64]] = {}
+    for rows in (of_cells, of_faces[:1], of_faces[1:]):
+        found = run(lambda row: np.where(unmeasured, np.nan, row.of_mesh(faces)), rows, threads)
+        values.update(zip((row.name for row in rows), found, strict=True))
     metrics = {name: frozen(values[name]) if name in values else old for name, old in quality.metrics.items()}
     return replace(quality, metrics=MappingProxyType(metrics), faces=faces)
 

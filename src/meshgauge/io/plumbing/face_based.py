@@ -80,6 +80,11 @@ def offsets_of(sizes: Ints) -> Ints:
     return offsets
 
 
+def sizes_of(faces: Faces, some: Ints) -> Ints:
+    """How many points some faces have."""
+    return np.asarray(faces.face_offsets[some + 1] - faces.face_offsets[some])
+
+
 def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     """Standard cells where the faces are theirs, polyhedra elsewhere. Ids must be in range."""
     n_cells = len(faces.cell_offsets) - 1
@@ -128,7 +133,7 @@ def _solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     n_cells = len(faces.cell_offsets) - 1
     n_faces = np.diff(faces.cell_offsets)
     entry_cell = np.repeat(np.arange(n_cells), n_faces)
-    sizes = faces.face_offsets[faces.cell_faces + 1] - faces.face_offsets[faces.cell_faces]
+    sizes = sizes_of(faces, faces.cell_faces)
     starts = offsets_of(sizes)
     flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
     if faces.inward is not None:
@@ -176,7 +181,6 @@ def _solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
 
 def _compiled_solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
     """As `_solids`, by a kernel and for any number of cells."""
-    sizes = np.diff(faces.face_offsets)
     inward = faces.inward if faces.inward is not None else _inward(faces, points)
     types, n_own, connectivity = driver.recognise(
         faces.cell_offsets, faces.cell_faces, faces.face_offsets, faces.face_points, inward, POLYHEDRON.vtk_id, _LAYOUTS
@@ -187,13 +191,12 @@ def _compiled_solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
         n_faces = np.diff(faces.cell_offsets)
         kept = np.flatnonzero(np.repeat(is_poly, n_faces))
         own = faces.cell_faces[kept]
-        starts = offsets_of(sizes[own])
-        flat = faces.face_points[spans(faces.face_offsets[own], sizes[own])]
+        starts = offsets_of(sizes_of(faces, own))
         polyhedra = Polyhedra(
             cell_offsets=offsets_of(np.where(is_poly, n_faces, 0)),
             cell_faces=np.arange(len(kept)),
             face_offsets=starts,
-            face_points=_reverse(flat, starts, inward[kept]),
+            face_points=driver.copy_faces(own, inward[kept], faces.face_offsets, faces.face_points, starts),
             labels=own if faces.numbers is None else faces.numbers[own],
         )
     return Solids(types, offsets_of(n_own), connectivity, polyhedra)
@@ -201,7 +204,7 @@ def _compiled_solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
 
 def _inward(faces: Faces, points: NDArray[np.floating]) -> NDArray[np.bool_]:
     """Which faces to turn for the cells they are of, where the file does not say."""
-    sizes = np.diff(faces.face_offsets)[faces.cell_faces]
+    sizes = sizes_of(faces, faces.cell_faces)
     starts, n_cells = offsets_of(sizes), len(faces.cell_offsets) - 1
     entry_cell = np.repeat(np.arange(n_cells), np.diff(faces.cell_offsets))
     flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
@@ -248,7 +251,7 @@ def _reverse(flat: Ints, starts: Ints, turned: NDArray[np.bool_]) -> Ints:
 
 def volumes(faces: Faces, points: NDArray[np.floating]) -> NDArray[np.float64]:
     """``(n_cells,)`` six times the volume of each cell by what the file says of its sides; only the sign counts."""
-    sizes = np.diff(faces.face_offsets)[faces.cell_faces]
+    sizes = sizes_of(faces, faces.cell_faces)
     starts = offsets_of(sizes)
     flat = faces.face_points[spans(faces.face_offsets[faces.cell_faces], sizes)]
     if faces.inward is not None:
@@ -383,7 +386,7 @@ def mesh(
     cells = solids(faces, points)
     n_cells = len(cells.types)
     ids = np.concatenate([np.empty(0, np.int64), *(faces for _, faces in patches)])
-    sizes = np.diff(faces.face_offsets)[ids]
+    sizes = sizes_of(faces, ids)
     blocks = [CellBlock(name, first, last) for name, first, last in zones if last > first]
     at = n_cells
     for name, own in patches:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import BoolArray, Float64Array, Int64Array
+from ..arrays import BoolArray, Float64Array, IntArray
 from ..jit import kernel
 
 
 @kernel
 def cells(
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     centres: Float64Array,
     areas: Float64Array,
     cell_centres: Float64Array,
@@ -62,8 +62,8 @@ def cells(
 
 @kernel
 def aspect_ratio(
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     areas: Float64Array,
     volumes: Float64Array,
     axes: BoolArray,
@@ -100,9 +100,7 @@ def aspect_ratio(
 
 
 @kernel
-def determinant(
-    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, axes: BoolArray, out: Float64Array
-) -> None:
+def determinant(owner: IntArray, neighbour: IntArray, areas: Float64Array, axes: BoolArray, out: Float64Array) -> None:
     """``(n_cells,)`` in ``out``: determinant of the sum of S Sᵀ over the inner faces, in units of their mean area, over
     8; 0 of a cell without.
 
@@ -139,8 +137,8 @@ def determinant(
 
 @kernel
 def reduce(
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     values: Float64Array,
     is_lost: BoolArray,
     is_largest: bool,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import BoolArray, Float64Array, Int64Array, read_only
+from ..arrays import BoolArray, Float64Array, Int64Array, IntArray, read_only
 from ..path import is_compiled
 from ..threads import run
 from . import numpy_path
@@ -17,17 +17,17 @@ BLOCK = 1 << 16
 
 
 def polygons(
-    points: Float64Array, ids: Int64Array, offsets: Int64Array, threads: int | None
+    points: Float64Array, ids: IntArray, offsets: Int64Array, threads: int | None
 ) -> tuple[Float64Array, Float64Array, Float64Array]:
-    """Centres and area vectors ``(n_faces, 3)``, and the triangles' areas ``(n_faces,)``, see `polygons.polygons`."""
+    """Centres and area vectors ``(n_faces, 3)``, and flatness ``(n_faces,)``, see `polygons.polygons`."""
     n = len(offsets) - 1
-    centres, areas, triangle_areas = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
+    centres, areas, flatness = np.empty((n, 3)), np.empty((n, 3)), np.empty(n)
     work: Callable[..., None] = numpy_path.polygons
     if is_compiled(n):
         from .polygons import polygons as work
     given = (read_only(points), read_only(ids), read_only(offsets))
-    _in_blocks(lambda first, last: work(*given, first, last, centres, areas, triangle_areas), n, threads)
-    return centres, areas, triangle_areas
+    _in_blocks(lambda first, last: work(*given, first, last, centres, areas, flatness), n, threads)
+    return centres, areas, flatness
 
 
 MEASURES = (
@@ -36,7 +36,6 @@ MEASURES = (
     "boundary_skewness",
     "face_weight",
     "volume_ratio",
-    "flatness",
     "pyramid_volume",
 )
 """Of faces, in the order of their rows in `measures`."""
@@ -44,20 +43,20 @@ MEASURES = (
 
 def measures(
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     offsets: Int64Array,
-    faces: tuple[Float64Array, Float64Array, Float64Array],
-    beside: tuple[Int64Array, Int64Array],
+    faces: tuple[Float64Array, Float64Array],
+    beside: tuple[IntArray, IntArray],
     cells: tuple[Float64Array, Float64Array],
     least: tuple[float, float],
     threads: int | None,
 ) -> tuple[Float64Array, BoolArray]:
-    """``(7, n_faces)`` of `MEASURES`, and ``(n_faces,)`` whether a face is lost, see `measures.measures`.
+    """``(6, n_faces)`` of `MEASURES`, and ``(n_faces,)`` whether a face is lost, see `measures.measures`.
 
     Parameters
     ----------
     faces
-        Centres, area vectors and areas of triangles, as `polygons` gives them.
+        Centres and area vectors, as `polygons` gives them.
     beside
         Owner and neighbour of each face.
     cells
@@ -77,7 +76,7 @@ def measures(
 
 
 def cells(
-    owner: Int64Array, neighbour: Int64Array, centres: Float64Array, areas: Float64Array, n_cells: int
+    owner: IntArray, neighbour: IntArray, centres: Float64Array, areas: Float64Array, n_cells: int
 ) -> tuple[Float64Array, Float64Array]:
     """Centres ``(n_cells, 3)`` and volumes ``(n_cells,)``, see `cells.cells`."""
     out = np.zeros((n_cells, 3)), np.zeros(n_cells)
@@ -86,7 +85,7 @@ def cells(
 
 
 def aspect_ratio(
-    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, volumes: Float64Array, axes: BoolArray
+    owner: IntArray, neighbour: IntArray, areas: Float64Array, volumes: Float64Array, axes: BoolArray
 ) -> Float64Array:
     """``(n_cells,)``, see `cells.aspect_ratio`."""
     out = np.empty(len(volumes))
@@ -95,7 +94,7 @@ def aspect_ratio(
 
 
 def determinant(
-    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, axes: BoolArray, n_cells: int
+    owner: IntArray, neighbour: IntArray, areas: Float64Array, axes: BoolArray, n_cells: int
 ) -> Float64Array:
     """``(n_cells,)``, see `cells.determinant`; 1 if one axis alone counts."""
     if np.count_nonzero(axes) == 1:
@@ -106,7 +105,7 @@ def determinant(
 
 
 def reduce(
-    owner: Int64Array, neighbour: Int64Array, values: Float64Array, is_lost: BoolArray, is_largest: bool, n_cells: int
+    owner: IntArray, neighbour: IntArray, values: Float64Array, is_lost: BoolArray, is_largest: bool, n_cells: int
 ) -> Float64Array:
     """``(n_cells,)``, infinite where a cell has no face with a value; see `cells.reduce`."""
     out = np.full(n_cells, -np.inf if is_largest else np.inf)
@@ -114,7 +113,7 @@ def reduce(
     return out
 
 
-def _of_cells(name: str, owner: Int64Array, *arguments: Any) -> None:
+def _of_cells(name: str, owner: IntArray, *arguments: Any) -> None:
     """Call a function over all faces at once, which adds to cells; the last arguments receive what it gives."""
     work: Callable[..., None] = getattr(numpy_path, name)
     if is_compiled(len(owner)):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import BoolArray, Float64Array, Index, Int64Array
+from ..arrays import BoolArray, Float64Array, Index, Int64Array, IntArray
 from ..jit import inlined, kernel
 
 DEGREES = 180.0 / pi
@@ -16,53 +16,51 @@ DEGREES = 180.0 / pi
 @inlined
 def off_centre(
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     low: Index,
     high: Index,
-    centre: Float64Array,
-    area: Float64Array,
-    start: Float64Array,
-    line: Float64Array,
+    face: Index,
+    centres: Float64Array,
+    areas: Float64Array,
+    cell: Index,
+    cell_centres: Float64Array,
+    line: Any,
     least: float,
-    off: Float64Array,
 ) -> Any:
     """How far a line passes the centre of the face of the points ``ids[low:high]``, over the face's extent that way.
 
     Parameters
     ----------
-    centre, area
-        Of the face.
-    start, line
-        Where the line begins, and where it leads.
+    face, centres, areas
+        Which, and those of all faces.
+    cell, cell_centres
+        The line begins at the centre of this cell.
+    line
+        Three numbers: where it leads.
     least
         The share of the line that a face counts at least as wide.
-    off
-        ``(3,)``; working space.
 
     Returns
     -------
     float
         Infinite if the line lies in the face's plane.
     """
-    up, along, length, square = 0.0, 0.0, 0.0, 0.0
-    for axis in range(3):
-        up += area[axis] * (centre[axis] - start[axis])
-        along += area[axis] * line[axis]
-        square += line[axis] * line[axis]
-    for axis in range(3):
-        off[axis] = centre[axis] - start[axis] - up / along * line[axis]
-        length += off[axis] * off[axis]
-    length = sqrt(length)
-    if not np.isfinite(up / along):
+    lx, ly, lz = line
+    cx, cy, cz = centres[face, 0], centres[face, 1], centres[face, 2]
+    tx, ty, tz = cx - cell_centres[cell, 0], cy - cell_centres[cell, 1], cz - cell_centres[cell, 2]
+    ax, ay, az = areas[face, 0], areas[face, 1], areas[face, 2]
+    share = (ax * tx + ay * ty + az * tz) / (ax * lx + ay * ly + az * lz)
+    ox, oy, oz = tx - share * lx, ty - share * ly, tz - share * lz
+    length = sqrt(ox * ox + oy * oy + oz * oz)
+    if not np.isfinite(share):
         return np.inf
     if length == 0.0:
         return 0.0
-    reach = least * sqrt(square)
+    reach = least * sqrt(lx * lx + ly * ly + lz * lz)
+    wx, wy, wz = ox / length, oy / length, oz / length
     for at in range(low, high):
-        there = 0.0
-        for axis in range(3):
-            there += off[axis] / length * (points[ids[at], axis] - centre[axis])
-        reach = max(reach, abs(there))
+        p = ids[at]
+        reach = max(reach, abs(wx * (points[p, 0] - cx) + wy * (points[p, 1] - cy) + wz * (points[p, 2] - cz)))
     return length / reach
 
 
@@ -81,15 +79,14 @@ def _share(part: float, whole: float) -> float:
 @kernel
 def measures(
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     offsets: Int64Array,
     first: int,
     last: int,
     centres: Float64Array,
     areas: Float64Array,
-    triangle_areas: Float64Array,
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     cell_centres: Float64Array,
     volumes: Float64Array,
     least: Float64Array,
@@ -100,7 +97,7 @@ def measures(
 
     Parameters
     ----------
-    points, ids, offsets, centres, areas, triangle_areas
+    points, ids, offsets, centres, areas
         As for `polygons`, and what it measured.
     owner, neighbour
         ``(n_faces,)`` the cells beside; no neighbour is negative.
@@ -109,57 +106,48 @@ def measures(
     least
         ``(2,)`` share of the line of the centres that a face counts at least as wide, inside and outside.
     out
-        ``(7, n_faces)``; receives the measures, NaN where one is not defined.
+        ``(6, n_faces)``; receives the measures, NaN where one is not defined.
     is_lost
         ``(n_faces,)``; receives whether a coordinate of the face or of a cell beside it is not finite.
     """
-    off, line = np.empty(3), np.empty(3)
     for face in range(first, last):
         p, n = owner[face], neighbour[face]
         low, high = offsets[face], offsets[face + 1]
-        size, own, other, along, square, all_of_it = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for axis in range(3):
-            s, c = areas[face, axis], centres[face, axis]
-            size += s * s
-            own += s * (c - cell_centres[p, axis])
-            all_of_it += abs(s) * 0.0 + abs(c) * 0.0 + abs(cell_centres[p, axis]) * 0.0
-            if n >= 0:
-                line[axis] = cell_centres[n, axis] - cell_centres[p, axis]
-                other += s * (cell_centres[n, axis] - c)
-                along += line[axis] * s
-                square += line[axis] * line[axis]
-                all_of_it += abs(cell_centres[n, axis]) * 0.0
-        lost = all_of_it != 0.0  # 0 times what is not finite is NaN
-        is_lost[face] = lost
-        size = sqrt(size)
-        for k in range(7):
+        sx, sy, sz = areas[face, 0], areas[face, 1], areas[face, 2]
+        px, py, pz = cell_centres[p, 0], cell_centres[p, 1], cell_centres[p, 2]
+        cx, cy, cz = centres[face, 0], centres[face, 1], centres[face, 2]
+        tx, ty, tz = cx - px, cy - py, cz - pz
+        size = sqrt(sx * sx + sy * sy + sz * sz)
+        own = sx * tx + sy * ty + sz * tz
+        # 0 times what is not finite is NaN.
+        lost = sx * 0.0 + sy * 0.0 + sz * 0.0 + tx * 0.0 + ty * 0.0 + tz * 0.0 != 0.0
+        for k in range(5):
             out[k, face] = np.nan
-        if high - low != 3:
-            flat = _share(size, triangle_areas[face])
-            out[5, face] = 1.0 if flat > 1.0 else flat
-        out[6, face] = own / 3.0
         if n >= 0:
-            cosine = along / (sqrt(square) * size)
+            qx, qy, qz = cell_centres[n, 0], cell_centres[n, 1], cell_centres[n, 2]
+            lx, ly, lz = qx - px, qy - py, qz - pz
+            other = sx * (qx - cx) + sy * (qy - cy) + sz * (qz - cz)
+            lost = lost or lx * 0.0 + ly * 0.0 + lz * 0.0 != 0.0
+            cosine = (lx * sx + ly * sy + lz * sz) / (sqrt(lx * lx + ly * ly + lz * lz) * size)
             if cosine == cosine:
                 out[0, face] = acos(max(min(cosine, 1.0), -1.0)) * DEGREES
             elif not lost:
                 out[0, face] = 180.0
             if not lost:
                 out[1, face] = off_centre(
-                    points, ids, low, high, centres[face], areas[face], cell_centres[p], line, least[0], off
+                    points, ids, low, high, face, centres, areas, p, cell_centres, (lx, ly, lz), least[0]
                 )
             near, far = abs(own), abs(other)
             out[3, face] = _share(_least(near, far), near + far)
             a, b = abs(volumes[p]), abs(volumes[n])
             out[4, face] = _share(_least(a, b), a + b if a != a or b != b else max(a, b))
-            out[6, face] = _least(own, other) / 3.0
-        elif not lost:
-            up = 0.0
-            for axis in range(3):
-                line[axis] = areas[face, axis] / size
-                up += line[axis] * (centres[face, axis] - cell_centres[p, axis])
-            for axis in range(3):
-                line[axis] *= up
-            out[2, face] = off_centre(
-                points, ids, low, high, centres[face], areas[face], cell_centres[p], line, least[1], off
-            )
+            out[5, face] = _least(own, other) / 3.0
+        else:
+            out[5, face] = own / 3.0
+            if not lost:
+                nx, ny, nz = sx / size, sy / size, sz / size
+                up = nx * tx + ny * ty + nz * tz
+                out[2, face] = off_centre(
+                    points, ids, low, high, face, centres, areas, p, cell_centres, (nx * up, ny * up, nz * up), least[1]
+                )
+        is_lost[face] = lost

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import BoolArray, Float64Array, Int64Array
+from ..arrays import BoolArray, Float64Array, Int64Array, IntArray
 
 
 def polygons(
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     offsets: Int64Array,
     first: int,
     last: int,
     centres: Float64Array,
     areas: Float64Array,
-    triangle_areas: Float64Array,
+    flatness: Float64Array,
 ) -> None:
     """As `polygons.polygons`."""
     part = slice(first, last)
@@ -34,20 +34,20 @@ def polygons(
     a, b, c = (x[starts[three] + k] for k in range(3))
     centres[first + three], areas[first + three] = mean[three], 0.5 * np.cross(b - a, c - a)
     about = centres[part][owner]
-    triangle_areas[part] = 0.5 * np.add.reduceat(norm(np.cross(x[following] - x, about - x)), starts)
+    whole = 0.5 * np.add.reduceat(norm(np.cross(x[following] - x, about - x)), starts)
+    flatness[part] = np.where(sizes == 3, np.nan, np.minimum(_share(norm(areas[part]), whole), 1.0))
 
 
 def measures(
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     offsets: Int64Array,
     first: int,
     last: int,
     centres: Float64Array,
     areas: Float64Array,
-    triangle_areas: Float64Array,
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     cell_centres: Float64Array,
     volumes: Float64Array,
     least: Float64Array,
@@ -56,7 +56,7 @@ def measures(
 ) -> None:
     """As `measures.measures`."""
     part = slice(first, last)
-    x, at, sizes, face = _coordinates(points, ids, offsets, first, last)
+    x, at, _, face = _coordinates(points, ids, offsets, first, last)
     here, area, size = centres[part], areas[part], norm(areas[part])
     is_inner = neighbour[part] >= 0
     start, end = cell_centres[owner[part]], cell_centres[neighbour[part]]
@@ -86,13 +86,12 @@ def measures(
     weight = _share(np.minimum(np.abs(own), np.abs(other)), np.abs(own) + np.abs(other))
     out[3, part] = np.where(is_inner, weight, np.nan)
     out[4, part] = np.where(is_inner, _share(np.minimum(one, two), np.maximum(one, two)), np.nan)
-    out[5, part] = np.where(sizes == 3, np.nan, np.minimum(_share(size, triangle_areas[part]), 1.0))
-    out[6, part] = np.where(is_inner, np.minimum(own, other), own) / 3.0
+    out[5, part] = np.where(is_inner, np.minimum(own, other), own) / 3.0
 
 
 def cells(
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     centres: Float64Array,
     areas: Float64Array,
     cell_centres: Float64Array,
@@ -104,7 +103,7 @@ def cells(
     counts = _sum_by_cell(owner, neighbour, n, ones, ones)
     about = _sum_by_cell(owner, neighbour, n, centres, centres) / np.maximum(counts, 1.0)[:, None]
 
-    def pyramids(cells: Int64Array, sign: float) -> tuple[Float64Array, Float64Array]:
+    def pyramids(cells: IntArray, sign: float) -> tuple[Float64Array, Float64Array]:
         three = sign * dot(areas, centres - about[cells])
         return three, three[:, None] * (0.75 * centres + 0.25 * about[cells])
 
@@ -116,8 +115,8 @@ def cells(
 
 
 def aspect_ratio(
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     areas: Float64Array,
     volumes: Float64Array,
     axes: BoolArray,
@@ -131,9 +130,7 @@ def aspect_ratio(
     out[:] = np.where(np.isnan(worst) & np.isfinite(seen).all(axis=1), np.inf, worst)
 
 
-def determinant(
-    owner: Int64Array, neighbour: Int64Array, areas: Float64Array, axes: BoolArray, out: Float64Array
-) -> None:
+def determinant(owner: IntArray, neighbour: IntArray, areas: Float64Array, axes: BoolArray, out: Float64Array) -> None:
     """As `cells.determinant`."""
     is_inner = neighbour >= 0
 
@@ -151,8 +148,8 @@ def determinant(
 
 
 def reduce(
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     values: Float64Array,
     is_lost: BoolArray,
     is_largest: bool,
@@ -168,7 +165,7 @@ def reduce(
 
 
 def _sum_by_cell(
-    owner: Int64Array, neighbour: Int64Array, n: int, of_owner: Float64Array, of_neighbour: Float64Array
+    owner: IntArray, neighbour: IntArray, n: int, of_owner: Float64Array, of_neighbour: Float64Array
 ) -> Float64Array:
     """``(n_cells, ...)`` sums over the faces of each cell of what they are for their owner and neighbour."""
     inner = np.flatnonzero(neighbour >= 0)
@@ -188,7 +185,7 @@ def _share(part: Float64Array, whole: Float64Array) -> Float64Array:
 
 
 def _coordinates(
-    points: Float64Array, ids: Int64Array, offsets: Int64Array, first: int, last: int
+    points: Float64Array, ids: IntArray, offsets: Int64Array, first: int, last: int
 ) -> tuple[Float64Array, Int64Array, Int64Array, Int64Array]:
     """Of the points of some faces, one face after another; where each begins, how many it has, whose each point is."""
     here = offsets[first : last + 1]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Float64Array, Index, Int64Array
+from ..arrays import Float64Array, Index, Int64Array, IntArray
 from ..jit import inlined, kernel
 from .measures import off_centre
 from .polygons import polygon
@@ -33,7 +33,7 @@ def _cell(
     cell: Index,
     cell_faces: Int64Array,
     cell_ends: Int64Array,
-    owner: Int64Array,
+    owner: IntArray,
     centres: Float64Array,
     areas: Float64Array,
     cell_centres: Float64Array,
@@ -68,67 +68,69 @@ def _cell(
 def _face(
     f: Index,
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     offsets: Int64Array,
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     limits: Float64Array,
     centres: Float64Array,
     areas: Float64Array,
     cell_centres: Float64Array,
-    work: Float64Array,
 ) -> Any:
     """The angle and the skewness of a face, each over its limit, of the boundary 0 and its own skewness; and the
     smaller of the products of its area with the ways to its centre, positive if its cells' centres are on their sides.
     """
-    line, off = work[0], work[1]
-    c, d = owner[f], neighbour[f]
+    low, high, c, d = offsets[f], offsets[f + 1], owner[f], neighbour[f]
     own, other, size = 0.0, np.inf, 0.0
     for axis in range(3):
         own += areas[f, axis] * (centres[f, axis] - cell_centres[c, axis])
         size += areas[f, axis] * areas[f, axis]
     if d < 0:
-        for axis in range(3):
-            line[axis] = areas[f, axis] * own / size
-        skew = off_centre(
-            points, ids, offsets[f], offsets[f + 1], centres[f], areas[f], cell_centres[c], line, 0.4, off
-        )
+        line = (areas[f, 0] * own / size, areas[f, 1] * own / size, areas[f, 2] * own / size)
+        skew = off_centre(points, ids, low, high, f, centres, areas, c, cell_centres, line, 0.4)
         return 0.0, skew / limits[2], own
     other, along, square = 0.0, 0.0, 0.0
     for axis in range(3):
-        line[axis] = cell_centres[d, axis] - cell_centres[c, axis]
+        way = cell_centres[d, axis] - cell_centres[c, axis]
         other += areas[f, axis] * (cell_centres[d, axis] - centres[f, axis])
-        along += areas[f, axis] * line[axis]
-        square += line[axis] * line[axis]
+        along += areas[f, axis] * way
+        square += way * way
     cosine = along / sqrt(square * size)
     angle = acos(max(min(cosine, 1.0), -1.0)) * 180.0 / pi
-    skew = off_centre(points, ids, offsets[f], offsets[f + 1], centres[f], areas[f], cell_centres[c], line, 0.2, off)
+    line = (
+        cell_centres[d, 0] - cell_centres[c, 0],
+        cell_centres[d, 1] - cell_centres[c, 1],
+        cell_centres[d, 2] - cell_centres[c, 2],
+    )
+    skew = off_centre(points, ids, low, high, f, centres, areas, c, cell_centres, line, 0.2)
     return (angle if cosine == cosine else 180.0) / limits[0], skew / limits[1], min(own, other)
 
 
 @inlined
 def _is_flat(
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     low: Index,
     high: Index,
-    mean: Float64Array,
-    area: Float64Array,
+    face: Index,
+    areas: Float64Array,
     whole: float,
     most: float,
 ) -> Any:
     """Whether no point is further from the plane than so many mean distances from the mean."""
     if most == np.inf:
         return True
+    mx, my, mz = 0.0, 0.0, 0.0
+    for at in range(low, high):
+        p = ids[at]
+        mx, my, mz = mx + points[p, 0], my + points[p, 1], mz + points[p, 2]
+    mx, my, mz = mx / (high - low), my / (high - low), mz / (high - low)
     far, radius = 0.0, 0.0
     for at in range(low, high):
-        along, square = 0.0, 0.0
-        for axis in range(3):
-            arm = points[ids[at], axis] - mean[axis]
-            along += arm * area[axis]
-            square += arm * arm
-        far = max(far, abs(along))
-        radius += sqrt(square)
+        p = ids[at]
+        x, y, z = points[p, 0] - mx, points[p, 1] - my, points[p, 2] - mz
+        far = max(far, abs(x * areas[face, 0] + y * areas[face, 1] + z * areas[face, 2]))
+        radius += sqrt(x * x + y * y + z * z)
     return far * (high - low) <= most * radius * whole
 
 
@@ -153,10 +155,10 @@ def _beyond(angle: float, skew: float, is_inner: Any, aim: float) -> Any:
 @kernel
 def straighten(
     points: Float64Array,
-    ids: Int64Array,
+    ids: IntArray,
     offsets: Int64Array,
-    owner: Int64Array,
-    neighbour: Int64Array,
+    owner: IntArray,
+    neighbour: IntArray,
     cell_faces: Int64Array,
     cell_ends: Int64Array,
     moving: Int64Array,
@@ -216,7 +218,7 @@ def straighten(
     for m in range(len(moving)):
         most = max(most, near_face_ends[m + 1] - near_face_ends[m])
     before, after = np.empty((most, 2)), np.empty((3, most, 2))
-    work, old, way, trial = np.empty((4, 3)), np.empty(3), np.empty(3), np.empty((most, 2))
+    old, way, trial = np.empty(3), np.empty(3), np.empty((most, 2))
     about = np.empty(3)
     moment, pull = np.empty((3, 3)), np.empty(3)
     total = 0.0
@@ -271,12 +273,12 @@ def straighten(
                 is_allowed = True
                 for at in range(own_face_ends[m], own_face_ends[m + 1]):
                     f = own_faces[at]
-                    triangles = polygon(points, ids, offsets[f], offsets[f + 1], work, centres[f], areas[f])
+                    triangles = polygon(points, ids, offsets[f], offsets[f + 1], f, centres, areas)
                     if step >= 3 and offsets[f + 1] - offsets[f] > 3:
                         whole = sqrt(areas[f, 0] ** 2 + areas[f, 1] ** 2 + areas[f, 2] ** 2)
                         is_allowed = is_allowed and whole >= bounds[f, 3] * triangles
                         is_allowed = is_allowed and _is_flat(
-                            points, ids, offsets[f], offsets[f + 1], work[0], areas[f], whole, bounds[f, 4]
+                            points, ids, offsets[f], offsets[f + 1], f, areas, whole, bounds[f, 4]
                         )
                 for at in range(own_cell_ends[m], own_cell_ends[m + 1]):
                     c = own_cells[at]
@@ -286,7 +288,7 @@ def straighten(
                 for at in range(first, last):
                     f = near_faces[at]
                     angle, skew, side = _face(
-                        f, points, ids, offsets, owner, neighbour, limits, centres, areas, cell_centres, work
+                        f, points, ids, offsets, owner, neighbour, limits, centres, areas, cell_centres
                     )
                     is_allowed = is_allowed and angle <= bounds[f, 0] and skew <= bounds[f, 1] and side >= bounds[f, 2]
                     a, s = _beyond(angle, skew, neighbour[f] >= 0, aim)

@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import BoolArray, Index, Int8Array, Int64Array, UInt8Array
 from ..jit import inlined, kernel
 
-MOST = 8
+MOST, MOST_FACES = 8, 6
 """Points and faces of a cell up to which it can be a standard one."""
 
 
@@ -36,6 +36,33 @@ def faces_by_cell(
                 faces[at] = face
                 is_neighbour[at] = side == 1
                 ends[cell] = at + 1
+
+
+@kernel
+def copy_faces(
+    faces: Int64Array,
+    inward: BoolArray,
+    face_offsets: Int64Array,
+    face_points: Int64Array,
+    offsets: Int64Array,
+    points: Int64Array,
+) -> None:
+    """Receive the points of some faces one after another, outward.
+
+    Parameters
+    ----------
+    faces, inward
+        ``(n,)`` which, and whether their points run so that the normal points into the cell.
+    face_offsets, face_points
+        Points of all faces.
+    offsets, points
+        ``(n + 1,)`` where the points of each begin, the first 0; what receives them.
+    """
+    for n in range(len(faces)):
+        first, to = face_offsets[faces[n]], offsets[n]
+        size = offsets[n + 1] - to
+        for m in range(size):
+            points[to + m] = face_points[first + (size - 1 - m if inward[n] else m)]
 
 
 @inlined
@@ -68,69 +95,103 @@ def _match(
     n_own: Index,
     layouts: Int64Array,
     shape_faces: Int8Array,
-    shape_sizes: Int8Array,
-    joined: BoolArray,
+    shape_sets: Int64Array,
+    joined: Int64Array,
     nodes: Int64Array,
     place: Int64Array,
 ) -> Any:
     """0 if the faces are not those of a shape, 1 if they are, -1 if they are and all run the other way; receives the
-    cell's local points at the nodes. ``place`` is working space."""
+    cell's local points at the nodes. ``joined`` and ``place`` are working space. Sets of points are bits."""
     n_base = layouts[shape, 3]
     base = 0
     while sizes[base] != n_base:
         base += 1
     for k in range(n_own):
-        place[k] = -1
+        place[k], joined[k] = -1, 0
+    in_base = 0
     for m in range(n_base):
         nodes[m] = ring[base, n_base - 1 - m]
         place[nodes[m]] = m
-    joined[:n_own, :n_own] = False
+        in_base |= 1 << nodes[m]
     for f in range(n_faces):
+        a = ring[f, sizes[f] - 1]
         for m in range(sizes[f]):
-            a, b = ring[f, m], ring[f, m + 1 if m + 1 < sizes[f] else 0]
-            joined[a, b] = True
-            joined[b, a] = True
+            b = ring[f, m]
+            joined[a] |= 1 << b
+            joined[b] |= 1 << a
+            a = b
     n_upper = n_own - n_base
     for m in range(n_upper):
-        above = -1
-        for k in range(n_own):
-            if above < 0 and place[k] < 0 and (n_upper == 1 or joined[nodes[m], k]):
-                above = k
-        if above < 0:
+        free = (joined[nodes[m]] if n_upper > 1 else (1 << n_own) - 1) & ~in_base
+        above = 0
+        while above < n_own and not free & (1 << above):
+            above += 1
+        if above == n_own or place[above] >= 0:
             return 0
         nodes[n_base + m] = above
-    for m in range(n_base, n_own):
-        if place[nodes[m]] >= 0:
-            return 0
-        place[nodes[m]] = m
-    taken, n_right = np.int64(0), 0
+        place[above] = n_base + m
+    taken, n_right = 0, 0
     for f in range(n_faces):
-        found = -1
-        for g in range(n_faces):
-            n = shape_sizes[shape, g]
-            if n != sizes[f]:
-                continue
-            shift = -1
-            for m in range(n):
-                if shape_faces[shape, g, m] == place[ring[f, 0]]:
-                    shift = m
-            if shift < 0:
-                continue
-            forth, back = True, True
-            for m in range(n):
-                node = place[ring[f, m]]
-                forth = forth and shape_faces[shape, g, (shift + m) % n] == node
-                back = back and shape_faces[shape, g, (shift - m + n) % n] == node
-            if forth or back:
-                found = g
-                n_right += forth
-                break
-        if found < 0 or taken & (1 << found):
+        n, at = sizes[f], 0
+        for m in range(n):
+            at |= 1 << place[ring[f, m]]
+        g = 0
+        while g < n_faces and shape_sets[shape, g] != at:
+            g += 1
+        if g == n_faces or taken & (1 << g):
             return 0
-        taken |= 1 << found
+        taken |= 1 << g
+        ahead = 0
+        while shape_faces[shape, g, ahead] != place[ring[f, 0]]:
+            ahead += 1
+        behind = ahead
+        forth, back = True, True
+        for m in range(1, n):
+            ahead = ahead + 1 if ahead + 1 < n else 0
+            behind = behind - 1 if behind > 0 else n - 1
+            forth = forth and shape_faces[shape, g, ahead] == place[ring[f, m]]
+            back = back and shape_faces[shape, g, behind] == place[ring[f, m]]
+        if not (forth or back):
+            return 0
+        n_right += forth
     if n_right == n_faces:
         return 1
     return -1 if n_right == 0 else 0
+
+
+@inlined
+def _number(
+    low: Index,
+    high: Index,
+    cell_faces: Int64Array,
+    face_offsets: Int64Array,
+    face_points: Int64Array,
+    inward: BoolArray,
+    points: Int64Array,
+    sizes: Int64Array,
+    ring: Int64Array,
+) -> Any:
+    """Number the points of a cell of few faces as they come, and receive its faces, outward, in these numbers; returns
+    how many points there are, more than `MOST` if the cell is no standard one."""
+    n = np.int64(0)
+    for entry in range(low, high):
+        face, f = cell_faces[entry], entry - low
+        start, size = face_offsets[face], face_offsets[face + 1] - face_offsets[face]
+        if size > 4:
+            return np.int64(MOST + 1)
+        sizes[f] = size
+        for m in range(size):
+            point = face_points[start + (size - 1 - m if inward[entry] else m)]
+            k = 0
+            while k < n and points[k] != point:
+                k += 1
+            if k == n:
+                if n == MOST:
+                    return np.int64(MOST + 1)
+                points[n] = point
+                n += 1
+            ring[f, m] = k
+    return n
 
 
 @kernel
@@ -142,7 +203,7 @@ def recognise(
     inward: BoolArray,
     layouts: Int64Array,
     shape_faces: Int8Array,
-    shape_sizes: Int8Array,
+    shape_sets: Int64Array,
     reversals: Int8Array,
     first: int,
     last: int,
@@ -150,7 +211,7 @@ def recognise(
     types: UInt8Array,
     n_own: Int64Array,
     connectivity: Int64Array,
-) -> int:
+) -> Any:
     """Standard cells among those from ``first`` up to ``last``; returns how many points they all have.
 
     Parameters
@@ -161,9 +222,9 @@ def recognise(
         For each entry of ``cell_faces``: whether the points run so that the normal points into the cell.
     layouts
         ``(n_shapes, 5)`` of each shape: triangles, quadrilaterals, nodes, points of its base, VTK id.
-    shape_faces, shape_sizes
-        ``(n_shapes, 6, 4)`` and ``(n_shapes, 6)``: nodes of the faces of each shape, outward, and their numbers; the
-        base is first.
+    shape_faces, shape_sets
+        ``(n_shapes, 6, 4)`` and ``(n_shapes, 6)``: nodes of the faces of each shape, outward, and the same as sets of
+        bits; the base is first.
     reversals
         ``(n_shapes, 8)``: which node of the mirrored cell is at each node.
     most
@@ -175,47 +236,42 @@ def recognise(
     connectivity
         Receives the points of the cells one after another: of a polyhedron ascending, of another at its nodes.
     """
-    points, ring = np.empty(most, np.int64), np.empty((MOST, 4), np.int64)
+    points, few, ring = np.empty(most, np.int64), np.empty(MOST, np.int64), np.empty((MOST, 4), np.int64)
     sizes, nodes, place = np.empty(MOST, np.int64), np.empty(MOST, np.int64), np.empty(MOST, np.int64)
-    joined = np.empty((MOST, MOST), np.bool_)
-    total = 0
+    joined = np.empty(MOST, np.int64)
+    total = np.int64(0)
     for cell in range(first, last):
         low, high = cell_offsets[cell], cell_offsets[cell + 1]
-        n, n_three, n_four = 0, 0, 0
-        for entry in range(low, high):
-            face = cell_faces[entry]
-            size = face_offsets[face + 1] - face_offsets[face]
-            n_three += size == 3
-            n_four += size == 4
-            for at in range(face_offsets[face], face_offsets[face + 1]):
-                points[n] = face_points[at]
-                n += 1
-        n = _sort_once(points, n)
-        n_own[cell] = n
         n_faces = high - low
-        shape, sign = -1, 0
-        for s in range(len(layouts)):
-            has_faces = layouts[s, 0] == n_three and layouts[s, 1] == n_four and n_three + n_four == n_faces
-            if has_faces and layouts[s, 2] == n:
-                shape = s
-        if shape >= 0:
-            for entry in range(low, high):
-                face, f = cell_faces[entry], entry - low
-                start, size = face_offsets[face], face_offsets[face + 1] - face_offsets[face]
-                sizes[f] = size
-                for m in range(size):
-                    point = face_points[start + (size - 1 - m if inward[entry] else m)]
-                    k = 0
-                    while points[k] != point:
-                        k += 1
-                    ring[f, m] = k
-            sign = _match(shape, n_faces, sizes, ring, n, layouts, shape_faces, shape_sizes, joined, nodes, place)
+        sign, n = 0, np.int64(0)
+        if n_faces <= MOST_FACES:
+            n = _number(low, high, cell_faces, face_offsets, face_points, inward, few, sizes, ring)
+        if 0 < n <= MOST:
+            n_three, n_four = 0, 0
+            for f in range(n_faces):
+                n_three += sizes[f] == 3
+                n_four += sizes[f] == 4
+            shape = -1
+            for s in range(len(layouts)):
+                has_faces = layouts[s, 0] == n_three and layouts[s, 1] == n_four and n_three + n_four == n_faces
+                if has_faces and layouts[s, 2] == n:
+                    shape = s
+            if shape >= 0:
+                sign = _match(shape, n_faces, sizes, ring, n, layouts, shape_faces, shape_sets, joined, nodes, place)
         if sign == 0:
+            n = np.int64(0)
+            for entry in range(low, high):
+                face = cell_faces[entry]
+                for at in range(face_offsets[face], face_offsets[face + 1]):
+                    points[n] = face_points[at]
+                    n += 1
+            n = _sort_once(points, n)
             for k in range(n):
                 connectivity[total + k] = points[k]
         else:
             types[cell] = layouts[shape, 4]
             for k in range(n):
-                connectivity[total + k] = points[nodes[k if sign > 0 else reversals[shape, k]]]
+                connectivity[total + k] = few[nodes[k if sign > 0 else reversals[shape, k]]]
+        n_own[cell] = n
         total += n
     return total

@@ -50,10 +50,11 @@ def face_points(
     nodes: IntArray,
     table: Int8Array,
     poly: tuple[Int64Array, ...],
-) -> tuple[Int64Array, Int64Array]:
+    width: type[np.signedinteger],
+) -> tuple[IntArray, Int64Array]:
     """Points of half-faces one after another, and where each one's begin; always compiled.
 
-    Parameters are those of `face_points.face_points`.
+    Parameters are those of `face_points.face_points`, and the type of the points.
     """
     from .face_points import face_points as kernel
     from .face_points import face_sizes
@@ -61,7 +62,7 @@ def face_points(
     ends = np.empty(len(half_faces) + 1, np.int64)
     common = (read_only(half_faces), read_only(cells), read_only(starts), read_only(types), read_only(table), poly)
     face_sizes(*common, ends)
-    points = np.empty(int(ends[-1]), np.int64)
+    points: IntArray = np.empty(int(ends[-1]), width)
     kernel(*common, read_only(offsets), read_only(nodes), read_only(ends), points)
     return points, ends
 

@@ -41,7 +41,7 @@ def face_points(
     node_offsets: IntArray,
     nodes: IntArray,
     offsets: Int64Array,
-    points: Int64Array,
+    points: IntArray,
 ) -> None:
     """Receive the points of half-faces one after another.
 
