@@ -119,3 +119,60 @@ def polyhedral(path: Path, mesh: Mesh, form: str = "offsets") -> Path:
         put(boundary, "GridLocation", "GridLocation_t", "FaceCenter")
         put(boundary, "PointList", "IndexArray_t", np.array([[2], [4], [n + 999]]))
     return path
+
+
+Faces = tuple[np.ndarray, list[tuple[int, ...]], list[list[int]]]
+"""Points, the points of each face from 1 on, and the faces of each cell: negative where their normal points into it."""
+
+
+def split_boxes(n: int = 5, seed: int = 0) -> Faces:
+    """n³ boxes, moved at random, of which some have a face of two triangles: those stay polyhedra."""
+    rng = np.random.default_rng(seed)
+    index = np.arange((n + 1) ** 3).reshape((n + 1,) * 3)
+    points = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    points = points + rng.normal(size=points.shape) * 0.15
+    cells: list[list[int]] = [[] for _ in range(n**3)]
+    inside, outside = [], []  # faces, as files have them: those inside first
+    for axis in range(3):
+        a, b = (axis + 1) % 3, (axis + 2) % 3
+        for at in np.ndindex(*[n + (k == axis) for k in range(3)]):
+            corners = []
+            for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)):
+                corner = list(at)
+                corner[a], corner[b] = corner[a] + x, corner[b] + y
+                corners.append(int(index[tuple(corner)]) + 1)
+            beside = [at[axis] - 1, at[axis]]  # the normal points from the first to the second
+            cubes = [(*at[:axis], k, *at[axis + 1 :]) for k in beside]
+            own = [int(np.ravel_multi_index(one, (n,) * 3)) if 0 <= one[axis] < n else -1 for one in cubes]
+            rings = [corners] if rng.random() < 0.9 else [corners[:3], [corners[0], *corners[2:]]]
+            (inside if min(own) >= 0 else outside).append((rings, own))
+    faces: list[tuple[int, ...]] = []
+    for rings, own in [*inside, *outside]:
+        for ring in rings:
+            faces.append(tuple(ring))
+            for cell, sign in zip(own, (1, -1), strict=True):
+                if cell >= 0:
+                    cells[cell].append(sign * len(faces))
+    return points, faces, cells
+
+
+def by_faces(path: Path, zones: list[Faces], *, n_tetra: int = 0) -> None:
+    """Zones of polyhedra by faces, of which some are a wall, and data of cells; behind them some tetrahedra."""
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        root = base(file)
+        for number, (points, faces, cells) in enumerate(zones):
+            n = len(faces)
+            made = zone(root, f"Zone {number}", points, len(cells) + n_tetra)
+            section(made, "Faces", 22, 1, n, *flat([list(face) for face in faces]))
+            section(made, "Cells", 23, n + 1, len(cells), *flat(cells))
+            if n_tetra:
+                tetra = np.arange(4 * n_tetra) % len(points) + 1
+                section(made, "More", 10, n + len(cells) + 1, n_tetra, tetra)
+            boundary = put(put(made, "ZoneBC", "ZoneBC_t"), "Wall", "BC_t", "BCWall")
+            put(boundary, "GridLocation", "GridLocation_t", "FaceCenter")
+            put(boundary, "PointList", "IndexArray_t", np.arange(n - 30, n - 3, 2)[:, None])
+            solution = put(made, "Solution", "FlowSolution_t")
+            put(solution, "GridLocation", "GridLocation_t", "CellCenter")
+            put(solution, "Pressure", "DataArray_t", np.arange(float(len(cells) + n_tetra)))

@@ -16,8 +16,10 @@ from meshgauge.cli import batch
 from meshgauge.cli.main import main
 from meshgauge.errors import ReadError
 from meshgauge.io.formats import spread_rows
-from meshgauge.io.plumbing.pieces import Pieces, Rows
+from meshgauge.io.plumbing import made_cells, some_rows
+from meshgauge.io.plumbing.pieces import Pieces, ReadWhole, Rows
 from meshgauge.kernels import path as kernels_path
+from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.report import FileReport
 from meshgauge.report.stream import report_on
 
@@ -69,6 +71,8 @@ def assert_same_mesh(listed: Pieces, mesh: Mesh) -> None:
         )
     nodes = [rows(p.connectivity) + start for p, start in zip(listed.pieces, listed.point_starts, strict=False)]
     np.testing.assert_array_equal(np.concatenate(nodes), mesh.connectivity)
+    if mesh.polyhedra is not None:
+        assert_same_polyhedra(listed, mesh.polyhedra)
     sizes = np.concatenate([np.diff(rows(p.offsets)) for p in listed.pieces])
     np.testing.assert_array_equal(sizes, np.diff(mesh.offsets))
     assert listed.blocks == tuple(mesh.blocks)
@@ -82,6 +86,18 @@ def assert_same_mesh(listed: Pieces, mesh: Mesh) -> None:
             own = np.concatenate([rows(one) for one in held[name]])
             np.testing.assert_array_equal(own, values)
             assert own.dtype == values.dtype
+
+
+def assert_same_polyhedra(listed: Pieces, expected: Polyhedra) -> None:
+    every = [piece.polyhedra or {} for piece in listed.pieces]
+    for key in ("cell_offsets", "face_offsets"):
+        sizes = np.concatenate([np.diff(rows(own[key])) for own in every])
+        np.testing.assert_array_equal(sizes, np.diff(getattr(expected, key)))
+    for key, starts in (("cell_faces", listed.face_starts), ("face_points", listed.point_starts)):
+        made = np.concatenate([rows(own[key]) + start for own, start in zip(every, starts, strict=False)])
+        np.testing.assert_array_equal(made, getattr(expected, key))
+    assert expected.labels is not None
+    np.testing.assert_array_equal(np.concatenate([rows(own["labels"]) for own in every]), expected.labels)
 
 
 def assert_same(path: Path, step: int | None = None, **how: Any) -> FileReport:
@@ -276,11 +292,82 @@ def test_zones(tmp_path: Path, kinds: str, n_regions: int) -> None:
     assert len(assert_same(zoned(tmp_path / "a.cgns", kinds)).regions) == n_regions
 
 
+@pytest.fixture
+def few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(made_cells, "BLOCK", 8)
+    monkeypatch.setattr(made_cells, "SPAN", 24)
+    monkeypatch.setattr(some_rows, "FAR", 5)
+
+
+@pytest.mark.usefixtures("few_at_a_time")
+@pytest.mark.parametrize("n_zones", [1, 2])
+def test_polyhedra(tmp_path: Path, n_zones: int) -> None:
+    """Points of some might hang: the file says what lies beyond each face."""
+    path = tmp_path / "a.cgns"
+    cgns.by_faces(path, [cgns.split_boxes(N, seed) for seed in range(n_zones)])
+    expected = assert_same(path)
+    assert {"polyhedron", "hexahedron"} <= set(expected.summary.types)
+    assert len(expected.regions) == n_zones + 1
+
+
+@pytest.mark.usefixtures("few_at_a_time")
+@pytest.mark.parametrize("n_up_to", [30, 10_000])
+def test_polyhedra_beside_others(tmp_path: Path, n_up_to: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What lies beyond faces that others may have is not known; cells are recognised by kernels, or NumPy alone."""
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", n_up_to)
+    path = tmp_path / "a.cgns"
+    cgns.by_faces(path, [cgns.split_boxes(N, seed) for seed in range(2)], n_tetra=9)
+    assert_same_mesh(pieces_of(path), io.read(path))
+    with pytest.raises(ReadWhole, match="hang depends on the cells beside"):
+        report_on(pieces_of(path), size=23)
+
+
+@pytest.mark.usefixtures("few_at_a_time")
+def test_faces_that_coincide_are_those_of_two_cells(tmp_path: Path) -> None:
+    """A baffle: each side has a face of its own. The whole knows by the points that a cell lies beyond."""
+    points, faces, cells = cgns.split_boxes(N)
+    for number in [face for face in range(1, len(faces) + 1) if sum(-face in own for own in cells)][::3]:
+        second = next(own for own in cells if -number in own)
+        faces.append(faces[number - 1][::-1])
+        second[second.index(-number)] = len(faces)
+    path = tmp_path / "a.cgns"
+    cgns.by_faces(path, [(points, faces, cells)])
+    assert_same(path)
+
+
+def test_hexahedra_by_their_faces(tmp_path: Path) -> None:
+    """No polyhedron is left of them."""
+    mesh = Mesh.from_arrays(POINTS, {"hexahedron": HEXAHEDRA})
+    path = cgns.polyhedral(tmp_path / "a.cgns", mesh)
+    assert list(assert_same(path).summary.types) == ["hexahedron"]
+
+
+@pytest.mark.parametrize(
+    ("name", "at", "value", "message"),
+    [
+        ("Zone 0/Cells/ElementConnectivity", 3, 9999, "refers to face 9999, which does not exist"),
+        ("Zone 0/Faces/ElementConnectivity", 3, 9999, "refers to point 9999, which does not exist"),
+        ("Zone 0/Cells/ElementStartOffset", 7, 1, "offsets that do not fit"),
+        ("Zone 0/Faces/ElementStartOffset", 7, 1, "offsets that do not fit"),
+    ],
+)
+def test_faces_that_do_not_fit(tmp_path: Path, name: str, at: int, value: int, message: str) -> None:
+    path = tmp_path / "a.cgns"
+    cgns.by_faces(path, [cgns.split_boxes(N)])
+    with h5py.File(path, "r+") as file:
+        file[f"Base/{name}/ data"][at] = value
+    with pytest.raises(ReadError, match=message):
+        report_on(pieces_of(path), size=23)
+    with pytest.raises(ReadError, match=message):
+        io.read(path)
+
+
 def test_what_has_to_be_read_whole(tmp_path: Path) -> None:
     mesh = Mesh(
         points=POINTS, types=np.full(64, 12, np.uint8), offsets=8 * np.arange(65), connectivity=HEXAHEDRA.ravel()
     )
-    assert io.pieces(cgns.polyhedral(tmp_path / "a.cgns", mesh)) is None
+    for form in ("sizes", "parents"):
+        assert io.pieces(cgns.polyhedral(tmp_path / f"{form}.cgns", mesh, form)) is None
     assert io.pieces(cgns.mixed(tmp_path / "b.cgns", mesh, has_offsets=False)) is None
     assert io.pieces(cgns.mixed(tmp_path / "c.cgns", mesh)) is not None
 

@@ -30,7 +30,7 @@ from ..mesh.mesh import IS_SOLID_OR_UNKNOWN
 from ..mesh.plane import side
 from ..surface_cells import IS_SURFACE
 from .points import Points
-from .read import AS_SOLIDS, Place, View, places, read_slice
+from .read import AS_SOLIDS, Place, View, most_cells, places, read_slice
 from .regions import Regions, regions_of
 
 Labels = Literal["none", "counted", "stored"]
@@ -116,7 +116,7 @@ def facts_of(
     others: list[int] = []  #: of each slice
     n_ghosts = wedges = 0
     of_all = np.zeros(256, np.int64)  # ghosts too
-    all_places = places(pieces)
+    all_places = places(pieces, most_cells(pieces))
     for place in all_places:
         types = pieces.pieces[place.piece].types.read(place.start, place.stop)
         by_type = count_types(types)

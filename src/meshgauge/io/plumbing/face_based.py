@@ -85,10 +85,11 @@ def sizes_of(faces: Faces, some: Ints) -> Ints:
     return np.asarray(faces.face_offsets[some + 1] - faces.face_offsets[some])
 
 
-def solids(faces: Faces, points: NDArray[np.floating]) -> Solids:
-    """Standard cells where the faces are theirs, polyhedra elsewhere. Ids must be in range."""
+def solids(faces: Faces, points: NDArray[np.floating], *, n_deciding: int | None = None) -> Solids:
+    """Standard cells where the faces are theirs, polyhedra elsewhere. Ids must be in range. Of some cells of a mesh all
+    that it has decide how they are looked at."""
     n_cells = len(faces.cell_offsets) - 1
-    if is_compiled(n_cells, is_once=True):
+    if is_compiled(n_cells if n_deciding is None else n_deciding, is_once=True):
         return _compiled_solids(faces, points)
     parts = [_solids(_some(faces, start, start + CHUNK), points) for start in range(0, n_cells, CHUNK)]
     if len(parts) < 2:
@@ -409,6 +410,25 @@ def mesh(
         purpose="fv",
         copy=False,
     )
+
+
+_A, _B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
+
+
+def face_keys(sizes: Ints, points: Ints) -> NDArray[np.uint64]:
+    """64 bits of the points of each face, wherever they begin and whichever way they run."""
+    mixed = (points.astype(np.uint64) + _A) * _B
+    mixed = (mixed ^ (mixed >> np.uint64(29))) * _A
+    mixed ^= mixed >> np.uint64(32)
+    sums = np.concatenate([np.zeros(1, np.uint64), np.cumsum(mixed, dtype=np.uint64)])
+    ends = offsets_of(sizes)
+    return np.asarray((sums[ends[1:]] - sums[ends[:-1]]) ^ (sizes.astype(np.uint64) * _B))
+
+
+def coincide(keys: NDArray[np.uint64]) -> NDArray[np.bool_]:
+    """Which keys are there more than once."""
+    _, which, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    return np.asarray(counts[which.reshape(-1)] > 1)
 
 
 _SURFACES = np.array([BY_NAME[n].vtk_id for n in ("vertex", "vertex", "line", "triangle", "quad", "polygon")], np.uint8)

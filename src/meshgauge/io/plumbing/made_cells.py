@@ -7,7 +7,7 @@ rows can be read. What a thread made last is kept: the arrays of a slice are rea
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, Protocol
@@ -15,7 +15,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .made_rows import CountedRows, Integers
+from .made_rows import INT, Integers, JoinedOffsets, SameRows, joined
 from .pieces import Rows
 
 Ints = NDArray[np.int64]
@@ -82,9 +82,11 @@ class MadeCells:
         n, block = self.maker.n_cells, self.block
         starts: dict[Unit | None, list[Ints]] = {}
         step = max(SPAN // block, 1) * block
+        types: list[NDArray[Any]] = []
         for first in range(0, n, step):
             stop = min(first + step, n)
             made = self.maker.make(first, stop)
+            types += [made["types"]] if "types" in made else []
             ends = np.minimum(np.arange(first + block, stop + block, block), stop) - first
             of: dict[Unit | None, Ints] = {None: ends}
             for key, (rows, counted) in OFFSETS.items():
@@ -93,6 +95,8 @@ class MadeCells:
             for unit, own in of.items():
                 before = starts.setdefault(unit, [np.zeros(1, np.int64)])
                 before.append(own + before[-1][-1])
+        if types:
+            _types[self.key] = np.concatenate(types)
         return {unit: np.concatenate(parts) for unit, parts in starts.items()}
 
     def made(self, first: int, last: int) -> tuple[int, Mapping[str, NDArray[Any]]]:
@@ -115,12 +119,36 @@ class MadeCells:
         return {"cell_faces": MadeFaces(self), **{key: self.rows(key) for key in keys}}
 
 
+def polyhedra(parts: Sequence[MadeCells | int], *others: str) -> dict[str, Rows]:
+    """Those of `Piece`, of cells one after another; a number stands for so many that are none."""
+    if len(parts) == 1 and isinstance(parts[0], MadeCells):
+        return parts[0].polyhedra(*others)
+    made = [one.polyhedra(*others) for one in parts if isinstance(one, MadeCells)]
+    none = SameRows(0, INT, (0,))
+    of_cells = [
+        (SameRows(0, INT, (one + 1,)), none) if isinstance(one, int) else (one.rows("cell_offsets"), MadeFaces(one))
+        for one in parts
+    ]
+    return {
+        "cell_offsets": JoinedOffsets(tuple(rows for rows, _ in of_cells), tuple(faces for _, faces in of_cells)),
+        "cell_faces": AllFaces(tuple(MadeFaces(one) for one in parts if isinstance(one, MadeCells))),
+        "face_offsets": JoinedOffsets(
+            tuple(one["face_offsets"] for one in made), tuple(one["face_points"] for one in made)
+        ),
+        **{key: joined([one[key] for one in made]) for key in ("face_points", *others)},
+    }
+
+
 _made = threading.local()
+
+_types: dict[str, NDArray[Any]] = {}
+"""Types of all cells, in the process that counted them: a byte each."""
 
 
 def forget() -> None:
-    """Give back the memory of what this thread made."""
+    """Give back the memory of what was made."""
     _made.last = None
+    _types.clear()
 
 
 @dataclass(frozen=True)
@@ -130,6 +158,7 @@ class MadeItems:
     cells: MadeCells
     key: str
     dtype: np.dtype[Any]
+    n_bytes: int = 0  #: the arrays that they are made of count
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -139,7 +168,9 @@ class MadeItems:
     def read(self, start: int, stop: int) -> NDArray[Any]:
         if start >= stop:
             return np.empty(0, self.dtype)
-        unit = ITEMS[self.key]
+        unit, types = ITEMS[self.key], _types.get(self.cells.key)
+        if unit is None and types is not None:
+            return types[start:stop]
         if unit is None:
             first, last = start // self.cells.block, -(-stop // self.cells.block)
             first, arrays = self.cells.made(first, last)
@@ -193,4 +224,18 @@ class MadeFaces(Integers):
         return (int(self.cells.counts["faces"][-1]),)
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
-        return CountedRows(0, self.shape[0]).read(start, stop)
+        return np.arange(start, stop, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class AllFaces(Integers):
+    """The same of several, one after another."""
+
+    parts: tuple[MadeFaces, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return (sum(part.shape[0] for part in self.parts),)
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        return np.arange(start, stop, dtype=np.int64)

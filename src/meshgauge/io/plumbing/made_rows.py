@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...errors import ReadError
 from ...mesh.labels import LABEL, NO_LABEL
 from ...mesh.mesh import GHOST_TYPE
-from .pieces import ReadWhole, Rows
+from .pieces import ReadWhole, Rows, bytes_of
 
 INT = np.dtype(np.int64)
 
@@ -91,12 +91,57 @@ class JoinedRows:
     def shape(self) -> tuple[int, ...]:
         return (self.starts[-1], *self.parts[0].shape[1:])
 
+    @property
+    def n_bytes(self) -> int:
+        """See `bytes_of`."""
+        return bytes_of(self.parts)
+
     def read(self, start: int, stop: int) -> NDArray[Any]:
         rows = np.empty((stop - start, *self.shape[1:]), self.dtype.newbyteorder("="))
         for part, first, end in zip(self.parts, self.starts, self.starts[1:], strict=False):
             a, b = max(first, start), min(end, stop)
             if a < b:
                 rows[a - start : b - start] = part.read(a - first, b - first)
+        return rows
+
+
+@dataclass(frozen=True)
+class JoinedOffsets(Integers):
+    """Offsets of parts one after another, each from 0 on and with that behind its last.
+
+    Attributes
+    ----------
+    parts
+        One at least.
+    counted
+        What each counts; how many rows that has is asked for when it is read.
+    """
+
+    parts: tuple[Rows, ...]
+    counted: tuple[Rows, ...]
+
+    @cached_property
+    def starts(self) -> tuple[int, ...]:
+        """The first row of each, and at last how many there are but the last."""
+        return (0, *np.cumsum([part.shape[0] - 1 for part in self.parts], dtype=np.int64).tolist())
+
+    @cached_property
+    def bases(self) -> tuple[int, ...]:
+        """What those before count, and at last all."""
+        return (0, *np.cumsum([rows.shape[0] for rows in self.counted], dtype=np.int64).tolist())
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return (self.starts[-1] + 1,)
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        rows = np.empty(stop - start, np.int64)
+        if stop > self.starts[-1]:
+            rows[self.starts[-1] - start :] = self.bases[-1]
+        for part, first, end, base in zip(self.parts, self.starts, self.starts[1:], self.bases, strict=False):
+            a, b = max(first, start), min(end, stop)
+            if a < b:
+                rows[a - start : b - start] = part.read(a - first, b - first).astype(np.int64) + base
         return rows
 
 

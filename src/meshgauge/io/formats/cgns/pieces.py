@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from ....cells import IS_SOLID
 from ....errors import MeshgaugeError, ReadError
 from ....mesh.labels import LABEL
-from ...plumbing import within
+from ...plumbing import face_based, made_cells, within
 from ...plumbing.build import gather
+from ...plumbing.made_cells import MadeCells
 from ...plumbing.made_rows import (
     BoxRows,
     ColumnRows,
@@ -23,17 +24,19 @@ from ...plumbing.made_rows import (
     CutRows,
     GridRows,
     Integers,
+    JoinedOffsets,
     NodeRows,
-    RaisedRows,
     SameRows,
     filler,
     joined,
 )
-from ...plumbing.pieces import Piece, Pieces, ReadWhole, Rows, hdf_rows
+from ...plumbing.pieces import ArrayRows, Piece, Pieces, ReadWhole, Rows, bytes_of, hdf_rows
+from ...plumbing.some_rows import some_lists
 from ..structured import KIND_OF
 from ..vtk.hdf import MAGIC
 from . import zone as whole
 from .cells import KINDS, MIXED, NFACE, NGON
+from .polyhedra import Lists, ZoneFaces, made_of
 from .tree import Node
 
 _BYTE = np.dtype(np.uint8)
@@ -46,13 +49,13 @@ class _Section:
     first: int
     n: int
     types: Rows
-    offsets: Rows  #: n, from 0 on
+    offsets: Rows  #: n + 1, from 0 on
     nodes: Rows
     names: tuple[str, ...]  #: of its types
-
-    @property
-    def is_solid(self) -> bool:
-        return bool(IS_SOLID[self.types.read(0, 1)][0])
+    is_solid: bool
+    numbers: Rows  #: of its elements
+    n_bytes: int = 0  #: of what its faces are made of
+    made: MadeCells | None = None  #: its cells by faces
 
 
 def pieces(path: Path, at: int) -> Pieces | None:
@@ -61,7 +64,8 @@ def pieces(path: Path, at: int) -> Pieces | None:
     Raises
     ------
     ReadWhole
-        If it has polyhedra, mixed sections without offsets, or coordinates of a cylinder.
+        If it has mixed elements or polyhedra without offsets, cells that only their faces know, or coordinates of a
+        cylinder.
     """
     import h5py
 
@@ -114,6 +118,7 @@ def _zone(node: Node, dimension: int, families: dict[str, str]) -> tuple[Piece, 
     notes = list(made.notes)
     cell_data: dict[str, Rows] = {}
     point_data: dict[str, Rows] = {}
+    polyhedra, n_bytes = None, 0
     if made.is_structured:
         cells = GridRows(made.shape)
         types: Rows = SameRows(KIND_OF[len(made.shape)].vtk_id, _BYTE, (cells.n_cells,))
@@ -122,27 +127,29 @@ def _zone(node: Node, dimension: int, families: dict[str, str]) -> tuple[Piece, 
         blocks = [(made.label, 0, cells.n_cells)]
         solid, curved = [(True, cells.n_cells)], []
     else:
-        sections = _sections(node)
-        last = whole.last_number(node, [(section.first, section.n) for section in sections])
+        given = _sections(node)
+        last = whole.last_number(node, [(one.first, one.n) for one in given])
         listed, names = whole.boundaries(node, last, families)
+        sections = list(_cells(given, listed, points.shape[0]))
+        if not sections:
+            raise ReadWhole("a zone has no cells")
         types, nodes = joined([s.types for s in sections]), joined([s.nodes for s in sections])
-        starts = np.cumsum([0, *(s.nodes.shape[0] for s in sections)]).tolist()
-        offsets = joined(
-            [
-                *(RaisedRows(s.offsets, start) for s, start in zip(sections, starts, strict=False)),
-                CountedRows(starts[-1], 1),
-            ]
-        )
-        codes = np.concatenate([listed[s.first : s.first + s.n] for s in sections])
+        offsets = JoinedOffsets(tuple(s.offsets for s in sections), tuple(s.nodes for s in sections))
+        codes = np.concatenate([listed[s.numbers.read(0, s.n)] for s in sections])
         blocks = [(names[code] or made.label, start, stop) for code, start, stop in whole.runs(codes)]
-        cell_data[LABEL] = joined([CountedRows(s.first, s.n) for s in sections])
+        cell_data[LABEL] = joined([s.numbers for s in sections])
+        if any(s.made is not None for s in sections):
+            with_faces_alone = all(isinstance(one, Lists) for one in given)  # those of others are not known
+            others = ("labels", "beyond") if with_faces_alone else ("labels",)
+            polyhedra = made_cells.polyhedra([s.made or s.n for s in sections], *others)
+            n_bytes = sum(s.n_bytes for s in sections)
         point_data[LABEL] = CountedRows(1, points.shape[0])
         solid = _solid_runs(sections)
         curved = whole.curved({name for section in sections for name in section.names})
     for where, name, values in _solutions(node, points.shape[0], solid, notes):
         (point_data if where == "Vertex" else cell_data)[name] = values
     notes += curved
-    piece = Piece(made.label, points, types, offsets, nodes, None, cell_data, point_data, tuple(blocks))
+    piece = Piece(made.label, points, types, offsets, nodes, polyhedra, cell_data, point_data, tuple(blocks), n_bytes)
     return piece, notes
 
 
@@ -177,7 +184,7 @@ def _points(node: Node, made: whole.Head) -> Rows:
     return ColumnRows(tuple(columns), np.result_type(*(column.dtype for column in columns), np.float32))
 
 
-def _sections(node: Node) -> list[_Section]:
+def _sections(node: Node) -> list[_Section | Lists]:
     sections = sorted((_section(child) for child in node.children("Elements_t")), key=lambda one: one.first)
     if not sections:
         raise node.fail("has no elements (Elements_t)")
@@ -186,26 +193,80 @@ def _sections(node: Node) -> list[_Section]:
     return [section for section in sections if section.n]
 
 
-def _section(node: Node) -> _Section:
+def _cells(given: list[_Section | Lists], listed: NDArray[np.int64], n_points: int) -> Iterator[_Section]:
+    """The sections of cells: those by nodes, those by faces, and of faces those that a boundary or group names."""
+    by_lists = [one for one in given if isinstance(one, Lists)]
+    faces, by_faces = (tuple(one for one in by_lists if one.is_of_cells == of_cells) for of_cells in (False, True))
+    if faces and not by_faces:
+        raise ReadWhole("only its faces know its cells")
+    named = np.flatnonzero(listed)  # few
+    known = ZoneFaces(faces, by_faces, named, listed[named])
+    for one in given:
+        if isinstance(one, _Section):
+            yield one
+        elif one.is_of_cells:
+            if not faces:
+                raise ReadWhole("its polyhedra have no faces")
+            made = made_of(one, known, n_points)
+            types, offsets, nodes = made.rows("types", np.uint8), made.rows("offsets"), made.rows("connectivity")
+            n_bytes = bytes_of(rows for lists in (one, *faces) for rows in (lists.offsets, lists.items))
+            yield _Section(
+                one.first, one.n, types, offsets, nodes, (), True, CountedRows(one.first, one.n), n_bytes, made
+            )
+        else:
+            chosen = np.flatnonzero(listed[one.first : one.first + one.n])
+            if len(chosen):
+                yield _polygons(one, chosen)
+
+
+def _polygons(faces: Lists, chosen: NDArray[np.int64]) -> _Section:
+    """Some faces as surface cells."""
+    try:
+        sizes, points = some_lists(faces.offsets, faces.items, chosen)
+    except IndexError:
+        raise ReadError(f"{faces.name}: has offsets that do not fit its elements") from None
+    return _Section(
+        faces.first,
+        len(chosen),
+        ArrayRows(face_based.surface_types(sizes)),
+        ArrayRows(face_based.offsets_of(sizes)),
+        ArrayRows(points - 1),
+        (),
+        False,
+        ArrayRows(chosen + faces.first),
+    )
+
+
+def _section(node: Node) -> _Section | Lists:
     code, first, n, connectivity = whole.section_head(node)
-    if code in (NGON, NFACE):
-        raise ReadWhole("it has polyhedra")
     ids, offsets = _flat(connectivity), node.child("ElementStartOffset")
     if ids.dtype.kind not in "iu":
         raise connectivity.fail(f"is of type {ids.dtype}, expected integers")
+    numbers = CountedRows(first, n)
+    if code in (NGON, NFACE):
+        if offsets is None:
+            raise ReadWhole("its polyhedra have no offsets")
+        lists = Lists(node.name, first, _flat(offsets), ids, is_of_cells=code == NFACE)
+        ends = lists.offsets.read(0, 1), lists.offsets.read(n, n + 1)
+        if lists.n != n or [int(end[0]) for end in ends] != [0, ids.shape[0]]:
+            raise node.fail(f"has offsets that do not fit {n} elements of {ids.shape[0]} items")
+        return lists
     if code == MIXED:
         if offsets is None:
             raise ReadWhole("its mixed elements have no offsets")
         mixed = _Mixed(ids, _flat(offsets), node.name)
         if mixed.starts.shape != (n + 1,) or (n and mixed.starts.read(n, n + 1)[0] != ids.shape[0]):
             raise node.fail(f"has offsets that do not fit {n} elements of {ids.shape[0]} items")
-        return _Section(first, n, _MixedTypes(mixed), _MixedOffsets(mixed), _MixedNodes(mixed), mixed.names())
+        types: Rows = _MixedTypes(mixed)
+        is_solid = n > 0 and bool(IS_SOLID[types.read(0, 1)][0])
+        return _Section(first, n, types, _MixedOffsets(mixed), _MixedNodes(mixed), mixed.names(), is_solid, numbers)
     kind = whole.kind(node, code)
     if ids.shape[0] != n * kind.n_nodes:
         raise node.fail(f"has {ids.shape[0]} nodes of {n} elements of {kind.n_nodes}")
     nodes = NodeRows(ids, kind.n_nodes, kind.order)
     types = SameRows(kind.vtk_id, _BYTE, (n,))
-    return _Section(first, n, types, CountedRows(0, n, nodes.n_nodes), nodes, (kind.name,))
+    offsets_of = CountedRows(0, n + 1, nodes.n_nodes)
+    return _Section(first, n, types, offsets_of, nodes, (kind.name,), bool(IS_SOLID[kind.vtk_id]), numbers)
 
 
 @dataclass(frozen=True)
@@ -288,6 +349,10 @@ _IDS = np.array([KINDS[code].vtk_id if code in KINDS else 0 for code in range(ma
 
 
 class _MixedOffsets(Integers, _OfMixed):
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.mixed.starts.shape
+
     def read(self, start: int, stop: int) -> NDArray[Any]:
         return self.mixed.starts.read(start, stop).astype(np.int64) - np.arange(start, stop)
 

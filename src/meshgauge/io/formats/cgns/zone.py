@@ -363,8 +363,9 @@ def _polyhedra(
     order = np.full(int(numbers.max()) + 2 if len(numbers) else 1, -1, np.int64)
     order[numbers] = np.arange(len(numbers))
     asked = np.abs(cells.items)
-    _check(node, asked, len(order), "a polyhedron refers to face")
-    of_cells = _check(node, order[asked], len(numbers), "a polyhedron refers to face")
+    of_cells = np.where(asked < len(order), order[np.minimum(asked, len(order) - 1)], -1)
+    if (of_cells < 0).any():
+        raise node.fail(f"a polyhedron refers to face {asked[np.argmin(of_cells)]}, which does not exist")
     given = face_based.Faces(cells.offsets, of_cells, offsets, items, cells.items < 0, numbers)
     solids = face_based.solids(given, points)
     return Cells(solids.types, solids.offsets, solids.connectivity), solids.polyhedra
