@@ -16,7 +16,8 @@ from meshgauge.doctor.reversal import reversal
 from meshgauge.doctor.streamed.diagnose import diagnosis_of
 from meshgauge.doctor.streamed.marks import marks_of
 from meshgauge.doctor.streamed.of_parts import Placed, diagnosis_of_parts
-from meshgauge.doctor.streamed.open_cells import OpenCells, PartOf, open_cells_of
+from meshgauge.doctor.streamed.open_cells import OpenCells, PartOf
+from meshgauge.doctor.streamed.opening import open_cells_of
 from meshgauge.files.plain_records import plain, record
 from meshgauge.mesh import CellBlock
 from meshgauge.mesh.ghosts import without_ghosts

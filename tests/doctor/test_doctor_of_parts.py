@@ -15,7 +15,8 @@ from meshgauge.doctor import Diagnosis, diagnosis
 from meshgauge.doctor.inward import NONE
 from meshgauge.doctor.streamed.marks import marks_of
 from meshgauge.doctor.streamed.of_parts import Overlap
-from meshgauge.doctor.streamed.open_cells import PartOf, open_cells_of
+from meshgauge.doctor.streamed.open_cells import PartOf
+from meshgauge.doctor.streamed.opening import open_cells_of
 from meshgauge.quality.measure import Quality
 
 OVERLAP = ("some twice", "some twice, reversed", "all three times", "four at a face", "surfaces")

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from .outcome import FailingCell as FailingCell
     from .outcome import Outcome as Outcome
     from .outcome import State as State
+    from .partials import check_partials as check_partials
+    from .partials import counting as counting
     from .rules import Level as Level
     from .rules import Nothing as Nothing
     from .rules import NoWorse as NoWorse
@@ -39,6 +41,8 @@ _HOME = {
     "FailingCell": "outcome",
     "Outcome": "outcome",
     "State": "outcome",
+    "check_partials": "partials",
+    "counting": "partials",
     "Level": "rules",
     "Nothing": "rules",
     "NoWorse": "rules",

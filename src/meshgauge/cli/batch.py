@@ -257,12 +257,21 @@ class Batch:
                 terminal.warn("note", f"{path}: is read whole: {reason}")
             return None
 
-    def keep_partial(self, path: str, *, share: tuple[int, int], target: Path, contents: Contents) -> str:
+    def keep_partial(
+        self, path: str, *, share: tuple[int, int], target: Path, contents: Contents, rules: Sequence[str]
+    ) -> str:
         """Measure a mesh as a part of another and keep the partial report; what it comes to, in words.
 
-        Raises `ReadError`, `MetricError` and `WriteError`.
+        Raises `ReadError`, `MetricError`, `RuleError` and `WriteError`.
         """
         from ..report.parts import partial
+
+        counter, metrics = None, contents.metrics()
+        if rules:
+            from ..check import counting, metrics_of
+
+            counter = counting(rules)
+            metrics = tuple(dict.fromkeys((*metrics, *metrics_of(counter.rules))))
 
         if self.reading.displacement is not None or self.reading.step == "all":
             raise OptionError("--partial takes one state of a mesh, with the points of the file")
@@ -274,9 +283,10 @@ class Batch:
             made = partial(
                 path,
                 share=share,
-                metrics=contents.metrics(),
+                metrics=metrics,
                 worst=contents.n_worst(several=False),
                 by_region=contents.by is not None,
+                counter=counter,
                 with_diagnosis=contents.diagnosis,
                 purpose=None if self.purpose is None else self.purpose.of_mesh,
                 dimension=self._dimension,

@@ -16,6 +16,7 @@ from ..check.output.text import CheckLine, ChecksText, CheckText
 from ..check.settings import CheckSettings, SettingsError, settings_of
 from ..check.sources import Rules, baselines_of, meshes_of
 from ..check.stream import asks_beside, check_slices, question
+from ..errors import OptionError
 from ..io.plumbing.pieces import ReadWhole
 from ..look import style
 from ..look.bands import USUAL
@@ -84,7 +85,7 @@ class Gate:
         )
         is_used = not meshes or not (options.fail or options.warn)
         return cls(
-            paths=[inputs.Joined.of(paths)] if as_one else paths,
+            paths=_meshes(paths, as_one=as_one),
             options=options,
             settings=settings,
             rules=rules,
@@ -115,6 +116,8 @@ class Gate:
         if self.options.fix is not None:
             from .fix import require_alone
 
+            if any(isinstance(path, inputs.Partials) for path in paths):
+                raise OptionError("--fix repairs a mesh, and partial reports are none")
             require_alone(paths, self.options.fix)
 
         def rules_of(path: str) -> tuple[Rule, ...] | None:
@@ -126,6 +129,19 @@ class Gate:
         def examine(path: str, name: str | None = None) -> Check:
             rules = rules_of(getattr(path, "file", path) if name is None else name)
             purpose = None if batch.purpose is None else batch.purpose.of_mesh
+            if isinstance(path, inputs.Partials):
+                from ..check.partials import check_partials
+
+                limits = None if self.settings is None else self.settings.poor_below
+                return check_partials(
+                    path.files,
+                    rules,
+                    path=path,
+                    listed=self.worst,
+                    baselines=stored,
+                    purpose=purpose,
+                    poor_below=limits,
+                )
             memory = batch.allowed_memory
             asked = question(
                 rules,
@@ -184,14 +200,25 @@ class Gate:
         return codes.get(overall(checks, len(batch.failures)), terminal.DONE)
 
 
+def _meshes(paths: list[str], *, as_one: bool) -> list[str]:
+    """The files, those of partial reports as one mesh, and with ``as_one`` the others as another."""
+    partials = [path for path in paths if path.endswith(inputs.PARTIAL)]
+    others = [path for path in paths if not path.endswith(inputs.PARTIAL)]
+    meshes = [inputs.Joined.of(others)] if as_one and others else others
+    return [*meshes, *([inputs.Partials.of(partials)] if partials else [])]
+
+
 def _write_baseline(batch: Batch, paths: Sequence[str], metrics: Sequence[str], target: Path) -> int:
     """Store reports as a baseline, if every mesh can be measured; returns the exit code."""
     from ..check.baseline import write
     from ..report import FileReport
+    from ..report.merging import merge
     from ..report.stream import file_report
     from ..slices import Ask
 
     def examine(path: str) -> FileReport:
+        if isinstance(path, inputs.Partials):
+            return merge(path.files, path=path)
         done = batch.in_slices(path, Ask(tuple(metrics), n_worst=0, companions=True))
         if done is not None:
             return file_report(*done, path=path)

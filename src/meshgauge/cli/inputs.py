@@ -35,6 +35,14 @@ class Joined(str):
         return joined
 
 
+PARTIAL = ".mgp"
+"""Extension of what was measured of a part."""
+
+
+class Partials(Joined):
+    """Partial reports of the parts of one mesh."""
+
+
 def expand(arguments: Iterable[str]) -> list[str]:
     """The files meant by the arguments: patterns that the shell left alone are expanded, and folders that are no cases
     to the meshes in them; each file is named once.

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from . import inputs, options
-from .options import MEASURING, READING, option
+from .options import READING, option
 from .terminal import DONE
 
 
@@ -21,10 +21,7 @@ def merge(
         int | None,
         option("--parts", "N", "Of how many parts the mesh is; fewer are an error.", READING, least=1, default=False),
     ] = None,
-    memory: Annotated[
-        str | None,
-        option("--memory", "SIZE", "Memory for the diagnosis, such as 4GB.", MEASURING, default="half of what is free"),
-    ] = None,
+    memory: options.Memory = None,
     bins: options.Bins = 20,
     as_json: options.Json = False,
     quiet: options.Quiet = False,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from ..errors import OptionError, WriteError
 from . import inputs, options
-from .groups.report import PARTIAL, Apart, Contents
+from .groups.report import Apart, Contents
 from .options import WRITING, option
 
 if TYPE_CHECKING:
@@ -89,8 +89,8 @@ def report(
 
         check_extension(bad_set)
 
-    if apart.partial is not None and apart.partial.suffix != PARTIAL:
-        raise OptionError(f"{apart.partial}: a partial report is a {PARTIAL} file")
+    if apart.partial is not None and apart.partial.suffix != inputs.PARTIAL:
+        raise OptionError(f"{apart.partial}: a partial report is a {inputs.PARTIAL} file")
 
     if apart.partial is not None and (len(paths) > 1 or as_json or contents.cell or any((csv, html, target, *of_bad))):
         raise OptionError("--partial keeps what was measured of one mesh, and goes with no other output")
@@ -120,7 +120,7 @@ def report(
         quiet=quiet,
     )
     if apart.partial is not None:
-        keep = partial(batch.keep_partial, share=share, target=apart.partial, contents=contents)
+        keep = partial(batch.keep_partial, share=share, target=apart.partial, contents=contents, rules=apart.rule or ())
         for path, text in batch.each(paths, keep):
             if not quiet:
                 emit(f"{apart.partial}: {text} of {path}")

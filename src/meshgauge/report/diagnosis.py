@@ -67,12 +67,12 @@ def _has_polyhedra(listed: Pieces) -> bool:
     return any(piece.polyhedra is not None for piece in listed.pieces)
 
 
-def with_marks(listed: Pieces, counter: Any, memory: int | None, n_shares: int = 1) -> Any:
+def with_marks(listed: Pieces, counter: Any, memory: int | None) -> Any:
     """The counter, or None if it is to mark cells for a diagnosis that is not made; one that only marks them if it is
     to choose what is drawn of a mesh that is not."""
     if not isinstance(counter, MarkCounter):
         return counter
-    if why_not(listed, memory, n_shares):
+    if why_not(listed, memory):
         return None
     return MarkCounter() if _has_polyhedra(listed) else counter
 

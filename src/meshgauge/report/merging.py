@@ -7,7 +7,7 @@ import os
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from ..cells import CELL_TYPES
@@ -78,6 +78,75 @@ def merge(
     OptionError
         If there are none.
     """
+    found = together(partials, parts=parts)
+    whole, result, names = found.whole, found.result, found.region_names
+    summaries = dict(result.summaries)
+    summary = summaries.pop(JENS)
+    by_region = whole[0].by_region
+    regions = [at for at in range(len(names)) if at in result.regions] if by_region else []
+    nothing = tuple(map(summarise_nothing, result.companions))
+    is_double = result.sample is not None and result.sample.n_common > 0
+    diagnosis = merged_diagnosis(found.shares, memory=memory, is_double=is_double)
+    return FileReport(
+        path=path or found.name,
+        n_points=found.n_points,
+        n_cells=found.n_cells - result.n_ghosts,
+        summary=summary,
+        worst=tuple(cell for cell, _ in result.worst),
+        others=tuple(summaries.values()),
+        companions=result.companions,
+        notes=found.notes if diagnosis is not None else (*found.notes, NOT_DIAGNOSED),
+        findings=result.findings,
+        diagnosis=diagnosis,
+        regions=tuple((names[at], result.regions[at]) for at in regions),
+        region_companions=tuple(result.region_companions.get(at, nothing) for at in regions),
+        worst_regions=tuple(names[region] for _, region in result.worst) if by_region else (),
+        dimension=next((one.dimension for one in whole if one.summary.all.n_measured), 3),
+        mixed_processors=found.is_mixed,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Partial reports of all parts of a mesh, put together.
+
+    Attributes
+    ----------
+    whole
+        That of each part, in order, its shares as one.
+    shares
+        Those of each part, as they were given.
+    result
+        On all cells, with ids of the whole.
+    region_names
+        In an order that has those of each part in theirs; of a mesh that was not asked for regions one.
+    n_cells, n_points
+        Of all parts, ghosts too.
+    is_mixed
+        Processors that round differently measured them.
+    """
+
+    whole: tuple[PartialReport, ...]
+    shares: tuple[tuple[PartialReport, ...], ...]
+    result: Partial
+    region_names: tuple[str, ...]
+    n_cells: int
+    n_points: int
+    is_mixed: bool
+
+    @property
+    def name(self) -> str:
+        """What the mesh is called."""
+        return _name(self.whole)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was noticed while reading and measuring."""
+        return _notes(self.whole, self.result, is_mixed=self.is_mixed)
+
+
+def together(partials: Iterable[PartialReport | str | os.PathLike[str]], *, parts: int | None = None) -> Together:
+    """Put the results on all parts together; parameters and errors as of `merge`."""
     given = [one if isinstance(one, PartialReport) else PartialReport.load(one) for one in partials]
     if not given:
         raise OptionError("no partial report is given")
@@ -100,31 +169,14 @@ def merge(
             n_parts += 1 + int(one.result.sample.parts.max(initial=0))
     result = merged([_without_labels(one) for one in results])
     result.check_covers(cells)
-    result = _with_labels(result, results)
-    summaries = dict(result.summaries)
-    summary = summaries.pop(JENS)
-    by_region = whole[0].by_region
-    found = [at for at in range(len(names)) if at in result.regions] if by_region else []
-    nothing = tuple(map(summarise_nothing, result.companions))
-    is_mixed = len({one.last_bits for one in given}) > 1
-    is_double = result.sample is not None and result.sample.n_common > 0
-    diagnosis = merged_diagnosis([shares_of[id(one)] for one in whole], memory=memory, is_double=is_double)
-    return FileReport(
-        path=path or _name(whole),
+    return Together(
+        whole=tuple(whole),
+        shares=tuple(tuple(shares_of[id(one)]) for one in whole),
+        result=_with_labels(result, results),
+        region_names=names,
+        n_cells=cells,
         n_points=points,
-        n_cells=cells - result.n_ghosts,
-        summary=summary,
-        worst=tuple(cell for cell, _ in result.worst),
-        others=tuple(summaries.values()),
-        companions=result.companions,
-        notes=_notes(whole, result, is_mixed=is_mixed, is_diagnosed=diagnosis is not None),
-        findings=result.findings,
-        diagnosis=diagnosis,
-        regions=tuple((names[at], result.regions[at]) for at in found),
-        region_companions=tuple(result.region_companions.get(at, nothing) for at in found),
-        worst_regions=tuple(names[region] for _, region in result.worst) if by_region else (),
-        dimension=next((one.dimension for one in whole if one.summary.all.n_measured), 3),
-        mixed_processors=is_mixed,
+        is_mixed=len({one.last_bits for one in given}) > 1,
     )
 
 
@@ -322,7 +374,7 @@ def _name(whole: Sequence[PartialReport]) -> str:
     return f"{whole[0].path} to {whole[-1].path} ({len(whole)} parts)"
 
 
-def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool, is_diagnosed: bool) -> tuple[str, ...]:
+def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool) -> tuple[str, ...]:
     of_ghosts = {not_looked_at(one.result.n_ghosts) for one in whole}
     notes = dict.fromkeys(note for one in whole for note in one.notes if note not in of_ghosts)
     if result.n_ghosts:
@@ -335,7 +387,7 @@ def _notes(whole: Sequence[PartialReport], result: Partial, *, is_mixed: bool, i
         notes[FEW] = None
     if is_mixed:
         notes[MIXED] = None
-    return tuple(notes) if is_diagnosed else (*notes, NOT_DIAGNOSED)
+    return tuple(notes)
 
 
 def _differs(summary: Summary) -> bool:

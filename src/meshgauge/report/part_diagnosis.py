@@ -51,7 +51,8 @@ def open_cells(
     job: Job, marks: Marks, memory: int | None, share: tuple[int, int], *, tolerance: float = TOLERANCE
 ) -> OpenCells | str:
     """What is kept of a part of a mesh, or of a share of it, for the diagnosis of the whole; or why nothing is."""
-    from ..doctor.streamed.open_cells import PartOf, open_cells_of
+    from ..doctor.streamed.open_cells import PartOf
+    from ..doctor.streamed.opening import open_cells_of
 
     source, pieces, facts = source_of(job, marks, tolerance, share), job.pieces, job.facts
     polys = [piece.polyhedra for piece in pieces.pieces if piece.polyhedra is not None]
@@ -131,7 +132,8 @@ class _InMemory:
 
 def open_cells_of_mesh(quality: Quality, *, tolerance: float = TOLERANCE) -> OpenCells | str:
     """The same of a part that is in memory."""
-    from ..doctor.streamed.open_cells import PartOf, open_cells_of
+    from ..doctor.streamed.open_cells import PartOf
+    from ..doctor.streamed.opening import open_cells_of
 
     mesh = without_ghosts(quality.mesh)
     poly = mesh.polyhedra

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,6 +64,8 @@ class PartialReport:
         Version of meshgauge.
     result
         What was measured, with ids as the part has them.
+    counts
+        What rules come to on these cells, as `meshgauge.check` writes it, by the text of each.
     open_cells
         What the diagnosis of the whole needs to know of these cells; None: why not, see ``not_diagnosed``.
     not_diagnosed
@@ -87,6 +90,7 @@ class PartialReport:
     last_bits: str
     made_by: str
     result: Partial
+    counts: Mapping[str, str]
     open_cells: OpenCells | None
     not_diagnosed: str
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import replace
+from numbers import Integral
 from typing import TYPE_CHECKING, Any, Literal
 from uuid import uuid4
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from .._version import __version__
 from ..cells import WEDGE
-from ..doctor.streamed import MarkCounter, Marks
+from ..doctor.streamed import MarkCounter
 from ..errors import MeshError, MetricError, OptionError
 from ..io import from_meshio, from_pyvista, pieces, read
 from ..io.plumbing.pieces import ReadWhole, stamp
@@ -34,6 +35,7 @@ from ..slices.read import Slice, View
 from ..slices.regions import Regions
 from ..status import Purpose
 from .diagnosis import why_no_memory, why_not
+from .part_counter import Kept, PartCounted, PartCounter
 from .part_diagnosis import NOT_ASKED, open_cells, open_cells_of_mesh
 from .partial_report import PartialReport
 from .record import WORST
@@ -54,6 +56,7 @@ def partial(
     worst: int = WORST,
     by_region: bool = False,
     with_diagnosis: bool = False,
+    counter: Kept | None = None,
     purpose: Purpose | None = None,
     dimension: Literal[2, 3] | None = None,
     keep_bricks: bool = False,
@@ -80,6 +83,9 @@ def partial(
     with_diagnosis
         Keep what the diagnosis of the whole needs: the outer cells of the part, and others that may say something.
         That takes five to ten times as long as measuring, and some 60 bytes for each of these cells.
+    counter
+        Counts what is to be kept as well, such as `meshgauge.check.counting` of rules; the metrics that it needs are to
+        be asked for.
     metrics, worst, by_region, purpose, dimension, keep_bricks, poor_below
         As for `stream`; the same for all parts. Each part decides for itself whether solid or surface cells are
         measured; `merge` refuses parts that decided differently.
@@ -109,9 +115,9 @@ def partial(
     """
     if worst < 0:
         raise OptionError(f"worst is {worst}, expected 0 or more")
-    if part is not None and not 0 <= part[0] < part[1]:
+    if part is not None and not 0 <= _pair("part", part)[0] < part[1]:
         raise OptionError(f"part is {part[0]} of {part[1]}, expected 0 to {part[1] - 1}")
-    if not 1 <= share[0] <= share[1]:
+    if not 1 <= _pair("share", share)[0] <= share[1]:
         raise OptionError(f"share is {share[0]} of {share[1]}, expected 1 to {share[1]}")
     thread_count(threads)
     names = tuple(dict.fromkeys((JENS, *metrics)))
@@ -124,25 +130,36 @@ def partial(
         dimension=dimension,
         keep_bricks=keep_bricks,
         poor_below=checked(poor_below),
-        counter=MarkCounter() if with_diagnosis else None,
     )
     try:
         check_metrics(names)
         if not isinstance(mesh, str | os.PathLike):
-            return _of_mesh(_mesh(mesh, wedge_order), ask, part, share, threads, memory)
+            why = "" if with_diagnosis else NOT_ASKED
+            return _of_mesh(
+                _mesh(mesh, wedge_order), replace(ask, counter=_counter(why, counter)), part, share, threads, memory
+            )
         try:
             listed = pieces(mesh, file_format=file_format, step=step)
             if listed is not None and listed.n_cells:
-                job = job_of(listed, ask, memory=memory, wedge_order=wedge_order, is_part=True, n_shares=share[1])
+                why = why_not(listed, memory, share[1]) if with_diagnosis else NOT_ASKED
+                ask = replace(ask, counter=_counter(why, counter))
+                job = job_of(listed, ask, memory=memory, wedge_order=wedge_order, is_part=True)
                 done = measure_pieces(job, executor=executor, threads=threads, share=share, progress=progress)
-                kept = NOT_ASKED if not with_diagnosis else _kept_in_slices(job, done, memory, share)
-                return _of_file(os.fspath(mesh), job, part, done, kept)
+                return _of_file(os.fspath(mesh), job, part, done, why or _kept_in_slices(job, done, memory, share))
         except ReadWhole:
             pass
         whole = read(mesh, file_format=file_format, step=step, wedge_order=wedge_order)
-        return _of_mesh(whole, ask, part, share, threads, memory)
+        why = "" if with_diagnosis else NOT_ASKED
+        return _of_mesh(whole, replace(ask, counter=_counter(why, counter)), part, share, threads, memory)
     except ReadWhole as reason:
         raise MetricError(f"{mesh if isinstance(mesh, str | os.PathLike) else 'the mesh'}: {reason}") from reason
+
+
+def _pair(name: str, given: Any) -> Share:
+    """Raise `OptionError` unless it is two whole numbers."""
+    if not (isinstance(given, tuple | list) and len(given) == 2 and all(isinstance(one, Integral) for one in given)):
+        raise OptionError(f"{name} is {given!r}, expected (k, n), the k-th of n")
+    return int(given[0]), int(given[1])
 
 
 def _mesh(given: Any, wedge_order: str) -> Mesh:
@@ -166,7 +183,9 @@ def _of_mesh(
     if ask.purpose is not None:
         mesh = mesh.replace(purpose=ask.purpose)
     mesh = mesh.as_measured(ask.dimension)
-    ids, names, source = partition(mesh) if ask.by_region else (np.zeros(mesh.n_cells, np.int64), ("all",), "")
+    ids, names, source = (
+        partition(mesh) if ask.by_region or _needs_regions(ask) else (np.zeros(mesh.n_cells, np.int64), ("all",), "")
+    )
     facts = Facts(
         n_cells=mesh.n_cells,
         n_points=mesh.n_points,
@@ -179,7 +198,6 @@ def _of_mesh(
         view=View(mesh.dimension or 3, mesh.up or 0),
         is_part=True,
     )
-    wanted = replace(ask, counter=None)
     quality = measure_part(
         mesh,
         rows_of(ask.metrics, ask.poor_below),
@@ -189,12 +207,12 @@ def _of_mesh(
         beyond=unknown,
     )
     result = labelled(
-        partial_of(quality, Slice(quality.mesh, 0, 0, ALL), ids, wanted, facts),
+        partial_of(quality, Slice(quality.mesh, 0, 0, ALL), ids, ask, facts),
         (lambda cell: cell_label(mesh, cell)) if has_labels(mesh, "cell") else None,
         (lambda point: point_label(mesh, point)) if has_labels(mesh, "point") else None,
     )
     kept: OpenCells | str = NOT_ASKED
-    if ask.counter is not None:
+    if isinstance(ask.counter, PartCounter) and ask.counter.marks is not None:
         kept = why_no_memory(mesh.n_cells, mesh.n_points, memory) or open_cells_of_mesh(quality)
     return _report(mesh.path or "mesh", _file_of(mesh.path), facts, ask, part, result, source, kept)
 
@@ -202,18 +220,28 @@ def _of_mesh(
 def _of_file(path: str, job: Job, part: Share | None, result: Partial, kept: OpenCells | str) -> PartialReport:
     """A part that was read in slices."""
     facts = job.facts
-    result = replace(labelled_by_file(job.pieces, facts, result), counted=None)
+    result = labelled_by_file(job.pieces, facts, result)
     return _report(path, _file_of(path), facts, job.ask, part, result, facts.regions.source, kept)
 
 
 def _kept_in_slices(job: Job, done: Partial, memory: int | None, share: Share) -> OpenCells | str:
     """What is kept for the diagnosis of a part that was read in slices, or why nothing is."""
-    if not isinstance(done.counted, Marks):
-        return why_not(job.pieces, memory, share[1])
+    assert isinstance(done.counted, PartCounted)
+    assert done.counted.marks is not None
     try:
-        return open_cells(job, done.counted, memory, share)
+        return open_cells(job, done.counted.marks, memory, share)
     except ReadWhole as reason:
         return str(reason)
+
+
+def _counter(why: str, kept: Kept | None) -> PartCounter | None:
+    """What is counted; ``why`` not for the diagnosis, empty if it is."""
+    marks = None if why else MarkCounter()
+    return None if marks is None and kept is None else PartCounter(marks, kept)
+
+
+def _needs_regions(ask: Ask) -> bool:
+    return ask.counter is not None and ask.counter.needs_regions
 
 
 def _file_of(path: str | None) -> tuple[str, tuple[int, int]]:
@@ -236,6 +264,7 @@ def _report(
 ) -> PartialReport:
     from ..kernels.probe import last_bits  # loads Numba
 
+    counter = ask.counter.kept if isinstance(ask.counter, PartCounter) else None
     n_of = np.zeros(256, np.int64)
     for vtk_id, tally in result.summaries[JENS].tallies.items():
         n_of[vtk_id] = tally.n_cells
@@ -258,7 +287,8 @@ def _report(
         notes=facts.notes,
         last_bits=last_bits(),
         made_by=__version__,
-        result=result,
+        result=replace(result, counted=None),
+        counts={} if counter is None else counter.plain(result.counted.kept),
         open_cells=None if isinstance(kept, str) else kept,
         not_diagnosed=kept if isinstance(kept, str) else "",
     )

@@ -62,10 +62,8 @@ def job_of(
     memory: int | None = None,
     wedge_order: str = "auto",
     is_part: bool = False,
-    n_shares: int = 1,
 ) -> Job:
-    """The first round: the facts of the whole, or of a part of it, of which one of some shares is measured; its points
-    are read if they fit.
+    """The first round: the facts of the whole, or of a part of it; its points are read if they fit.
 
     Raises
     ------
@@ -85,7 +83,7 @@ def job_of(
     if ask.counter is not None:
         from .diagnosis import with_marks
 
-        ask = replace(ask, counter=with_marks(listed, ask.counter, memory, n_shares))
+        ask = replace(ask, counter=with_marks(listed, ask.counter, memory))
     memory = default_memory() if memory is None else memory
     _ = listed.face_starts  # what is counted for them is, before it is sent to processes
     if ask.keeps_points:  # a slice is to have few points beside its own

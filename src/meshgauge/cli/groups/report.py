@@ -13,9 +13,6 @@ from ..options import MEASURING, WRITING, option
 
 WORST_OF_ONE, WORST_OF_SEVERAL = 10, 3
 
-PARTIAL = ".mgp"
-"""Extension of what was measured of a part."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contents:
@@ -69,8 +66,15 @@ class Apart:
         option("--share", "K/N", "With --partial: of N shares of the cells measure the K-th.", MEASURING),
     ] = None
 
+    rule: Annotated[
+        list[str] | None,
+        option("--rule", "RULE", "With --partial: count what it comes to, for 'check *.mgp'; repeatable.", WRITING),
+    ] = None
+
     def shares(self) -> tuple[int, int]:
         """Which share of how many. Raises `OptionError`."""
+        if self.rule and self.partial is None:
+            raise OptionError("--rule counts for a partial report: give --partial FILE, or check the mesh")
         if self.share is None:
             return 1, 1
         match = re.fullmatch(r"(\d{1,9})/(\d{1,9})", self.share)
