@@ -141,11 +141,25 @@ def test_no_node_exceeds_one(name: str, compiled: bool) -> None:
         assert np.abs(node_values(name, ideal, compiled=compiled)).max() <= 1.0
 
 
-@pytest.mark.parametrize("n", [0, 1, 3, 63, 64, 65, 129])
-def test_any_number_of_cells(n: int) -> None:
-    nodes = random_nodes("tetra")[:n]
-    expected = oracle.cell_jens("tetra", nodes) if n else np.empty(0)
-    np.testing.assert_allclose(cell_values("tetra", nodes), expected, rtol=0, atol=1e-13)
+@pytest.mark.parametrize("name", ["tetra", "pyramid", "wedge", "hexahedron"])
+@pytest.mark.parametrize("n", [0, 1, 3, 7, 8, 9, 63, 64, 65, 129])
+def test_any_number_of_cells(n: int, name: str) -> None:
+    """To the last bit: kernels take eight at once, and the last ones with those before them, or again and again."""
+    nodes = random_nodes(name)
+    np.testing.assert_array_equal(cell_values(name, nodes[:n]), cell_values(name, nodes)[:n])
+
+
+@pytest.mark.parametrize("name", ["tetra", "pyramid", "wedge", "hexahedron"])
+@pytest.mark.parametrize("n", [3, 130])
+def test_an_id_of_no_point_is_found_wherever_it_stands(n: int, name: str) -> None:
+    nodes = random_nodes(name)[:n]
+    points = nodes.reshape(-1, 3)
+    for cell in {0, 7, 8, 63, 64, 71, 127, 128, 129} & set(range(n)) | {n - 1}:
+        for wrong in (-1, len(points), 1 << 62):
+            cells = np.arange(len(points)).reshape(nodes.shape[:2])
+            cells[cell, cell % nodes.shape[1]] = wrong
+            with pytest.raises(IndexError):
+                driver.cell_jens(points, cells, BY_NAME[name], np.empty(n), compiled=True)
 
 
 @pytest.mark.parametrize("name", [name for name in SHAPES if can_decide(BY_NAME[name])])

@@ -7,7 +7,6 @@ first sight is told from what it has to look at. Values are the same to the last
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -15,44 +14,50 @@ import numpy as np
 from ...cells import HEXAHEDRON
 from ..arrays import BLOCK, Float64Array, FloatArray, Int64Array, UInt8Array
 from ..jit import fused_inlined, fused_kernel
-from .fast import U, _are_points, _gather, _hexahedron, _store
+from .fast import U, _are_points, _cells_ahead, _hexahedron, _store
+from .lanes import N, put_flags, root
 from .simd import widest
 
 
 @fused_inlined
 def _is_clear(value: Any, corner: Any, less: Any, total: Any, limit: Any) -> Any:
-    """1.0 for what is certainly positive in all of the cell, and above the limit.
+    """True for what is certainly positive in all of the cell, and above the limit.
 
     All edges are within `SMALL` and `LARGE`. A corner is off by less than 1e-15 of its edges, `less` by ten roundings
     of what is at most three times the cube of the longest edge, which the last term is more than a hundred times of.
     """
-    is_positive = corner > sqrt(less) + 1e-12 * total * sqrt(total)
-    return 1.0 if (is_positive and value > limit) else 0.0
+    return (corner > root(less) + 1e-12 * total * root(total)) & (value > limit)
+
+
+@fused_inlined
+def _measure(
+    points: Any, connectivity: Any, out: Any, clear: Any, limit: Any, means: Any, ratios: Any, with_companions: Any
+) -> Any:
+    m, left, x = len(out), np.int64(0), np.zeros((2 * 8 * 3 + 2) * N)
+    here, there = U(0), U(8 * 3 * N)
+    for first in range(-N if m else 0, m, N):
+        if (first + N) % BLOCK == 0 and not _are_points(points, connectivity, 8, first + N, m):
+            return -1
+        ahead = _cells_ahead(points, connectivity, out, 8, first + N, x, there)
+        value, mean, ratio, corner, less, total = _hexahedron(x, here, ahead)
+        left |= _store(value, out, first)
+        if first >= 0:
+            put_flags(clear, U(min(first, m - N)), _is_clear(value, corner, less, total, limit))
+        if with_companions:
+            _store(mean, means, first)
+            _store(ratio, ratios, first)
+        here, there = there, here
+    return left
 
 
 @fused_kernel
-def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, limit: float, clear: UInt8Array) -> int:
+def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, clear: UInt8Array, limit: float) -> int:
     """`fast.hexahedron`, and in ``clear`` 1 for cells of more than the limit that are certainly valid inside.
 
     Nineteen of twenty hexahedra are spared the certificate, which takes longer than all else.
     """
     widest()
-    m, left = len(out), 0
-    x, q, c = np.zeros(8 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    for first in range(0, m, BLOCK):
-        n = min(BLOCK, m - first)
-        if not _are_points(points, connectivity, 8, first, n):
-            return -1
-        _gather(points, connectivity, out, 8, first, n, x)
-        for lane in range(BLOCK):
-            p = U(lane)
-            value, _, _, corner, less, total = _hexahedron(x, p)
-            q[p] = value
-            c[p] = _is_clear(value, corner, less, total, limit)
-        left += _store(q, out, first, n)
-        for lane in range(n):
-            clear[first + lane] = np.uint8(c[lane])
-    return left
+    return _measure(points, connectivity, out, clear, limit, out, out, False)  # type: ignore[no-any-return]
 
 
 @fused_kernel
@@ -60,34 +65,14 @@ def hexahedron_and_companions(
     points: FloatArray,
     connectivity: Int64Array,
     out: Float64Array,
-    limit: float,
     clear: UInt8Array,
     means: Float64Array,
     ratios: Float64Array,
+    limit: float,
 ) -> int:
     """`hexahedron`, and what `companions.hexahedron` writes."""
     widest()
-    m, left = len(out), 0
-    x, q, c = np.zeros(8 * 3 * BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    q_mean, r = np.empty(BLOCK), np.empty(BLOCK)
-    for first in range(0, m, BLOCK):
-        n = min(BLOCK, m - first)
-        if not _are_points(points, connectivity, 8, first, n):
-            return -1
-        _gather(points, connectivity, out, 8, first, n, x)
-        for lane in range(BLOCK):
-            p = U(lane)
-            value, mean, ratio, corner, less, total = _hexahedron(x, p)
-            q[p] = value
-            q_mean[p] = mean
-            r[p] = ratio
-            c[p] = _is_clear(value, corner, less, total, limit)
-        left += _store(q, out, first, n)
-        for lane in range(n):
-            clear[first + lane] = np.uint8(c[lane])
-            means[first + lane] = q_mean[lane]
-            ratios[first + lane] = r[lane]
-    return left
+    return _measure(points, connectivity, out, clear, limit, means, ratios, True)  # type: ignore[no-any-return]
 
 
 BY_SHAPE = {HEXAHEDRON.name: hexahedron}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...cells import BY_NAME, HEXAHEDRON, CellType
 from .. import path
 from . import aggregate, flat, numpy_path, robust
-from .arguments import coordinates, shape_of, uses_all_nodes
+from .arguments import coordinates, run, shape_of, uses_all_nodes
 from .arguments import flat as as_flat
 
 Values = NDArray[np.float64]
@@ -98,20 +98,18 @@ def cell_jens(
     if clear is not None and tells_companions(row, compiled=compiled):
         from .clearing import BY_SHAPE, WITH_COMPANIONS
 
-        arrays = as_flat(points), as_flat(connectivity), out
-        others = flat.LIMIT / shape.k, clear.view(np.uint8)
-        if beside is None:
-            n_left = BY_SHAPE[shape.name](*arrays, *others)
-        else:
-            n_left = WITH_COMPANIONS[shape.name](*arrays, *others, *beside)
-        _finish(points, connectivity, row, out, n_left)
+        kernels, others = (BY_SHAPE, ()) if beside is None else (WITH_COMPANIONS, beside)
+        outs = out, clear.view(np.uint8), *others
+        _finish(
+            points, connectivity, row, out, run(kernels[shape.name], points, connectivity, outs, flat.LIMIT / shape.k)
+        )
         return
     if shape.dimension == 2:
         from ..surfaces import driver as surfaces
 
         surfaces.cell_jens(points, connectivity, row, out, up, compiled=compiled)
     elif compiled and not uses_all_nodes(row) and (fast := _fast(shape.name)) is not None:
-        _finish(points, connectivity, row, out, fast(as_flat(points), as_flat(connectivity), out, shape.k))
+        _finish(points, connectivity, row, out, run(fast, points, connectivity, (out,), shape.k))
     else:
         values = np.empty((len(connectivity), shape.n_nodes))
         node_scaled_jacobian(points, connectivity, row, values, compiled=compiled)
@@ -132,12 +130,12 @@ def corners_decide(row: CellType) -> bool:
     return not row.is_curved and shape_of(row).least_at == "corner"
 
 
-def _finish(points: Points, connectivity: Cells, row: CellType, out: Values, n_left: int) -> None:
-    """Put in the values that a kernel left open, of which it says how many there are."""
+def _finish(points: Points, connectivity: Cells, row: CellType, out: Values, left_open: int) -> None:
+    """Put in the values that a kernel left open, if it says that there are any."""
     shape = shape_of(row)
-    if n_left < 0:
+    if left_open < 0:
         raise IndexError("an id is not that of a point")
-    if n_left:
+    if left_open:
         left = np.flatnonzero(np.isnan(out))
         values = robust.node_scaled_jacobian(coordinates(points, connectivity[left]), shape)
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
@@ -158,11 +156,10 @@ def companions(points: Points, connectivity: Cells, row: CellType, means: Values
     from .companions import BY_SHAPE, SURFACES
 
     shape = shape_of(row)
-    arrays = as_flat(points), as_flat(connectivity), means, ratios, shape.k
     if shape.name in BY_SHAPE:
-        BY_SHAPE[shape.name](*arrays)
+        run(BY_SHAPE[shape.name], points, connectivity, (means, ratios), shape.k)
     elif shape.name in SURFACES:
-        SURFACES[shape.name](*arrays, float(up))
+        run(SURFACES[shape.name], points, connectivity, (means, ratios), shape.k, float(up))
     else:
         return False
     return True

@@ -44,6 +44,7 @@ def _gather(points: Any, connectivity: Any, out: Any, n_nodes: Any, first: Any, 
                 U(3) * U(connectivity[U(c3 * n_nodes + j)]),
                 block,
                 U(3 * BLOCK * j + lane),
+                Y,
             )
 
 

@@ -1,6 +1,6 @@
 """Moving data between memory and blocks of cells: what Numba cannot say in plain Python.
 
-A block is `BLOCK` cells in structure-of-arrays order, so that the arithmetic over it vectorises. Filling it one number
+A block is some cells in structure-of-arrays order, so that the arithmetic over it vectorises. Filling it one number
 at a time costs one store per coordinate, all to different cache lines, and is what limits a tetrahedron: 6.3 ns against
 4.8 ns with `load4`, which reads four points and writes three vectors. Connectivity and output are long streams that
 the hardware prefetcher follows only while they are read, not while a block is computed: asking ahead with `prefetch`
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..arrays import BLOCK
 from ..jit import JIT_DISABLED
 
 if JIT_DISABLED:
@@ -27,11 +26,11 @@ if JIT_DISABLED:
     def prefetch_write(array: Any, index: Any) -> None:
         """Do nothing: a hint to the processor has no meaning in Python."""
 
-    def load4(points: Any, a: Any, b: Any, c: Any, d: Any, block: Any, at: Any) -> None:
+    def load4(points: Any, a: Any, b: Any, c: Any, d: Any, block: Any, at: Any, n: Any) -> None:
         """Copy the points that start at a, b, c, d of a flat array to rows x, y, z of a block."""
         for lane, first in enumerate((a, b, c, d)):
             for axis in range(3):
-                block[int(at) + BLOCK * axis + lane] = points[int(first) + axis]
+                block[int(at) + int(n) * axis + lane] = points[int(first) + axis]
 
 else:
     from llvmlite import ir
@@ -80,11 +79,11 @@ else:
         return types.void(array, index), _prefetch(1)
 
     @intrinsic
-    def load4(typingctx: Any, points: Any, a: Any, b: Any, c: Any, d: Any, block: Any, at: Any) -> Any:
-        """Copy the points that start at a, b, c, d of a flat array to rows x, y, z of a block.
+    def load4(typingctx: Any, points: Any, a: Any, b: Any, c: Any, d: Any, block: Any, at: Any, n: Any) -> Any:
+        """Copy the points that start at a, b, c, d of a flat array to rows x, y, z of a block, n apart.
 
-        ``block[at : at + 4]`` receives the four x, ``block[at + BLOCK : ...]`` the y, ``block[at + 2 * BLOCK : ...]``
-        the z, as float64.
+        ``block[at : at + 4]`` receives the four x, ``block[at + n : ...]`` the y, ``block[at + 2 * n : ...]`` the z, as
+        float64.
         """
 
         def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -107,16 +106,16 @@ else:
                 z = builder.load(builder.gep(pointer, [ir.Constant(ir.IntType(64), 2)]))
                 pairs.append(builder.fpext(xy, pair_double) if is_single else xy)
                 thirds.append(builder.fpext(z, double) if is_single else z)
-            low = picked(pairs[0], pairs[1], 0, 1, 2, 3)
-            high = picked(pairs[2], pairs[3], 0, 1, 2, 3)
+            low = picked(pairs[0], pairs[2], 0, 1, 2, 3)
+            high = picked(pairs[1], pairs[3], 0, 1, 2, 3)
             z4 = ir.Constant(four, ir.Undefined)
             for lane, z in enumerate(thirds):
                 z4 = builder.insert_element(z4, z, ir.Constant(word, lane))
-            rows = (picked(low, high, 0, 2, 4, 6), picked(low, high, 1, 3, 5, 7), z4)
+            rows = (picked(low, high, 0, 4, 2, 6), picked(low, high, 1, 5, 3, 7), z4)
             for axis, row in enumerate(rows):
-                offset = builder.add(args[6], ir.Constant(args[6].type, BLOCK * axis))
+                offset = builder.add(args[6], builder.mul(args[7], ir.Constant(args[7].type, axis)))
                 stored = builder.store(row, builder.bitcast(builder.gep(target, [offset]), four.as_pointer()))
                 stored.align = 8
             return context.get_dummy_value()
 
-        return types.void(points, a, b, c, d, block, at), codegen
+        return types.void(points, a, b, c, d, block, at, n), codegen

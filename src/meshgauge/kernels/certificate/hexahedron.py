@@ -1,7 +1,7 @@
 """The first pass over linear hexahedra, which clears nearly all of them: `bernstein` written out for speed.
 
 The determinant on [0, 1]³ is ``det(A(s, t), B(r, t), C(r, s))`` where A, B, C are bilinear in the four edges of a
-direction (drawn at `cells.fast.hexahedron`). Its 27 Bernstein coefficients are sums of triple products of edges
+direction (drawn at `cells.fast`). Its 27 Bernstein coefficients are sums of triple products of edges
 (Johnen, Weill, Remacle, arXiv 1706.01613, in the form that uses edges alone, so that thin cells lose no digits). The
 loop over the lanes of a block has no branch and stores to two rows, so that LLVM vectorises it: 20 ns a cell against
 70 ns with the table.
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...cells import HEXAHEDRON
 from ..arrays import BLOCK
-from ..cells.fast import _gather
+from ..cells.nodes import _gather
 from ..jit import inlined, kernel
 from .tables import INVALID, TINY, UNDECIDED, VALID, U
 

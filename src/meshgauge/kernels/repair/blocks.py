@@ -50,6 +50,7 @@ def load(points: Any, ids: Any, chosen: Any, n: Any, nodes: Any) -> None:
                 U(3) * U(ids[c3, m]),
                 nodes,
                 U(3 * BLOCK * m + lane),
+                U(BLOCK),
             )
 
 

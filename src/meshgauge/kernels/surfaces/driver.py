@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...cells import CellType
 from ..cells import aggregate, flat
-from ..cells.arguments import coordinates, shape_of, uses_all_nodes
+from ..cells.arguments import coordinates, run, shape_of, uses_all_nodes
 from ..cells.arguments import flat as as_flat
 from ..certificate.bounds import Bounds, Validity
 from . import robust
@@ -35,7 +35,7 @@ def cell_jens(points: Points, nodes: Nodes, row: CellType, out: Values, up: int,
         values = np.empty((len(nodes), shape.n_nodes))
         node_scaled_jacobian(points, nodes, row, values, up, compiled=compiled)
         out[:] = aggregate.fold(aggregate.jens(values, shape.k))
-    elif fast(as_flat(points), as_flat(nodes), out, shape.k, float(up)):
+    elif run(fast, points, nodes, (out,), shape.k, float(up)):
         left = np.flatnonzero(np.isnan(out))
         values = robust.node_scaled_jacobian(coordinates(points, nodes[left]), up)
         out[left] = aggregate.fold(aggregate.jens(values, shape.k))
