@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 from typing import TypeVar
 
 from ..errors import OptionError
@@ -32,3 +33,20 @@ def run(work: Callable[[T], R], items: Iterable[T], threads: int | None = None) 
         return [work(item) for item in todo]
     with ThreadPoolExecutor(n) as pool:
         return list(pool.map(work, todo))
+
+
+def ahead(items: Iterable[T]) -> Iterator[T]:
+    """The same items, of which another thread makes the next while one is worked on; none where there is one processor.
+
+    The first is made by the calling thread: what it compiles is compiled there, see `run`.
+    """
+    left = iter(items)
+    if thread_count(None) == 1:
+        yield from left
+        return
+    with ThreadPoolExecutor(1) as pool:
+        made = list(islice(left, 1))
+        while made:
+            following = pool.submit(lambda: list(islice(left, 1)))
+            yield made.pop()
+            made = following.result()

@@ -17,6 +17,7 @@ from ..doctor.streamed.marks import STANDS
 from ..files.resources import free_memory, give_back
 from ..io.plumbing.ghosts import NAMES as GHOSTS
 from ..io.plumbing.pieces import Pieces, ReadWhole, Rows
+from ..kernels.threads import ahead
 from ..mesh import CellBlock, Mesh
 from ..mesh.collapsed import resolve
 from ..mesh.ghosts import without_ghosts
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 Ids = NDArray[np.int64]
 
-CELLS = 1 << 14
+CELLS = 1 << 15
 """Cells that pass by at a time."""
 
 
@@ -265,7 +266,10 @@ class StreamedSource:
         )
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:
-        """See `meshgauge.doctor.streamed.Source`."""
+        """See `meshgauge.doctor.streamed.Source`; the next are read meanwhile."""
+        return ahead(self._cells())
+
+    def _cells(self) -> Iterator[tuple[int, int, Mesh]]:
         pieces = self.job.pieces
         points = [Points(_NoCoordinates(piece.n_points), 0, keeps_ids=True) for piece in pieces.pieces]
         nowhere = np.zeros((self.n_points if self.joined is not None else 0, 3), np.float32)
@@ -291,6 +295,10 @@ class StreamedSource:
             yield first, first_point, mesh
 
     def points(self) -> Iterator[NDArray[np.floating]]:
+        """Likewise."""
+        return ahead(self._points())
+
+    def _points(self) -> Iterator[NDArray[np.floating]]:
         first, stop = self.first_point, self.first_point + self.n_points
         for piece, begin in zip(self.job.pieces.pieces, self.job.pieces.point_starts, strict=False):
             last = min(stop - begin, piece.n_points)

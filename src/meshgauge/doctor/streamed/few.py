@@ -18,7 +18,7 @@ from ...mesh.topology import BOUNDARY, ELSEWHERE, Topology, numbers_of_faces, to
 from ...surface_cells import IS_SURFACE
 from .. import surfaces
 from ..orientation import counts_of
-from .faces import HalfFaces, HalfOf, Keys, Matched, among, table_of
+from .faces import HalfFaces, HalfOf, Keys, Matched, among, ascending, table_of
 from .source import Source
 
 Ids = NDArray[np.int64]
@@ -275,7 +275,7 @@ def keep(source: Source, seen: Seen, matched: Matched, twice: Keys, also: Mask |
     kept = _Kept(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(_Kept)))
     parts.clear()
     give_back()
-    points = np.union1d(np.unique(kept.nodes), seen.doubles)
+    points = np.union1d(ascending(kept.nodes.copy()), seen.doubles)
     poly = None
     if len(kept.face_points):
         points = np.union1d(points, kept.face_points)
