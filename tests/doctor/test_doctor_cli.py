@@ -10,8 +10,10 @@ import pytest
 from doctor_meshes import grid, mixed, reverse
 
 import meshgauge
+from meshgauge.cli import batch
 from meshgauge.cli.main import main
 from meshgauge.doctor import orientation
+from meshgauge.report import diagnosis
 
 
 @pytest.fixture
@@ -89,3 +91,25 @@ def test_doctor_as_json_names_the_file_that_cannot_be_read(
     (error,) = report["errors"]
     assert error["path"] == str(missing)
     assert "meshgauge: error:" in printed.err
+
+
+def test_the_doctor_keeps_to_the_memory(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In slices it finds what it finds in the whole; where memory is too little for that, it is not read as a whole."""
+    path = tmp_path / "a.vtu"
+    meshgauge.write(path, grid("hexahedron", 3))
+    monkeypatch.setattr(batch, "LARGE", 0)
+    monkeypatch.setattr(diagnosis, "bytes_needed", lambda n_cells, n_points: 1000)
+    assert main(["doctor", str(path)]) == 0
+    whole = capsys.readouterr().out
+    monkeypatch.setattr(batch.Batch, "read", lambda *_: pytest.fail("it was read as a whole"))
+    assert main(["doctor", str(path), "--memory", "1kB"]) == 0
+    assert capsys.readouterr().out == whole
+    assert main(["doctor", str(path), "--memory", "0.9kB"]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    why = "was not diagnosed: that takes 0 MB, more than --memory allows, or is free"
+    assert printed.err == f"meshgauge: error: {path}: {why}\n"
+    assert main(["doctor", str(path), "--memory", "much"]) == 2
+    assert "--memory is 'much', expected a size such as" in capsys.readouterr().err

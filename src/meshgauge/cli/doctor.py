@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated
 
+from ..errors import ReadError
 from . import inputs, options
 from .options import MEASURING, option
 
@@ -28,6 +29,7 @@ def doctor(
         ),
     ] = 1e-9,
     keep_bricks: options.KeepBricks = False,
+    memory: options.Memory = None,
     exit_zero: options.ExitZero = False,
     reading: options.Reading,
 ) -> int:
@@ -39,7 +41,7 @@ def doctor(
     from .batch import Batch
     from .terminal import DONE, FAILED, Output, emit
 
-    batch = Batch(reading=reading, quiet=quiet, keep_bricks=keep_bricks, then="diagnose")
+    batch = Batch(reading=reading, quiet=quiet, keep_bricks=keep_bricks, memory=memory, then="diagnose")
     paths = batch.states(paths)
 
     def in_slices(path: str) -> Diagnosis | None:
@@ -53,8 +55,12 @@ def doctor(
         if done is None:
             return None
         with diagnosing(path, shown=not quiet):
-            made = streamed_diagnosis(*done, None, tolerance=tolerance)
-        return None if made.repeated_points is None else made  # then it was skipped
+            made = streamed_diagnosis(*done, batch.allowed_memory, tolerance=tolerance)
+        if made.repeated_points is not None:
+            return made
+        if memory is not None:  # as a whole it takes more
+            raise ReadError(f"{path}: {made.skipped[0].removeprefix('The mesh ').removesuffix('.')}")
+        return None
 
     def examine(path: str) -> Diagnosis:
         made = None if batch.is_small(path) else in_slices(path)
