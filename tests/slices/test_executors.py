@@ -26,7 +26,8 @@ from meshgauge.cli.main import main
 from meshgauge.cli.scheduler import executor
 from meshgauge.report.json import dumps
 from meshgauge.report.stream import job_of
-from meshgauge.slices import Ask, Job, Partial, measure_pieces
+from meshgauge.slices import Ask, Job, Partial, measure_pieces, run
+from meshgauge.slices import read as slices_read
 
 
 def a_job(folder: Path) -> Job:
@@ -123,6 +124,41 @@ def test_large_meshes_go_to_the_cluster_that_the_environment_names(
     assert "$DASK_SCHEDULER_ADDRESS tcp://head:8786: nobody answers" in capsys.readouterr().err
     assert asked == ["tcp://head:8786"]
     assert main(["report", str(path), "--no-diagnosis", "-q", "--scheduler", "1"]) == 0  # what is asked for goes before
+
+
+def test_processors_that_round_differently_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.vtkhdf"
+    io.write(path, garden())
+    monkeypatch.setattr(slices_read, "SIZE", 97)
+    numbers = iter(range(100))
+    for several in (False, True):
+        monkeypatch.setattr(run, "_processor", lambda several=several: f"bits{next(numbers) % 2 if several else 0}")
+        made = meshgauge.stream(path, executor=Dying(100, refuses=False))
+        assert made.mixed_processors == several
+        assert json.loads(dumps([made]))["files"][0]["mixed_processors"] == several
+        assert any("last bits of values differ" in note for note in made.notes) == several
+        part = meshgauge.partial(path, executor=Dying(100, refuses=False))
+        assert part.last_bits == ("bits0 bits1" if several else "bits0")
+        assert meshgauge.merge([part]).mixed_processors == several
+
+
+GENERIC = {"NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": ""}
+"""Kernels for any processor of the kind, which has no fused multiply-add."""
+
+
+@pytest.mark.long
+def test_a_processor_without_fused_multiply_add_is_told_by_its_parts(many: Path, tmp_path: Path) -> None:
+    """Kernels compiled for such a processor round as it does."""
+    if "fma" not in Path("/proc/cpuinfo").read_text():
+        pytest.skip("this processor has no fused multiply-add either")
+    for k in (1, 2):
+        command = [sys.executable, "-m", "meshgauge", "report", str(many), "--share", f"{k}/2", "--no-diagnosis"]
+        own = {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), **GENERIC} if k == 2 else {}
+        made = [*command, "--partial", str(tmp_path / f"{k}.mgp"), "-q"]
+        subprocess.run(made, check=True, timeout=300, env={**os.environ, **own})
+    report = meshgauge.merge([tmp_path / "1.mgp", tmp_path / "2.mgp"])
+    assert report.mixed_processors
+    assert any("last bits of values differ" in note for note in report.notes)
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -261,6 +297,83 @@ def test_workers_of_dask_that_are_killed(many: Path) -> None:
     assert len(killed) >= 2
     assert made.summaries == expected.summaries
     assert made.worst == expected.worst
+
+
+IN_SMALL_SLICES = """
+import sys
+from meshgauge.cli.main import main
+from meshgauge.slices import read
+
+read.SIZE = 1000
+sys.exit(main(sys.argv[1:]))
+"""
+
+
+@contextlib.contextmanager
+def namespaces() -> Iterator[tuple[list[str], list[str]]]:
+    """What a command begins with in each of two network namespaces; 10.213.77.1 and .2, joined by a pair of virtual
+    Ethernet devices."""
+    names = [f"meshgauge-{os.getpid()}-{at}" for at in (1, 2)]
+    ends = [f"mg{os.getpid() % 100000}-{at}" for at in (1, 2)]
+
+    def ip(*words: str, within: str | None = None) -> None:
+        own = ["ip"] if within is None else ["ip", "-n", within]
+        subprocess.run([*own, *words], check=True, capture_output=True, timeout=30)
+
+    if shutil.which("ip") is None or not hasattr(os, "geteuid") or os.geteuid() != 0:
+        pytest.skip("only root may make network namespaces, by ip")
+    try:
+        try:
+            for name in names:
+                ip("netns", "add", name)
+            ip("link", "add", ends[0], "netns", names[0], "type", "veth", "peer", "name", ends[1], "netns", names[1])
+        except subprocess.CalledProcessError as error:
+            pytest.skip(f"no network namespaces here: {error.stderr.decode().strip()}")
+        for at, (name, end) in enumerate(zip(names, ends, strict=True)):
+            ip("addr", "add", f"10.213.77.{at + 1}/24", "dev", end, within=name)
+            for device in ("lo", end):
+                ip("link", "set", device, "up", within=name)
+        one, two = (["ip", "netns", "exec", name] for name in names)
+        yield one, two
+    finally:
+        for name in names:
+            subprocess.run(["ip", "netns", "del", name], check=False, capture_output=True, timeout=30)
+
+
+@pytest.mark.long
+def test_a_cluster_of_two_machines(many: Path, tmp_path: Path) -> None:
+    """A scheduler on one, a worker on each, and another without fused multiply-add: machines as far as networks go."""
+    pytest.importorskip("distributed", reason="Dask is not installed")
+    address, dask = "tcp://10.213.77.1:8786", [sys.executable, "-m", "dask"]
+    worker = [*dask, "worker", address, "--nthreads", "1", "--no-dashboard", "--local-directory", str(tmp_path)]
+    script = tmp_path / "script.py"
+    script.write_text(IN_SMALL_SLICES)
+    command = [sys.executable, str(script), "report", str(many), "--json", "--no-diagnosis"]
+    quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": tmp_path}
+    expected = of_json(subprocess.run(command, capture_output=True, text=True, check=True, timeout=300).stdout)
+    with namespaces() as (one, two), contextlib.ExitStack() as stack:
+
+        def start(*words: str, **own: str) -> None:
+            process = subprocess.Popen(words, env={**os.environ, **own}, **quiet)
+            stack.callback(process.wait, 60)
+            stack.callback(process.terminate)
+
+        def measured(n_workers: int) -> dict[str, Any]:
+            wait = f"from distributed import Client; Client('{address}', timeout=60).wait_for_workers({n_workers}, 90)"
+            subprocess.run([*one, sys.executable, "-c", wait], check=True, timeout=150, cwd=tmp_path)
+            made = [*one, *command, "--scheduler", address]
+            done = subprocess.run(made, capture_output=True, text=True, timeout=300, check=False)
+            assert done.returncode == 0, done.stderr
+            return of_json(done.stdout)
+
+        start(*one, *dask, "scheduler", "--host", "10.213.77.1", "--port", "8786", "--no-dashboard", "--no-show")
+        start(*two, *worker, "--host", "10.213.77.2")
+        start(*one, *worker, "--host", "10.213.77.1")
+        assert measured(2) == expected
+        assert not expected["mixed_processors"]
+        if "fma" in Path("/proc/cpuinfo").read_text():
+            start(*two, *worker, "--host", "10.213.77.2", **GENERIC, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
+            assert measured(3)["mixed_processors"]
 
 
 @contextlib.contextmanager

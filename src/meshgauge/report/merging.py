@@ -23,16 +23,12 @@ from ..quality.measure import JENS
 from ..quality.summary import Summary, summarise_nothing
 from ..slices import Partial
 from ..slices.labels import labelled
-from ..slices.partial import merged
+from ..slices.partial import MIXED, merged
 from .part_diagnosis import merged_diagnosis
 from .partial_report import PartialReport
 from .record import FileReport
 
 NOT_DIAGNOSED = "The parts were measured without what a diagnosis of the whole takes, and are not diagnosed."
-MIXED = (
-    "The parts were measured on processors of which some round a product and a sum once and others twice: last bits "
-    "of values differ between them."
-)
 FEW = "Last bits of values may differ from those of the mesh as a whole, which has few cells."
 _MEASURED = {2: "surface", 3: "solid"}
 _LIES = {1: "is seen from +z", -1: "is seen from -z", 0: "lies in space"}
@@ -176,7 +172,7 @@ def together(partials: Iterable[PartialReport | str | os.PathLike[str]], *, part
         region_names=names,
         n_cells=cells,
         n_points=points,
-        is_mixed=len({one.last_bits for one in given}) > 1,
+        is_mixed=len({bits for one in given for bits in one.last_bits.split()}) > 1,
     )
 
 
@@ -224,7 +220,7 @@ def _is_again(one: PartialReport, first: PartialReport) -> bool:
     """Whether a part has arrived twice: to the last bit, if processors that round alike measured it."""
     if (one.n_cells, one.n_points) != (first.n_cells, first.n_points):
         return False
-    alike = one is not first and one.last_bits == first.last_bits
+    alike = one is not first and one.last_bits == first.last_bits and len(one.last_bits.split()) == 1
     return not alike or json.dumps(plain(one.result)) == json.dumps(plain(first.result))  # NaN as well
 
 

@@ -59,7 +59,7 @@ class PartialReport:
     notes
         Of the reader.
     last_bits
-        Of the processor, see `meshgauge.kernels.probe`.
+        Of the processor, see `meshgauge.kernels.probe`; of several that differ all, with blanks between them.
     made_by
         Version of meshgauge.
     result

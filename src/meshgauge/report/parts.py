@@ -285,7 +285,7 @@ def _report(
         by_region=ask.by_region,
         keep_bricks=ask.keep_bricks,
         notes=facts.notes,
-        last_bits=last_bits(),
+        last_bits=" ".join(result.processors or (last_bits(),)),
         made_by=__version__,
         result=replace(result, counted=None),
         counts={} if counter is None else counter.plain(result.counted.kept),

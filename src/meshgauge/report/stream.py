@@ -24,7 +24,7 @@ from ..quality.summary import Summary, summarise_nothing
 from ..slices import Ask, Facts, Job, Partial, Progress, facts_of, measure_pieces
 from ..slices.job import keep_points, share
 from ..slices.labels import labelled_by_file
-from ..slices.partial import CellRows
+from ..slices.partial import MIXED, CellRows
 from ..status import Purpose
 from .record import WORST, FileReport
 
@@ -204,6 +204,7 @@ def file_report(
         region_companions=_region_companions(job, partial) if job.ask.by_region else (),
         worst_regions=tuple(names[region] for _, region in partial.worst) if job.ask.by_region else (),
         dimension=facts.view.dimension,
+        mixed_processors=len(partial.processors) > 1,
     )
 
 
@@ -227,6 +228,8 @@ def notes_of(facts: Facts, partial: Partial) -> tuple[str, ...]:
     notes = [note_on(partial.collapsed)] if partial.collapsed else []
     if partial.sample is not None and partial.sample.note:
         notes.append(partial.sample.note)
+    if len(partial.processors) > 1:
+        notes.append(MIXED)
     return (*facts.notes, *notes)
 
 

@@ -18,6 +18,12 @@ from ..quality.findings import merge_findings
 from ..quality.summary import Summary
 from ..quality.worst import StatusCells, WorstCell, order_of
 
+MIXED = (
+    "The mesh was measured on processors of which some round a product and a sum once and others twice: last bits of "
+    "values differ between its cells."
+)
+"""What is said where `Partial.processors` are several."""
+
 Span = tuple[int, int]
 """Cells ``start <= cell < stop`` of the whole."""
 
@@ -75,6 +81,8 @@ class Partial:
         What the counter made of them; see `Ask`.
     sample
         Of a mesh of several parts, or a part of one: by which cells that several have are seen.
+    processors
+        What the last bits of the processors are like that measured them on an executor, see `meshgauge.kernels.probe`.
     rows
         Of a single slice, where they were asked for.
     """
@@ -92,6 +100,7 @@ class Partial:
     collapsed: Counter[str] = field(default_factory=Counter)
     counted: Any = None
     sample: CellSample | None = None
+    processors: tuple[str, ...] = ()
     rows: CellRows | None = None
 
     __repr__ = brief
@@ -128,6 +137,7 @@ class Partial:
             collapsed=self.collapsed + other.collapsed,
             counted=other.counted if self.counted is None else self.counted.merge(other.counted),
             sample=None if self.sample is None or other.sample is None else self.sample.merge(other.sample),
+            processors=tuple(sorted({*self.processors, *other.processors})),
         )
 
     def _asked(self) -> tuple[object, ...]:

@@ -6,7 +6,8 @@ import itertools
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
-from functools import partial
+from dataclasses import replace
+from functools import cache, partial
 from typing import TypeVar
 
 from ..errors import OptionError
@@ -123,7 +124,16 @@ def _there(job: Job, place: Place) -> Partial:
     Dask has its workers give all that is freed back to the system: the pages of each slice were cleared anew.
     """
     keep_freed()
-    return job(place)
+    part = job(place)
+    return replace(part, processors=(_processor(),))
+
+
+@cache
+def _processor() -> str:
+    """What the last bits of this processor are like."""
+    from ..kernels.probe import last_bits  # loads Numba
+
+    return last_bits()
 
 
 def _in_order(executor: Executor, work: Callable[[T], R], items: Iterator[T], ahead: int) -> Iterator[tuple[T, R]]:
