@@ -375,6 +375,34 @@ def test_progress_tells_the_time_left(monkeypatch: pytest.MonkeyPatch, capsys: C
             shown += capsys.readouterr().err
 
 
+def test_ctrl_c_in_the_diagnosis_says_how_much_of_it_was_done(
+    large: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    def stopped(*_: Any, **__: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("meshgauge.doctor.streamed.diagnose.keep", stopped)  # the last pass
+    monkeypatch.setattr(batch, "DIAGNOSED", 100)
+    assert main(["doctor", str(large)]) == 130
+    err = capsys.readouterr().err
+    found = re.search(r"all cells were measured, the diagnosis was not finished; (\d+)% of it was done", err)
+    assert found is not None, err
+    assert 50 < int(found[1]) < 100
+
+
+def test_progress_of_the_diagnosis(monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setattr(terminal, "PATIENCE", 0.0)
+    shown, deadline = "", time.monotonic() + 10
+    with slices.diagnosing("a.vtu", shown=True, then="drawing") as tell:
+        for share, text in (0.75, "diagnosing a.vtu: 75%, 0 s left"), (1.0, "drawing a.vtu"):
+            tell(share)
+            while text not in shown:
+                assert time.monotonic() < deadline, shown
+                time.sleep(0.02)
+                shown += capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("text", "n"),
     [("512MB", 512_000_000), ("1.5 GB", 1_500_000_000), ("4GiB", 1 << 32), ("64KiB", 1 << 16), ("100b", 100)],

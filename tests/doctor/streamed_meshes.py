@@ -18,6 +18,7 @@ from meshgauge.doctor.streamed.marks import marks_of
 from meshgauge.doctor.streamed.of_parts import Placed, diagnosis_of_parts
 from meshgauge.doctor.streamed.open_cells import OpenCells, PartOf
 from meshgauge.doctor.streamed.opening import open_cells_of
+from meshgauge.doctor.streamed.passes import Passes
 from meshgauge.files.plain_records import plain, record
 from meshgauge.mesh import CellBlock
 from meshgauge.mesh.ghosts import without_ghosts
@@ -40,6 +41,7 @@ class InMemory:
         inside = [(one.name, max(one.start, begin), min(one.stop, self.end)) for one in self.mesh.blocks]
         self.blocks = tuple(CellBlock(name, a - begin, b - begin) for name, a, b in inside if a < b)
         self.joined = self.silent = self.known = None
+        self.passes = Passes()
         self.dimension, self.up = self.mesh.dimension or 3, self.mesh.up or 0
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:

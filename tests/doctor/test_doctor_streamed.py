@@ -8,12 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from streamed_meshes import MESHES, assert_same, grid, hexahedra, streamed
+from surface_meshes import SURFACES
 
 import meshgauge
+from meshgauge import io
 from meshgauge.doctor import Diagnosis, diagnosis
-from meshgauge.doctor.streamed import doubles, faces
+from meshgauge.doctor.streamed import MarkCounter, doubles, faces
 from meshgauge.mesh.topology import topology
 from meshgauge.quality.measure import Quality
+from meshgauge.report import diagnosis as report_diagnosis
+from meshgauge.report.diagnosis import streamed_diagnosis
+from meshgauge.report.stream import job_of
+from meshgauge.slices import Ask, measure_pieces
 
 WAYS = ("plain", "in parts", "with a filter that forgets nothing", "few cells at a time")
 
@@ -91,6 +97,24 @@ def test_all_real_meshes(shared: Path) -> None:
         polyhedra += quality.mesh.polyhedra is not None
     assert len(rows) >= 30
     assert polyhedra >= 4
+
+
+@pytest.mark.parametrize("name", ["a grid", "in any order", "a surface"])
+def test_it_tells_how_far_it_is(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report_diagnosis, "CELLS", 50)
+    if name == "in any order":
+        monkeypatch.setattr(faces, "most_in", lambda room: 200)
+    mesh = MESHES[name]() if name in MESHES else MESHES[next(iter(SURFACES))]()
+    path = tmp_path / "a.vtu"
+    io.write(path, mesh)
+    listed, shares = io.pieces(path), list[float]()
+    assert listed is not None
+    job = job_of(listed, Ask(counter=MarkCounter()))
+    streamed_diagnosis(job, measure_pieces(job), None, tell=shares.append)
+    assert 0.0 < shares[0] < 0.1
+    assert 0.8 < shares[-2] < shares[-1] == 1.0
+    falls = int((np.diff(shares) < 0.0).sum())
+    assert falls == 0 if name != "in any order" else 1 <= falls <= 3  # it is found out how many passes there are
 
 
 def test_few_faces_are_open_where_cells_follow_one_another() -> None:

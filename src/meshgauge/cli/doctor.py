@@ -54,8 +54,8 @@ def doctor(
         done = batch.in_slices(path, Ask(counter=MarkCounter()))
         if done is None:
             return None
-        with diagnosing(path, shown=not quiet):
-            made = streamed_diagnosis(*done, batch.allowed_memory, tolerance=tolerance)
+        with diagnosing(path, shown=not quiet) as tell:
+            made = streamed_diagnosis(*done, batch.allowed_memory, tolerance=tolerance, tell=tell)
         if made.repeated_points is not None:
             return made
         if memory is not None:  # as a whole it takes more

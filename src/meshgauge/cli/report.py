@@ -14,6 +14,7 @@ from .groups.report import Apart, Contents
 from .options import WRITING, option
 
 if TYPE_CHECKING:
+    from ..doctor.streamed.passes import Share
     from ..report import FileReport
     from ..report.csv import CsvWriter
     from ..report.html import HtmlWriter
@@ -175,8 +176,9 @@ def report(
             return None
 
         def finish(job: Job, partial: Partial) -> FileReport:
-            with slices.diagnosing(path, shown=not quiet):
-                one = _large(page, job, partial, path=path, with_diagnosis=contents.diagnosis, memory=memory)
+            then = "summarising" if page is None else "drawing"
+            with slices.diagnosing(path, shown=not quiet, then=then) as tell:
+                one = _large(page, job, partial, path=path, with_diagnosis=contents.diagnosis, memory=memory, tell=tell)
             return replace(one, notes=(*one.notes, NO_FACES)) if job.purpose == "fv" else one
 
         done = outputs.measured(batch, path, ask, finish)
@@ -245,7 +247,14 @@ def report(
 
 
 def _large(
-    page: HtmlWriter | None, job: Job, partial: Partial, *, path: str, with_diagnosis: bool, memory: int | None
+    page: HtmlWriter | None,
+    job: Job,
+    partial: Partial,
+    *,
+    path: str,
+    with_diagnosis: bool,
+    memory: int | None,
+    tell: Share,
 ) -> FileReport:
     """The report on a mesh that was measured slice by slice, which is put on the page."""
     from ..report.stream import file_report
@@ -255,8 +264,11 @@ def _large(
         from ..report.html.in_slices import Shown
 
         if isinstance(partial.counted, Shown):
-            return page.add_in_slices(job, partial, path=path, step=step, with_diagnosis=with_diagnosis, memory=memory)
-    one = replace(file_report(job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory), step=step)
+            return page.add_in_slices(
+                job, partial, path=path, step=step, with_diagnosis=with_diagnosis, memory=memory, tell=tell
+            )
+    one = file_report(job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory, tell=tell)
+    one = replace(one, step=step)
     if page is not None:
         page.add_without_model(one)
     return one

@@ -16,6 +16,7 @@ from ..look.style import number, number_of
 from .terminal import activity
 
 if TYPE_CHECKING:
+    from ..doctor.streamed.passes import Share
     from ..io.plumbing.pieces import Pieces
     from ..slices import Progress
 
@@ -92,13 +93,27 @@ def progress(path: str, *, shown: bool) -> Iterator[Progress]:
 
 
 @contextlib.contextmanager
-def diagnosing(path: str, *, shown: bool) -> Iterator[None]:
-    """A line as `progress` has it while a mesh that was measured is diagnosed; where that is stopped, it says so."""
-    with activity(f"diagnosing {path}", shown=shown):
+def diagnosing(path: str, *, shown: bool, then: str = "diagnosing") -> Iterator[Share]:
+    """A line as `progress` has it while a mesh that was measured is diagnosed, and ``then`` drawn; where that is
+    stopped, it says how far it was."""
+    start, far = time.monotonic(), 0.0
+    with activity(f"diagnosing {path}", shown=shown) as working:
+
+        def update(share: float) -> None:
+            nonlocal far
+            far = share
+            if share >= 1.0:
+                working.text = f"{then} {path}"
+            elif share > 0.0:
+                left = (time.monotonic() - start) * (1.0 - share) / share
+                working.text = f"diagnosing {path}: {share:.0%}, {duration(left)} left"
+
         try:
-            yield
+            yield update
         except KeyboardInterrupt:
-            _say_stopped(path, "all cells were measured, the diagnosis was not finished")
+            how_far = f"; {far:.0%} of it was done" if 0.0 < far < 1.0 else ""
+            of_diagnosis = "diagnosed" if far >= 1.0 else f"the diagnosis was not finished{how_far}"
+            _say_stopped(path, f"all cells were measured{' and ' if far >= 1.0 else ', '}{of_diagnosis}")
             raise
 
 

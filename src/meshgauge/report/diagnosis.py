@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..doctor.joined import Joined, ghost_points
 from ..doctor.points import TOLERANCE
 from ..doctor.streamed import MarkCounter, Marks, bytes_needed
 from ..doctor.streamed.marks import STANDS
+from ..doctor.streamed.passes import Passes, Share
 from ..files.resources import free_memory, give_back
 from ..io.plumbing.ghosts import NAMES as GHOSTS
 from ..io.plumbing.pieces import Pieces, ReadWhole, Rows
@@ -85,19 +86,24 @@ def streamed_diagnosis(
     on_few: Callable[[Few], object] | None = None,
     *,
     tolerance: float = TOLERANCE,
+    tell: Share | None = None,
 ) -> Diagnosis:
     """The diagnosis, if the cells were marked for it; else one that says why there is none. ``on_few`` and
-    ``tolerance`` as for `diagnosis_of`."""
+    ``tolerance`` as for `diagnosis_of`; ``tell`` is told how far it is."""
     if not isinstance(partial.counted, Marks):
         return not_diagnosed(job.facts.n_cells, LIMIT, reason=why_not(job.pieces, memory))
     from ..doctor.streamed.diagnose import diagnosis_of  # with kernels, which take a quarter of a second to load
 
     source, inward, why = source_of(job, partial.counted, tolerance), partial.counted.inward, ""
+    source = replace(source, passes=Passes(tell))
     room = room_for(job, memory)
     for size in (CELLS, slice_size(job.memory)):  # faces of polyhedra may be too far apart for fewer than were measured
         try:
             made = replace(source, size=size)
-            return diagnosis_of(made, source.marks, inward, tolerance=tolerance, room=room, on_few=on_few)
+            diagnosis = diagnosis_of(made, source.marks, inward, tolerance=tolerance, room=room, on_few=on_few)
+            if tell is not None:
+                tell(1.0)
+            return diagnosis
         except ReadWhole as error:
             why = str(error)
     return not_diagnosed(job.facts.n_cells, LIMIT, reason=why)
@@ -226,6 +232,7 @@ class StreamedSource:
     share: tuple[int, int] = (1, 1)
     first_point: int = 0
     n_points_of_share: int = 0
+    passes: Passes = field(default_factory=Passes)
 
     @property
     def first_cell(self) -> int:
@@ -273,6 +280,7 @@ class StreamedSource:
         pieces = self.job.pieces
         points = [Points(_NoCoordinates(piece.n_points), 0, keeps_ids=True) for piece in pieces.pieces]
         nowhere = np.zeros((self.n_points if self.joined is not None else 0, 3), np.float32)
+        self.passes.begin()
         for place in places(pieces, self.size, self.share):
             pieces.check_unchanged()
             facts = self.job.facts
@@ -293,6 +301,7 @@ class StreamedSource:
             elif poly is not mesh.polyhedra:
                 mesh = mesh.replace(polyhedra=poly)
             yield first, first_point, mesh
+            self.passes.reach((first + place.stop - place.start) / self.n_cells)
 
     def points(self) -> Iterator[NDArray[np.floating]]:
         """Likewise."""
@@ -300,10 +309,12 @@ class StreamedSource:
 
     def _points(self) -> Iterator[NDArray[np.floating]]:
         first, stop = self.first_point, self.first_point + self.n_points
+        self.passes.begin(of_points=True)
         for piece, begin in zip(self.job.pieces.pieces, self.job.pieces.point_starts, strict=False):
             last = min(stop - begin, piece.n_points)
             for start in range(max(first - begin, 0), last, WINDOW):
                 yield piece.points.read(start, min(start + WINDOW, last))
+                self.passes.reach((begin + min(start + WINDOW, last) - first) / self.n_points)
 
     def points_of(self, ids: Ids) -> NDArray[np.floating]:
         pieces = self.job.pieces

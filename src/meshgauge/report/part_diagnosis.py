@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from ..doctor.inward import InwardEntries
 from ..doctor.points import TOLERANCE
 from ..doctor.streamed import Marks
 from ..doctor.streamed.marks import marks_of
+from ..doctor.streamed.passes import Passes
 from ..errors import ReadError
 from ..files.plain_records import NotPlain
 from ..mesh import CellBlock, Mesh
@@ -84,6 +85,7 @@ class _InMemory:
     silent: None = None
     known: None = None
     joined: None = None
+    passes: Passes = field(default_factory=Passes)
 
     @property
     def n_cells(self) -> int:

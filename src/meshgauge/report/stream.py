@@ -31,6 +31,7 @@ from .record import WORST, FileReport
 if TYPE_CHECKING:
     from ..doctor import Diagnosis
     from ..doctor.streamed.few import Few
+    from ..doctor.streamed.passes import Share
 
 UNKNOWN_MEMORY = 1 << 30
 """Bytes that points may take where the system does not say what is free."""
@@ -176,9 +177,10 @@ def file_report(
     with_diagnosis: bool = False,
     memory: int | None = None,
     on_few: Callable[[Few], object] | None = None,
+    tell: Share | None = None,
 ) -> FileReport:
     """What a report says of a mesh, from the results on all of its cells; diagnosed, if it was asked for with a
-    `MarkCounter` and the memory allows it, see `report.diagnosis.why_not`, which has ``on_few``, too."""
+    `MarkCounter` and the memory allows it, see `report.diagnosis`, where ``on_few`` and ``tell`` are explained."""
     listed, facts = job.pieces, job.facts
     summaries = dict(partial.summaries)
     summary = summaries.pop("jens")
@@ -188,7 +190,7 @@ def file_report(
     if with_diagnosis:
         from .diagnosis import streamed_diagnosis
 
-        diagnosis = streamed_diagnosis(job, partial, memory, on_few)
+        diagnosis = streamed_diagnosis(job, partial, memory, on_few, tell=tell)
     return FileReport(
         path=path or listed.path,
         n_points=facts.n_points,

@@ -41,6 +41,7 @@ from .doubles import Crowd, crowd_of
 from .faces import ROOM, Keys, Matched, match
 from .few import CHUNK, REAL, Few, Seen, flagged, keep, look, part_sizes, second_look, unused
 from .marks import HANDED, INVERTED, MEASURED, USABLE
+from .passes import LOOKING, MATCHING, POINTS
 from .shells import diagnosis_of_surfaces
 from .source import Source
 
@@ -78,9 +79,10 @@ def diagnosis_of(
     """
     if source.dimension == 2:
         return diagnosis_of_surfaces(source, marks, tolerance=tolerance, room=room)
+    source.passes.plan(POINTS, POINTS, POINTS, MATCHING, *LATER)
     crowded = crowd_of(source, tolerance)
     give_back()
-    matched = match(source, marks, room)  # before anything else that takes memory for each cell
+    matched = match(source, marks, room, later=LATER)  # before anything else that takes memory for each cell
     give_back()
     seen = look(source, crowded.ids[crowded.moved])
     matched, hashes = second_look(source, seen, matched)
@@ -89,7 +91,8 @@ def diagnosis_of(
         concluded = _conclusion(source, marks, crowded, seen, matched, hashes, tolerance, room, is_strict=False)
         diagnosis = concluded.diagnosis(inward)
     except _Contradiction:  # then it matters which faces are believed first
-        matched = match(source, marks, room, is_strict=True)
+        source.passes.plan(MATCHING, LOOKING)
+        matched = match(source, marks, room, is_strict=True, later=(LOOKING,))
         matched, _ = second_look(source, seen, matched, hashes_twice=hashes)
         concluded = _conclusion(source, marks, crowded, seen, matched, hashes, tolerance, room, is_strict=True)
         diagnosis = concluded.diagnosis(inward)
@@ -102,9 +105,14 @@ def diagnosis_of(
 
 def few_of(source: Source, marks: NDArray[np.uint8], *, room: int = ROOM) -> Few:
     """The cells with a face at the boundary, and others, without a diagnosis; parameters as of `diagnosis_of`."""
-    matched = match(source, marks, room)
+    source.passes.plan(MATCHING, *LATER)
+    matched = match(source, marks, room, later=LATER)
     seen = look(source, np.empty(0, np.int64))
     return keep(source, seen, *second_look(source, seen, matched))
+
+
+LATER = (LOOKING, LOOKING, LOOKING)
+"""The passes that follow when faces are matched: `look`, `second_look` and `keep`."""
 
 
 class _Contradiction(Exception):
@@ -133,6 +141,7 @@ def _conclusion(
         raise _Contradiction
     if few.faces.n_multiple or len(twice):  # faces that were taken for those of two cells may be among them
         known, n_parts = matched.suspects, matched.n_parts
+        source.passes.plan(*[MATCHING] * n_parts)
         matched = match(source, marks, room, is_strict=is_strict, known=known, n_parts=n_parts)
     return _Conclusion(source, marks, crowded, seen, matched, few, twice, tolerance, is_strict)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -14,6 +14,7 @@ from ...kernels.topology import driver, open_faces
 from ...mesh import Mesh
 from ...mesh.polyhedra import IndexArray
 from ...mesh.topology import face_table, faces_of_polyhedra, numbers_of_faces
+from .passes import MATCHING
 from .source import Source
 
 Ids = NDArray[np.int64]
@@ -155,9 +156,10 @@ def match(
     known: Keys | None = None,
     n_parts: int = 1,
     half_of: HalfOf | None = None,
+    later: Sequence[float] = (),
 ) -> Matched:
     """Match all faces but those of ``known`` keys; see `open_faces.feed`. ``half_of`` makes the half-faces of cells;
-    None: `HalfFaces.of`.
+    None: `HalfFaces.of`. The passes that come ``later`` are known.
 
     If more are open than there is room for, a part of the faces is looked at at a time.
     """
@@ -169,6 +171,7 @@ def match(
             return _match(source, marks, room, is_strict, skipped, n_parts, half_of)
         except TooMany as error:
             n_parts = error.args[0]
+            source.passes.plan(*[MATCHING] * n_parts, *later)
 
 
 def _match(

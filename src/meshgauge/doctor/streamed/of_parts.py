@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
@@ -29,6 +29,7 @@ from .doubles import crowd_of
 from .faces import ROOM, HalfFaces
 from .few import REAL
 from .open_cells import FLAT, GHOST, OpenCells
+from .passes import Passes
 from .source import Silent
 
 Ids = NDArray[np.int64]
@@ -203,6 +204,7 @@ class _OfParts:
     counts: bool  #: cells, and points that are not numbered, are numbered from 1 on in their order
     joined: Joined | None = None
     silent: Silent | None = None
+    passes: Passes = field(default_factory=Passes)
 
     @cached_property
     def blocks(self) -> tuple[CellBlock, ...]:

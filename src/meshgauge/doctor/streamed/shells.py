@@ -20,6 +20,7 @@ from .doubles import Crowd, crowd_of
 from .faces import HalfFaces, Keys, Matched, among, match, table_of
 from .few import CHUNK, REAL, Seen, Some, hashes_of, look, part_sizes, second_look, unused
 from .marks import INVERTED
+from .passes import LOOKING, MATCHING, POINTS
 from .source import Source
 
 Ids = NDArray[np.int64]
@@ -30,12 +31,15 @@ _A, _B = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 
 def diagnosis_of_surfaces(source: Source, marks: NDArray[np.uint8], *, tolerance: float, room: int) -> Diagnosis:
     """Look for what is wrong with a mesh of surfaces beside the shapes of its cells, see `diagnosis_of`."""
+    source.passes.plan(POINTS, POINTS, POINTS, LOOKING, MATCHING, LOOKING, LOOKING, LOOKING)
     crowded = crowd_of(source, tolerance)
     seen = look(source, crowded.ids[crowded.moved], IS_SURFACE)
-    matched, hashes = second_look(source, seen, match(source, marks, room, half_of=half_edges), half_edges)
+    matched = match(source, marks, room, half_of=half_edges, later=[LOOKING] * 3)
+    matched, hashes = second_look(source, seen, matched, half_edges)
     suspects = _with_keys_of(source, matched.suspects, lambda first, point, mesh: _is_among(mesh, point, hashes, seen))
     few = _keep(source, seen, suspects, hashes)
     if few.edges.multiple or len(few.twice):  # edges that were taken for those of two cells may be among them
+        source.passes.plan(*[MATCHING] * matched.n_parts)
         matched = match(source, marks, room, known=suspects, n_parts=matched.n_parts, half_of=half_edges)
     oriented = _Oriented.of(source, marks, matched, few)
     contradictions = np.empty((0, 2), np.int64)

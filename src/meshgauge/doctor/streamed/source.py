@@ -15,6 +15,7 @@ from ...mesh.mesh import Precision
 from ...mesh.polyhedra import IndexArray
 from ...status import Purpose
 from ..joined import Joined
+from .passes import Passes
 
 Ids = NDArray[np.int64]
 
@@ -90,6 +91,11 @@ class Source(Protocol):
 
     @property
     def blocks(self) -> Sequence[CellBlock]: ...
+
+    @property
+    def passes(self) -> Passes:
+        """Counts how often cells and points passed by."""
+        ...
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:
         """Some cells at a time, in order: the id of the first, what its point ids are to be raised by, and a mesh of

@@ -31,6 +31,7 @@ from .sketch import sketch
 if TYPE_CHECKING:
     import jinja2
 
+    from ...doctor.streamed.passes import Share
     from ...quality.measure import Quality
     from ...quality.summary import Tally
     from ...quality.worst import StatusCells
@@ -146,6 +147,7 @@ class HtmlWriter:
         step: StepOf | None,
         with_diagnosis: bool,
         memory: int | None,
+        tell: Share | None = None,
     ) -> FileReport:
         """Append a mesh that was measured slice by slice, with its picture, see `section_in_slices`; the report."""
         made, report = section_in_slices(
@@ -155,6 +157,7 @@ class HtmlWriter:
             step=step,
             with_diagnosis=with_diagnosis,
             memory=memory,
+            tell=tell,
             bins=self.bins,
             budget=self.budget,
         )

@@ -28,6 +28,7 @@ from .page_cells import drawable
 from .picture import Picture
 
 if TYPE_CHECKING:
+    from ...doctor.streamed.passes import Share
     from ...quality.measure import Quality
 
 BUDGET = 18_000_000
@@ -137,6 +138,7 @@ def section_in_slices(
     step: StepOf | None = None,
     with_diagnosis: bool = False,
     memory: int | None = None,
+    tell: Share | None = None,
     bins: int = 20,
     budget: int = BUDGET,
 ) -> tuple[Section, FileReport]:
@@ -146,7 +148,7 @@ def section_in_slices(
     ----------
     job, partial
         The mesh and what was measured, with the regions, counted by a `ShownCounter`.
-    path, with_diagnosis, memory
+    path, with_diagnosis, memory, tell
         As for `file_report`.
     step
         Which of several time steps it is.
@@ -155,7 +157,7 @@ def section_in_slices(
     """
     drawing = Drawing(job, partial)
     report = file_report(
-        job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory, on_few=drawing.take_boundary
+        job, partial, path=path, with_diagnosis=with_diagnosis, memory=memory, on_few=drawing.take_boundary, tell=tell
     )
     if drawing.lacks_boundary:
         drawing.take_boundary(boundary_cells(job, partial, memory))
