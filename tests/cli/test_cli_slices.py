@@ -284,7 +284,7 @@ def test_a_file_whose_grid_moves_is_read_whole(large: Path, sliced: list[int], c
         raise CannotAdd(reason)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("meshgauge.cli.large_report.add_to_pieces", cannot)
+        patch.setattr("meshgauge.io.adding.add_to_pieces", cannot)
         assert main(["report", str(large), "-o", str(large.with_name("out.vtkhdf")), *LITTLE]) == 0
     assert sliced
     assert f"nothing is added in slices to a file that {reason}" in capsys.readouterr().err

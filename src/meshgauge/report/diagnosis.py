@@ -274,7 +274,10 @@ class StreamedSource:
 
     def cells(self) -> Iterator[tuple[int, int, Mesh]]:
         """See `meshgauge.doctor.streamed.Source`; the next are read meanwhile."""
-        return ahead(self._cells())
+        self.passes.begin()
+        for first, first_point, mesh in ahead(self._cells()):
+            yield first, first_point, mesh
+            self.passes.reach((first + mesh.n_cells) / self.n_cells)
 
     def _cells(self) -> Iterator[tuple[int, int, Mesh]]:
         pieces = self.job.pieces
@@ -305,7 +308,12 @@ class StreamedSource:
 
     def points(self) -> Iterator[NDArray[np.floating]]:
         """Likewise."""
-        return ahead(self._points())
+        self.passes.begin(of_points=True)
+        n_seen = 0
+        for window in ahead(self._points()):
+            yield window
+            n_seen += len(window)
+            self.passes.reach(n_seen / self.n_points)
 
     def _points(self) -> Iterator[NDArray[np.floating]]:
         first, stop = self.first_point, self.first_point + self.n_points
