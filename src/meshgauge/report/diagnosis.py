@@ -283,7 +283,6 @@ class StreamedSource:
         pieces = self.job.pieces
         points = [Points(_NoCoordinates(piece.n_points), 0, keeps_ids=True) for piece in pieces.pieces]
         nowhere = np.zeros((self.n_points if self.joined is not None else 0, 3), np.float32)
-        self.passes.begin()
         for place in places(pieces, self.size, self.share):
             pieces.check_unchanged()
             facts = self.job.facts
@@ -304,7 +303,6 @@ class StreamedSource:
             elif poly is not mesh.polyhedra:
                 mesh = mesh.replace(polyhedra=poly)
             yield first, first_point, mesh
-            self.passes.reach((first + place.stop - place.start) / self.n_cells)
 
     def points(self) -> Iterator[NDArray[np.floating]]:
         """Likewise."""
@@ -317,12 +315,10 @@ class StreamedSource:
 
     def _points(self) -> Iterator[NDArray[np.floating]]:
         first, stop = self.first_point, self.first_point + self.n_points
-        self.passes.begin(of_points=True)
         for piece, begin in zip(self.job.pieces.pieces, self.job.pieces.point_starts, strict=False):
             last = min(stop - begin, piece.n_points)
             for start in range(max(first - begin, 0), last, WINDOW):
                 yield piece.points.read(start, min(start + WINDOW, last))
-                self.passes.reach((begin + min(start + WINDOW, last) - first) / self.n_points)
 
     def points_of(self, ids: Ids) -> NDArray[np.floating]:
         pieces = self.job.pieces
