@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +26,12 @@ from ...plumbing.format import Format, Take
 from ...plumbing.ids import drop_counts, label_source, with_labels
 from ...plumbing.merge import Part, merge_parts, starts
 from ...plumbing.messages import is_out_of_memory
-from ...plumbing.patch import Places
 from ...plumbing.pieces import ArrayRows, Piece, Pieces, ReadWhole, Rows, bytes_of, hdf_rows
 from ...plumbing.steps import Step, number_steps
-from .hdf_writing_rows import write_rows
-from .places import NONE, places_of_rows
+
+if TYPE_CHECKING:
+    from ...plumbing.mesh_rows import MeshRows
+    from ...plumbing.patch import Places
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 _SIZES = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
@@ -366,6 +367,9 @@ def _piece(part: Part) -> Piece:
 
 def places(path: Path, at: int) -> Places:
     """Of every partition of a time step, unless a file beside holds them."""
+    from ...plumbing.patch import Places
+    from .places import NONE, places_of_rows
+
     try:
         whole = pieces(path, at)
     except ReadWhole:
@@ -430,6 +434,12 @@ def _at_all_steps(group: Any, name: str, arrays: Iterable[str]) -> None:
         offsets.create_dataset(key, data=np.zeros(n, np.int64))
 
 
+def _write_rows(path: Path, rows: MeshRows) -> None:
+    from .hdf_writing_rows import write_rows
+
+    write_rows(path, rows)
+
+
 _ROWS = 1 << 16
 """That are compared at a time."""
 
@@ -485,6 +495,5 @@ def write_array(group: Any, name: str, values: NDArray[Any], lost: list[str]) ->
 VTKHDF = Format(
     "vtkhdf", "VTKHDF", (".vtkhdf", ".hdf"), sniff, write=write, has_both_wedge_orders=True, is_exact=True,
     scan=scan, steps=steps, read_step=read, foreign_step=read_by_vtk, pieces=pieces,
-    step_places=places, add=add, add_rows=add_rows,
-    write_rows=write_rows,
+    step_places=places, add=add, add_rows=add_rows, write_rows=_write_rows,
 )  # fmt: skip
