@@ -8,7 +8,7 @@ import pytest
 from meshgauge.errors import MeshError
 from meshgauge.kernels import blocks
 from meshgauge.slices import points
-from meshgauge.slices.points import Points
+from meshgauge.slices.points import BLOCK, SOME, Points
 
 
 class InMemory:
@@ -67,3 +67,37 @@ def test_points_that_are_close_are_read_from_the_first_to_the_last(*, is_read: b
 def test_an_id_of_no_point_is_refused_where_the_others_are_close(wrong: int) -> None:
     with pytest.raises(MeshError, match=f"point id {wrong} is outside 0..4999"):
         Points(InMemory(np.zeros((5000, 3))), 1).of(np.array([*range(4995, 5000), *range(4995, 5000), wrong]))
+
+
+N = 3 * BLOCK
+XYZ = np.random.default_rng(0).random((N, 3))
+CLOSE = np.random.default_rng(1).integers(1000, 1400, 80 * SOME)
+
+
+@pytest.mark.parametrize("budget", [0, XYZ.nbytes // 2, 2 * XYZ.nbytes])
+@pytest.mark.parametrize("odd", [1000, 990, 0, N - 1])
+@pytest.mark.parametrize("is_read", [True, False], ids=["ids-read-for-it", "ids-of-others"])
+def test_one_id_is_not_close_to_those_that_are_looked_at_first(budget: int, odd: int, *, is_read: bool) -> None:
+    ids = CLOSE.copy()
+    ids[SOME + 1] = odd
+    given = ids.copy() if is_read else ids.view()
+    made, local, origins = Points(InMemory(XYZ), budget).of(given)
+    assert np.array_equal(made[local], XYZ[ids])
+    assert np.array_equal(origins.all(len(made))[local], ids)
+    assert (len(made) < 500) == (odd in (1000, 990))
+    assert ids[SOME + 1] == odd
+
+
+@pytest.mark.parametrize("budget", [0, 2 * XYZ.nbytes])
+@pytest.mark.parametrize("wrong", [-1, N, -(2**63), 2**63 - 1])
+@pytest.mark.parametrize("at", [0, SOME + 1])
+def test_ids_are_as_they_were_where_one_is_of_no_point(budget: int, wrong: int, at: int) -> None:
+    ids = CLOSE.copy()
+    ids[at] = wrong
+    given, some = ids.copy(), Points(InMemory(XYZ), budget)
+    if some.fits:  # the mesh says so
+        assert some.of(given)[1] is given
+    else:
+        with pytest.raises(MeshError, match=f"point id {wrong} is outside 0..{N - 1}"):
+            some.of(given)
+    assert np.array_equal(given, ids)

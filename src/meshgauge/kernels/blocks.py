@@ -11,15 +11,14 @@ Ids = NDArray[np.int64]
 
 
 @kernel
-def span(ids: Ids) -> tuple[int, int]:
-    """The least and the greatest id; 0 and -1 if there are none."""
-    n = len(ids)
-    if n == 0:
-        return 0, -1
-    least, greatest = ids[0], ids[0]
-    for i in range(n):
-        least = min(least, ids[i])
-        greatest = max(greatest, ids[i])
+def shift(ids: Ids, by: int) -> tuple[int, int]:
+    """Take a number from each id, in place; the least and the greatest of what is left. There is one id or more."""
+    least, greatest = ids[0] - by, ids[0] - by
+    for i in range(len(ids)):
+        left = ids[i] - by
+        ids[i] = left
+        least = min(least, left)
+        greatest = max(greatest, left)
     return least, greatest
 
 

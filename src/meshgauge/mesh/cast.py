@@ -192,6 +192,11 @@ _LEAST = np.array(
 )
 
 
+def n_nodes_of(types: NDArray[np.uint8]) -> int:
+    """The nodes of each of some cells, if all are of one type that has a fixed number; else -1."""
+    return int(_FIXED[types[0]]) if len(types) and bool((types == types[0]).all()) else -1
+
+
 def _check_sizes(all_types: NDArray[np.uint8], offsets: IndexArray, start: int) -> None:
     types = all_types[start : start + CHUNK]
     bounds = offsets[start : start + len(types) + 1]

@@ -53,7 +53,7 @@ class Mesh:
     Make one with `meshgauge.read`, `meshgauge.from_pyvista`, `meshgauge.from_meshio` or `Mesh.from_arrays`. Arrays are
     copied, but for those that nobody can write to (``array.flags.writeable`` is False, also of what it is a view of).
     ``Mesh(..., copy=False)`` takes them all as they are, and makes them read-only: for arrays that nobody else holds;
-    ``in_range=True`` does not look whether point ids are in range: for ids that were made so.
+    ``is_checked=True`` does not look whether they make cells either: for arrays that were made so.
 
     Raises
     ------
@@ -120,9 +120,9 @@ class Mesh:
     up: Literal[-1, 0, 1] | None = None
     parts: tuple[int, ...] = ()
     copy: InitVar[bool] = field(default=True, kw_only=True)
-    in_range: InitVar[bool] = field(default=False, kw_only=True)
+    is_checked: InitVar[bool] = field(default=False, kw_only=True)
 
-    def __post_init__(self, copy: bool, in_range: bool) -> None:
+    def __post_init__(self, copy: bool, is_checked: bool) -> None:
         put, given = object.__setattr__, self.points
         for name, array in (
             ("points", cast.points(self.points)),
@@ -136,7 +136,8 @@ class Mesh:
         for what, value, known in (("purpose", self.purpose, Purpose), ("stored", self.stored, Precision)):
             if value not in get_args(known):
                 raise MeshError(f"{what} is {value!r}, expected one of {', '.join(get_args(known))}")
-        cast.check_cells(self.types, self.offsets, self.connectivity, None if in_range else len(self.points))
+        if not is_checked:
+            cast.check_cells(self.types, self.offsets, self.connectivity, len(self.points))
         self._decide_dimension(cast.in_plane(given))
         if self.polyhedra is not None:
             put(self, "polyhedra", cast.own_polyhedra(self.polyhedra, copy=copy))
@@ -330,7 +331,7 @@ class Mesh:
             changes["counted"] = tuple(what for what in self.counted if what in same)
         if len(changes.get("points", self.points)) != self.n_points:
             changes["parts"] = ()
-        return replace(self, **changes, copy=False, in_range=False)
+        return replace(self, **changes, copy=False, is_checked=False)
 
     def to_pyvista(self) -> Any:
         """As a `pyvista.UnstructuredGrid` with all data, which shares no memory with the mesh.
@@ -386,7 +387,7 @@ def ghost_mask(marks: NDArray[Any]) -> NDArray[np.bool_] | None:
 
 # The defaults of parameters are left on the class, where ``mesh.copy`` would be True and no method.
 delattr(Mesh, "copy")
-delattr(Mesh, "in_range")
+delattr(Mesh, "is_checked")
 
 
 def _restore(state: dict[str, Any]) -> Mesh:

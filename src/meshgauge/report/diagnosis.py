@@ -298,7 +298,7 @@ class StreamedSource:
                 if poly is not None:
                     of_faces = self.joined.applied(np.asarray(poly.face_points, np.int64) + first_point)
                     poly = replace(poly, face_points=of_faces)
-                mesh = replace(mesh, points=nowhere, connectivity=nodes, polyhedra=poly, copy=False, in_range=False)
+                mesh = replace(mesh, points=nowhere, connectivity=nodes, polyhedra=poly, copy=False, is_checked=False)
                 first_point = 0
             elif poly is not mesh.polyhedra:
                 mesh = mesh.replace(polyhedra=poly)

@@ -23,6 +23,9 @@ WINDOW = 1 << 18
 CLOSE = 2
 """Ids of a slice for each point between the first and the last of them, from which on all of these are read."""
 
+SOME = 256
+"""Ids of a slice by which it is seen first whether they may be close."""
+
 Ids = NDArray[np.int64]
 
 
@@ -107,10 +110,8 @@ class Points:
         MeshError
             If there is no such point.
         """
-        if self._whole is None and not self._keeps_ids:
-            first, last = self._span(ids)
-            if 0 <= first <= last < self.n and CLOSE * (last + 1 - first) <= len(ids):
-                return self._between(ids, first, last + 1)
+        if self._whole is None and not self._keeps_ids and (close := self._close(ids)) is not None:
+            return close
         if self.fits:  # a wrong id is found when the mesh is made
             return self.whole, ids, ALL
         touched = self.blocks_of(ids)
@@ -126,18 +127,25 @@ class Points:
                 self._whole = frozen(self._read(0, self.n))
             return self._whole
 
-    @staticmethod
-    def _span(ids: Ids) -> tuple[int, int]:
-        """The least and greatest of some ids; nothing, as a span that begins behind its end, if there are none."""
+    def _close(self, ids: Ids) -> tuple[NDArray[np.floating], Ids, Origins] | None:
+        """All points from the first to the last of some ids, if these are close; the ids are changed in place if they
+        were read for this slice alone."""
+        some = np.concatenate([ids[:SOME], ids[:: max(len(ids) // SOME, 1)]])
+        low, high = (int(some.min()), int(some.max())) if len(ids) else (0, self.n)
+        if low < 0 or CLOSE * (high + 1 - low) > len(ids):
+            return None
         from ..kernels import blocks  # loads Numba
 
-        least, greatest = blocks.span(ids)
-        return int(least), int(greatest)
-
-    def _between(self, ids: Ids, start: int, stop: int) -> tuple[NDArray[np.floating], Ids, Origins]:
-        """All points from one on up to another; the ids are changed in place if they were read for this slice alone."""
-        local = np.subtract(ids, start, out=ids if ids.flags.owndata and ids.flags.writeable else None)
-        return self._read(start, stop), local, Origins(np.zeros(1, np.int64), np.array([start], np.int64))
+        local = ids if ids.flags.owndata and ids.flags.writeable else ids.copy()
+        least, greatest = blocks.shift(local, low)  # the least of all is among some of them, as a rule
+        first, last = low + int(least), low + int(greatest)
+        if first < 0 or last >= self.n or CLOSE * (last + 1 - first) > len(ids):
+            if local is ids:
+                blocks.shift(local, -low)
+            return None
+        if first < low:
+            blocks.shift(local, first - low)
+        return self._read(first, last + 1), local, Origins(np.zeros(1, np.int64), np.array([first], np.int64))
 
     def blocks_of(self, ids: Ids) -> Ids:
         """The blocks that some ids lie in, ascending. Raises `MeshError` if there is no such point."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..io.plumbing.pieces import Piece, Pieces, ReadWhole, Rows
 from ..io.plumbing.some_rows import n_read, some, some_lists
 from ..io.plumbing.wedge_order import Decision, apply, has_wedges
 from ..mesh import Mesh
-from ..mesh.cast import check_cells
+from ..mesh.cast import check_cells, frozen, n_nodes_of
 from ..mesh.high_order import DEGREES, WEIGHTS
 from ..mesh.interface import INTERFACE
 from ..mesh.labels import LABEL
@@ -136,7 +137,7 @@ def read_slice(
     piece = pieces.pieces[place.piece]
     first = pieces.cell_starts[place.piece] + place.start
     try:
-        types, offsets, ids = _cells(piece, place)
+        types, offsets, ids, are_even = _cells(piece, place)
         poly, face_points = _polyhedra(piece, place, pieces.face_starts[place.piece])
         try:
             xyz, local, origins = points.of(ids if poly is None else np.concatenate([ids, face_points]))
@@ -145,6 +146,9 @@ def read_slice(
             raise
         if poly is not None:
             poly = replace(poly, face_points=local[len(ids) :])
+        is_found = origins is not ALL  # then each id was found among those of the piece, and its point has a new one
+        if is_found and not are_even:
+            check_cells(types, offsets, local[: len(ids)], None)
         mesh = Mesh(
             points=xyz,
             types=types,
@@ -158,7 +162,7 @@ def read_slice(
             dimension=view.dimension,
             up=view.up,
             copy=False,
-            in_range=origins is not ALL,  # else they are numbered anew, each found among those of the piece
+            is_checked=is_found,
         )
     except MeshError as error:
         raise ReadError(f"{pieces.path}: {_of_whole(str(error), first, place.stop - place.start)}") from error
@@ -187,12 +191,24 @@ def _column(name: str, rows: Rows, place: Place) -> NDArray[Any]:
     return values.astype(np.int64, copy=False) if name == LABEL else values
 
 
-def _cells(piece: Piece, place: Place) -> tuple[NDArray[np.uint8], Ids, Ids]:
-    types, (offsets, first, last) = piece.types.read(place.start, place.stop), _offsets(piece.offsets, place)
+def _cells(piece: Piece, place: Place) -> tuple[NDArray[np.uint8], Ids, Ids, bool]:
+    """Types, offsets and point ids of some cells; whether all are of one type, each with as many nodes as that has."""
+    types, read = piece.types.read(place.start, place.stop), piece.offsets.read(place.start, place.stop + 1)
+    first, last = int(read[0]), int(read[-1])
+    n_nodes = n_nodes_of(types)
+    are_even = n_nodes > 0 and last - first == n_nodes * len(types) and bool((read[1:] - read[:-1] == n_nodes).all())
+    offsets = _even(len(types), n_nodes) if are_even else read.astype(np.int64, copy=False) - first
     n = piece.connectivity.shape[0]
     if (place.start == 0 and first != 0) or (place.stop == piece.n_cells and last != n) or not 0 <= first <= last <= n:
         raise MeshError(f"offsets run from {first} to {last}, of {n} point ids")
-    return types, offsets, piece.connectivity.read(first, last).astype(np.int64, copy=False)
+    return types, offsets, piece.connectivity.read(first, last).astype(np.int64, copy=False), are_even
+
+
+@lru_cache(maxsize=4)
+def _even(n: int, n_nodes: int) -> Ids:
+    """Offsets of so many cells of as many nodes each, which slices share."""
+    offsets: Ids = frozen(n_nodes * np.arange(n + 1))
+    return offsets
 
 
 def _offsets(rows: Rows, place: Place) -> tuple[Ids, int, int]:
