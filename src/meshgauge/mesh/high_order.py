@@ -46,7 +46,7 @@ def by_nodes(mesh: Mesh, row: CellType, cells: CellIds) -> Iterator[tuple[CellTy
 
 def row_of(mesh: Mesh, cell: int) -> CellType | None:
     """The row of one cell; None if its type is unknown."""
-    row = rows_of(mesh.dimension or 3).get(int(mesh.types[cell]))
+    row = rows_of(mesh.dimension).get(int(mesh.types[cell]))
     if row is None or not varies(row):
         return row
     return next(by_nodes(mesh, row, slice(cell, cell + 1)))[0]

@@ -31,6 +31,9 @@ GHOST_TYPE = "vtkGhostType"
 GHOST_BITS = 1 | 32
 """Of `GHOST_TYPE`: a duplicate, a hidden cell."""
 
+DECIDED: Any = None
+"""Given for `Mesh.dimension` and `Mesh.up`: what the cells and the points say, which a mesh then has."""
+
 IS_SOLID_OR_UNKNOWN = IS_SOLID | ~np.isin(np.arange(256), list(CELL_TYPES))
 
 _ARRAYS = ("points", "types", "offsets", "connectivity")
@@ -116,8 +119,8 @@ class Mesh:
     stored: Precision | None = None
     sources: tuple[str, ...] = ()
     counted: tuple[str, ...] = ()
-    dimension: Literal[2, 3] | None = None
-    up: Literal[-1, 0, 1] | None = None
+    dimension: Literal[2, 3] = DECIDED
+    up: Literal[-1, 0, 1] = DECIDED
     parts: tuple[int, ...] = ()
     copy: InitVar[bool] = field(default=True, kw_only=True)
     is_checked: InitVar[bool] = field(default=False, kw_only=True)
@@ -212,7 +215,7 @@ class Mesh:
             blocks=tuple(blocks),
             point_data=_own_data(point_data or {}, "point_data", None, copy=True),
             cell_data=_own_data(cell_data or {}, "cell_data", None, copy=True),
-            up=1 if in_plane else None,
+            up=1 if in_plane else DECIDED,
             copy=False,
         )
 
@@ -252,7 +255,7 @@ class Mesh:
 
     def as_measured(self, dimension: Literal[2, 3] | None) -> Mesh:
         """The same with this `dimension`; None: as it is."""
-        return self if dimension in (None, self.dimension) else self.replace(dimension=dimension, up=None)
+        return self if dimension in (None, self.dimension) else self.replace(dimension=dimension, up=DECIDED)
 
     def type_counts(self) -> dict[str, int]:
         """Number of cells by type name, in the order of the VTK ids."""
@@ -267,7 +270,7 @@ class Mesh:
         """
         from .high_order import by_nodes
 
-        rows = rows_of(self.dimension or 3)
+        rows = rows_of(self.dimension)
         for vtk_id in (int(t) for t in np.flatnonzero(cast.count_types(self.types))):
             row, cells = rows.get(vtk_id), self.cells_of_type(vtk_id)
             if row is not None and varies(row):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import MeshError
 from . import cast
 from .labels import LABEL, labels_of
-from .mesh import CellBlock, Mesh
+from .mesh import DECIDED, CellBlock, Mesh
 from .polyhedra import IndexArray, Polyhedra, ragged_positions
 
 Ids = NDArray[np.int64]
@@ -53,8 +53,8 @@ def subset(mesh: Mesh, cells: ArrayLike | slice) -> Mesh:
         stored=mesh.stored,
         sources=mesh.sources,
         counted=tuple(counted),
-        dimension=mesh.dimension if mesh.dimension == 2 else None,
-        up=mesh.up if mesh.dimension == 2 else None,
+        dimension=mesh.dimension if mesh.dimension == 2 else DECIDED,
+        up=mesh.up if mesh.dimension == 2 else DECIDED,
         copy=False,
     )
 

@@ -149,4 +149,4 @@ def companions_by_region(
 
 def _cells(quality: Quality, row: CellType, cells: CellIds, *, compiled: bool) -> Cells:
     mesh = quality.mesh
-    return Cells(row, mesh.points, connectivity.pick(mesh, row, cells, driver.columns(row)), compiled, mesh.up or 0)
+    return Cells(row, mesh.points, connectivity.pick(mesh, row, cells, driver.columns(row)), compiled, mesh.up)

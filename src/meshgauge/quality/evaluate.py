@@ -42,7 +42,7 @@ def mesh_cells(mesh: Mesh, row: CellType, cells: CellIds, n: int) -> Cells:
     """Some cells of one type that is measured, as metrics take them; ``n``: see `n_deciding`."""
     compiled = path.is_compiled(n)
     nodes = connectivity.pick(mesh, row, cells, driver.columns(row), compiled=compiled)
-    return Cells(row, mesh.points, nodes, compiled, mesh.up or 0)
+    return Cells(row, mesh.points, nodes, compiled, mesh.up)
 
 
 def of_cells(one: Metric, mesh: Mesh, row: CellType, cells: CellIds, n: int, out: Values, threads: int | None) -> None:
@@ -182,7 +182,7 @@ def _jens(
     into = values[part] if isinstance(part, slice) else np.empty(len(ids))
     clear = np.empty(len(ids), np.bool_)
     pair = None if beside is None else beside.of(part)
-    driver.cell_jens(mesh.points, ids, row, into, mesh.up or 0, compiled=compiled, clear=clear, beside=pair)
+    driver.cell_jens(mesh.points, ids, row, into, mesh.up, compiled=compiled, clear=clear, beside=pair)
     if beside is not None and pair is not None and not isinstance(part, slice):
         beside.means[part], beside.ratios[part] = pair
     codes = np.full(len(ids), Status.OK, np.uint8)

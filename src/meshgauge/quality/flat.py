@@ -47,7 +47,7 @@ def mark_flat(mesh: Mesh, row: CellType, ids: NDArray[np.int64], values: NDArray
         near = near[_may_be_flat(mesh, row, ids[near], np.abs(values[near]))]
     for start in range(0, len(near), CHUNK):
         some = near[start : start + CHUNK]
-        signs = driver.corner_signs(mesh.points, ids[some], row, mesh.up or 0, single=mesh.stored == "single")
+        signs = driver.corner_signs(mesh.points, ids[some], row, mesh.up, single=mesh.stored == "single")
         is_flat = (signs == 0).any(axis=1)
         codes[some[is_flat & ~(signs < 0).any(axis=1)]] = Status.DEGENERATE
 

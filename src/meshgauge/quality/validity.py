@@ -148,7 +148,7 @@ def _validity(mesh: Mesh, known: CellType, ids: NDArray[np.int64], *, compiled: 
     if known.dimension == 2:
         from ..kernels.surfaces import driver as surfaces
 
-        return surfaces.validity(mesh.points, ids, known, mesh.up or 0)
+        return surfaces.validity(mesh.points, ids, known, mesh.up)
     return validity(known.kind, mesh.points, ids, compiled=compiled)
 
 
@@ -156,5 +156,5 @@ def _bounds(mesh: Mesh, known: CellType, ids: NDArray[np.int64]) -> Bounds:
     if known.dimension == 2:
         from ..kernels.surfaces import driver as surfaces
 
-        return surfaces.bounds(mesh.points, ids, known, mesh.up or 0)
+        return surfaces.bounds(mesh.points, ids, known, mesh.up)
     return bounds(known.kind, mesh.points, ids)

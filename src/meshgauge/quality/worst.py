@@ -82,7 +82,7 @@ def corner_values(mesh: Mesh, cell: int, row: CellType) -> Values:
     assert row.shape is not None
     ids = connectivity.pick(mesh, row, slice(cell, cell + 1), driver.columns(row))
     values = np.empty((1, row.shape.n_nodes))
-    driver.node_scaled_jacobian(mesh.points, ids, row, values, mesh.up or 0, compiled=False)
+    driver.node_scaled_jacobian(mesh.points, ids, row, values, mesh.up, compiled=False)
     return aggregate.jens(values[0], row.shape.k)
 
 

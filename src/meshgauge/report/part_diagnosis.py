@@ -105,11 +105,11 @@ class _InMemory:
 
     @property
     def dimension(self) -> Literal[2, 3]:
-        return self.mesh.dimension or 3
+        return self.mesh.dimension
 
     @property
     def up(self) -> Literal[-1, 0, 1]:
-        return self.mesh.up or 0
+        return self.mesh.up
 
     @property
     def blocks(self) -> Sequence[CellBlock]:

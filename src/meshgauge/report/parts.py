@@ -195,7 +195,7 @@ def _of_mesh(
         cell_labels="none" if not has_labels(mesh, "cell") else "counted" if "cells" in mesh.counted else "stored",
         point_labels="none",
         notes=tuple(mesh.notes),
-        view=View(mesh.dimension or 3, mesh.up or 0),
+        view=View(mesh.dimension, mesh.up),
         is_part=True,
     )
     quality = measure_part(

@@ -105,7 +105,7 @@ class FileReport:
             findings=tuple(quality.findings()),
             diagnosis=_diagnosis(quality) if with_diagnosis else None,
             finite_volume=finite_volume(quality),
-            dimension=mesh.dimension or 3,
+            dimension=mesh.dimension,
             **beside,
         )
 

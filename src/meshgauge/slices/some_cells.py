@@ -15,6 +15,7 @@ from ..io.plumbing.wedge_order import apply, has_wedges
 from ..mesh import CellBlock, Mesh
 from ..mesh.high_order import WEIGHTS
 from ..mesh.labels import LABEL
+from ..mesh.mesh import DECIDED
 from ..mesh.polyhedra import ragged_positions
 from ..quality.measure import JENS, Quality, measure_part
 from ..quality.poor import rows_of
@@ -74,8 +75,8 @@ def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose, *, with
         notes=facts.notes,
         purpose=purpose,
         stored=pieces.precision,
-        dimension=facts.view.dimension if facts.view.dimension == 2 else None,
-        up=facts.view.up if facts.view.dimension == 2 else None,
+        dimension=facts.view.dimension if facts.view.dimension == 2 else DECIDED,
+        up=facts.view.up if facts.view.dimension == 2 else DECIDED,
         copy=False,
     )
     return (apply(mesh, facts.decision) if facts.decision.turn and has_wedges(mesh.types) else mesh), used

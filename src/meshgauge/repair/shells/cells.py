@@ -179,5 +179,5 @@ def part_of(mesh: Mesh, takes_part: Mask, fixed: Mask | None = None) -> Part:
     links = at_points(corners, cells, mesh.n_points)
     return Part(
         corners, kinds, np.array(constants), cells, order, (links[3], links[4]), bends, middles, mesh.n_cells,
-        int(mesh.up or 0),
+        mesh.up,
     )  # fmt: skip

@@ -77,7 +77,7 @@ def neighbours(quality: Quality, cells: Ids, can_be_drawn: NDArray[np.bool_]) ->
     at = np.flatnonzero(marked[mesh.connectivity])
     near = np.unique(np.searchsorted(mesh.offsets, at, side="right") - 1)
     corners = {cell: set(_corners(quality, cell)) for cell in near[can_be_drawn[near]].tolist()}
-    least = mesh.dimension or 3
+    least = mesh.dimension
     return [
         [other for other, theirs in corners.items() if other != cell and len(theirs & mine) >= least][:AROUND]
         for cell, mine in zip(cells.tolist(), own, strict=True)

@@ -71,7 +71,7 @@ def geometry(picture: Picture, summary: Summary, *, bins: int, budget: int, befo
     whole, is_coarse = len(cells) == n_drawn, "surfaceCell" not in arrays
     reach = 1.0 if whole else reach
     model = {
-        "kinds": kinds(mesh.types[cells], mesh.dimension or 3, quality.poor_below),
+        "kinds": kinds(mesh.types[cells], mesh.dimension, quality.poor_below),
         "layout": result.layout,
         "edges": summary.all.histogram(bins)[0].tolist(),
         "regions": list(names),

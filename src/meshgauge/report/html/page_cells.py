@@ -118,7 +118,7 @@ def nodes_of(quality: Quality, cells: Ids) -> Nodes:
         for row, of_row in _rows(mesh, vtk_id, cells, at):
             assert row.shape is not None
             ids = connectivity.pick(mesh, row, cells[of_row], driver.columns(row))
-            scaled, up = np.empty((len(ids), row.shape.n_nodes)), mesh.up or 0
+            scaled, up = np.empty((len(ids), row.shape.n_nodes)), mesh.up
             driver.node_scaled_jacobian(mesh.points, ids, row, scaled, up, compiled=path.is_compiled(len(ids)))
             corners = connectivity.pick(mesh, row, cells[of_row], row.corners)
             sizes[of_row] = row.shape.n_nodes
@@ -133,7 +133,7 @@ def nodes_of(quality: Quality, cells: Ids) -> Nodes:
 
 def _rows(mesh: Mesh, vtk_id: int, cells: Ids, at: Ids) -> list[tuple[CellType, Ids]]:
     """The rows of the cells of one type, each with the positions of its own."""
-    row = rows_of(mesh.dimension or 3)[vtk_id]
+    row = rows_of(mesh.dimension)[vtk_id]
     if row.shape is not None:
         return [(row, at)]
     sizes = np.diff(mesh.offsets)[cells[at]]
