@@ -29,6 +29,17 @@ def test_the_cut_is_at_the_worst_cell_along_the_thinnest_axis() -> None:
     np.testing.assert_array_equal(np.abs(towards), [0, 0, 1])
 
 
+def test_a_mesh_of_the_plane_is_shown_whole_from_above() -> None:
+    flat = BOX * (1.0, 1.0, 0.0) + (0.0, 0.0, 7.0)
+    towards, depth = cut_scene._plane(flat, flat[0], flat, None, None)
+    np.testing.assert_array_equal(towards, [0, 0, 1])
+    assert (flat @ towards <= depth + 1e-9).all()
+    eye, up = cut_scene._view(towards, is_plane=True)
+    np.testing.assert_array_equal(frame(eye, up), np.eye(3))
+    aside, _ = cut_scene._view(towards, is_plane=False)
+    assert aside[0] != 0.0
+
+
 def test_a_cut_that_is_asked_for() -> None:
     towards, depth = cut_scene._plane(BOX, None, BOX, (3.0, 0.0, 0.0), 0.25)
     np.testing.assert_array_equal(towards, [1, 0, 0])

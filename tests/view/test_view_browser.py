@@ -100,6 +100,21 @@ def test_the_page_loads_and_shows_the_mesh(page: Any, bracket: Model) -> None:
     assert page.locator("[data-worst]").first.get_attribute("data-worst") == str(bracket.quality.worst(1)[0].cell)
 
 
+@pytest.mark.long
+def test_it_is_dark_or_light_as_the_system_is(browser: Any, server: Server) -> None:
+    """Page and picture, whoever was there before."""
+    for scheme, is_dark in (("dark", True), ("light", False), ("dark", True)):
+        opened = browser.new_page(viewport={"width": 500, "height": 400}, color_scheme=scheme)
+        visit(opened, server.address)
+        opened.wait_for_selector(f".v-theme--{scheme}", timeout=10_000)
+        for _ in range(40):
+            if (pixels(opened)[-5:, :5].mean() < 90) == is_dark:
+                break
+            opened.wait_for_timeout(100)
+        assert (pixels(opened)[-5:, :5].mean() < 90) == is_dark
+        opened.close()
+
+
 def test_the_slider_shows_the_cells_that_numpy_counts(page: Any, bracket: Model) -> None:
     thumbs = page.locator('[data-control="quality"] [role="slider"]')
     box = page.locator('[data-control="quality"] .v-slider-track__background').bounding_box()

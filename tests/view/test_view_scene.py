@@ -173,6 +173,21 @@ def test_while_it_moves_less_is_drawn_of_many_faces() -> None:
     assert np.array_equal(scene.picture(), whole)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_mesh_of_the_plane_is_seen_from_above(side: float) -> None:
+    """All of it, x to the right and y upwards; one in space, and two of which one is, as always."""
+    points = [(x, side * y, 0.0) for y in range(3) for x in range(5)]
+    cells = [(5 * y + x, 5 * y + x + 1, 5 * y + x + 6, 5 * y + x + 5) for y in range(2) for x in range(4)]
+    flat = meshgauge.Mesh.from_arrays(points, {"quad": cells})
+    plane = Scene([Model.of(flat, "plane")], size=SIZE)
+    forward, right, up = plane.home.axes
+    np.testing.assert_allclose([right, up, -forward], np.eye(3), atol=1e-12)
+    assert inks(plane.picture()) > 0.3 * np.prod(SIZE)
+    bent = Model.of(flat.replace(points=np.array(points) + np.outer(np.arange(15) % 2, (0, 0, 0.2)), up=None), "shell")
+    for models in ([bent], [Model.of(flat, "plane"), bent]):
+        assert abs(Scene(models, size=SIZE).home.forward[2]) < 0.9
+
+
 def test_points_of_no_cell_do_not_move_the_camera() -> None:
     model = cubes(3)
     far = np.vstack([model.mesh.points, [(1e9, 0, 0)]])

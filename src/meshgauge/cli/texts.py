@@ -155,7 +155,7 @@ Exit codes: 0 done, 2 the file is not the one that was written, or could not be 
         "Draw the quality of meshes: charts, the worst cells, a cut.",
         """Draw the quality of meshes: a chart of one or several, or a scene of one.
 
-Charts: [bold]histogram[/bold], [bold]types[/bold] (one a type of cell), [bold]cumulative[/bold] (share of cells at or below each value). Scenes: [bold]worst[/bold] (where the worst cells are, and each from near), [bold]cut[/bold] (the mesh cut open, coloured by quality). Invalid cells are red, poor ones amber, good ones blue, the lighter the better.
+Charts: [bold]histogram[/bold], [bold]types[/bold] (one a type of cell), [bold]cumulative[/bold] (share of cells at or below each value). Scenes: [bold]worst[/bold] (where the worst cells are, and each from near), [bold]faces[/bold] (the worst faces for finite volumes), [bold]cut[/bold] (the mesh cut open, coloured by quality). Invalid cells are red, poor ones amber, good ones blue, the lighter the better.
 
 Exit codes: 0 done, 2 some file could not be read or the picture not drawn, 130 interrupted.""",
         (

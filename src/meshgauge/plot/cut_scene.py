@@ -79,7 +79,7 @@ def cut(
     n_bad = int(np.count_nonzero(is_bad))
     shown = beyond | is_bad if n_bad <= ALL_SHOWN else beyond
     hidden = n_bad - int(np.count_nonzero(is_bad & shown))
-    eye, up = _view(towards)
+    eye, up = _view(towards, is_plane=normal is None and not np.ptp(corners(skin)[:, 2]).any())
     with Canvas(
         MESH_WIDTH, HEIGHT, eye, up, corners(skin), margin=(LABELS_TO / MESH_WIDTH + 0.03, 0.02, 0.1, 0.04)
     ) as canvas:
@@ -147,6 +147,8 @@ def _plane(
 def _best_axis(points: Array, worst: Array | None) -> Array:
     """The axis along which the mesh is thinnest, of those that have the worst cell in the middle; its better side."""
     low, high = points.min(axis=0), points.max(axis=0)
+    if low[2] == high[2]:  # of the plane: all of it, from above
+        return np.array([0.0, 0.0, 1.0])
     size = np.maximum(high - low, 1e-300)
     place = (worst - low) / size if worst is not None else np.full(3, 0.5)
     outside = (place < MIDDLE[0]) | (place > MIDDLE[1])
@@ -158,9 +160,11 @@ def _best_axis(points: Array, worst: Array | None) -> Array:
     return np.asarray(sign * np.eye(3)[axis])
 
 
-def _view(towards: Array) -> tuple[Array, Array]:
-    """The eye a little to the side of the normal and above it, and what is up."""
+def _view(towards: Array, *, is_plane: bool) -> tuple[Array, Array]:
+    """The eye a little to the side of the normal and above it, of a plane straight along it, and what is up."""
     up = np.array([0.0, 1.0, 0.0]) if abs(towards[2]) > 0.8 else np.array([0.0, 0.0, 1.0])
+    if is_plane:
+        return towards, up
     side = np.cross(up, towards)
     return towards + 0.42 * side / np.linalg.norm(side) + 0.36 * up, up
 

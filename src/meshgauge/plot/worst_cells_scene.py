@@ -112,7 +112,8 @@ def numbered(figure: Figure, solids: Solids, drawn: Any, places: ArrayLike) -> N
     # Seen along the direction in which the mesh is thinnest, from a little above and aside.
     up = np.array([0.0, 0.0, 1.0]) if size[2] > 0.5 * size.max() else np.array([0.0, 1.0, 0.0])
     front = np.array([0.0, -1.0, 0.0]) if up[2] else np.array([0.0, 0.0, 1.0])
-    eye = front + 0.5 * np.cross(up, front) + 0.45 * up
+    # A mesh of the plane from straight above.
+    eye = front + 0.5 * np.cross(up, front) + 0.45 * up if size[2] > 0.0 else front
     with Canvas(WHERE - 20, HEIGHT - HEAD, eye, up, points, margin=(0.07, 0.07, 0.05, 0.05)) as canvas:
         image = shell(canvas, skin)
         canvas.add(drawn, width=0.8)

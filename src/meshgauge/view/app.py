@@ -183,8 +183,11 @@ class App:
         """Fly to a cell of the first mesh by its number in the file, or its position if it has none."""
         self.fly(0, self.scene.models[0].place_in(str(text).strip()))
 
-    def open_link(self, link: str) -> None:
-        """Make the view that of a link; that of the command line if the page was opened without one."""
+    def open_link(self, link: str, is_dark: bool = False) -> None:
+        """Make the view that of a link; that of the command line if the page was opened without one. Dark or light as
+        the reader's system is: said by the server, so that page and picture agree."""
+        self.server.state.theme = "dark" if is_dark is True else "light"
+        self._on_theme(self.server.state.theme)
         given = str(link).lstrip("#") or self._start
         self._start = ""
         try:

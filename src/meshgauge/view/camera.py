@@ -18,6 +18,9 @@ VIEW_ANGLE = 30.0
 HOME = (1.9, -2.4, 1.5)
 """From where the whole mesh is seen."""
 
+ABOVE = (0.0, 0.0, 1.0)
+"""From where a mesh of the plane is seen: x to the right and y upwards."""
+
 FILLED = 0.92
 """Share of the picture that it fills then."""
 
@@ -50,13 +53,15 @@ class Camera:
         return np.asarray(forward / np.linalg.norm(forward))
 
     @classmethod
-    def home(cls, corners: NDArray[np.floating], aspect: float) -> Camera:
-        """The camera that sees all of some points ``(n, 3)`` from `HOME`'s direction; aspect is width over height."""
-        forward, right, up = cls().axes
+    def home(cls, corners: NDArray[np.floating], aspect: float, *, is_plane: bool = False) -> Camera:
+        """The camera that sees all of some points ``(n, 3)`` from `HOME`'s direction, those of a mesh of the plane from
+        above; aspect is width over height."""
+        start = cls(ABOVE, up=(0.0, 1.0, 0.0)) if is_plane else cls()
+        forward, right, up = start.axes
         wide, high = max(aspect, 1.0), max(1.0 / aspect, 1.0)
         across = np.maximum(np.abs(corners @ right) / wide, np.abs(corners @ up) / high) / (FILLED * HALF)
         distance = float((across - corners @ forward).max(initial=1.0))
-        return cls(position=_vector(-distance * forward))
+        return replace(start, position=_vector(-distance * forward))
 
     @property
     def axes(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:

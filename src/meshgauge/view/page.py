@@ -53,7 +53,8 @@ html, body { overflow: hidden !important; }
 .mg-bars .hit { fill: transparent; } .mg-bars .hit:hover { fill: rgba(128,128,128,.16); }
 .mg-axis { position: relative; height: 16px; font-size: 11px; opacity: .75; }
 .mg-axis span { position: absolute; transform: translateX(-50%); }
-.mg-legend { display: flex; align-items: center; gap: 5px; font-size: 11.5px; margin: 6px 0 0; flex-wrap: wrap; }
+.mg-legend { display: flex; align-items: center; gap: 4px 7px; font-size: 11.5px; margin: 6px 0 0; flex-wrap: wrap; }
+.mg-legend > span { display: inline-flex; align-items: center; gap: 5px; white-space: nowrap; }
 .mg-legend i { display: inline-block; width: 15px; height: 10px; border-radius: 2px; }
 .mg-worst { width: 100%; border-collapse: collapse; }
 .mg-worst td { padding: 2.5px 4px; } .mg-worst td.n { text-align: right; }
@@ -125,7 +126,8 @@ def build(server: Any, models: Sequence[Model], choices: Choices, window: Any) -
         layout.root.theme = ("theme",)
         client.Style(STYLE)
         # The link of the page is followed when it is opened, and kept up to date afterwards.
-        client.ClientTriggers(mounted="trigger('open_link', [window.location.hash])")
+        is_dark = "window.matchMedia('(prefers-color-scheme: dark)').matches"
+        client.ClientTriggers(mounted=f"trigger('open_link', [window.location.hash, {is_dark}])")
         client.ClientStateChange(
             value="link", change="window.history.replaceState(null, '', window.location.pathname + '#' + link)"
         )
@@ -237,10 +239,12 @@ def _histogram(v: Any, html: Any, n_models: int, with_undefined: bool, choices: 
             )
     with html.Div(classes="mg-legend"):
         for colour, text in ((INVALID, "invalid"), (DEGENERATE, "degenerate"), (POOR, "poor")):
-            html.I(style=f"background: {colour}")
-            html.Span(text)
-        html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(RAMP)})")
-        html.Span(f"{poor.text} to 1")
+            with html.Span():
+                html.I(style=f"background: {colour}")
+                html.Span(text)
+        with html.Span():
+            html.I(style=f"width: 60px; background: linear-gradient(90deg, {', '.join(RAMP)})")
+            html.Span(f"{poor.text} to 1")
         if with_undefined:
             html.I(style=f"background: {UNKNOWN}")
             html.Span("undefined")

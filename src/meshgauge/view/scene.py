@@ -73,6 +73,7 @@ class Scene:
         self._camera.SetViewAngle(VIEW_ANGLE)
         self._panes = [self._pane(model, n / len(models), (n + 1) / len(models)) for n, model in enumerate(models)]
         self._corners = np.concatenate([_corners(model) for model in models])
+        self._is_plane = all(model.quality.mesh.up for model in models)
         # The mesh fills a ball of radius 1; a second one may reach beyond it.
         self._reach = 1.05 * float(np.linalg.norm(self._corners, axis=1).max())
         self._moving = False
@@ -178,7 +179,7 @@ class Scene:
     @property
     def home(self) -> Camera:
         """The camera that sees all meshes, in the window as it is now."""
-        return Camera.home(self._corners, self._aspect)
+        return Camera.home(self._corners, self._aspect, is_plane=self._is_plane)
 
     @property
     def _aspect(self) -> float:

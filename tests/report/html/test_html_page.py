@@ -61,6 +61,23 @@ def test_the_page_loads_nothing_and_runs_only_its_own_scripts(bracket: Path) -> 
     assert text.count("Permission is hereby granted") == 2, "three.js and fflate ask for their licence in every copy"
 
 
+def test_a_mesh_of_the_plane_is_seen_from_above(section: html.Section) -> None:
+    """So are its cards; a shell as a solid is."""
+    points = np.array([(x, y, 0.0) for y in range(3) for x in range(3)])
+    cells = [(3 * y + x, 3 * y + x + 1, 3 * y + x + 4, 3 * y + x + 3) for y in range(2) for x in range(2)]
+    flat = meshgauge.Mesh.from_arrays(points, {"quad": cells})
+    shell = flat.replace(points=points + np.outer(np.arange(9) == 4, (0.0, 0.0, 0.3)), up=None)
+    plane, bent = (html.section(meshgauge.measure(mesh)) for mesh in (flat, shell))
+    assert plane.model is not None
+    assert bent.model is not None
+    assert section.model is not None
+    above = plane.model["from"]
+    assert above[2] > 100 * max(abs(above[0]), abs(above[1])) > 0.0  # what is up is told by a hair's breadth
+    assert bent.model["from"] == section.model["from"] != above
+    assert all(card.model["from"] == above for card in plane.cards)
+    assert all(card.model["from"] != above for card in bent.cards)
+
+
 def test_the_same_mesh_gives_the_same_page(quality: meshgauge.Quality, section: html.Section) -> None:
     assert html.page([html.section(quality)]) == html.page([section])
 

@@ -15,6 +15,7 @@ from ...mesh.high_order import row_of
 from ...mesh.labels import cell_label, point_label
 from ...quality.worst import spacing
 from ...status import STATUSES, Status
+from .frame import ABOVE
 from .page_cells import Ids, drawable, drawing_code, faces_of, nodes_of
 from .picture import Picture
 from .sketch import side
@@ -102,6 +103,7 @@ def _card(picture: Picture, cell: int, around: list[int]) -> Card:
     row = row_of(mesh, cell)
     x, y, z = (float(v) for v in mesh.points[point])
     fitted = _fit(mesh.points[used], own)
+    eye = ABOVE if mesh.up else side(fitted, [[place[p] for p in face] for face in faces[cell]], place[point]).round(4)
     return Card(
         cell=picture.cell(cell),
         type=type_name(int(mesh.types[cell])),
@@ -117,7 +119,7 @@ def _card(picture: Picture, cell: int, around: list[int]) -> Card:
         place=tuple(coordinates((x, y, z), spacing(mesh.points[mesh.nodes(cell)]), digits=5)),
         model={
             "points": fitted.round(5).tolist(),
-            "from": side(fitted, [[place[p] for p in face] for face in faces[cell]], place[point]).round(4).tolist(),
+            "from": [float(x) for x in eye],
             "bad": place[point],
             "cells": [
                 {

@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+ASIDE, ABOVE = (0.75, -1.5, 0.85), (0.0, -0.001, 1.0)
+"""From where a mesh is seen at first, and one of the plane; from straight above nothing says which way is up."""
+
 
 @dataclass(frozen=True, slots=True)
 class Frame:

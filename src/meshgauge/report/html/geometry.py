@@ -15,7 +15,7 @@ from ...look.colours import DEGENERATE, EDGE, GHOST, INVALID, STOPS, UNKNOWN
 from ...quality.summary import Summary
 from ...status import STATUSES, is_usable
 from . import surface
-from .frame import Frame
+from .frame import ABOVE, ASIDE, Frame
 from .pack import pack_arrays
 from .page_cells import WHOLE, WORST, Ids, arrays_of, cells_to_show, drawable, drawing_code, kinds, nodes_of
 from .picture import TRIANGLES, Picture, Skin
@@ -86,6 +86,7 @@ def geometry(picture: Picture, summary: Summary, *, bins: int, budget: int, befo
         "start": min(_start(quality, cells), reach),
         **({} if before is None else {"startBefore": min(_start(before, cells), reach)}),
         "frame": {"centre": list(frame.centre), "half": frame.half},
+        "from": list(ABOVE if mesh.up else ASIDE),
         "coarse": is_coarse,
         "before": before is not None,
         "colours": {

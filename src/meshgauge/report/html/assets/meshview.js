@@ -49,7 +49,7 @@ class MeshView {
     const { min, max } = geometry.boundingBox;
     this.extent = { low: min.toArray(), high: max.toArray() };
     const around = [0, 1, 2, 3, 4, 5, 6, 7].map((c) => [0, 1, 2].map((k) => ((c >> k) & 1 ? this.extent.high : this.extent.low)[k]));
-    this.view = new MG.View(this.$("canvas"), { around, from: [0.75, -1.5, 0.85], zooms: false });
+    this.view = new MG.View(this.$("canvas"), { around, from: model.from, zooms: false });
     this.view.hasAxes = true;
     this.view.before = () => this.shade();
     this.isShown = new Uint8Array(n);
