@@ -400,11 +400,11 @@ def test_sliding_starts_where_the_worst_was_raised_unless_that_was_refused(monke
     class Started(Exception):
         pass
 
-    def start(here: NDArray[np.float64], *_: object) -> None:
-        starts.append(here[0].tolist())
+    def start(sliding: slide._Sliding, *_: object) -> None:
+        starts.append(sliding.here[0].tolist())
         raise Started
 
-    monkeypatch.setattr(slide, "_slide", start)
+    monkeypatch.setattr(slide._Sliding, "raised", start)
     constraints = SimpleNamespace(pinned=np.zeros(mesh.n_points, bool))
     surface = SimpleNamespace(kind=np.full(mesh.n_points, FACE, np.uint8), n_patches=1, n_curves=0, feature_angle=40.0)
     whole, first = problem(mesh, np.ones(mesh.n_cells, bool)), np.zeros(1, np.int64)
@@ -415,5 +415,5 @@ def test_sliding_starts_where_the_worst_was_raised_unless_that_was_refused(monke
         )
         promise = SimpleNamespace(before=before, constraints=constraints)
         with pytest.raises(Started):
-            slide.slide(promise, reached, run, surface, np.zeros(mesh.n_points, bool), 1.0, threads=1)  # type: ignore[arg-type]
+            slide.slide(promise, reached, run, surface, np.zeros(mesh.n_points, bool), 1.0, target=None, threads=1)  # type: ignore[arg-type]
     assert starts == [[0.0] * 3, [9.0] * 3, [1.0] * 3]

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from ..kernels.repair import projection as kernel
 from .problem import Ids, Points
 
+ROUNDING = 1e-13
+"""Share of the largest coordinate within which a place is where it was looked for."""
+
 FURTHEST = 0.5
 """Share of the largest distance from which on a nearest place is looked for everywhere."""
 
@@ -88,7 +91,8 @@ class Projection:
         queries = np.ascontiguousarray(queries)
         place, _ = self.nearest(queries, start)
         far: Points = np.linalg.norm(place - queries, axis=1)
-        is_checked = np.zeros(len(far), bool)
+        # What is off by rounding only is on the surface: there is nothing nearer to be looked for.
+        is_checked = far <= ROUNDING * np.abs(self.points).max(initial=0.0)
         while True:
             rest = np.flatnonzero(~is_checked & (far > FURTHEST * far.max(initial=0.0)))
             if not len(rest) or self.is_segment.all():

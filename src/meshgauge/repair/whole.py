@@ -12,6 +12,7 @@ import numpy as np
 from ..cells import CELL_TYPES
 from ..doctor.points import extent
 from ..errors import MeshError
+from ..look.bands import POOR
 from ..quality.measure import Quality
 from .acceptance import accept, is_below, is_better, n_unusable
 from .ceiling import Ceiling, ceiling
@@ -226,10 +227,20 @@ def _repair(
     run.base[:] = outcome.quality.mesh.points[run.whole.point_ids]
     points = run.base[run.points_of_moving].copy()
     run.keep_time(began)
+    first: tuple[Quality, tuple[float, float], list[str]] | None = None
     if not run.whole.n_cells or options.still:
         run.record("end", points, now=True)
         return outcome
-    if options.everywhere:
+    if _slides_first(outcome, constraints, options):
+        _slide(outcome, Promise(before, constraints, strict=options.strict), options)
+        first = outcome.quality, outcome.deviation, outcome.notes
+        if n_unusable(first[0]) or not float(np.nanmin(first[0].values)) > limit.worst:
+            # With the boundary fixed more may be reached: that is tried as well.
+            outcome.quality, outcome.deviation, outcome.notes = given, (0.0, 0.0), []
+    has_slid = outcome.quality is not given
+    if has_slid:
+        promise = Promise(before, constraints, strict=options.strict)
+    elif options.everywhere:
         promise = Promise(before, constraints, strict=options.strict)
         _take_unbent(outcome, promise, form, options)
         _take_moved(outcome, promise, _phases(run, points, limit, strict=options.strict), options)
@@ -240,7 +251,7 @@ def _repair(
         promise = Promise(before, constraints, strict=options.strict)
         _take_unbent(outcome, promise, form, options)
         _mend(outcome, promise, points, options, is_brief=is_brief)
-    if not run.stopped:
+    if not run.stopped and not has_slid:
         if form is not given:
             _take_unbent(outcome, promise, _unbent(outcome.quality, constraints, options, run.is_stopped), options)
         better = untwist(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
@@ -249,13 +260,15 @@ def _repair(
         straight = straighten(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
         if straight is not outcome.quality:
             outcome.take(straight, promise)
-    if options.slides and not run.stopped:
+    if options.slides and not run.stopped and not has_slid:
         # What hangs has followed by now, and stays.
         near = constraints.without_hanging() if constraints.hanging else constraints
         if not options.everywhere:
             near = _near_bad(outcome, near, options)
         promise = replace(promise, constraints=near, held=constraints.pinned)
         _slide(outcome, promise, options)
+    if first is not None and is_better(first[0], outcome.quality):
+        outcome.quality, outcome.deviation, outcome.notes = first
     if options.rounding:
         held = constraints if options.tolerance is None else replace(constraints, sizes=None)
         _round(outcome, Promise(before, held, options.slides, options.surface is not None, options.strict), options)
@@ -264,6 +277,16 @@ def _repair(
     at_end = np.asarray(outcome.quality.mesh.points, np.float64)
     run.record("end", at_end[run.whole.point_ids[run.points_of_moving]], now=True)
     return outcome
+
+
+def _slides_first(outcome: Outcome, constraints: Constraints, options: Options) -> bool:
+    """True if the boundary is to slide before all else: where its fixed points leave a cell below what is to be mended.
+
+    What sliding reaches beyond that, nothing can that holds them.
+    """
+    is_plain = not (constraints.hanging or len(outcome.run.whole.bends)) and constraints.quality.mesh.purpose != "fv"
+    slides = options.slides and options.everywhere and options.tolerance is None
+    return slides and is_plain and outcome.limit.worst < max(options.target, POOR)
 
 
 def _unbent(quality: Quality, constraints: Constraints, options: Options, is_over: Callable[[], bool]) -> Quality:
@@ -435,7 +458,9 @@ def _slide(outcome: Outcome, fixed: Promise, options: Options) -> None:
     for target in (0.0, options.target) if options.tolerance is not None else ():
         if not run.stopped and is_below(outcome.quality, target).any():
             release_near(target)
-    slid = slide(promise, outcome.quality, run, surface, released, limit, threads=options.threads)
+    slid = slide(
+        promise, outcome.quality, run, surface, released, limit, target=_target(options), threads=options.threads
+    )
     outcome.notes += slid.notes
     if slid.quality is not outcome.quality and outcome.take(slid.quality, promise):
         outcome.deviation = slid.deviation

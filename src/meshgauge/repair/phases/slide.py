@@ -10,19 +10,21 @@ from numpy.typing import NDArray
 from ...look.style import number_of, plural
 from ...mesh import Mesh
 from ...quality.measure import Quality
-from ..acceptance import accept, is_better
+from ..acceptance import SAME, accept, is_better, n_unusable
 from ..claims import Promise
 from ..constraints import Constraints, Mask
 from ..curved import move_nodes_between
 from ..descent import Energy, Freedom
-from ..deviation import deviation
+from ..deviation import Deviation, deviation
 from ..faces import mask_of
 from ..hanging import NONE
 from ..problem import Points, Problem, gather
 from ..run import Run
 from ..surface import CORNER, EDGE, FACE, INSIDE, Surface
+from ..surface_edges import SurfaceEdges
 from ..volumes import moved_rims, restore_volumes
 from .mean import raise_mean
+from .untangle import smooth, untangle
 from .worst import raise_worst
 
 STRIDES = (1.0, 0.5, 0.25, 0.1)
@@ -38,6 +40,10 @@ PASSES, GAIN = 2, 1e-3
 ATTEMPTS = 4
 """How often sliding starts anew, with points held whose faces went too far from the surface."""
 
+WEIGHT, FIRM, MANY = 1.0, 100.0, 0.05
+"""Weights of what pulls edges of curved patches that get too long: at first, and once faces at more than a share of the
+points went too far."""
+
 
 @dataclass(frozen=True, eq=False)
 class SlideResult:
@@ -51,7 +57,7 @@ class SlideResult:
 class SlideConstraint:
     """Keeps points of the surface on it, and sets the directions in which the descent may move them."""
 
-    def __init__(self, problem: Problem, of_points: NDArray[np.int64], surface: Surface, freedom: Freedom) -> None:
+    def __init__(self, problem: Problem, surface: Surface, freedom: Freedom, edges: SurfaceEdges) -> None:
         ids = problem.point_ids
         self.problem = problem
         self.freedom = freedom
@@ -60,6 +66,7 @@ class SlideConstraint:
         self.on = np.flatnonzero((kind == EDGE) | (kind == FACE))
         self.ids = ids[self.on]
         self.is_curved = bool(surface.projection.is_curved()[surface.projection.groups[surface.item[self.ids]]].any())
+        self.edges = edges
 
     def project(self, points: Points) -> Points:
         """Points with those of the surface put on it; the axes of the freedom are those there."""
@@ -71,8 +78,8 @@ class SlideConstraint:
         return out
 
     def added_to(self, energy: Energy) -> Energy:
-        """The energy: points are put on the surface after some steps instead."""
-        return energy
+        """The energy with that of edges that are too long; points are put on the surface after some steps."""
+        return self.edges.added_to(energy)
 
     def __call__(self, before: Points, after: Points, floors: Points) -> Points:
         """As far as one can go from one to the other along the surface with every cell above its floor."""
@@ -91,9 +98,10 @@ def slide(
     fixed: Quality,
     run: Run,
     surface: Surface,
-    held: Mask,
+    released: Mask,
     limit: float,
     *,
+    target: float | None,
     threads: int | None,
 ) -> SlideResult:
     """Let points of the boundary slide, of a mesh that was improved with it fixed.
@@ -108,10 +116,12 @@ def slide(
         As it was improved so far.
     surface
         The boundary of the mesh as it was given, or what the user gave instead.
-    held
-        ``(n_points,)`` points of it that do not slide.
+    released
+        ``(n_points,)`` points of it that have left it, and do not slide.
     limit
         The largest distance between the surfaces before and after.
+    target
+        As for `is_better`.
     threads
         As for `improve`.
     """
@@ -122,7 +132,7 @@ def slide(
         # Raising the mean goes away from where the worst can be raised further.
         here[run.whole.point_ids[run.points_of_moving]] = run.raised
     kind = surface.kind.copy()
-    kind[constraints.pinned | held] = CORNER
+    kind[constraints.pinned | released] = CORNER
     patches = number_of(surface.n_patches, "patch", "patches")
     on_patches = number_of(int(np.count_nonzero(kind == FACE)), "point slides", "points slide")
     summary = (
@@ -134,37 +144,61 @@ def slide(
     sizes = run.whole.point_sizes(run.whole.edge_lengths(old[run.whole.point_ids]))
     size = np.ones(len(old))
     size[run.whole.point_ids] = sizes
-    least = float(np.nanmin(fixed.values))  # what is worse does not stand
-    for _ in range(ATTEMPTS):
-        points = _with_nodes_between(
-            run.form or before.mesh, _slide(here, run, surface, kind, least), constraints, surface
-        )
+    sliding = _Sliding(here, old, run, surface)
+    # First as far as the mean goes with what it may take of the worst, then with the least of the mesh as it is kept.
+    levels = (-np.inf, float(np.nanmin(fixed.values)))
+
+    def held(points: Points) -> tuple[Quality, Mask]:
+        points = _with_nodes_between(run.form or before.mesh, points, constraints, surface)
         if not promise.is_given:
             points = restore_volumes(surface, constraints, kind, points)
-        slid, n_back = accept(
-            before, points, strict=promise.strict, threads=threads, back=fixed, sizes=constraints.sizes
-        )
-        reached = np.asarray(slid.mesh.points, np.float64)
-        apart = deviation(surface, reached, is_given=promise.is_given)
-        hold = (
-            _points_to_hold(promise, slid, surface, apart.of_faces, size, held, limit)
-            & (kind != CORNER)
-            & (kind != INSIDE)
-        )
-        if not hold.any() or run.is_over():
+        slid, _ = accept(before, points, strict=promise.strict, threads=threads, back=fixed, sizes=constraints.sizes)
+        return slid, np.asarray((slid.mesh.points != points).any(axis=1))
+
+    def too_far(slid: Quality) -> tuple[Deviation, Mask]:
+        apart = deviation(surface, np.asarray(slid.mesh.points, np.float64), is_given=promise.is_given)
+        hold = _points_to_hold(promise, slid, surface, apart.of_faces, size, released, limit)
+        return apart, hold & (kind != CORNER) & (kind != INSIDE)
+
+    best, notes = SlideResult(fixed, (0.0, 0.0), ()), [summary]
+    weight, hold = WEIGHT, np.zeros(len(old), bool)
+    for attempt in range(2 * ATTEMPTS):
+        if attempt < ATTEMPTS:
+            raised = sliding.raised(kind, weight)
+            for least in levels:
+                slid, back = held(sliding.evened(raised, least))
+                if _is_gain(slid, fixed, target) or run.is_over():
+                    break
+        else:
+            # Those that still are too far go back to where they were.
+            points = np.asarray(slid.mesh.points, np.float64).copy()
+            points[hold] = np.asarray(fixed.mesh.points, np.float64)[hold]
+            slid, back = held(points)
+        apart, hold = too_far(slid)
+        if not hold.any() and apart.largest <= limit and _is_gain(slid, best.quality, target):
+            best, n_back = SlideResult(slid, (apart.largest, apart.mean), ()), int(np.count_nonzero(back))
+        if run.is_over() or not (hold.any() or (back.any() and best.quality is fixed)):
             break
+        if np.count_nonzero(hold) > MANY * np.count_nonzero((kind == EDGE) | (kind == FACE)) and weight < FIRM:
+            weight = FIRM
+            continue
+        hold |= back & (best.quality is fixed)
         kind[hold] = CORNER
-    notes = [summary]
-    if n_back:
+    if best.quality is fixed:
+        notes.append("Sliding is not better: the result with the boundary fixed stands.")
+    elif n_back:
         notes.append(
             f"{number_of(n_back, 'point was put back to where it was', 'points were put back to where they were')} "
             "with the boundary fixed."
         )
-    if hold.any() or apart.largest > limit or not is_better(slid, fixed):
-        return SlideResult(
-            fixed, (0.0, 0.0), (summary, "Sliding is not better: the result with the boundary fixed stands.")
-        )
-    return SlideResult(slid, (apart.largest, apart.mean), tuple(notes))
+    return replace(best, notes=tuple(notes))
+
+
+def _is_gain(slid: Quality, other: Quality, target: float | None) -> bool:
+    """True if a mesh is better, and its worst no worse unless fewer cells are invalid."""
+    worst = (float(np.nanmin(quality.values)) for quality in (slid, other))
+    is_kept = next(worst) >= next(worst) - SAME or n_unusable(slid) < n_unusable(other)
+    return is_kept and is_better(slid, other, target)
 
 
 def _points_to_hold(
@@ -199,41 +233,85 @@ def _with_nodes_between(mesh: Mesh, points: Points, constraints: Constraints, su
     return out
 
 
-def _slide(
-    here: Points,
-    run: Run,
-    surface: Surface,
-    kind: NDArray[np.uint8],
-    least: float,
-) -> Points:
-    """Points of the mesh after both phases with the surface released; the second keeps the least value."""
-    whole = run.whole
-    mine = kind[whole.point_ids]
-    moving, of_points, of_cells = whole.of_corners(np.asarray(gather(mine > 0, whole.corners).any(axis=1)))
-    points = here[whole.point_ids[of_points]].copy()
-    lengths = moving.edge_lengths(points)
-    freedom = Freedom(mine[of_points].copy(), np.zeros((len(points), 3)), moving.point_sizes(lengths))
-    released = replace(
-        run,
-        moving=moving,
-        points_of_moving=of_points,
-        cells_of_moving=of_cells,
-        freedom=freedom,
-        base=here[whole.point_ids].copy(),
-        phase_end=np.inf,
-        hanging=NONE,
-    )
-    constraint = SlideConstraint(moving, of_points, surface, freedom)
-    # A search starts from where a point was last: to go there first keeps searches short.
-    points = constraint(points, points, np.full(moving.n_cells, -np.inf))
-    references = moving.reference_lengths(points)
-    for _ in range(PASSES):
-        before = float(moving.qualities(points)[0].min(initial=1.0))
-        points = raise_worst(released, points, references, phase="slide", constraint=constraint)
-        if moving.qualities(points)[0].min(initial=1.0) < before + GAIN or released.is_over():
-            break
-    points = raise_mean(released, points, references, phase="slide", constraint=constraint, least=least)
-    run.evaluations, run.stopped = released.evaluations, released.stopped
-    out = here.copy()
-    out[whole.point_ids[of_points]] = points
-    return out
+@dataclass(frozen=True, eq=False)
+class _Raised:
+    """Points with the worst raised, and what the next phase goes on with."""
+
+    run: Run
+    constraint: SlideConstraint
+    points: Points
+    lengths: NDArray[np.float32]
+    items: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Sliding:
+    """The phases with the surface released.
+
+    Attributes
+    ----------
+    here, given
+        ``(n_points, 3)`` points of the mesh as they are, and as they were given.
+    run
+        As the mesh was improved so far.
+    surface
+        What points slide on.
+    """
+
+    here: Points
+    given: Points
+    run: Run
+    surface: Surface
+
+    def raised(self, kind: NDArray[np.uint8], weight: float) -> _Raised:
+        """All positive, if it can be, and the worst raised.
+
+        ``kind`` tells what each point of the mesh may do, ``weight`` how hard edges are pulled that get too long.
+        """
+        run, whole = self.run, self.run.whole
+        mine = kind[whole.point_ids]
+        moving, of_points, of_cells = whole.of_corners(np.asarray(gather(mine > 0, whole.corners).any(axis=1)))
+        ids = whole.point_ids[of_points]
+        points = self.here[ids].copy()
+        lengths = moving.edge_lengths(points)
+        freedom = Freedom(mine[of_points].copy(), np.zeros((len(points), 3)), moving.point_sizes(lengths))
+        released = replace(
+            run,
+            moving=moving,
+            points_of_moving=of_points,
+            cells_of_moving=of_cells,
+            freedom=freedom,
+            base=self.here[whole.point_ids].copy(),
+            phase_end=np.inf,
+            hanging=NONE,
+        )
+        constraint = SlideConstraint(
+            moving, self.surface, freedom, SurfaceEdges(moving, self.surface, self.given, weight)
+        )
+        # A search starts from where a point was last: to go there first keeps searches short.
+        points = constraint(points, points, np.full(moving.n_cells, -np.inf))
+        if (moving.qualities(points)[0] <= 0.0).any():
+            points, is_untangled = untangle(released, points, constraint=constraint)
+            points = constraint(points, points, np.full(moving.n_cells, -np.inf))
+            if is_untangled:
+                points = smooth(released, points, self.given[ids], constraint=constraint)
+        references = moving.reference_lengths(points)
+        for _ in range(PASSES):
+            before = float(moving.qualities(points)[0].min(initial=1.0))
+            points = raise_worst(released, points, references, phase="slide", constraint=constraint)
+            if moving.qualities(points)[0].min(initial=1.0) < before + GAIN or released.is_over():
+                break
+        run.evaluations, run.stopped = released.evaluations, released.stopped
+        return _Raised(released, constraint, points, references, self.surface.item.copy())
+
+    def evened(self, raised: _Raised, least: float) -> Points:
+        """``(n_points, 3)`` points of the mesh with the mean raised, too; no cell that has it falls below a least."""
+        released, points = raised.run, raised.points
+        self.surface.item[:] = raised.items
+        constraint = raised.constraint
+        points = constraint(points, points, np.full(released.moving.n_cells, -np.inf))
+        points = raise_mean(released, points, raised.lengths.copy(), phase="slide", constraint=constraint, least=least)
+        self.run.evaluations, self.run.stopped = released.evaluations, released.stopped
+        out = self.here.copy()
+        out[self.run.whole.point_ids[released.points_of_moving]] = points
+        return out

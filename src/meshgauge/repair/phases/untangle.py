@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ..descent import Descent
 from ..energies import ShapeEnergy
 from ..problem import Points, Problem
-from ..run import Run
+from ..run import PointConstraint, Run
 
 RINGS = (3, 8)
 """Cells around inverted ones that move with them, at first and then; all, if that is not enough."""
@@ -29,6 +29,9 @@ SOFT, SOFTLY = 0.1, 30
 SMOOTH = 60
 """Iterations on the shape once all corners are positive."""
 
+AT_A_TIME = 15
+"""Of these, how many before points that slide are put back on their surface."""
+
 ANISOTROPIC, STRAIGHT = 8.0, 0.8
 """Ratio of the longest to the shortest edge, and quality, from which on a cell is stretched on purpose."""
 
@@ -36,17 +39,17 @@ NARROW, WIDE = 0.2, 5.0
 """A reference length stays within these of the cell's mean length: lengths in tangled cells are accidents."""
 
 
-def untangle(run: Run, points: Points) -> tuple[Points, bool]:
+def untangle(run: Run, points: Points, *, constraint: PointConstraint | None = None) -> tuple[Points, bool]:
     """Points of ``run.moving`` with every corner positive; False, and what was reached, if there is no way to it.
 
     Nothing is done if all are positive: shapes that a valid mesh has on purpose, such as flat cells at a wall, would
-    suffer.
+    suffer. Where points slide, see `PointConstraint`, all move at once.
     """
     lowest, _ = run.moving.qualities(points)
     bad = lowest <= 0.0
     if not bad.any() or run.is_over():
         return points, not bad.any()
-    few = np.count_nonzero(bad) <= FEW * run.moving.n_cells
+    few = constraint is None and np.count_nonzero(bad) <= FEW * run.moving.n_cells
     best, n_best = points, int(np.count_nonzero(bad))
     for rings in (*(RINGS if few else ()), None):
         keep = None
@@ -56,7 +59,7 @@ def untangle(run: Run, points: Points) -> tuple[Points, bool]:
                 continue
         if run.is_over():
             break
-        attempt = _attempt(run, points, keep)
+        attempt = _attempt(run, points, keep, constraint)
         n = int(np.count_nonzero(run.moving.qualities(attempt)[0] <= 0.0))
         if n < n_best:
             best, n_best = attempt, n
@@ -65,7 +68,7 @@ def untangle(run: Run, points: Points) -> tuple[Points, bool]:
     return best, n_best == 0
 
 
-def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points:
+def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None, constraint: PointConstraint | None) -> Points:
     part, of_points, _ = run.problem_here(keep)
     held = None
     if keep is not None:
@@ -74,7 +77,7 @@ def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points
     here = points if keep is None else points[of_points]
     descent = run.descent(part, of_points, held)
     energy = ShapeEnergy(part, reference_lengths_of_cells(part, here, local=keep is not None))
-    here = _positive(run, descent, energy, here, points, of_points)
+    here = _positive(run, descent, energy, here, points, of_points, constraint)
     if keep is None:
         return here
     out = points.copy()
@@ -83,7 +86,13 @@ def _attempt(run: Run, points: Points, keep: NDArray[np.bool_] | None) -> Points
 
 
 def _positive(
-    run: Run, descent: Descent, energy: ShapeEnergy, here: Points, points: Points, of_points: NDArray[np.int64]
+    run: Run,
+    descent: Descent,
+    energy: ShapeEnergy,
+    here: Points,
+    points: Points,
+    of_points: NDArray[np.int64],
+    constraint: PointConstraint | None,
 ) -> Points:
     """Continuation on ε until every corner is positive."""
     is_all = len(of_points) == len(points)
@@ -95,13 +104,17 @@ def _positive(
         run.record("untangle", now if is_all else whole)
         return run.is_over()
 
+    descended = energy if constraint is None else constraint.added_to(energy)
     epsilon, least, stuck = 3e-5, -np.inf, 0
     for _ in range(ROUNDS):
         energy.epsilon2 = epsilon * epsilon
-        reached = descent.run(energy, here, iterations=ITERATIONS, first_step=0.05, tolerance=1e-5, watch=watch)
+        reached = descent.run(descended, here, iterations=ITERATIONS, first_step=0.05, tolerance=1e-5, watch=watch)
         run.evaluations += reached.evaluations
         here = reached.points
         before, least = least, reached.least
+        if constraint is not None:
+            here = constraint(here, here, np.full(descent.problem.n_cells, -np.inf))
+            least = float(descent.problem.qualities(here)[0].min())
         if least > 0.0 or run.is_over():
             break
         epsilon = max(0.2 * abs(least), 1e-6)
@@ -111,7 +124,7 @@ def _positive(
     return here
 
 
-def smooth(run: Run, points: Points, given: Points) -> Points:
+def smooth(run: Run, points: Points, given: Points, *, constraint: PointConstraint | None = None) -> Points:
     """Points of ``run.moving``, all of them smoothed by the shapes of their cells; for meshes that were tangled.
 
     What is around a tangle was bent by it, and the phases that follow go further from even shapes. Cells are drawn
@@ -139,16 +152,30 @@ def smooth(run: Run, points: Points, given: Points) -> Points:
         return run.is_over()
 
     descent = run.descent(part, np.arange(part.n_points))
+
+    both = energy if constraint is None else constraint.added_to(energy)
+
+    def descended(points: Points, iterations: int, tolerance: float) -> tuple[Points, float]:
+        at_a_time = iterations if constraint is None else AT_A_TIME
+        for _ in range(0, iterations, at_a_time):
+            reached = descent.run(both, points, iterations=at_a_time, tolerance=tolerance, watch=watch)
+            run.evaluations += reached.evaluations
+            points, least = reached.points, reached.least
+            if constraint is not None:
+                points = constraint(points, points, np.full(part.n_cells, -np.inf))
+                least = float(part.qualities(points)[0].min())
+            if run.is_over():
+                break
+        return points, least
+
     # The barrier comes later: where corners are nearly flat it cuts steps short, which takes most of the time.
     energy.epsilon2 = SOFT * SOFT
-    reached = descent.run(energy, points, iterations=SOFTLY, tolerance=1e-5, watch=watch)
-    run.evaluations += reached.evaluations
+    softly, least = descended(points, SOFTLY, 1e-5)
     energy.epsilon2 = 0.0
-    if reached.least > 0.0:
-        points = reached.points
-    reached = descent.run(energy, points, iterations=SMOOTH, tolerance=1e-6, watch=watch)
-    run.evaluations += reached.evaluations
-    return reached.points
+    if least > 0.0:
+        points = softly
+    smoothed, least = descended(points, SMOOTH, 1e-6)
+    return smoothed if least > 0.0 else points
 
 
 def reference_lengths_of_cells(part: Problem, points: Points, *, local: bool) -> NDArray[np.float32]:
