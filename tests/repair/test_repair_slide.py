@@ -400,7 +400,7 @@ def test_sliding_starts_where_the_worst_was_raised_unless_that_was_refused(monke
     class Started(Exception):
         pass
 
-    def start(sliding: slide._Sliding, *_: object) -> None:
+    def start(sliding: slide._Sliding, *_: object, **__: object) -> None:
         starts.append(sliding.here[0].tolist())
         raise Started
 

@@ -23,7 +23,7 @@ from .ceiling import ceiling
 from .constraints import Mask, constraints_of, fixed_mask
 from .descent import workers
 from .hard_faces import hardness
-from .near_bad import Reached, repair_near_bad
+from .near_bad import Reached, repair_everywhere, repair_near_bad
 from .parts import FEW
 from .patch import PatchOfMesh, WholeMesh, whole_patch
 from .patch_report import Known, patch_report
@@ -259,11 +259,11 @@ def _improve(
     whole = whole_patch(before, options.keep, held)
     with workers(threads) as team:
         attempt = Attempting(team, start, progress, should_stop)
+        bad, source = np.flatnonzero(is_to_mend(before, options.target)), WholeMesh(whole, threads)
         if options.everywhere:
-            reached = Reached.of(attempt(whole, before, options), options)
+            reached = repair_everywhere(source, attempt, whole, bad, options)
         else:
-            bad = np.flatnonzero(is_to_mend(before, options.target))
-            reached = repair_near_bad(WholeMesh(whole, threads), attempt, bad, options)
+            reached = repair_near_bad(source, attempt, bad, options)
     return _result(reached, whole, options)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..io.plumbing.pieces import ReadWhole
 from ..quality.measure import Quality
-from .acceptance import is_better, is_to_mend, n_unusable
+from .acceptance import is_below, is_better, is_to_mend, n_unusable
 from .attempt import AnyPatch, Attempt, Attempting, check_numbering
 from .constraints import Mask
 from .faces import mask_of
@@ -103,6 +103,33 @@ def repair_near_bad(
         repairing = Repairing(attempt, options, executor, around.quality, began)
         return _in_parts(source, attempt, repairing, around, groups, options, is_brief=first < RINGS[-1])
     return Reached.of(_as_one(source, attempt, around, bad, options, is_brief=first < RINGS[-1]), options)
+
+
+def repair_everywhere(
+    source: Source[AnyPatch], attempt: Attempting, whole: AnyPatch, bad: Ids, options: Options
+) -> Reached[AnyPatch]:
+    """Repair all of a mesh, whose cells to be mended are known; where that leaves invalid cells, near bad ones instead
+    if that is better."""
+    tried = attempt(whole, whole.quality, options)
+    reached, outcome = Reached.of(tried, options), tried.outcome
+    is_hopeless = is_below(outcome.quality, 0.0)[outcome.run.whole.cell_ids] <= (outcome.limit.bounds <= 0.0)
+    if outcome.run.stopped or not n_unusable(outcome.quality) or (is_hopeless.all() and not options.slides):
+        return reached
+    near = repair_near_bad(source, attempt, bad, replace(options, everywhere=False))
+    quality = whole.taking(near.patch, near.quality, threads=options.threads)
+    if not is_better(quality, outcome.quality):
+        return reached
+    # From there all points may raise the mean, unless the boundary has moved: then it stands as it is.
+    goes_on = attempt(whole, quality, replace(options, still=options.slides))
+    if options.slides:
+        goes_on.outcome.deviation, goes_on.outcome.notes = near.facts.deviation, list(near.facts.notes)
+    goes_on.outcome.run.stopped = goes_on.outcome.run.stopped or near.facts.stopped
+    last = Reached.of(goes_on, options)
+    history = list(reached.history)
+    for some in (near, last):
+        n = history[-1].evaluations
+        history += [replace(one, evaluations=n + one.evaluations) for one in some.history[1:]]
+    return replace(last, facts=replace(last.facts, evaluations=history[-1].evaluations), history=tuple(history))
 
 
 def _as_one(

@@ -174,7 +174,7 @@ def repair(
 
     outcome = move(given)
     run = outcome.run
-    if is_brief or run.stopped or not len(run.whole.bends):
+    if is_brief or options.still or run.stopped or not len(run.whole.bends):
         return outcome
     if is_to_unbend(outcome.quality, constraints, options.target):
         unbent = _unbent(given, constraints, options, run.is_stopped)
@@ -260,6 +260,9 @@ def _repair(
         straight = straighten(before, outcome.quality, constraints, run, strict=options.strict, threads=options.threads)
         if straight is not outcome.quality:
             outcome.take(straight, promise)
+    if first is not None and not has_slid and is_better(first[0], outcome.quality):
+        outcome.quality, outcome.deviation, outcome.notes = first
+        has_slid = True
     if options.slides and not run.stopped and not has_slid:
         # What hangs has followed by now, and stays.
         near = constraints.without_hanging() if constraints.hanging else constraints
@@ -267,8 +270,6 @@ def _repair(
             near = _near_bad(outcome, near, options)
         promise = replace(promise, constraints=near, held=constraints.pinned)
         _slide(outcome, promise, options)
-    if first is not None and is_better(first[0], outcome.quality):
-        outcome.quality, outcome.deviation, outcome.notes = first
     if options.rounding:
         held = constraints if options.tolerance is None else replace(constraints, sizes=None)
         _round(outcome, Promise(before, held, options.slides, options.surface is not None, options.strict), options)

@@ -161,10 +161,11 @@ def slide(
         return apart, hold & (kind != CORNER) & (kind != INSIDE)
 
     best, notes = SlideResult(fixed, (0.0, 0.0), ()), [summary]
-    weight, hold = WEIGHT, np.zeros(len(old), bool)
+    weight, hold, untangles = WEIGHT, np.zeros(len(old), bool), True
     for attempt in range(2 * ATTEMPTS):
         if attempt < ATTEMPTS:
-            raised = sliding.raised(kind, weight)
+            raised = sliding.raised(kind, weight, untangles=untangles)
+            untangles = raised.untangles
             for least in levels:
                 slid, back = held(sliding.evened(raised, least))
                 if _is_gain(slid, fixed, target) or run.is_over():
@@ -242,6 +243,7 @@ class _Raised:
     points: Points
     lengths: NDArray[np.float32]
     items: NDArray[np.int64]
+    untangles: bool  #: False if all could not be made positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,8 +265,8 @@ class _Sliding:
     run: Run
     surface: Surface
 
-    def raised(self, kind: NDArray[np.uint8], weight: float) -> _Raised:
-        """All positive, if it can be, and the worst raised.
+    def raised(self, kind: NDArray[np.uint8], weight: float, *, untangles: bool) -> _Raised:
+        """The worst raised, once all is positive if that is asked for and can be.
 
         ``kind`` tells what each point of the mesh may do, ``weight`` how hard edges are pulled that get too long.
         """
@@ -290,11 +292,15 @@ class _Sliding:
         )
         # A search starts from where a point was last: to go there first keeps searches short.
         points = constraint(points, points, np.full(moving.n_cells, -np.inf))
-        if (moving.qualities(points)[0] <= 0.0).any():
-            points, is_untangled = untangle(released, points, constraint=constraint)
-            points = constraint(points, points, np.full(moving.n_cells, -np.inf))
+        if untangles and (moving.qualities(points)[0] <= 0.0).any():
+            items, axes = self.surface.item.copy(), freedom.axes.copy()
+            untangled, is_untangled = untangle(released, points, constraint=constraint)
             if is_untangled:
-                points = smooth(released, points, self.given[ids], constraint=constraint)
+                points = smooth(released, untangled, self.given[ids], constraint=constraint)
+            else:
+                # What is left would be paid for by cells around: the worst is raised from where all was.
+                self.surface.item[:], freedom.axes[:] = items, axes
+                untangles = False
         references = moving.reference_lengths(points)
         for _ in range(PASSES):
             before = float(moving.qualities(points)[0].min(initial=1.0))
@@ -302,7 +308,7 @@ class _Sliding:
             if moving.qualities(points)[0].min(initial=1.0) < before + GAIN or released.is_over():
                 break
         run.evaluations, run.stopped = released.evaluations, released.stopped
-        return _Raised(released, constraint, points, references, self.surface.item.copy())
+        return _Raised(released, constraint, points, references, self.surface.item.copy(), untangles)
 
     def evened(self, raised: _Raised, least: float) -> Points:
         """``(n_points, 3)`` points of the mesh with the mean raised, too; no cell that has it falls below a least."""

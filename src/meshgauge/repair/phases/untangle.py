@@ -29,6 +29,9 @@ SOFT, SOFTLY = 0.1, 30
 SMOOTH = 60
 """Iterations on the shape once all corners are positive."""
 
+STUCK, STUCK_SLIDING = 8, 3
+"""Rounds without use, after which it is given up; where points slide each ends early."""
+
 AT_A_TIME = 15
 """Of these, how many before points that slide are put back on their surface."""
 
@@ -119,7 +122,7 @@ def _positive(
             break
         epsilon = max(0.2 * abs(least), 1e-6)
         stuck = stuck + 1 if reached.converged or least <= before + 1e-6 * abs(before) else 0
-        if stuck > 8:
+        if stuck > (STUCK if constraint is None else STUCK_SLIDING):
             break
     return here
 
