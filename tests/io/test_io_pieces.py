@@ -21,7 +21,9 @@ from meshgauge.io.plumbing.pieces import Pieces, ReadWhole, Rows
 from meshgauge.kernels import path as kernels_path
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.report import FileReport
-from meshgauge.report.stream import report_on
+from meshgauge.report.stream import job_of, report_on
+from meshgauge.slices import Ask
+from meshgauge.slices.some_cells import measured
 
 h5py = pytest.importorskip("h5py")
 netCDF4 = pytest.importorskip("netCDF4")
@@ -308,6 +310,20 @@ def test_polyhedra(tmp_path: Path, n_zones: int) -> None:
     expected = assert_same(path)
     assert {"polyhedron", "hexahedron"} <= set(expected.summary.types)
     assert len(expected.regions) == n_zones + 1
+
+
+@pytest.mark.usefixtures("few_at_a_time")
+def test_some_polyhedra_are_measured_as_in_the_whole(tmp_path: Path) -> None:
+    """With the points that hang."""
+    path = tmp_path / "a.cgns"
+    cgns.by_faces(path, [cgns.split_boxes(N, seed) for seed in range(2)])
+    job, mesh = job_of(pieces_of(path), Ask()), io.read(path)
+    quality = meshgauge.measure(mesh)
+    for ids in (np.arange(3, mesh.n_cells, 7), np.array([5]), np.flatnonzero(mesh.types == 42)):
+        made, points = measured(job, ids)
+        assert np.array_equal(made.values, quality.values[ids], equal_nan=True)
+        assert np.array_equal(made.status, quality.status[ids])
+        assert np.array_equal(mesh.points[points], made.mesh.points)
 
 
 @pytest.mark.usefixtures("few_at_a_time")

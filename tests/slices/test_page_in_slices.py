@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from slice_meshes import garden, write_parts, write_raw_vtu
+from polyhedra_files import write_vtu
+from slice_meshes import boxes, garden, spoiled, write_parts, write_raw_vtu
 from surface_meshes import surface
 from thinned import quick
 
@@ -71,7 +72,11 @@ def files(folder: Path, kind: str) -> list[str]:
         for half, at in zip(paths, (slice(0, 700), slice(700, None)), strict=True):
             write_raw_vtu(half, mesh[np.arange(mesh.n_cells)[at]])
         return [*map(str, paths), "--as-one"]
-    if "parts" in kind:
+    if kind == "vtu of boxes":
+        write_vtu(path, spoiled(boxes()), is_old=True)
+    elif kind == "vtkhdf of boxes":
+        io.write(path, spoiled(boxes(9)))
+    elif "parts" in kind:
         write_parts(path, [garden(seed=1), garden(seed=2)])
     elif kind.startswith("vtu"):
         write_raw_vtu(path, grid())
@@ -114,10 +119,14 @@ KINDS = quick(
         ("vtkhdf of surfaces", "the surface is coarser"),
         ("vtu of a grid", "the worst are shown"),
         ("vtu halves that meet", "all is shown"),
+        ("vtkhdf of boxes", "all is shown"),
+        ("vtkhdf of boxes", "little room"),
+        ("vtu of boxes", "the worst are shown"),
     ],
     ("vtkhdf of everything", "the worst are shown"),
     ("vtkhdf of a grid", "little room"),
     ("vtkhdf of surfaces", "the surface is coarser"),
+    ("vtu of boxes", "the worst are shown"),
 )
 
 

@@ -152,10 +152,10 @@ def report(
             counter = MarkCounter()
         not_drawn = ""
         if page is not None and (listed := batch.pieces(path)) is not None:
-            from ..report.diagnosis import why_not_drawn
+            from ..report.diagnosis import why_not
             from ..report.html.in_slices import ShownCounter
 
-            not_drawn = why_not_drawn(listed, memory)
+            not_drawn = why_not(listed, memory)
             counter = counter if not_drawn else ShownCounter(n_worst=n_worst)
         if purpose == "fv":
             whole = "what finite volumes ask depends on the cells beside"

@@ -60,23 +60,9 @@ def _allowed(memory: int | None) -> int | None:
     return memory if memory is not None else None if free is None else free // 2
 
 
-def why_not_drawn(listed: Pieces, memory: int | None) -> str:
-    """Why a page of such a mesh is not drawn in slices, see `why_not`."""
-    return "it has polyhedra, and is not in memory as a whole" if _has_polyhedra(listed) else why_not(listed, memory)
-
-
-def _has_polyhedra(listed: Pieces) -> bool:
-    return any(piece.polyhedra is not None for piece in listed.pieces)
-
-
 def with_marks(listed: Pieces, counter: Any, memory: int | None) -> Any:
-    """The counter, or None if it is to mark cells for a diagnosis that is not made; one that only marks them if it is
-    to choose what is drawn of a mesh that is not."""
-    if not isinstance(counter, MarkCounter):
-        return counter
-    if why_not(listed, memory):
-        return None
-    return MarkCounter() if _has_polyhedra(listed) else counter
+    """The counter, or None if it is to mark cells for a diagnosis that is not made."""
+    return None if isinstance(counter, MarkCounter) and why_not(listed, memory) else counter
 
 
 def streamed_diagnosis(

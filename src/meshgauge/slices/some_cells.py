@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import ReadError
 from ..io.plumbing import ghosts, some_rows
-from ..io.plumbing.pieces import Pieces, ReadWhole, Rows
-from ..io.plumbing.some_rows import windows
+from ..io.plumbing.pieces import Pieces, Rows
+from ..io.plumbing.some_rows import runs, some, some_lists, windows
 from ..io.plumbing.wedge_order import apply, has_wedges
 from ..mesh import CellBlock, Mesh
 from ..mesh.high_order import WEIGHTS
 from ..mesh.labels import LABEL
 from ..mesh.mesh import DECIDED
-from ..mesh.polyhedra import ragged_positions
+from ..mesh.polyhedra import Polyhedra, ragged_positions
 from ..quality.measure import JENS, Quality, measure_part
 from ..quality.poor import rows_of
 from ..status import Purpose
 from .facts import Facts, Labels
-from .job import Job
+from .job import Job, unknown
 from .read import is_needed
 
 Ids = NDArray[np.int64]
@@ -40,19 +42,12 @@ def gathered(parts: Sequence[Rows], starts: Sequence[int], ids: Ids) -> NDArray[
 
 def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose, *, with_data: bool = True) -> tuple[Mesh, Ids]:
     """Some cells, ascending, with their data, and the ids of their points in the whole; ``with_data`` false: no data
-    but those on which something depends.
-
-    Raises
-    ------
-    ReadError
-        If the file is broken.
-    ReadWhole
-        If there are polyhedra.
-    """
-    if any(piece.polyhedra is not None for piece in pieces.pieces):
-        raise ReadWhole("it has polyhedra")
+    but those on which something depends. Raises `ReadError` if the file is broken."""
     sizes, nodes = _nodes(pieces, ids)
-    used, local = np.unique(nodes, return_inverse=True)
+    poly = _polyhedra(pieces, ids)
+    named = nodes if poly is None else np.concatenate([nodes, np.asarray(poly.face_points, np.int64)])
+    used, local = np.unique(named, return_inverse=True)
+    local = local.reshape(-1)
     data = []
     for kind, starts, rows, labels, needed in (
         ("cell_data", pieces.cell_starts, ids, facts.cell_labels, is_needed),
@@ -66,7 +61,8 @@ def some_cells(pieces: Pieces, facts: Facts, ids: Ids, purpose: Purpose, *, with
         points=gathered([piece.points for piece in pieces.pieces], pieces.point_starts, used),
         types=gathered([piece.types for piece in pieces.pieces], pieces.cell_starts, ids),
         offsets=np.concatenate([[0], np.cumsum(sizes)]),
-        connectivity=local.reshape(-1),
+        connectivity=local[: len(nodes)],
+        polyhedra=None if poly is None else replace(poly, face_points=local[len(nodes) :]),
         blocks=_blocks(pieces, ids),
         cell_data=data[0],
         point_data=data[1],
@@ -112,6 +108,70 @@ def _nodes(pieces: Pieces, ids: Ids) -> tuple[Ids, Ids]:
     return np.concatenate(sizes), np.concatenate(nodes)
 
 
+def _polyhedra(pieces: Pieces, ids: Ids) -> Polyhedra | None:
+    """The faces of some cells, ascending, each with its own, with points of the whole; None if none has any."""
+    numbers, sizes, points, labels = ([np.empty(0, np.int64)] for _ in range(4))
+    for number, (_, cells, faces) in enumerate(_own_faces(pieces, ids)):
+        piece, first_face = pieces.pieces[number], pieces.face_starts[number]
+        numbers.append(cells)
+        if not len(faces):
+            continue
+        assert piece.polyhedra is not None  # which has these faces
+        rows, (known, which) = piece.polyhedra, np.unique(faces, return_inverse=True)
+        try:
+            own, held = some_lists(rows["face_offsets"], rows["face_points"], known)
+        except IndexError:
+            raise ReadError(f"{pieces.path}: offsets of points of faces lie outside of the points") from None
+        which, starts = which.reshape(-1), np.cumsum(own) - own
+        sizes.append(own[which])
+        points.append(held[ragged_positions(starts[which], own[which])] + pieces.point_starts[number])
+        labels.append((some(rows["labels"], known) if "labels" in rows else known + first_face)[which])
+    n_faces, of_faces = np.concatenate(numbers), np.concatenate(sizes)
+    if not len(of_faces):
+        return None
+    return Polyhedra(
+        np.concatenate([[0], np.cumsum(n_faces)]),
+        np.arange(len(of_faces)),
+        np.concatenate([[0], np.cumsum(of_faces)]),
+        np.concatenate(points),
+        labels=np.concatenate(labels),
+    )
+
+
+def _own_faces(pieces: Pieces, ids: Ids) -> Iterator[tuple[Ids, Ids, Ids]]:
+    """For each piece of some cells, ascending, where they stand in ``cell_faces``, how many faces each has, and these
+    faces."""
+    for piece, start in zip(pieces.pieces, pieces.cell_starts, strict=False):
+        begin, end = np.searchsorted(ids, (start, start + piece.n_cells)).tolist()
+        at, n_faces, faces = ([np.empty(0, np.int64)] for _ in range(3))
+        if piece.polyhedra is None:
+            n_faces.append(np.zeros(end - begin, np.int64))
+        else:
+            for run in runs(ids[begin:end] - start):
+                own = ids[begin:end][run] - start
+                low = int(own[0])
+                offsets = piece.polyhedra["cell_offsets"].read(low, int(own[-1]) + 2).astype(np.int64)
+                first, n = offsets[own - low], offsets[own - low + 1] - offsets[own - low]
+                held = piece.polyhedra["cell_faces"].read(int(offsets[0]), int(offsets[-1])).astype(np.int64)
+                places = ragged_positions(first, n)
+                at.append(places)
+                n_faces.append(n)
+                faces.append(held[places - int(offsets[0])])
+        yield np.concatenate(at), np.concatenate(n_faces), np.concatenate(faces)
+
+
+def _beyond(pieces: Pieces, ids: Ids) -> Ids | None:
+    """What lies beyond the faces of some cells, ascending; None if the file does not say so."""
+    known = [np.empty(0, np.int64)]
+    for piece, (at, _, _) in zip(pieces.pieces, _own_faces(pieces, ids), strict=True):
+        if len(at):
+            rows = piece.polyhedra or {}
+            if "beyond" not in rows:
+                return None
+            known.append(some(rows["beyond"], at))
+    return np.concatenate(known)
+
+
 def points_of_cells(pieces: Pieces, ids: Ids) -> Ids:
     """Ids of the points of some cells, both ascending."""
     return np.unique(_nodes(pieces, ids)[1])
@@ -142,5 +202,7 @@ def measured(job: Job, ids: Ids) -> tuple[Quality, Ids]:
     mesh = ghosts.note_ghosts(mesh.replace(dimension=facts.view.dimension, up=facts.view.up))
     rows = rows_of((JENS,), job.ask.poor_below)
     bricks = job.ask.keep_bricks
-    quality = measure_part(mesh, rows, keep_bricks=bricks, n_deciding=facts.n_deciding)
+    known = _beyond(job.pieces, ids)
+    beyond = unknown if known is None else known.__getitem__
+    quality = measure_part(mesh, rows, keep_bricks=bricks, n_deciding=facts.n_deciding, beyond=beyond)
     return quality, points

@@ -56,8 +56,8 @@ class Shown(Marks):
         ids, keys = ids[order], keys[order]
         kept = lowest(keys, WHOLE)
         inside = np.sort(np.concatenate([self.inside, other.inside]))[: self.n_inside]
-        n_drawn = self.n_drawn + other.n_drawn
-        return Shown((*self.parts, *other.parts), ids[kept], keys[kept], n_drawn, inside, self.n_inside)
+        n_drawn, marks = self.n_drawn + other.n_drawn, super().merge(other)
+        return Shown(marks.parts, ids[kept], keys[kept], n_drawn, inside, self.n_inside, inward=marks.inward)
 
     @property
     def cells(self) -> Ids:
@@ -78,7 +78,9 @@ class ShownCounter(MarkCounter):
         keys = order_to_show(quality, ids)
         kept = lowest(keys, WHOLE)
         inside = inverted_inside(quality.status, self.n_worst) + part.first_cell
-        return Shown(marks.parts, ids[kept] + part.first_cell, keys[kept], len(ids), inside, INSIDE + self.n_worst)
+        n_inside = INSIDE + self.n_worst
+        ids, n = ids[kept] + part.first_cell, len(ids)
+        return Shown(marks.parts, ids, keys[kept], n, inside, n_inside, inward=marks.inward)
 
 
 class Drawing:

@@ -35,7 +35,7 @@ def pack_arrays(arrays: Mapping[str, NDArray[Any]]) -> Packed:
         flat = np.ascontiguousarray(array).reshape(-1)
         little = flat.astype(flat.dtype.newbyteorder("<"), copy=False)
         layout.append({"name": name, "type": NAMES[flat.dtype.str[1:]], "n": len(flat)})
-        parts.append(little.view(np.uint8).reshape(len(flat), -1).T.tobytes())
+        parts.append(little.view(np.uint8).reshape(len(flat), little.dtype.itemsize).T.tobytes())
     # mtime: the same mesh gives the same page.
     compressed = gzip.compress(b"".join(parts), LEVEL, mtime=0)
     return Packed(layout, base64.b64encode(compressed).decode("ascii"))
