@@ -6,11 +6,12 @@ dot products of an iteration are taken in one pass over the history, and the dir
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import itertools
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,8 @@ MEMORY = 5
 PATIENCE = 4
 """Steps of too little use, one after another, that end a descent: one alone may have been cut short by a barrier."""
 
-RANGE = 1 << 16
-"""Points of a vector handed to a thread at a time."""
+RANGE = 1 << 13
+"""Points of a vector handed to a thread at a time, at most."""
 
 ENOUGH, FLATTER = 1e-4, 0.9
 """The conditions of Wolfe on a step: it lowers the energy enough, and the slope is flatter behind it."""
@@ -44,13 +45,26 @@ class Workers:
 
     def __init__(self, threads: int | None) -> None:
         self.n = thread_count(threads)
-        self._pool = ThreadPoolExecutor(self.n) if self.n > 1 else None
+        self._pool = ThreadPoolExecutor(self.n - 1) if self.n > 1 else None
 
-    def map(self, work: Callable[[T], R], items: list[T]) -> list[R]:
-        """``[work(item) for item in items]``."""
+    def map(self, work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+        """``[work(item) for item in items]``; this thread works, too: it is at it before another wakes."""
         if self._pool is None or len(items) < 2:
             return [work(item) for item in items]
-        return list(self._pool.map(work, items))
+        todo, results = iter(range(len(items))), dict[int, R]()
+
+        def go() -> None:
+            for n in todo:  # each is given to one thread
+                results[n] = work(items[n])
+
+        others = [self._pool.submit(go) for _ in range(min(self.n, len(items)) - 1)]
+        try:
+            go()
+        finally:
+            for other in others:
+                if not other.cancel():
+                    other.result()
+        return [results[n] for n in range(len(items))]
 
     def close(self) -> None:
         if self._pool is not None:
@@ -121,10 +135,8 @@ class Descent:
         self.team = team
         self.hanging = hanging
         n = problem.n_points
-        # As many parts at a time as there are threads.
-        n_rows = max((part.high - part.low for part in problem.parts), default=0)
-        self._buffers = [np.empty((n_rows, 3)) for _ in range(min(team.n, len(problem.parts)))]
-        self._ranges = [(first, min(first + RANGE, n)) for first in range(0, max(n, 1), RANGE)]
+        self._buffers = [np.empty((part.high - part.low, 3)) for part in problem.parts]
+        self._ranges = _ranges(n)
         self._history = np.zeros((2 * MEMORY, n, 3), np.float32)
         self._direction = np.empty((n, 3))
         self._spare = [np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))]
@@ -217,23 +229,20 @@ class Descent:
     def _evaluate(self, energy: Energy, points: Points, gradient: Points) -> tuple[float, float, float]:
         """Energy, the least value and the largest component of the gradient, which is set."""
 
-        parts, results = self.problem.parts, []
-        for first in range(0, len(parts), len(self._buffers)):
-            some = parts[first : first + len(self._buffers)]
-            rows = [buffer[: part.high - part.low] for part, buffer in zip(some, self._buffers, strict=False)]
+        parts, buffers = self.problem.parts, self._buffers
 
-            def of_part(n: int, some: Any = some, rows: Any = rows) -> tuple[float, float]:
-                rows[n][...] = 0.0
-                return energy(points, some[n], rows[n])
+        def of_part(n: int) -> tuple[float, float]:
+            buffers[n][...] = 0.0
+            return energy(points, parts[n], buffers[n])
 
-            def sums(bounds: tuple[int, int], some: Any = some, rows: Any = rows, is_first: bool = first == 0) -> None:
-                if is_first:
-                    gradient[bounds[0] : bounds[1]] = 0.0
-                for part, buffer in zip(some, rows, strict=True):
+        def sums(bounds: tuple[int, int]) -> None:
+            gradient[bounds[0] : bounds[1]] = 0.0
+            for part, buffer in zip(parts, buffers, strict=True):
+                if part.low < bounds[1] and part.high > bounds[0]:
                     steps.accumulate(buffer, part.low, *bounds, gradient)
 
-            results += self.team.map(of_part, list(range(len(some))))
-            self.team.map(sums, self._ranges)
+        results = self.team.map(of_part, range(len(parts)))
+        self.team.map(sums, self._ranges)
         value = float(sum(one for one, _ in results))
         least = min(one for _, one in results)
         if not np.isfinite(value):
@@ -277,6 +286,16 @@ class Descent:
             return steps.changes(before, after, self._direction, step, *bounds, moved, turned)
 
         return float(sum(self.team.map(of_range, self._ranges)))
+
+
+def _ranges(n: int) -> list[tuple[int, int]]:
+    """Ranges of points, about equally long, one or an even number of them, as two threads share them best.
+
+    They depend on nothing else: every sum is taken range by range.
+    """
+    count = -(-n // RANGE)
+    bounds = np.linspace(0, n, max(count + count % 2 * (count > 1), 1) + 1).astype(np.int64).tolist()
+    return list(itertools.pairwise(bounds))
 
 
 def _direction(gram: Points, kept: int, newest: int) -> Points:

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..cells import SHAPES, TETRA
 from ..kernels.repair import cells as improve_cells
-from ..kernels.repair.corners import edge_lengths, grow, mark_points
+from ..kernels.repair.corners import edge_lengths, grow, mark_points, number_anew, point_sizes
 from ..mesh import Mesh
 from ..mesh.connectivity import chunks, pick
 from ..mesh.polyhedra import ragged_positions
 from .curved import edge_bends
 
+if TYPE_CHECKING:
+    from .descent import Workers
+
 Points = NDArray[np.float64]
 Ids = NDArray[np.int64]
 
-PART_CORNERS = 24_000
+PART_CORNERS = 6_000
 """Corners from which on another part, for another thread, is worth its while."""
 
 CHUNK = 1 << 17
@@ -71,6 +75,8 @@ class Problem:
         ``(n_kinds,)`` False for corners whose shape says nothing new: those of a tetrahedron but its first.
     parts
         Ranges of cells of about equally many corners.
+    team
+        Threads that share what is asked of all cells; None: none do. They have no influence on the result.
     """
 
     point_ids: Ids
@@ -83,6 +89,7 @@ class Problem:
     ideals: Points
     counts: NDArray[np.bool_]
     parts: tuple[Part, ...]
+    team: Workers | None = None
 
     @property
     def n_points(self) -> int:
@@ -110,10 +117,31 @@ class Problem:
     def qualities(self, points: Points) -> tuple[Points, Points]:
         """``(n_cells,)`` the least J_S/k of each cell's corners, and its J_ENS."""
         lowest, folded = np.empty(self.n_cells), np.empty(self.n_cells)
-        improve_cells.cell_quality(
-            points, self.corners, self.kinds, self.bends, self.constants, self.cells, lowest, folded
-        )
+
+        def of_part(part: Part) -> None:
+            some = slice(part.first, part.last)
+            cells = self.cells[part.first : part.last + 1]
+            its = slice(int(cells[0]), int(cells[-1]))
+            improve_cells.cell_quality(
+                points,
+                self.corners[its],
+                self.kinds[its],
+                self.bends[its],
+                self.constants,
+                cells - cells[0],
+                lowest[some],
+                folded[some],
+            )
+
+        self._map(of_part, self.parts)
         return lowest, folded
+
+    def _map(self, work: Callable[[Part], None], parts: Sequence[Part]) -> None:
+        if self.team is None:
+            for part in parts:
+                work(part)
+        else:
+            self.team.map(work, parts)
 
     def edges(self, points: Points, which: slice | Ids) -> Points:
         """``(n, 3, 3)`` the edges at some corners, one a row; of curved cells their tangents."""
@@ -129,7 +157,15 @@ class Problem:
         corners = self.corners if which is None else self.corners[which]
         bends = self.bends if which is None or not len(self.bends) else self.bends[which]
         out = np.empty((len(corners), 3), np.float32)
-        edge_lengths(points, corners, bends, 0, len(out), out)
+        if which is not None:
+            edge_lengths(points, corners, bends, 0, len(out), out)
+            return out
+
+        def of_part(part: Part) -> None:
+            first, last = int(self.cells[part.first]), int(self.cells[part.last])
+            edge_lengths(points, corners, bends, first, last, out[first:last])
+
+        self._map(of_part, self.parts)
         return out
 
     def draw_lengths(self, points: Points, lengths: NDArray[np.float32]) -> None:
@@ -143,12 +179,8 @@ class Problem:
 
     def point_sizes(self, lengths: NDArray[np.float32]) -> Points:
         """``(n_points,)`` mean length of the edges at each point."""
-        sizes, counts = np.zeros(self.n_points), np.zeros(self.n_points)
-        for start in range(0, len(lengths), CHUNK):
-            at, part = self.corners[start : start + CHUNK, 0], lengths[start : start + CHUNK]
-            sizes += np.bincount(at, part.sum(axis=1), minlength=self.n_points)
-            counts += np.bincount(at, minlength=self.n_points)
-        sizes /= np.maximum(3.0 * counts, 1.0)
+        sizes = np.zeros(self.n_points)
+        point_sizes(self.corners, lengths, sizes)
         return sizes
 
     def reference_lengths(self, points: Points) -> NDArray[np.float32]:
@@ -180,7 +212,7 @@ class Problem:
             self.bends[keep] if len(self.bends) else self.bends,
             (self.constants, self.ideals, self.counts),
         )
-        return part, used, chosen
+        return replace(part, team=self.team), used, chosen
 
     def points_at(self, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """``(n_points,)`` True for points of some cells."""
@@ -340,16 +372,10 @@ def gather(values: NDArray[Any], ids: NDArray[np.integer]) -> NDArray[Any]:
 
 def _renumber(corners: NDArray[np.int32]) -> tuple[Ids, NDArray[np.int32]]:
     """The points used, in the order of their first use, and the corners with points numbered so."""
-    flat = corners.reshape(-1)
-    first = np.full(int(flat.max(initial=-1)) + 1, -1, np.int64)
-    for stop in range(len(flat), 0, -CHUNK):  # backwards: of several uses the first is set last
-        start = max(stop - CHUNK, 0)
-        first[flat[start:stop][::-1]] = np.arange(stop - 1, start - 1, -1)
-    used = np.flatnonzero(first >= 0)
-    used = used[np.argsort(first[used])]
-    local = np.empty(len(first), np.int32)
-    local[used] = np.arange(len(used), dtype=np.int32)
-    return used, gather(local, corners)
+    n = int(corners.max(initial=-1)) + 1
+    used, out = np.empty(n, np.int64), np.empty_like(corners)
+    n_used = number_anew(corners, np.full(n, -1, np.int32), used, out)
+    return used[:n_used].copy(), out
 
 
 def along_a_curve(mesh: Mesh, cells: Ids) -> Ids:

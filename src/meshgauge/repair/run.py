@@ -221,6 +221,7 @@ def begin_run(
     should_stop: Callable[[], bool] | None,
 ) -> Run:
     """A run at its start; points are those of ``constraints.quality.mesh``."""
+    whole = replace(whole, team=team)
     base = np.asarray(constraints.quality.mesh.points, np.float64)[whole.point_ids].copy()
     held = constraints.hanging.held_with(constraints.fixed)
     fixed = held[whole.point_ids]

@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from ..arrays import BoolArray, Float32Array, Float64Array, Int32Array, Int64Array, IntArray
+from ..arrays import BoolArray, Float32Array, Float64Array, Index, Int32Array, Int64Array, IntArray
 from ..jit import kernel
 
 
@@ -30,6 +30,37 @@ def edge_lengths(
                     d += bends[c, m, axis] - 2.0 * bends[c, m, 3] * (points[p, axis] + points[o, axis])
                 total += d * d
             lengths[c - first, m] = sqrt(total)
+
+
+@kernel
+def point_sizes(corners: Int32Array, lengths: Float32Array, sizes: Float64Array) -> None:
+    """The mean length of the edges from each point, ``(n_points,)``; ``lengths`` are those of `edge_lengths`."""
+    counts = np.zeros(len(sizes), np.int64)
+    for c in range(len(corners)):
+        p = corners[c, 0]
+        counts[p] += 3
+        sizes[p] += lengths[c, 0] + lengths[c, 1] + lengths[c, 2]
+    for p in range(len(sizes)):
+        sizes[p] /= max(counts[p], 1)
+
+
+@kernel
+def number_anew(corners: Int32Array, number: Int32Array, used: Int64Array, out: Int32Array) -> Index:
+    """Number points in the order of their first use.
+
+    ``number`` is -1 for each point, and becomes its new number; ``used`` becomes the points in that order, ``out`` the
+    corners with the new numbers. Returns how many there are.
+    """
+    n = np.int64(0)
+    for c in range(len(corners)):
+        for m in range(4):
+            p = corners[c, m]
+            if number[p] < 0:
+                number[p] = n
+                used[n] = p
+                n += 1
+            out[c, m] = number[p]
+    return n
 
 
 @kernel

@@ -14,7 +14,7 @@ from ..run import Run
 
 Mask = NDArray[np.bool_]
 
-SHARES = 8
+SHARES = (8, 4, 2)
 """Ranges of points that threads work on side by side: fixed, so that the result does not depend on the threads."""
 
 ROUNDING = 1e-9
@@ -28,7 +28,8 @@ class Rounds:
     """Visits points of ``run.moving`` one by one.
 
     Points follow one another along a curve in space. Of a range of them those with all their cells inside it are
-    nothing to those of other ranges; then come those inside of ranges that begin half-way; then the rest, in turn.
+    nothing to those of other ranges; then come those inside of ranges twice as long, and so on; at last the rest, in
+    turn.
     """
 
     def __init__(self, run: Run) -> None:
@@ -39,16 +40,16 @@ class Rounds:
         self._shape = part.corners, part.kinds, part.bends, part.constants, part.cells
         empty = np.zeros(1, np.int64)
         self._sizes = np.full(part.n_cells, -1), np.empty((0, 4)), empty, empty, np.empty(0, np.int64)
-        self._share = np.full((3, part.n_points), -1)
+        self._share = np.full((len(SHARES) + 1, part.n_points), -1, np.int8)
         left = np.ones(part.n_points, bool)
-        for stage, shift in enumerate((0, part.n_points // (2 * SHARES))):
-            share = (np.arange(part.n_points) + shift) * SHARES // max(part.n_points, 1)
+        for stage, n_shares in enumerate(SHARES):
+            share = np.arange(part.n_points) * n_shares // max(part.n_points, 1)
             low, high = (ends.reduceat(of(share[part.corners], axis=1), part.cells[:-1])
                          for ends, of in ((np.minimum, np.min), (np.maximum, np.max)))  # fmt: skip
             inside = left & ~part.points_at(low != high)
             self._share[stage, inside] = share[inside]
             left &= ~inside
-        self._share[2, left] = 0
+        self._share[-1, left] = 0
 
     def near(self, points: Mask) -> Mask:
         """``(n_points,)`` True for points of cells at some points."""
@@ -61,7 +62,7 @@ class Rounds:
         run, moved = self.run, np.zeros(len(points), bool)
         which = which & run.moves_alone
         for share in self._share:
-            ids = [np.flatnonzero(which & (share == n)) for n in range(SHARES)]
+            ids = [np.flatnonzero(which & (share == n)) for n in range(SHARES[0])]
 
             def work(some: Ids) -> None:
                 for part in _some_at_a_time(some):
