@@ -73,6 +73,26 @@ def test_text_and_a_line(parts: list[Path], tmp_path: Path, capsys: Captured) ->
     assert "a part is missing" in capsys.readouterr().err
 
 
+def test_a_page(parts: list[Path], tmp_path: Path, capsys: Captured) -> None:
+    for path in parts:
+        more = ["--partial", str(path.with_suffix(".mgp")), "--by", "region", "-q"]
+        assert main(["report", str(path), *more]) == 0
+    page = tmp_path / "page.html"
+    assert main(["merge", str(tmp_path / "*.mgp"), "--html", str(page)]) == 0
+    text = page.read_text()
+    assert "partial reports hold numbers, not its surface" in text
+    assert "90 parts that share no point" in text
+    assert "inverted" in text
+    assert main(["merge", str(tmp_path / "part_0.mgp"), "--html", str(tmp_path / "part_0.mgp")]) == 2
+    assert "is an input" in capsys.readouterr().err
+    assert main(["merge", str(tmp_path / "part_0.mgp"), "--html", str(tmp_path / "none" / "page.html")]) == 2
+    page.unlink()
+    assert (
+        main(["merge", str(parts[0].with_suffix(".mgp")), str(parts[2].with_suffix(".mgp")), "--html", str(page)]) == 2
+    )
+    assert not page.exists()
+
+
 def test_shares_of_one_file(tmp_path: Path, parts: list[Path], capsys: Captured) -> None:
     for number in (1, 2):
         target = str(tmp_path / f"{number}.mgp")
@@ -84,7 +104,7 @@ def test_shares_of_one_file(tmp_path: Path, parts: list[Path], capsys: Captured)
     assert "of 40 cells" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("option", ["--csv", "--html", "-o"])
+@pytest.mark.parametrize("option", ["--csv", "-o"])
 def test_what_needs_the_mesh_is_refused(option: str, capsys: Captured) -> None:
     assert main(["merge", "a.mgp", option, "out"]) == 2
     message = capsys.readouterr().err

@@ -23,6 +23,7 @@ def merge(
     ] = None,
     memory: options.Memory = None,
     bins: options.Bins = 20,
+    html: options.Html = None,
     as_json: options.Json = False,
     quiet: options.Quiet = False,
 ) -> int:
@@ -31,7 +32,15 @@ def merge(
     from .printer import printer
     from .slices import n_bytes
 
-    report = merged(inputs.expand(partials), parts=parts, memory=None if memory is None else n_bytes(memory))
+    files = inputs.expand(partials)
+    inputs.check_targets(files, texts=(html,))
+    report = merged(files, parts=parts, memory=None if memory is None else n_bytes(memory))
+    if html is not None:
+        from ..report.html import HtmlWriter
+        from ..report.html.section import OF_PARTS
+
+        with HtmlWriter(html, bins=bins) as page:
+            page.add_without_model(report, OF_PARTS)
     printing = printer(as_json=as_json, quiet=quiet, bins=bins, several=False)
     printing.file(report)
     printing.end([report], [])

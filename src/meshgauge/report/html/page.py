@@ -25,7 +25,7 @@ from ..over_time import Trend, trends_of
 from ..record import FileReport, StepOf
 from . import charts
 from .over_time_charts import OverTime
-from .section import BUDGET, Section, section, section_in_slices, section_without_model
+from .section import BUDGET, NOT_DRAWN, Section, section, section_in_slices, section_without_model
 from .sketch import sketch
 
 if TYPE_CHECKING:
@@ -134,9 +134,9 @@ class HtmlWriter:
         """Append a mesh; nothing of it is kept but its section."""
         self._add(section(quality, report, bins=self.bins, budget=self.budget), report)
 
-    def add_without_model(self, report: FileReport) -> None:
-        """Append a mesh that was measured slice by slice, see `section_without_model`."""
-        self._add(section_without_model(report, bins=self.bins), report)
+    def add_without_model(self, report: FileReport, why: str = NOT_DRAWN) -> None:
+        """Append a mesh that was measured slice by slice or in parts, see `section_without_model`."""
+        self._add(section_without_model(report, bins=self.bins, why=why), report)
 
     def add_in_slices(
         self,

@@ -117,8 +117,14 @@ def section(
 NOT_DRAWN = "The mesh is not drawn: it was measured slice by slice, and there is too little memory to draw it."
 
 
-def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
-    """The section of a mesh that was measured slice by slice, and is not in memory: all but its pictures.
+OF_PARTS = (
+    "The mesh is not drawn: partial reports hold numbers, not its surface. 'meshgauge report --as-one --html', given "
+    "the files of the parts, draws it."
+)
+
+
+def section_without_model(report: FileReport, *, bins: int = 20, why: str = NOT_DRAWN) -> Section:
+    """The section of a mesh that was measured slice by slice or in parts, and is not in memory: all but its pictures.
 
     Parameters
     ----------
@@ -126,8 +132,10 @@ def section_without_model(report: FileReport, *, bins: int = 20) -> Section:
         With the regions, if they are to be shown.
     bins
         As for `section`.
+    why
+        Why there are none, a sentence for the page.
     """
-    return section_of(report, report.regions, beside_of(report), None, bins=bins, left_out=(NOT_DRAWN,))
+    return section_of(report, report.regions, beside_of(report), None, bins=bins, left_out=(why,))
 
 
 def section_in_slices(
