@@ -305,6 +305,21 @@ def test_a_broken_file_has_the_message_of_reading(large: Path, capsys: Captured)
     assert capsys.readouterr().err == sliced
 
 
+def test_a_packed_array_that_is_broken_names_the_file_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
+) -> None:
+    """Slices are read by the path from the root, whatever path is given."""
+    points, path = np.random.default_rng(0).random((40, 3)), tmp_path / "packed.vtu"
+    io.write(path, Mesh.from_arrays(points, {"tetra": np.arange(40).reshape(10, 4)}))
+    data = path.read_bytes()
+    at = data.index(b"_", data.index(b"<AppendedData")) + 60
+    path.write_bytes(data[:at] + bytes([255] * 40) + data[at + 40 :])
+    monkeypatch.chdir(tmp_path)
+    assert main(["report", "packed.vtu", "--scheduler", "1", "-q"]) == 2
+    message = capsys.readouterr().err
+    assert message.count("packed.vtu") == 1, message
+
+
 def test_a_cell_that_is_wrong_has_its_number_in_the_mesh(large: Path, capsys: Captured) -> None:
     with h5py.File(large, "r+") as file:
         file["VTKHDF/Connectivity"][4 * 120 + 1] = 10**6

@@ -7,12 +7,14 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+import pytest
 from surface_meshes import SURFACES
 
 from meshgauge import Mesh
 from meshgauge.doctor import Diagnosis
 from meshgauge.doctor.inward import InwardEntries
 from meshgauge.doctor.reversal import reversal
+from meshgauge.doctor.streamed import doubles, faces
 from meshgauge.doctor.streamed.diagnose import diagnosis_of
 from meshgauge.doctor.streamed.marks import marks_of
 from meshgauge.doctor.streamed.of_parts import Placed, diagnosis_of_parts
@@ -214,6 +216,20 @@ def of_shares(quality: Quality, n: int) -> Diagnosis:
         placed.append(Placed(record(json.loads(json.dumps(plain(made))), OpenCells), 0, 0, 0, 0))
     mesh = quality.mesh
     return diagnosis_of_parts(placed, n_points=mesh.n_points, purpose=mesh.purpose, up=mesh.up or 0)
+
+
+WAYS = ("plain", "in parts", "with a filter that forgets nothing", "few cells at a time")
+"""In which a diagnosis that passes by is to come out the same."""
+
+
+def size_of(way: str, monkeypatch: pytest.MonkeyPatch) -> int:
+    """How many cells are to pass by at a time, with all else that a way asks for."""
+    if way == "in parts":
+        monkeypatch.setattr(faces, "most_in", lambda room: 200)
+    if way == "with a filter that forgets nothing":  # all faces seem to have been met
+        monkeypatch.setattr(faces, "filter_of", lambda n: np.full(2, 2**64 - 1, np.uint64))
+        monkeypatch.setattr(doubles, "PER_POINT", 0.01)
+    return 17 if way == "few cells at a time" else 61
 
 
 def streamed(quality: Quality, size: int) -> Diagnosis:

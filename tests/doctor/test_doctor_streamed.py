@@ -7,21 +7,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from streamed_meshes import MESHES, assert_same, grid, hexahedra, streamed
+from streamed_meshes import MESHES, WAYS, assert_same, grid, hexahedra, size_of, streamed
 from surface_meshes import SURFACES
 
 import meshgauge
 from meshgauge import io
 from meshgauge.doctor import Diagnosis, diagnosis
-from meshgauge.doctor.streamed import MarkCounter, doubles, faces
+from meshgauge.doctor.streamed import MarkCounter, faces
 from meshgauge.mesh.topology import topology
 from meshgauge.quality.measure import Quality
 from meshgauge.report import diagnosis as report_diagnosis
 from meshgauge.report.diagnosis import streamed_diagnosis
 from meshgauge.report.stream import job_of
 from meshgauge.slices import Ask, measure_pieces
-
-WAYS = ("plain", "in parts", "with a filter that forgets nothing", "few cells at a time")
 
 
 @cache
@@ -35,12 +33,7 @@ def whole(name: str) -> tuple[Quality, Diagnosis]:
 @pytest.mark.parametrize("name", MESHES)
 def test_it_is_that_of_the_whole(name: str, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     quality, expected = whole(name)
-    if way == "in parts":
-        monkeypatch.setattr(faces, "most_in", lambda room: 200)
-    if way == "with a filter that forgets nothing":  # all faces seem to have been met
-        monkeypatch.setattr(faces, "filter_of", lambda n: np.full(2, 2**64 - 1, np.uint64))
-        monkeypatch.setattr(doubles, "PER_POINT", 0.01)
-    assert_same(streamed(quality, 17 if way == "few cells at a time" else 61), expected)
+    assert_same(streamed(quality, size_of(way, monkeypatch)), expected)
 
 
 @pytest.mark.filterwarnings("ignore:overflow encountered")

@@ -7,13 +7,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from streamed_meshes import CELLS, MESHES, POINTS, SOME, assert_same, hexahedra, streamed
+from streamed_meshes import CELLS, MESHES, POINTS, SOME, WAYS, assert_same, hexahedra, size_of, streamed
 
 import meshgauge
 from meshgauge import Mesh
 from meshgauge.cells import CELL_TYPES, POLYHEDRON
 from meshgauge.doctor import Diagnosis, diagnosis
-from meshgauge.doctor.streamed import doubles, faces
 from meshgauge.mesh.polyhedra import Polyhedra
 from meshgauge.quality.measure import Quality
 
@@ -171,8 +170,6 @@ SPOILED: dict[str, Callable[[], Mesh]] = {
     "without faces": without_faces,
 }
 
-WAYS = ("plain", "in parts", "with a filter that forgets nothing", "few cells at a time")
-
 
 @cache
 def whole(name: str) -> tuple[Quality, Diagnosis]:
@@ -184,12 +181,7 @@ def whole(name: str) -> tuple[Quality, Diagnosis]:
 @pytest.mark.parametrize("name", SPOILED)
 def test_it_is_that_of_the_whole(name: str, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
     quality, expected = whole(name)
-    if way == "in parts":
-        monkeypatch.setattr(faces, "most_in", lambda room: 200)
-    if way == "with a filter that forgets nothing":  # all faces seem to have been met
-        monkeypatch.setattr(faces, "filter_of", lambda n: np.full(2, 2**64 - 1, np.uint64))
-        monkeypatch.setattr(doubles, "PER_POINT", 0.01)
-    assert_same(streamed(quality, 17 if way == "few cells at a time" else 61), expected)
+    assert_same(streamed(quality, size_of(way, monkeypatch)), expected)
 
 
 def test_the_meshes_have_all_that_is_looked_for() -> None:

@@ -78,6 +78,12 @@ def garden(*, shuffled: bool = False, seed: int = 0, single: bool = False) -> Me
     )
 
 
+def without_bricks(seed: int = 0) -> Mesh:
+    """A garden without collapsed bricks, which are read whole where values of points are asked for."""
+    mesh = garden(seed=seed, shuffled=True)
+    return mesh[[cell for cell in range(mesh.n_cells) if len(set(mesh.nodes(cell))) == len(mesh.nodes(cell))]]
+
+
 def boxes(n: int = 7) -> Mesh:
     """n³ boxes as polyhedra, between them hexahedra."""
     i = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from slice_meshes import garden, write_parts, write_raw_vtu
+from slice_meshes import without_bricks, write_parts, write_raw_vtu
 from surface_meshes import surface
 from thinned import quick
 
-from meshgauge import Mesh, io
+from meshgauge import io
 from meshgauge.cli import batch
 from meshgauge.cli.main import main
 from meshgauge.kernels import path as kernels_path
@@ -25,21 +25,14 @@ def some_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("meshgauge.io.plumbing.some_rows.WINDOW", 50)
 
 
-def plain(seed: int = 0) -> Mesh:
-    """Without collapsed bricks, which are read whole where values of points are asked for."""
-    mesh = garden(seed=seed, shuffled=True)
-    ids = np.flatnonzero([len(set(mesh.nodes(cell))) == len(mesh.nodes(cell)) for cell in range(mesh.n_cells)])
-    return mesh[ids]
-
-
 def file(folder: Path, kind: str) -> Path:
     path = folder / f"mesh.{kind.split()[0]}"
     if kind == "vtkhdf of parts":
-        write_parts(path, [plain(1), plain(2)])
+        write_parts(path, [without_bricks(1), without_bricks(2)])
     elif kind == "vtu":
-        write_raw_vtu(path, plain())
+        write_raw_vtu(path, without_bricks())
     else:
-        io.write(path, surface(turned=0.2) if "surfaces" in kind else plain())
+        io.write(path, surface(turned=0.2) if "surfaces" in kind else without_bricks())
     return path
 
 
@@ -76,7 +69,7 @@ def test_they_are_those_of_the_whole(
 
 
 def test_there_may_be_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    mesh = plain()
+    mesh = without_bricks()
     io.write(tmp_path / "a.vtkhdf", mesh[[0]].replace(cell_data={}, point_data={}))
     monkeypatch.setattr(batch, "DIAGNOSED", -1)
     for name in ("bad.vtu", "bad.txt"):

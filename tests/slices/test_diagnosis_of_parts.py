@@ -18,7 +18,9 @@ import meshgauge
 from meshgauge import Mesh, PartialReport, io
 from meshgauge.doctor import Diagnosis
 from meshgauge.errors import ReadError
+from meshgauge.kernels import path as kernels_path
 from meshgauge.report import FileReport, part_diagnosis
+from meshgauge.report.json import dumps
 from meshgauge.report.partial_report import VERSION
 from meshgauge.slices import read as slices_read
 
@@ -102,6 +104,24 @@ def test_shares_of_a_file_of_partitions(tmp_path: Path) -> None:
     assert expected is not None
     assert expected.finding("joined_points") is not None
     assert_same(made, expected)
+
+
+def test_all_of_the_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eight parts of polyhedra, hexahedra and cells of all types: as the files as one, to the last bit."""
+    monkeypatch.setattr(kernels_path, "NUMPY_UP_TO", 150)
+    plain = garden().replace(point_data={}, cell_data={"vtkGhostType": garden().cell_data["vtkGhostType"]})
+    files = written(tmp_path, [*cut(boxes(7)), *cut(plain)])
+    partials = [meshgauge.partial(file, metrics=["scaled_jacobian"], with_diagnosis=True) for file in files]
+    quality = meshgauge.measure(io.read_as_one(files), metrics=["scaled_jacobian"])
+    made, whole = (
+        json.loads(dumps([one]))["files"][0]
+        for one in (meshgauge.merge(partials), FileReport.of(quality, with_diagnosis=True))
+    )
+    assert made["diagnosis"]["skipped"] == [part_diagnosis.IN_OTHERS]
+    for one in (made, whole):
+        del one["path"], one["notes"], one["diagnosis"]["skipped"]
+    assert made == whole
+    assert len(quality.mesh.type_counts()) > 12
 
 
 def test_what_a_simulation_has_in_memory() -> None:

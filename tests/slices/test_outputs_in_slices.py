@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from slice_meshes import garden, write_parts, write_raw_vtu
+from slice_meshes import garden, without_bricks, write_parts, write_raw_vtu
 from surface_meshes import surface
 from thinned import quick
 
@@ -26,10 +26,8 @@ def some_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def plain(seed: int = 0) -> Mesh:
-    """Without collapsed bricks, which are read whole where values of points are asked for."""
-    mesh = garden(seed=seed, shuffled=True)
-    ids = np.flatnonzero([len(set(mesh.nodes(cell))) == len(mesh.nodes(cell)) for cell in range(mesh.n_cells)])
-    mesh = mesh[ids]
+    """With data of every kind."""
+    mesh = without_bricks(seed)
     rng = np.random.default_rng(seed)
     return mesh.replace(
         cell_data={**mesh.cell_data, "flow": rng.random((mesh.n_cells, 3)).astype(np.float32)},

@@ -505,4 +505,5 @@ def _reason(path: str, error: BaseException) -> str:
     if isinstance(path, inputs.Joined):
         return str(error)
     name = path.file if isinstance(path, inputs.State) else path
-    return re.sub(rf"\A{re.escape(name)}(?:: |, |{re.escape(os.sep)})", "", str(error))
+    names = "|".join(map(re.escape, (name, os.path.abspath(name))))  # as it was given, and as slices are read by
+    return re.sub(rf"\A(?:{names})(?:: |, |{re.escape(os.sep)})", "", str(error))

@@ -47,9 +47,9 @@ def why_not(listed: Pieces, memory: int | None, n_shares: int = 1) -> str:
     return why_no_memory(listed.n_cells // n_shares, listed.n_points // n_shares, memory)
 
 
-def why_no_memory(n_cells: int, n_points: int, memory: int | None) -> str:
-    """The same of so many cells and points."""
-    needed, allowed = bytes_needed(n_cells, n_points), _allowed(memory)
+def why_no_memory(n_cells: int, n_points: int, memory: int | None, more: int = 0) -> str:
+    """The same of so many cells and points, and so many bytes beside."""
+    needed, allowed = bytes_needed(n_cells, n_points) + more, _allowed(memory)
     if allowed is not None and needed > allowed:
         return f"that takes {needed / 1e6:,.0f} MB, more than --memory allows, or is free"
     return ""

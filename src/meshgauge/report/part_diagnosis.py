@@ -44,6 +44,9 @@ _INSIDE = (
     "mesh (--as-one), or their file as a whole"
 )
 
+PER_CELL = 1000
+"""Bytes that a cell which is kept takes where the parts are put together."""
+
 NOT_ASKED = "not asked"
 """Stands for parts that were measured without."""
 
@@ -169,7 +172,8 @@ def merged_diagnosis(
         why = "that was not asked for" if lacking.not_diagnosed == NOT_ASKED else lacking.not_diagnosed
         reason = f"what it takes is not in the partial report of {lacking.path}: {why}"
     else:
-        reason = _INSIDE if is_double else why_no_memory(n_cells, n_points, memory)
+        n_kept = sum(one.open_cells.cells.n for one in given if one.open_cells is not None)
+        reason = _INSIDE if is_double else why_no_memory(n_cells, n_points, memory, PER_CELL * n_kept)
     if reason:
         return not_diagnosed(n_cells, LIMIT, reason=reason, tolerance=tolerance)
     from ..doctor.streamed.of_parts import Overlap, Placed, diagnosis_of_parts

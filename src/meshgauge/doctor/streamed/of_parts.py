@@ -86,7 +86,7 @@ class _Opened:
     n_cells: int
     marks: NDArray[np.uint8]
     types: NDArray[np.uint8]
-    parent: Ids
+    parent: NDArray[np.signedinteger]
     flags: NDArray[np.uint8]
     first_point: int
     cells: Ids
@@ -145,7 +145,7 @@ class _Opened:
             n_cells=n,
             marks=one.marks.small(n),
             types=one.types.small(n),
-            parent=parent + first,
+            parent=(parent + first).astype(driver.index_type(first + n)),
             flags=one.flags.small(n_points if is_solid else 0),
             first_point=first_point,
             cells=cells,
