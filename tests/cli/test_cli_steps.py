@@ -253,3 +253,25 @@ def test_other_commands_take_a_step(run: Path, tmp_path: Path, capsys: Captured)
     assert main(["compare", str(run), "-q", "--step", "all"]) == 0
     assert main(["plot", str(run), "-o", str(tmp_path / "a.svg"), "-q", "--step", "last"]) == 0
     capsys.readouterr()
+
+
+def test_steps_of_one_file_keep_their_order(run: Path, capsys: Captured) -> None:
+    """The third is the first again, and left out; the trend goes on in time."""
+    run.write_text(run.read_text().replace("s2.vtu", "s0.vtu"))
+    assert main(["report", str(run), "--step", "all"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.removeprefix(f"{run}, ")[:6] for line in lines[:2]] == ["step 1", "step 2"]
+    assert any("0.707 first, -0.707 least, -0.707 last" in line for line in lines)
+
+
+@pytest.mark.parametrize("large", [0, 10**9])
+def test_a_step_that_is_missing_costs_no_other(
+    run: Path, large: int, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(batch, "LARGE", large)
+    run.with_name("s1.vtu").unlink()
+    assert main(["report", str(run), "--step", "all", "-q"]) == 2
+    said = capsys.readouterr()
+    assert "step 1 (time 0)" in said.out
+    assert "step 3 (time 2)" in said.out
+    assert said.err.splitlines() == [f"meshgauge: error: {run}, step 2 (time 1): refers to s1.vtu, which is missing"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from surface_meshes import surface
 from thinned import quick
 
 from meshgauge import Mesh, io
-from meshgauge.cli import batch
+from meshgauge.cli import batch, slices
 from meshgauge.cli.main import main
+from meshgauge.io.plumbing.pieces import Pieces
 from meshgauge.kernels import path as kernels_path
 
 pytestmark = pytest.mark.usefixtures("readers_here")
@@ -142,3 +144,34 @@ def test_what_was_written_before_a_mesh_is_read_whole_is_dropped(
     assert main([*asked, "cells.csv", "-o", "out.vtkhdf", "--bad", "bad.vtu"]) == 0
     assert Path("cells.csv").read_text() == Path("whole.csv").read_text()
     assert io.read("out.vtkhdf").n_cells == mesh.n_cells
+
+
+def test_a_mesh_is_listed_once_for_all_of_its_outputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And again when its file has changed: to list a decomposed case all of it is read."""
+    listed: list[Any] = []
+    pieces = slices.pieces_as_one
+
+    def counted(*given: Any, **how: Any) -> Pieces | None:
+        listed.append(given)
+        return pieces(*given, **how)
+
+    monkeypatch.setattr(slices, "pieces_as_one", counted)
+    monkeypatch.setattr(batch, "LARGE", 0)
+    path = tmp_path / "a.vtkhdf"
+    io.write(path, plain())
+    asked = ["report", str(path), "-q", "-o", str(tmp_path / "b.vtkhdf"), "--html", str(tmp_path / "b.html")]
+    assert main([*asked, "--memory", "40MB"]) == 0
+    assert len(listed) == 1
+    io.write(path, plain(1))
+    assert main([*asked, "--memory", "40MB"]) == 0
+    assert len(listed) == 2
+
+
+def test_a_file_without_cells_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(batch, "LARGE", 0)
+    path = tmp_path / "a.vtkhdf"
+    io.write(path, Mesh(points=np.empty((0, 3)), types=[], offsets=[0], connectivity=[]))
+    assert main(["report", str(path), "--memory", "1B"]) == 0
+    assert "is read whole: it has no cells" in capsys.readouterr().err

@@ -255,6 +255,19 @@ def test_time_steps_of_a_collection(tmp_path: Path, step: int) -> None:
     assert len(made.regions) == step
 
 
+def test_steps_of_which_another_is_missing(tmp_path: Path) -> None:
+    path = tmp_path / "run.pvd"
+    io.write(tmp_path / "a.vtu", garden())
+    items = "".join(f'<DataSet timestep="{at}" file="{name}.vtu"/>' for at, name in enumerate("ab"))
+    path.write_text(f'<VTKFile type="Collection"><Collection>{items}</Collection></VTKFile>')
+    pieces = io.pieces(path, step=1)
+    assert pieces is not None
+    assert pieces.n_cells == garden().n_cells
+    assert {Path(stamp[0]).name for stamp in pieces.stamps} == {"run.pvd", "a.vtu"}
+    with pytest.raises(ReadError, match=r"refers to b\.vtu, which is missing"):
+        io.pieces(path, step=2)
+
+
 def test_pieces_that_differ_are_read_whole(tmp_path: Path) -> None:
     path, mesh = tmp_path / "a.pvtu", garden()
     write_parallel(path, [mesh, mesh.replace(cell_data={})])

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
-from ..io import Limits, pieces_as_one, read_as_one, steps
+from ..io import Limits, read_as_one, steps
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice, position
 from ..look.bands import PoorBelow
@@ -340,7 +340,7 @@ class Batch:
         try:
             if self.scheduler is None and slices.has_room(files, chosen, self.allowed_memory):
                 return None
-            return pieces_as_one(files, file_format=chosen, step=step)
+            return slices.listed(files, chosen, step)
         except ReadError:
             return None
 

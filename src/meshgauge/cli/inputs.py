@@ -207,5 +207,7 @@ class State(str):
 
 def states_of(path: str, held: Sequence[Step], *, displaced: bool) -> list[State]:
     """Steps of a file: of those that differ in data only the first, unless such data displace the points."""
-    kept = {step.number if displaced else step.geometry: step for step in held[::-1]}
-    return [State.of(path, step) for step in reversed(kept.values())]
+    kept: dict[object, Step] = {}
+    for step in held:
+        kept.setdefault(step.number if displaced else step.geometry, step)
+    return [State.of(path, step) for step in kept.values()]

@@ -9,8 +9,9 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from ..errors import OptionError
+from ..errors import OptionError, ReadError
 from ..files.resources import free_memory, keep_freed
+from ..io import pieces_as_one
 from ..io.reading import takes
 from ..look.style import number, number_of
 from .terminal import activity
@@ -18,6 +19,7 @@ from .terminal import activity
 if TYPE_CHECKING:
     from ..doctor.streamed.passes import Share
     from ..io.plumbing.pieces import Pieces
+    from ..io.plumbing.steps import StepChoice
     from ..slices import Progress
 
 WHOLE = 3.0
@@ -25,6 +27,24 @@ WHOLE = 3.0
 
 _UNITS = {"": 1, "k": 1000, "m": 1000**2, "g": 1000**3, "t": 1000**4}
 _SIZE = re.compile(r"\s*(\d+(?:\.\d*)?)\s*([kmgt]?)(i?)b\s*", re.IGNORECASE)
+
+
+_last: list[tuple[object, Pieces]] = []
+
+
+def listed(files: Sequence[str], file_format: str | None, step: StepChoice) -> Pieces | None:
+    """Where the arrays of a mesh stand, see `pieces_as_one`. The last is kept: a run asks for its outputs as well, and
+    to list some formats all of a mesh is read."""
+    key = (tuple(map(str, files)), file_format, step)
+    if _last and _last[0][0] == key:
+        with contextlib.suppress(ReadError, OSError):
+            _last[0][1].check_unchanged()
+            return _last[0][1]
+    _last.clear()
+    made = pieces_as_one(files, file_format=file_format, step=step)
+    if made is not None:
+        _last.append((key, made))
+    return made
 
 
 def takes_more(listed: Pieces | None, memory: int | None) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from .plumbing import files
 from .plumbing.format import Format
 from .plumbing.ghosts import note_ghosts
 from .plumbing.isolate import Limits
-from .plumbing.pieces import Pieces, ReadWhole, stamp
+from .plumbing.pieces import Pieces, ReadWhole, Stamp, stamp
 from .plumbing.steps import Step, StepChoice, displace
 from .plumbing.wedge_order import check_order, normalise
 from .registry import format_named
@@ -125,7 +125,7 @@ def pieces(path: StrPath, *, file_format: str | None = None, step: StepChoice = 
         with sources.record() as used:
             chosen, inside = registry.case_of(given, file_format)
             listed = registry.pieces(chosen, inside, step)
-        return None if listed is None else replace(listed, path=str(given), stamps=tuple(stamp(file) for file in used))
+        return None if listed is None else replace(listed, path=str(given), stamps=_stamps(used))
     if files.is_packed(given):
         return None
     with sources.record() as used, files.open_input(given) as (plain, head):
@@ -133,7 +133,12 @@ def pieces(path: StrPath, *, file_format: str | None = None, step: StepChoice = 
             return None
         chosen = format_named(file_format) if file_format is not None else registry.detect(plain, head)
         listed = registry.pieces(chosen, plain, step)
-    return None if listed is None else replace(listed, stamps=tuple(stamp(file) for file in used))
+    return None if listed is None else replace(listed, stamps=_stamps(used))
+
+
+def _stamps(used: Iterable[str]) -> tuple[Stamp, ...]:
+    """Of the files that are there; those of other time steps may be missing."""
+    return tuple(stamp(file) for file in used if os.path.exists(file))
 
 
 def why_whole(path: StrPath, *, file_format: str | None = None, step: StepChoice = None) -> str:

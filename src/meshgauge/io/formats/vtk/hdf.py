@@ -338,8 +338,10 @@ def pieces(path: Path, at: int) -> Pieces | None:
             return None
         own = tuple(_piece(part) for name, group in grids for part in _parts(name, group, at, hdf_rows))
         filled = tuple(piece for piece in own if piece.n_cells or piece.n_points)
+        if not filled:
+            raise ReadWhole("it has no cells")
         parts = starts(piece.n_points for piece in own) if kind == "UnstructuredGrid" else ()
-        return Pieces(str(path), filled, _field_data(root), parts=parts) if filled else None
+        return Pieces(str(path), filled, _field_data(root), parts=parts)
 
 
 def _piece(part: Part) -> Piece:
