@@ -5,27 +5,28 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meshgauge.cells import BY_NAME
+from meshgauge.cells import BY_NAME, CellType
 from meshgauge.kernels.cells import driver, flat
 from meshgauge.kernels.certificate.bounds import Validity, validity
 from meshgauge.kernels.jit import JIT_DISABLED
 
-HEXAHEDRON = BY_NAME["hexahedron"]
+HEXAHEDRON, WEDGE = BY_NAME["hexahedron"], BY_NAME["wedge"]
 CUBE = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
+HALF = CUBE[[0, 1, 2, 4, 5, 6]]
 N = 100 if JIT_DISABLED else 20_000
 
 
-def cells(noise: float, *, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Points ``(8 N, 3)`` and nodes of bricks, each corner moved by up to so much along each axis."""
-    points = CUBE + np.random.default_rng(seed).uniform(-noise, noise, (N, 8, 3))
-    return points.reshape(-1, 3), np.arange(8 * N).reshape(N, 8)
+def cells(noise: float, *, of: np.ndarray = CUBE) -> tuple[np.ndarray, np.ndarray]:
+    """Points ``(8 N, 3)`` and nodes of bricks, each corner moved by up to so much along each axis; or ``of`` others."""
+    points = of + np.random.default_rng(0).uniform(-noise, noise, (N, *of.shape))
+    return points.reshape(-1, 3), np.arange(len(of) * N).reshape(N, len(of))
 
 
-def told(points: np.ndarray, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def told(points: np.ndarray, nodes: np.ndarray, row: CellType = HEXAHEDRON) -> tuple[np.ndarray, np.ndarray]:
     """J_ENS, and of which cells it is clear that they are valid."""
     values, clear = np.empty(len(nodes)), np.empty(len(nodes), np.bool_)
     with np.errstate(all="ignore"):  # with the JIT off NumPy's scalars warn where compiled code goes on
-        driver.cell_jens(points, nodes, HEXAHEDRON, values, compiled=True, clear=clear)
+        driver.cell_jens(points, nodes, row, values, compiled=True, clear=clear)
     return values, clear
 
 
@@ -51,17 +52,36 @@ def test_what_is_clear_is_proved(noise: float, stretch: tuple[float, float, floa
         assert ((proved == Validity.INVALID) & (values > flat.LIMIT)).any()  # corners alone would not do
 
 
+@pytest.mark.parametrize("noise", [0.1, 0.3, 0.45, 0.7])
+@pytest.mark.parametrize("stretch", [(1, 1, 1), (1, 1e3, 1e6), (1e20, 1e16, 1e20)])
+def test_a_wedge_that_is_clear_is_proved(noise: float, stretch: tuple[float, float, float]) -> None:
+    """As nearly all are that have no negative corner: the certificate asks nothing else of one whose middle is so."""
+    points, nodes = cells(noise, of=HALF)
+    points *= stretch
+    values, clear = told(points, nodes, WEDGE)
+    with np.errstate(all="ignore"):
+        proved = validity("wedge", points, nodes, compiled=True)
+    assert (proved[clear] == Validity.VALID).all()
+    assert (values[clear] > flat.LIMIT).all()
+    if max(stretch) == 1:
+        good = (proved == Validity.VALID) & (values > 2 * flat.LIMIT)
+        assert clear[good].mean() > 0.95
+    if noise == 0.45 and max(stretch) == 1 and not JIT_DISABLED:
+        assert ((proved == Validity.INVALID) & (values > 2 * flat.LIMIT)).any()  # corners alone would not do
+
+
+@pytest.mark.parametrize(("row", "of"), [(HEXAHEDRON, CUBE), (WEDGE, HALF)])
 @pytest.mark.parametrize("noise", [0.1, 0.7])
-def test_what_is_told_in_passing_is_the_same(noise: float) -> None:
+def test_what_is_told_in_passing_is_the_same(noise: float, row: CellType, of: np.ndarray) -> None:
     """To the last bit: a report tells it so of slices, and in passes of their own of whole meshes."""
-    points, nodes = cells(noise)
+    points, nodes = cells(noise, of=of)
     points[nodes[:3, 4]] = np.array([np.nan, np.inf, 1e300])[:, None]
     passing, own = [np.empty(N) for _ in range(3)], [np.empty(N) for _ in range(3)]
     clear = [np.empty(N, np.bool_) for _ in range(2)]
     with np.errstate(all="ignore"):
         for values, some, beside in ((passing, clear[0], (passing[1], passing[2])), (own, clear[1], None)):
-            driver.cell_jens(points, nodes, HEXAHEDRON, values[0], compiled=True, clear=some, beside=beside)
-        driver.companions(points, nodes, HEXAHEDRON, own[1], own[2])
+            driver.cell_jens(points, nodes, row, values[0], compiled=True, clear=some, beside=beside)
+        driver.companions(points, nodes, row, own[1], own[2])
     assert np.array_equal(passing, own, equal_nan=True)
     assert np.array_equal(*clear)
     assert np.isnan(own[1][:3]).all()

@@ -30,6 +30,8 @@ def with_collapsed(quality: Quality, measure: Callable[[Mesh], Quality]) -> Qual
         return quality
     cells = np.flatnonzero(mesh.types != given.types)
     part = measure(mesh[cells])
+    if quality.beside is not None and part.beside is not None:
+        quality.beside.put(cells, part.beside)
     status, metrics = quality.status.copy(), {name: values.copy() for name, values in quality.metrics.items()}
     status[cells] = part.status
     for name, values in metrics.items():

@@ -119,6 +119,11 @@ class Beside:
         """Of some cells, as arrays or views."""
         return self.means[part], self.ratios[part]
 
+    def put(self, cells: NDArray[np.intp], known: Beside) -> None:
+        """Of some cells, all that there are of some types, what is known of them."""
+        self.means[cells], self.ratios[cells] = known.means, known.ratios
+        self.rows.update(known.rows)
+
 
 def jens(
     mesh: Mesh,

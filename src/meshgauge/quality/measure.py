@@ -439,11 +439,10 @@ def measure_part(
         `quality.companions` of it will be asked for: they are told in passing, where that is possible.
     """
     n = evaluate.n_deciding(mesh) if n_deciding is None else n_deciding
-    beside = evaluate.Beside(np.empty(mesh.n_cells), np.empty(mesh.n_cells)) if with_companions else None
-    quality = replace(_measure_all(mesh, rows, threads, n, beyond, beside), n_deciding=n_deciding, beside=beside)
+    quality = replace(_measure_all(mesh, rows, threads, n, beyond, with_companions), n_deciding=n_deciding)
     if keep_bricks or mesh.dimension == 2:
         return quality
-    return with_collapsed(quality, lambda part: _measure_all(part, rows, threads, n, None))
+    return with_collapsed(quality, lambda part: _measure_all(part, rows, threads, n, None, with_companions))
 
 
 def _measure_all(
@@ -452,7 +451,7 @@ def _measure_all(
     threads: int | None,
     n: int,
     beyond_faces: Callable[[NDArray[np.int64]], NDArray[np.int64]] | None,
-    beside: evaluate.Beside | None = None,
+    with_companions: bool,
 ) -> Quality:
     """Every cell as it is; ``n``: see `evaluate.n_deciding`."""
     values = {name: np.full(mesh.n_cells, np.nan) for name in rows}
@@ -476,6 +475,7 @@ def _measure_all(
             for one in others:
                 if one.is_defined_for(row.shape.name):
                     evaluate.of_cells(one, mesh, row, cells, n, values[one.name], threads)
+    beside = evaluate.Beside(*np.empty((2, mesh.n_cells))) if with_companions else None
     evaluate.jens(mesh, measured, n, values[JENS], status, threads, beside)
     if mesh.purpose == "fv" and mesh.dimension == 3:
         from .concave import mark_concave
@@ -495,5 +495,6 @@ def _measure_all(
         status=frozen(status),
         metrics=MappingProxyType({name: frozen(array) for name, array in values.items()}),
         polyhedra=polyhedra,
+        beside=beside,
         rows=MappingProxyType(rows),
     )

@@ -73,7 +73,7 @@ def wedge(points: FloatArray, connectivity: Int64Array, means: Float64Array, rat
     here, there = U(0), U(6 * 3 * N)
     for first in range(-N if m else 0, m, N):
         ahead = _cells_ahead(points, connectivity, means, 6, first + N, x, there)
-        _, mean, ratio = _wedge(x, here, ahead, k)
+        _, mean, ratio, _, _, _ = _wedge(x, here, ahead, k)
         _store(mean, means, first)
         _store(ratio, ratios, first)
         here, there = there, here
@@ -89,7 +89,7 @@ def hexahedron(
     here, there = U(0), U(8 * 3 * N)
     for first in range(-N if m else 0, m, N):
         ahead = _cells_ahead(points, connectivity, means, 8, first + N, x, there)
-        _, mean, ratio, _, _, _ = _hexahedron(x, here, ahead)
+        _, mean, ratio, _, _, _ = _hexahedron(x, here, ahead, True)
         _store(mean, means, first)
         _store(ratio, ratios, first)
         here, there = there, here

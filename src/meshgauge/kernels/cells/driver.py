@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...cells import BY_NAME, HEXAHEDRON, CellType
+from ...cells import BY_NAME, HEXAHEDRON, WEDGE, CellType
 from .. import path
 from . import aggregate, flat, numpy_path, robust
 from .arguments import coordinates, run, shape_of, uses_all_nodes
@@ -20,7 +20,7 @@ Values = NDArray[np.float64]
 Points = NDArray[np.floating]
 Cells = NDArray[np.int64]
 
-CLEARING = {HEXAHEDRON.name}
+CLEARING = {WEDGE.name, HEXAHEDRON.name}
 """Shapes whose kernel tells in passing which cells are certainly valid inside, see `clearing`."""
 
 
@@ -100,9 +100,8 @@ def cell_jens(
 
         kernels, others = (BY_SHAPE, ()) if beside is None else (WITH_COMPANIONS, beside)
         outs = out, clear.view(np.uint8), *others
-        _finish(
-            points, connectivity, row, out, run(kernels[shape.name], points, connectivity, outs, flat.LIMIT / shape.k)
-        )
+        done = run(kernels[shape.name], points, connectivity, outs, flat.LIMIT / shape.k, shape.k)
+        _finish(points, connectivity, row, out, done)
         return
     if shape.dimension == 2:
         from ..surfaces import driver as surfaces

@@ -95,15 +95,19 @@ def _fetch_after(a: Any, b: Any, ahead: Any, n_nodes: Any, start: Any) -> Any:
 
 
 @fused_inlined
-def _store(value: Any, out: Any, first: Any) -> Any:
-    """Store the values of cells first..first + N - 1, or of the last N; not 0 if one is NaN.
+def _place(first: Any, m: Any) -> Any:
+    """Where values of cells first..first + N - 1 are stored, or of the last N.
 
-    Before cells 0 there are none: their points are fetched then.
+    Before cells 0, whose points are fetched then, it is their place: a branch would keep vectors in memory.
     """
-    if first < 0:
-        return 0
-    put(out, U(min(first, len(out) - N)), value)
-    return bits(value != value)
+    return U(max(min(first, m - N), 0))
+
+
+@fused_inlined
+def _store(value: Any, out: Any, first: Any) -> Any:
+    """Store these values; not 0 if one is NaN."""
+    put(out, _place(first, len(out)), value)
+    return bits(value != value) if first >= 0 else 0
 
 
 @fused_inlined
@@ -311,7 +315,7 @@ def pyramid(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: 
 
 @fused_inlined
 def _wedge(x: Any, at: Any, ahead: Any, k: Any) -> Any:
-    """As `_tetra`. Six corners on nine edges.
+    """As `_tetra`, and what `_hexahedron` tells beside. Six corners on nine edges.
 
     ::
 
@@ -332,13 +336,14 @@ def _wedge(x: Any, at: Any, ahead: Any, k: Any) -> Any:
     eg, eh, ei = _edge(x0, x3), _edge(x1, x4), _edge(x2, x5)
     a, b, c = _square(ea), _square(eb), _square(ec)
     g, h, i = _square(eg), _square(eh), _square(ei)
-    s0, s1 = _squares(_det(ea, eb, eg), a * b * g, _det(ea, ec, eh), a * c * h)
-    d2, p2 = _det(eb, ec, ei), b * c * i
+    d0, d1, d2 = _det(ea, eb, eg), _det(ea, ec, eh), _det(eb, ec, ei)
+    s0, s1 = _squares(d0, a * b * g, d1, a * c * h)
     s0, s1 = _fetch_after(s0, s1, ahead, 6, 3)
     ed, ee, ef = _edge(x3, x4), _edge(x3, x5), _edge(x4, x5)
     d, e, f = _square(ed), _square(ee), _square(ef)
-    s2, s3 = _squares(d2, p2, _det(ed, ee, eg), d * e * g)
-    s4, s5 = _squares(_det(ed, ef, eh), d * f * h, _det(ee, ef, ei), e * f * i)
+    d3, d4, d5 = _det(ed, ee, eg), _det(ed, ef, eh), _det(ee, ef, ei)
+    s2, s3 = _squares(d2, b * c * i, d3, d * e * g)
+    s4, s5 = _squares(d4, d * f * h, d5, e * f * i)
     folded = fold(_fold4(s0, s1, s2, s3), fold(s4, s5))
     smallest, largest = low(_low4(s0, s1, s2, s3), low(s4, s5)), high(_high4(s0, s1, s2, s3), high(s4, s5))
     flattest = low(_flattest4(s0, s1, s2, s3), low(abs(s4), abs(s5)))
@@ -349,7 +354,13 @@ def _wedge(x: Any, at: Any, ahead: Any, k: Any) -> Any:
     value = where(is_certain, _worst(folded, smallest, largest, k), np.nan)
     upper = (_node(s3, k) + _node(s4, k)) + _node(s5, k)
     mean = (1.0 / 6.0) * (((_node(s0, k) + _node(s1, k)) + _node(s2, k)) + upper)
-    return value, where(is_certain, mean, np.nan), where(is_certain, root(least / most), np.nan)
+    ratio = where(is_certain, root(least / most), np.nan)
+    # Along each upright edge the determinant is a parabola, whose coefficients are those of both ends and half of this.
+    ab, ba = _cross(ea, ee), _cross(ed, eb)
+    across = ab[0] + ba[0], ab[1] + ba[1], ab[2] + ba[2]
+    middle = 0.5 * low(low(_dot(across, eg), _dot(across, eh)), _dot(across, ei))
+    corner = low(low(_low4(d0, d1, d2, d3), low(d4, d5)), middle)
+    return value, where(is_certain, mean, np.nan), ratio, corner, 0.0, total
 
 
 @fused_kernel
@@ -369,7 +380,7 @@ def wedge(points: FloatArray, connectivity: Int64Array, out: Float64Array, k: fl
 
 
 @fused_inlined
-def _hexahedron(x: Any, at: Any, ahead: Any) -> Any:
+def _hexahedron(x: Any, at: Any, ahead: Any, with_mean: Any) -> Any:
     """As `_tetra`, for k = 1. Eight corners on twelve edges: a along 0-1, b along 0-3, c along 0-4.
 
     ::
@@ -385,7 +396,7 @@ def _hexahedron(x: Any, at: Any, ahead: Any) -> Any:
          0--a0---1
 
     And of cells that have them, for `clearing`, the least determinant of a corner, the most that it may be less inside,
-    squared, and the sum of the squared edges.
+    squared, and the sum of the squared edges. ``with_mean``: the mean will be read.
 
     A determinant det(A, B, C) inside, of which A is bilinear in s and t, B in r and t, C in r and s, has the second
     derivatives 2 det(A, B_r, C_r) and so on. Where two of its corners along each axis are interpolated, it is off by an
@@ -405,7 +416,9 @@ def _hexahedron(x: Any, at: Any, ahead: Any) -> Any:
     folded, flattest = _fold4(s0, s1, s2, s3), _flattest4(s0, s1, s2, s3)
     least = low(_low4(a0, a1, b0, b1), _low4(c0, c1, c2, c3))
     sum_a, sum_b, sum_c = a0 + a1, b0 + b1, (c0 + c1) + (c2 + c3)
-    folded, flattest = _fetch_after(folded, flattest, ahead, 8, 4)
+    lower = (_right(s0) + _right(s1)) + (_right(s2) + _right(s3)) if with_mean else flattest
+    folded, lower = _fetch_after(folded, lower, ahead, 8, 4)
+    flattest = flattest if with_mean else lower
     ea2, ea3, eb2, eb3 = _edge(x4, x5), _edge(x7, x6), _edge(x4, x7), _edge(x5, x6)
     a2, a3, b2, b3 = _square(ea2), _square(ea3), _square(eb2), _square(eb3)
     d4, d5, d6, d7 = _det(ea2, eb2, ec0), _det(ea2, eb3, ec1), _det(ea3, eb3, ec2), _det(ea3, eb2, ec3)
@@ -415,7 +428,6 @@ def _hexahedron(x: Any, at: Any, ahead: Any) -> Any:
     least = low(least, _low4(a2, a3, b2, b3))
     total = (sum_a + (a2 + a3)) + (sum_b + (b2 + b3)) + sum_c  # NaN if any is: the least may drop it
     is_certain = (flattest > FLAT) & (least > SMALL) & (total < LARGE)
-    lower = (_right(s0) + _right(s1)) + (_right(s2) + _right(s3))
     upper = (_right(s4) + _right(s5)) + (_right(s6) + _right(s7))
     a, b, c = _high4(a0, a1, a2, a3), _high4(b0, b1, b2, b3), _high4(c0, c1, c2, c3)
     wr = high(_square(_edge(eb0, eb2)), _square(_edge(eb1, eb3)))
@@ -442,7 +454,7 @@ def hexahedron(points: FloatArray, connectivity: Int64Array, out: Float64Array, 
         if (first + N) % BLOCK == 0 and not _are_points(points, connectivity, 8, first + N, m):
             return -1
         ahead = _cells_ahead(points, connectivity, out, 8, first + N, x, there)
-        value = _hexahedron(x, here, ahead)[0]
+        value = _hexahedron(x, here, ahead, False)[0]
         left |= _store(value, out, first)
         here, there = there, here
     return left
