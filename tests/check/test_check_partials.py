@@ -122,7 +122,9 @@ def test_what_is_not_decided_is_no_pass(text: str, why: str) -> None:
     made = check_partials(parts_of(garden(), worst=0), [text])
     assert made.state is State.UNCHECKED
     assert why in made.outcomes[0].text
-    assert "--rule RULE" in made.outcomes[0].text
+    can_be_counted = "beside" not in why and "number" not in why
+    assert ("--rule RULE" in made.outcomes[0].text) == can_be_counted
+    assert ("--as-one" in made.outcomes[0].text) != can_be_counted
 
 
 def test_between_edges_of_bins(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,6 +184,7 @@ def test_the_command(tmp_path: Path, capsys: Captured) -> None:
     assert "not decided by the partial reports" in " ".join(capsys.readouterr().out.split())
     assert main(["check", files[0], files[2], "--fail", "nothing invalid"]) == 2
     assert "a part is missing" in capsys.readouterr().err
+    assert main(["check", files[0], files[2], "--fail", "nothing invalid", "--parts", "2"]) == 1
     assert main(["check", *files, "--write-baseline", str(tmp_path / "b.json")]) == 0
     assert main(["check", *files, "--fail", f"no worse than '{tmp_path / 'b.json'}'"]) == 0
     assert main(["report", str(tmp_path / "p0.vtkhdf"), "--rule", "nothing invalid"]) == 2

@@ -38,7 +38,9 @@ from .stream import Counts, RuleCounter, asks_beside
 _CODES = np.arange(len(Status), dtype=np.uint8)
 _SOLID = is_solid(_CODES)
 
-HOW = "count it where the parts are measured (report --partial FILE --rule RULE), or check the mesh itself"
+COUNT = "count it where the parts are measured (report --partial FILE --rule RULE), or check the mesh itself"
+WHOLE = "check the mesh itself (several files with --as-one)"
+"""What is to be done about a rule that is not decided."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +80,20 @@ def counting(rules: Iterable[Rule | str], *, listed: int = LISTED) -> RuleCounts
     """
     chosen = tuple(as_rules(rules))
     for one in chosen:
-        if asks_beside(one):
-            raise MeshgaugeError(f"'{one}' depends on the cells beside, which parts do not know")
-        if not isinstance(one, NoWorse) and one.scope.numbers is not None and one.scope.numbers.noun == "cell":
-            raise MeshgaugeError(f"'{one}' names cells by position, and parts do not know theirs in the whole")
-        if isinstance(one, NoWorse):
-            raise MeshgaugeError(f"'{one}' is not counted: summaries are enough for it")
+        if why := _why_not_counted(one):
+            raise MeshgaugeError(f"'{one}' {why}")
     return RuleCounts(chosen, listed)
+
+
+def _why_not_counted(rule: Rule) -> str:
+    """Why a rule cannot be counted on parts; empty if it can."""
+    if isinstance(rule, NoWorse):
+        return "is not counted: summaries are enough for it"
+    if asks_beside(rule):
+        return "depends on the cells beside, which parts do not know"
+    if rule.scope.numbers is not None and rule.scope.numbers.noun == "cell":
+        return "names cells by position, and parts do not know theirs in the whole"
+    return ""
 
 
 class _Undecided(Exception):
@@ -180,7 +189,8 @@ class _Asked:
         try:
             return judge.outcome(rule, bound(self._count, rule))
         except _Undecided as why:
-            return Outcome(rule, State.UNCHECKED, f"not decided by the partial reports: {why.args[0]}; {HOW}")
+            how = WHOLE if _why_not_counted(rule) else COUNT
+            return Outcome(rule, State.UNCHECKED, f"not decided by the partial reports: {why.args[0]}; {how}")
         except _Open as open_:
             return open_.outcome
 

@@ -40,6 +40,7 @@ def check(
     scheduler: options.Scheduler = None,
     wedge_order: options.WedgeOrder = options.WedgeOrders.auto,
     as_one: options.AsOne = False,
+    parts: options.PartsOf = None,
     exit_zero: options.ExitZero = False,
     reading: options.Reading,
 ) -> int:
@@ -68,6 +69,7 @@ def check(
                 scheduler=scheduler,
                 wedge_order=wedge_order,
                 as_one=as_one,
+                parts=parts,
                 exit_zero=exit_zero,
                 reading=reading,
             )

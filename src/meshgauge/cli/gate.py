@@ -48,6 +48,7 @@ class Gate:
     worst: int
     as_json: bool
     exit_zero: bool
+    parts: int | None  #: of how many parts the mesh of partial reports is
 
     @classmethod
     def of(
@@ -60,6 +61,7 @@ class Gate:
         pipelines: PipelineOptions,
         worst: int,
         as_one: bool,
+        parts: int | None,
         exit_zero: bool,
         reading: Reading,
         **measuring: Any,
@@ -95,6 +97,7 @@ class Gate:
             worst=worst,
             as_json=as_json,
             exit_zero=exit_zero,
+            parts=parts,
         )
 
     @property
@@ -112,7 +115,7 @@ class Gate:
         batch, is_quiet = self.batch, self.batch.quiet
         paths = batch.states(self.paths, every=True)  # a gate that lets an invalid step pass is none
         if baseline is not None:
-            return _write_baseline(batch, paths, metrics_of(self.rules.every), baseline)
+            return _write_baseline(batch, paths, metrics_of(self.rules.every), baseline, self.parts)
         if self.options.fix is not None:
             from .fix import require_alone
 
@@ -141,6 +144,7 @@ class Gate:
                     baselines=stored,
                     purpose=purpose,
                     poor_below=limits,
+                    parts=self.parts,
                 )
             memory = batch.allowed_memory
             asked = question(
@@ -208,7 +212,7 @@ def _meshes(paths: list[str], *, as_one: bool) -> list[str]:
     return [*meshes, *([inputs.Partials.of(partials)] if partials else [])]
 
 
-def _write_baseline(batch: Batch, paths: Sequence[str], metrics: Sequence[str], target: Path) -> int:
+def _write_baseline(batch: Batch, paths: Sequence[str], metrics: Sequence[str], target: Path, parts: int | None) -> int:
     """Store reports as a baseline, if every mesh can be measured; returns the exit code."""
     from ..check.baseline import write
     from ..report import FileReport
@@ -218,7 +222,7 @@ def _write_baseline(batch: Batch, paths: Sequence[str], metrics: Sequence[str], 
 
     def examine(path: str) -> FileReport:
         if isinstance(path, inputs.Partials):
-            return merge(path.files, path=path)
+            return merge(path.files, path=path, parts=parts)
         done = batch.in_slices(path, Ask(tuple(metrics), n_worst=0, companions=True))
         if done is not None:
             return file_report(*done, path=path)

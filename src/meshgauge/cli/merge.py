@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from . import inputs, options
-from .options import READING, option
 from .terminal import DONE
 
 
@@ -17,10 +16,7 @@ def merge(
         typer.Argument(metavar="PARTIAL", help="Files of 'report --partial', or patterns such as 'out/*.mgp'."),
     ],
     *,
-    parts: Annotated[
-        int | None,
-        option("--parts", "N", "Of how many parts the mesh is; fewer are an error.", READING, least=1, default=False),
-    ] = None,
+    parts: options.PartsOf = None,
     memory: options.Memory = None,
     bins: options.Bins = 20,
     html: options.Html = None,

@@ -219,6 +219,10 @@ Threads = Annotated[
     int | None, option("--threads", "N", "Threads to use.", MEASURING, least=1, default="all processors")
 ]
 
+PartsOf = Annotated[
+    int | None,
+    option("--parts", "N", "Of how many parts the mesh is; fewer are an error.", READING, least=1, default=False),
+]
 Memory = Annotated[
     str | None,
     option(
