@@ -50,7 +50,7 @@ class SurfaceEdges:
 
     def added_to(self, energy: Energy) -> Energy:
         """The energy with that of edges that are too long."""
-        if not len(self.ends):
+        if not len(self.ends) or self.weight == 0.0:
             return energy
 
         def both(points: Points, part: Part, gradient: Points) -> tuple[float, float]:

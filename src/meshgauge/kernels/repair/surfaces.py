@@ -387,8 +387,10 @@ def ascend(
                 own[n] = 1 if q == p else 0
                 for d in range(3):
                     x[n, d] = points[q, d]
-                if len(bends) > 0:
-                    bent[n] = bends[c]
+                if len(bends) > 0:  # one by one: assigning a row would take Numba seconds to compile
+                    for side in range(2):
+                        for d in range(4):
+                            bent[n, side, d] = bends[c, side, d]
                 n += 1
         begins[n_cells] = n
         shortest = np.inf

@@ -41,8 +41,8 @@ ATTEMPTS = 4
 """How often sliding starts anew, with points held whose faces went too far from the surface."""
 
 WEIGHT, FIRM, MANY = 1.0, 100.0, 0.05
-"""Weights of what pulls edges of curved patches that get too long: at first, and once faces at more than a share of the
-points went too far."""
+"""Weights of what pulls edges of curved patches that get too long: where cells are invalid, and once faces at more than
+a share of the points went too far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +161,8 @@ def slide(
         return apart, hold & (kind != CORNER) & (kind != INSIDE)
 
     best, notes = SlideResult(fixed, (0.0, 0.0), ()), [summary]
-    weight, hold, untangles = WEIGHT, np.zeros(len(old), bool), True
+    # What is untangled goes far; what is valid stays near by itself.
+    weight, hold, untangles = WEIGHT if n_unusable(fixed) else 0.0, np.zeros(len(old), bool), True
     for attempt in range(2 * ATTEMPTS):
         if attempt < ATTEMPTS:
             raised = sliding.raised(kind, weight, untangles=untangles)
