@@ -293,7 +293,7 @@ def test_points_that_would_mend_the_most_are_those_of_trials_of_all(kind: str, m
         ids, mended = self.points_of(bad), np.zeros(self.part.n_points)
         n_all[0] += len(ids)
         self._visit(points, ids, self.floors(self.values(points)), mend_phase.SHARPNESS[-1], mended)
-        around = [self.links[4][first:last] for first, last in pairwise(self.links[3])]
+        around = [self.links[3][first:last] for first, last in pairwise(self.links[2])]
         score = {p: bad[around[p]].mean() + max(mended[p], 0.0) for p in ids.tolist()}
         wanted: set[int] = set()
         for cell in np.flatnonzero(bad):
@@ -351,7 +351,7 @@ def test_what_a_point_is_worth_is_what_its_cells_have(kind: str, sharpness: floa
             moved, np.zeros(part.n_cells), np.empty(0), False,
         )  # fmt: skip
         assert np.array_equal(np.flatnonzero((here != points).any(axis=1)), [p] if moved[p] else [])
-        cells = links[4][links[3][p] : links[3][p + 1]]
+        cells = links[3][links[2][p] : links[2][p + 1]]
         was, now = (mend_phase.values_of(part, x)[cells] for x in (points, here))
         if sharpness == 0.0:
             assert now.sum() >= was.sum()

@@ -51,11 +51,11 @@ def gather(points: Any, shape: Any, links: Any, floors: Any, sizes: Any, p: Any,
     lengths of each two of its edges; its floor; and 0. What fills up the last lanes is worth nothing.
     """
     corners, kinds, bends, _, cells = shape
-    first, n = links[3][p], links[3][p + 1] - links[3][p]
+    first, n = links[2][p], links[2][p + 1] - links[2][p]
     if len(bends) > 0:
         return np.int64(-1)
     for e in range(n):
-        cell = links[4][first + e]
+        cell = links[3][first + e]
         c = cells[cell]
         if kinds[c] != KIND or cells[cell + 1] - c != 4 or sizes[0][cell] >= 0:
             return np.int64(-1)

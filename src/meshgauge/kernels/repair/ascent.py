@@ -29,7 +29,7 @@ FLAT = 0.02
 """J_S of four points of a face of a polyhedron up to which it counts as flat, if it was not further from it."""
 
 Shape = tuple[Int32Array, Int32Array, Float64Array, Float64Array, Int64Array]
-Links = tuple[Int64Array, Int64Array, Int64Array, Int64Array, Int64Array, Int64Array, Int64Array]
+Links = tuple[Int64Array, Int32Array, Int64Array, Int32Array, Int64Array, Int64Array]
 Sizes = tuple[Int64Array, Float64Array, Int64Array, Int64Array, Int64Array]
 """Corners of cells, what is around each point, and the sizes that cells must keep; see `ascend`."""
 
@@ -69,8 +69,8 @@ def _gather(
     corners, kinds, bends, constants, cells = shape
     ks, lows, of_cells, begins = star[2], star[3], star[5], star[6]
     at, last, n = links[0][p], links[0][p + 1], 0
-    for e in range(links[3][p + 1] - links[3][p]):
-        cell = links[4][links[3][p] + e]
+    for e in range(links[2][p + 1] - links[2][p]):
+        cell = links[3][links[2][p] + e]
         begins[e] = n
         least, shortest = 1.0, np.inf
         for c in range(cells[cell], cells[cell + 1]):
@@ -93,7 +93,7 @@ def _gather(
         if row >= 0:
             of_cells[3, e] = sizes[1][row, 3]
             _volume(points, sizes, row, p, e, star[7])
-    begins[links[3][p + 1] - links[3][p]] = n
+    begins[links[2][p + 1] - links[2][p]] = n
     n_all, before = n, -1
     for at in range(links[0][p], last):
         c = links[1][at]
@@ -193,7 +193,7 @@ def _excess(star: Star, n_cells: int, now: Float64Array, place: Float64Array) ->
 
 @fused_inlined
 def _n_below(
-    star: Star, n: int, n_cells: int, enough: Float64Array, cells: Int64Array, first: int, place: Float64Array
+    star: Star, n: int, n_cells: int, enough: Float64Array, cells: Int32Array, first: int, place: Float64Array
 ) -> int:
     """How many of the cells at a point are below what is enough for each."""
     _, _, ks, _, values, of_cells, begins, _ = star
@@ -314,7 +314,7 @@ def ascend(
     shape
         ``corners``, ``kinds``, ``bends``, ``constants`` and ``cells``, as for `cells.cell_quality`.
     links
-        ``offsets, corners, cells of these corners`` that each point changes; ``offsets, cells`` at it; ``offsets,
+        ``offsets, corners`` that each point changes; ``offsets, cells`` at it; ``offsets,
         (n, 3)`` points of faces at it: the two beside it and the one opposite.
     sizes
         For each cell its row or -1; for each row the least and largest volume and shortest edge (infinite: no bound)
@@ -338,7 +338,7 @@ def ascend(
     most, most_cells = 1, 1
     for p in free:
         most = max(most, links[0][p + 1] - links[0][p])
-        most_cells = max(most_cells, links[3][p + 1] - links[3][p])
+        most_cells = max(most_cells, links[2][p + 1] - links[2][p])
     widest()
     simplex, worth, now = np.empty((4, 3)), np.empty(4), np.empty(3)
     none: Any = np.int64(0)
@@ -368,7 +368,7 @@ def ascend(
                     mean[d] += points[corners[c, 1], d] + points[corners[c, 2], d] + points[corners[c, 3], d]
         if n_beside == 0:
             continue
-        n_cells = links[3][p + 1] - links[3][p]
+        n_cells = links[2][p + 1] - links[2][p]
         n, n_all, penalty = none, none, np.inf
         n_four = none - 1 if is_trial else gather(points, shape, links, floors, sizes, p, tetrahedra)
         if n_four < 0:
@@ -378,7 +378,7 @@ def ascend(
                 flat = max(flat, abs(star[4][a]))
             # Sizes that are within their bounds stay there; others are brought nearer to them before all else.
             penalty = np.inf if _excess(star, n_cells, now, now) <= 0.0 else PENALTY
-        first, last = links[5][p], links[5][p + 1]
+        first, last = links[4][p], links[4][p + 1]
         start, best, step = -np.inf, -np.inf, 0.0
         # Where it is, then places that its neighbours suggest, then a simplex at the best of them.
         for t in range(first - 1, last + 5):
@@ -389,7 +389,7 @@ def ascend(
                 if t < first:
                     place[d] = points[p, d]
                 elif t < last:
-                    place[d] = points[links[6][t, 0], d] + points[links[6][t, 1], d] - points[links[6][t, 2], d]
+                    place[d] = points[links[5][t, 0], d] + points[links[5][t, 1], d] - points[links[5][t, 2], d]
                     total[d] += place[d]
                 elif t == last or (t == last + 1 and first == last):
                     place[d] = mean[d] / n_beside
@@ -461,9 +461,9 @@ def ascend(
                 high = m
         if is_trial:
             _copy(simplex[high], place)
-            first = links[3][p]
-            before = _n_below(star, n, n_cells, enough, links[4], first, now)
-            after = _n_below(star, n, n_cells, enough, links[4], first, place)
+            first = links[2][p]
+            before = _n_below(star, n, n_cells, enough, links[3], first, now)
+            after = _n_below(star, n, n_cells, enough, links[3], first, place)
             mended[p] = before - after + min(max(worth[high], 0.0), 0.999)
         elif worth[high] > start + least_gain:
             has_moved[p] = True

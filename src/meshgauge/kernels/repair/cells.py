@@ -134,7 +134,7 @@ def sweep(
     constants: Float64Array,
     cells: Int64Array,
     offsets: Int64Array,
-    around: Int64Array,
+    around: Int32Array,
     free: Int64Array,
     floors: Float64Array,
 ) -> int:

@@ -109,18 +109,18 @@ def at_marked(offsets: IntArray, nodes: IntArray, marked: BoolArray, is_at: Bool
 @kernel
 def at_points(
     corners: Int32Array, cells: Int64Array, n_points: int
-) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array, Int64Array]:
+) -> tuple[Int64Array, Int32Array, Int64Array, Int32Array]:
     """What each point is in: corners and cells, each ascending.
 
     Returns
     -------
-    offsets, corner, cell, offsets, around
-        The corners that point ``p`` is in are ``corner[n]``, of the cells ``cell[n]``, for ``offsets[p] <= n <
-        offsets[p + 1]``; the cells, each once, ``around[n]`` for the other offsets.
+    offsets, corner, offsets, around
+        The corners that point ``p`` is in are ``corner[n]`` for ``offsets[p] <= n < offsets[p + 1]``; the cells, each
+        once, ``around[n]`` for the other offsets.
     """
     n_cells = len(cells) - 1
     by_corner, by_cell = np.zeros(n_points + 1, np.int64), np.zeros(n_points + 1, np.int64)
-    last = np.full(n_points, -1, np.int64)
+    last = np.full(n_points, -1, np.int32)
     for e in range(n_cells):
         for c in range(cells[e], cells[e + 1]):
             for m in range(4):
@@ -132,18 +132,18 @@ def at_points(
     for p in range(n_points):
         by_corner[p + 1] += by_corner[p]
         by_cell[p + 1] += by_cell[p]
-    corner, cell = np.empty(by_corner[n_points], np.int64), np.empty(by_corner[n_points], np.int64)
-    around = np.empty(by_cell[n_points], np.int64)
+    corner = np.empty(by_corner[n_points], np.int32)
+    around = np.empty(by_cell[n_points], np.int32)
     next_corner, next_cell = by_corner[:-1].copy(), by_cell[:-1].copy()
     last[:] = -1
     for e in range(n_cells):
         for c in range(cells[e], cells[e + 1]):
             for m in range(4):
                 p = corners[c, m]
-                corner[next_corner[p]], cell[next_corner[p]] = c, e
+                corner[next_corner[p]] = c
                 next_corner[p] += 1
                 if last[p] != e:
                     last[p] = e
                     around[next_cell[p]] = e
                     next_cell[p] += 1
-    return by_corner, corner, cell, by_cell, around
+    return by_corner, corner, by_cell, around

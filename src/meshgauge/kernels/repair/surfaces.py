@@ -9,7 +9,7 @@ from math import log, sqrt
 
 import numpy as np
 
-from ..arrays import BoolArray, Float64Array, Int32Array, Int64Array
+from ..arrays import BoolArray, Float64Array, Int32Array, Int64Array, IntArray
 from ..jit import fused_inlined, fused_kernel
 from .projection import search, settle
 
@@ -225,8 +225,8 @@ def _worth(
 @fused_inlined
 def _is_near(
     star: Star,
-    cells: Int64Array,
-    under: tuple[Int64Array, Float64Array],
+    cells: IntArray,
+    under: tuple[IntArray, Float64Array],
     track: Track,
     trial: Float64Array,
     weights: Float64Array,
@@ -292,7 +292,7 @@ def _turn(axes: Float64Array, track: Track, item: int, weights: Float64Array) ->
 def ascend(
     points: Float64Array,
     shape: tuple[Int32Array, Int32Array, Float64Array, Int64Array],
-    around: tuple[Int64Array, Int64Array],
+    around: tuple[Int64Array, Int32Array],
     bounds: tuple[Int64Array, Float64Array],
     floors: Float64Array,
     free: Int64Array,

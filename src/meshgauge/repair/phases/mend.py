@@ -92,7 +92,7 @@ class _Local:
             if not moved.any() or self.run.is_over():
                 break
             changed = np.zeros(part.n_cells, bool)
-            changed[self.links[4][np.repeat(moved, np.diff(self.links[3]))]] = True
+            changed[self.links[3][np.repeat(moved, np.diff(self.links[2]))]] = True
             ids = ids[part.points_at(changed)[ids]]
 
     def _visit(self, points: Points, ids: Ids, floors: Points, sharpness: float, mended: Points | None = None) -> Mask:
@@ -147,12 +147,13 @@ class _Local:
     def culprits(self, points: Points, bad: Mask) -> Ids:
         """Of the points of each bad cell the one that would mend the most bad cells if it moved alone; of those that
         would mend as many, the one with the largest share of bad cells around it and the best place."""
-        offsets, around = self.links[3], self.links[4]
+        offsets, around = self.links[2], self.links[3]
         n_points, values = self.part.n_points, self.values(points)
         owner = np.repeat(np.arange(n_points), np.diff(offsets))
         share = np.bincount(owner, bad[around], minlength=n_points) / np.maximum(np.diff(offsets), 1)
         is_candidate = mask_of(n_points, self.points_of(bad))
-        at, cell = (some[bad[around] & is_candidate[owner]] for some in (owner, around))
+        mine = bad[around] & is_candidate[owner]
+        at, cell = owner[mine], around[mine]
         # None mends more than the cells at it that want it, so that most need no trial: those that may be the best do.
         score = share + 1.0 + np.bincount(owner, (values < self.enough)[around], minlength=n_points)
         is_tried = np.zeros(n_points, bool)
@@ -173,10 +174,10 @@ class _Local:
         cell are in one group, so what becomes of one group is nothing to another."""
         at = np.full(self.part.n_points, -1, np.int64)
         at[ids] = np.arange(len(ids))
-        offsets = self.links[3]
+        offsets = self.links[2]
         owner = np.repeat(at, np.diff(offsets))
         mine = owner >= 0
-        point, cell = owner[mine], self.links[4][mine]
+        point, cell = owner[mine], self.links[3][mine]
         known, local = np.unique(cell, return_inverse=True)
         label = components(len(ids) + len(known), point, len(ids) + local.reshape(-1))
         of_cell = np.full(self.part.n_cells, -1, np.int64)
@@ -327,9 +328,8 @@ def _raise_mean(local: _Local, points: Points, given: Points) -> None:
 
 def _links(part: Problem, topology: Topology) -> kernels.Links:
     """What is around each point, see `kernels.repair.ascent.ascend`."""
-    by_corner, corners, cells, by_cell, around = at_points(part.corners, part.cells, part.n_points)
     sides, owner = _parallelograms(part, topology)
-    return by_corner, corners, cells, by_cell, around, _offsets(owner, part.n_points), sides
+    return *at_points(part.corners, part.cells, part.n_points), _offsets(owner, part.n_points), sides
 
 
 def _parallelograms(part: Problem, topology: Topology) -> tuple[Ids, Ids]:

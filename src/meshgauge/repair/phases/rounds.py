@@ -54,7 +54,7 @@ class Rounds:
     def near(self, points: Mask) -> Mask:
         """``(n_points,)`` True for points of cells at some points."""
         cells = np.zeros(self.run.moving.n_cells, bool)
-        cells[self._links[4][np.repeat(points, np.diff(self._links[3]))]] = True
+        cells[self._links[3][np.repeat(points, np.diff(self._links[2]))]] = True
         return self.run.moving.points_at(cells)
 
     def visit(self, points: Points, which: Mask, floors: Points, sharpness: float, least_gain: float) -> Mask:

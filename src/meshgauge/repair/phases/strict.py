@@ -46,7 +46,7 @@ def keep_every_cell(run: Run, given: Points, reached: Points, *, only: NDArray[n
         everywhere[back] = old[back]
     else:
         everywhere = old.copy()
-    _, _, _, offsets, around = at_points(whole.corners, whole.cells, whole.n_points)
+    _, _, offsets, around = at_points(whole.corners, whole.cells, whole.n_points)
     free = run.points_of_moving[run.moves_alone if only is None else only & run.moves_alone]
     for _ in range(SWEEPS):
         n = 0

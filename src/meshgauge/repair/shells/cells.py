@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...cells import CellType
+from ...kernels.arrays import Int32Array
 from ...kernels.repair import surfaces as kernels
 from ...kernels.repair.corners import at_points
 from ...mesh import Mesh
@@ -59,7 +60,7 @@ class Part:
     constants: Points
     cells: Ids
     cell_ids: Ids
-    around: tuple[Ids, Ids]
+    around: tuple[Ids, Int32Array]
     bends: Points  #: ``(n_corners, 2, 4)`` of the edges to the next and the previous corner; empty if none is curved
     middles: Ids  #: ``(n_corners,)`` the node on the edge to the next corner, or -1; empty if no edge is curved
     n_all: int
@@ -176,8 +177,8 @@ def part_of(mesh: Mesh, takes_part: Mask, fixed: Mask | None = None) -> Part:
                 middle = node_between(row, *around[:2])
                 if middle is not None:
                     middles[at + m] = pick(mesh, row, ids, (middle,))[:, 0]
-    links = at_points(corners, cells, mesh.n_points)
+    _, _, starts, at_point = at_points(corners, cells, mesh.n_points)
     return Part(
-        corners, kinds, np.array(constants), cells, order, (links[3], links[4]), bends, middles, mesh.n_cells,
+        corners, kinds, np.array(constants), cells, order, (starts, at_point), bends, middles, mesh.n_cells,
         mesh.up,
     )  # fmt: skip
