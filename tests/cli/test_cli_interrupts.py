@@ -133,7 +133,7 @@ def test_the_end_of_the_process_looks_through_nothing_again() -> None:
 
 
 PROGRAM = """
-import atexit, os, sys, threading, time
+import atexit, os, sys, threading
 at_once = os._exit
 os._exit = lambda code: at_once(code + 40)
 atexit.register(print, "registered")
@@ -144,7 +144,8 @@ from meshgauge.__main__ import program
 @pytest.mark.parametrize("is_alone", [True, False])
 def test_the_process_ends_without_taking_apart_what_is_loaded(is_alone: bool) -> None:
     """What was printed is written, what was registered is done, and a thread at work is waited for."""
-    thread = "" if is_alone else "threading.Thread(target=lambda: (time.sleep(0.3), print('waited for'))).start()\n"
+    work = "lambda: (threading.main_thread().join(), print('waited for'))"  # until the interpreter ends
+    thread = "" if is_alone else f"threading.Thread(target={work}).start()\n"
     command = [sys.executable, "-c", f"{PROGRAM}{thread}sys.exit(program())", "--versio"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == (42 if is_alone else 2)
