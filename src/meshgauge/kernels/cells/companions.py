@@ -99,7 +99,7 @@ def hexahedron(
 def _triangle(x: Any, at: Any, ahead: Any, k: Any, up: Any) -> Any:
     """Of the cells there; see `surfaces.fast`."""
     _fetch(ahead, 3, 0, 3)
-    x0, x1, x2 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2)
+    x0, x1, x2 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2))
     ea, eb = _edge(x0, x1), _edge(x0, x2)
     normal = _cross(ea, eb)
     a, b, c = _square(ea), _square(eb), _square(_edge(x1, x2))
@@ -134,7 +134,7 @@ def triangle(
 def _quad(x: Any, at: Any, ahead: Any, k: Any, up: Any) -> Any:
     """Of the cells there; when a sign is certain: see `surfaces.fast`."""
     _fetch(ahead, 4, 0, 4)
-    x0, x1, x2, x3 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2), _point(x, at, 3)
+    x0, x1, x2, x3 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2)), _point(x, at, U(3))
     ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
     eg, eh = _edge(x0, x2), _edge(x1, x3)
     own = _cross(eg, eh)

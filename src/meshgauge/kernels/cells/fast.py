@@ -113,7 +113,7 @@ def _store(value: Any, out: Any, first: Any) -> Any:
 @fused_inlined
 def _point(x: Any, at: Any, node: Any) -> Any:
     """A node of the cells that were fetched to there."""
-    place = at + NODE * U(node)
+    place = at + NODE * node
     return take(x, place), take(x, place + Y), take(x, place + Z)
 
 
@@ -220,7 +220,7 @@ def _tetra(x: Any, at: Any, ahead: Any, k: Any) -> Any:
              1
     """
     _fetch(ahead, 4, 0, 4)
-    x0, x1, x2, x3 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2), _point(x, at, 3)
+    x0, x1, x2, x3 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2)), _point(x, at, U(3))
     ea, eb, ec = _edge(x0, x1), _edge(x0, x2), _edge(x0, x3)
     det = _det(ea, eb, ec)
     a, b, c = _square(ea), _square(eb), _square(ec)
@@ -270,8 +270,8 @@ def _pyramid(x: Any, at: Any, ahead: Any, k: Any) -> Any:
         0------a-------1
     """
     _fetch(ahead, 5, 0, 3)
-    x0, x1, x2, x3 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2), _point(x, at, 3)
-    x4 = _point(x, at, 4)
+    x0, x1, x2, x3 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2)), _point(x, at, U(3))
+    x4 = _point(x, at, U(4))
     ea, eb, ed = _edge(x0, x1), _edge(x1, x2), _edge(x3, x0)
     ee, ef, eh = _edge(x0, x4), _edge(x1, x4), _edge(x3, x4)
     a, b, d = _square(ea), _square(eb), _square(ed)
@@ -330,8 +330,8 @@ def _wedge(x: Any, at: Any, ahead: Any, k: Any) -> Any:
              1
     """
     _fetch(ahead, 6, 0, 3)
-    x0, x1, x2 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2)
-    x3, x4, x5 = _point(x, at, 3), _point(x, at, 4), _point(x, at, 5)
+    x0, x1, x2 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2))
+    x3, x4, x5 = _point(x, at, U(3)), _point(x, at, U(4)), _point(x, at, U(5))
     ea, eb, ec = _edge(x0, x1), _edge(x0, x2), _edge(x1, x2)
     eg, eh, ei = _edge(x0, x3), _edge(x1, x4), _edge(x2, x5)
     a, b, c = _square(ea), _square(eb), _square(ec)
@@ -404,8 +404,8 @@ def _hexahedron(x: Any, at: Any, ahead: Any, with_mean: Any) -> Any:
     that face differ.
     """
     _fetch(ahead, 8, 0, 4)
-    x0, x1, x2, x3 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2), _point(x, at, 3)
-    x4, x5, x6, x7 = _point(x, at, 4), _point(x, at, 5), _point(x, at, 6), _point(x, at, 7)
+    x0, x1, x2, x3 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2)), _point(x, at, U(3))
+    x4, x5, x6, x7 = _point(x, at, U(4)), _point(x, at, U(5)), _point(x, at, U(6)), _point(x, at, U(7))
     ea0, ea1, eb0, eb1 = _edge(x0, x1), _edge(x3, x2), _edge(x0, x3), _edge(x1, x2)
     ec0, ec1, ec2, ec3 = _edge(x0, x4), _edge(x1, x5), _edge(x2, x6), _edge(x3, x7)
     a0, a1, b0, b1 = _square(ea0), _square(ea1), _square(eb0), _square(eb1)

@@ -41,7 +41,7 @@ SMALL_QUAD, LARGE_QUAD = 1e-40, 1e40  # of a squared edge: within, no product of
 def _triangle(x: Any, at: Any, ahead: Any, k: Any, up: Any) -> Any:
     """All three corners share one area: a = 0-1, b = 0-2, c = 1-2."""
     _fetch(ahead, 3, 0, 3)
-    x0, x1, x2 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2)
+    x0, x1, x2 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2))
     ea, eb = _edge(x0, x1), _edge(x0, x2)
     normal = _cross(ea, eb)
     a, b, c = _square(ea), _square(eb), _square(_edge(x1, x2))
@@ -100,7 +100,7 @@ def _quad_in_space(x: Any, at: Any, ahead: Any) -> Any:
     above that product, and what is asked for.
     """
     _fetch(ahead, 4, 0, 4)
-    x0, x1, x2, x3 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2), _point(x, at, 3)
+    x0, x1, x2, x3 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2)), _point(x, at, U(3))
     ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
     normal = _cross(_edge(x0, x2), _edge(x1, x3))
     na, nc = _cross(normal, ea), _cross(normal, ec)
@@ -114,7 +114,7 @@ def _quad_in_space(x: Any, at: Any, ahead: Any) -> Any:
 def _quad_in_plane(x: Any, at: Any, ahead: Any, up: Any) -> Any:
     """The same seen from there."""
     _fetch(ahead, 4, 0, 4)
-    x0, x1, x2, x3 = _point(x, at, 0), _point(x, at, 1), _point(x, at, 2), _point(x, at, 3)
+    x0, x1, x2, x3 = _point(x, at, U(0)), _point(x, at, U(1)), _point(x, at, U(2)), _point(x, at, U(3))
     ea, eb, ec, ed = _edge(x0, x1), _edge(x1, x2), _edge(x2, x3), _edge(x3, x0)
     da, db = up * (ed[0] * ea[1] - ed[1] * ea[0]), up * (ea[0] * eb[1] - ea[1] * eb[0])
     dc, dd = up * (eb[0] * ec[1] - eb[1] * ec[0]), up * (ec[0] * ed[1] - ec[1] * ed[0])
