@@ -84,6 +84,10 @@ def test_rules_that_were_counted(tmp_path: Path) -> None:
     mesh, rules = garden(), (*RULES, *OF_COUNTS_ONLY)
     made = parts_of(mesh, rules)
     assert_same(check_partials(made, rules), expected(mesh, rules))
+    points = np.vstack([part.points for part in cut(mesh)])
+    for cell in (cell for one in check_partials(made, rules).outcomes for cell in one.cells):
+        assert cell.point is not None
+        np.testing.assert_array_equal(points[cell.point], cell.coordinates)
     for at, one in enumerate(made):
         one.save(tmp_path / f"{at}.mgp")
     whole = expected(mesh, ("jens >= 0.2 @ 7",))  # the same rule with another allowance
