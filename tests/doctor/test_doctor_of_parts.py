@@ -46,7 +46,7 @@ def test_shares_are_the_whole(name: str, n: int) -> None:
 def test_many_shares_of_few_cells() -> None:
     """Points of two cells are so because of two shares."""
     quality, expected = whole("hanging")
-    assert_same(of_shares(quality, 24), expected)
+    assert_same(of_shares(quality, 60), expected)
 
 
 def test_what_is_kept_grows_with_the_surface() -> None:
