@@ -8,7 +8,7 @@ import numpy as np
 
 from ...cells import CellType
 from ...kernels.arrays import Int32Array
-from ...kernels.repair import surfaces as kernels
+from ...kernels.repair import surface_cells
 from ...kernels.repair.corners import at_points
 from ...mesh import Mesh
 from ...mesh.connectivity import pick
@@ -74,7 +74,7 @@ class Part:
         """``(n,)`` the least J_S/k of each cell, and its J_ENS; in space along its own normal."""
         lowest, folded = np.empty(len(self.cell_ids)), np.empty(len(self.cell_ids))
         normals = np.empty((0, 3)) if self.up else self.normals(points)
-        kernels.cell_quality(
+        surface_cells.cell_quality(
             points, self.corners, self.kinds, self.constants, self.cells, self.bends, float(self.up), normals, lowest,
             folded,
         )  # fmt: skip
