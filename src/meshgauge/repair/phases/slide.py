@@ -161,8 +161,9 @@ def slide(
         return apart, hold & (kind != CORNER) & (kind != INSIDE)
 
     best, notes = SlideResult(fixed, (0.0, 0.0), ()), [summary]
-    # What is untangled goes far; what is valid stays near by itself.
-    weight, hold, untangles = WEIGHT if n_unusable(fixed) else 0.0, np.zeros(len(old), bool), True
+    # What is untangled goes far, and so does what is beside points that have left the surface; else all stays near.
+    weight = WEIGHT if n_unusable(fixed) or released.any() else 0.0
+    hold, untangles = np.zeros(len(old), bool), True
     for attempt in range(2 * ATTEMPTS):
         if attempt < ATTEMPTS:
             raised = sliding.raised(kind, weight, untangles=untangles)
