@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,7 @@ from thinned import quick
 import meshgauge
 from meshgauge import Mesh, PartialReport, io
 from meshgauge.doctor import Diagnosis
-from meshgauge.errors import ReadError
+from meshgauge.errors import MeshgaugeError, ReadError
 from meshgauge.kernels import path as kernels_path
 from meshgauge.report import FileReport, part_diagnosis
 from meshgauge.report.json import dumps
@@ -199,3 +200,58 @@ def test_a_strangers_numbers_are_refused(field: str, tmp_path: Path) -> None:
     path.write_text(f"meshgauge-partial {VERSION} {hashlib.sha256(body.encode()).hexdigest()}\n{body}\n")
     with pytest.raises(ReadError, match="is damaged"):
         meshgauge.merge([PartialReport.load(path)])
+
+
+def _sealed(path: Path, data: Any) -> Path:
+    body = json.dumps(data)
+    path.write_text(f"meshgauge-partial {VERSION} {hashlib.sha256(body.encode()).hexdigest()}\n{body}\n")
+    return path
+
+
+FORGED = (
+    ("first_cell", 5),
+    ("first_cell", 10**12),
+    ("n_points", 10**12),
+    ("first_point", 10**7),
+    ("dimension", 2),
+    ("nodes", -1),
+    ("inside", 1 << 63),
+    ("n_cells", -4),
+)
+
+
+@pytest.mark.parametrize(("field", "value"), FORGED)
+def test_numbers_that_lead_outside_of_a_part_are_refused(field: str, value: int, tmp_path: Path) -> None:
+    """They ended in a segmentation fault, or asked for terabytes."""
+    path = tmp_path / "a.mgp"
+    meshgauge.partial(cube(with_slit=False), with_diagnosis=True).save(path)
+    data = json.loads(path.read_text().split("\n")[1])
+    kept = data["open_cells"]
+    kept[field] = {**kept[field], "n": value} if isinstance(kept[field], dict) else value
+    with pytest.raises(ReadError, match="is damaged"):
+        meshgauge.merge([_sealed(path, data)], memory=1 << 80)
+
+
+def test_a_real_number_of_too_many_digits_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.mgp"
+    meshgauge.partial(cube(with_slit=False)).save(path)
+    data = json.loads(path.read_text().split("\n")[1])
+    data["result"]["worst"][0][0]["quality"] = 10**400
+    with pytest.raises(ReadError, match="is damaged"):
+        PartialReport.load(_sealed(path, data))
+
+
+def test_shares_of_a_file_have_its_size(tmp_path: Path) -> None:
+    io.write(tmp_path / "a.vtkhdf", cube(with_slit=False))
+    one, two = (meshgauge.partial(tmp_path / "a.vtkhdf", share=(k, 2)) for k in (1, 2))
+    with pytest.raises(MeshgaugeError, match="points in one partial report, and"):
+        meshgauge.merge([one, replace(two, n_points=two.n_points + 1)])
+
+
+def test_what_is_said_to_be_packed_is_not_unpacked_where_it_does_not_fit() -> None:
+    made = meshgauge.partial(cube(with_slit=False), with_diagnosis=True)
+    kept = made.open_cells
+    assert kept is not None
+    many = replace(made, open_cells=replace(kept, nodes=replace(kept.nodes, n=1 << 40)))
+    assert "more than --memory allows" in merged([many], memory=1 << 34).skipped[0]
+    assert merged([made], memory=1 << 34).skipped == ()

@@ -60,7 +60,10 @@ def record(data: Any, kind: type[T]) -> T:
 def _value(data: Any, kind: Any, at: str) -> Any:
     origin, arguments = get_origin(kind), get_args(kind)
     if kind is float and type(data) in (int, float):
-        return float(data)
+        try:
+            return float(data)
+        except OverflowError as error:  # an integer of more than 308 digits
+            raise NotPlain(f"{at} is not of the kind expected") from error
     if kind in (bool, str, int):
         return _checked(data, type(data) is kind, at)
     if origin in (Union, types.UnionType):

@@ -17,6 +17,10 @@ LEVEL = 1
 """Of zlib: higher ones take ten times as long and spare a tenth."""
 
 
+MOST = 1 << 48
+"""Numbers that an array may have; more are no array of a record."""
+
+
 @dataclass(frozen=True, eq=False)
 class Zipped:
     """An array of one axis, packed.
@@ -74,7 +78,7 @@ class Zipped:
         return np.frombuffer(self._bytes(n, 1), np.uint8)
 
     def _bytes(self, n: int, width: int) -> bytearray:
-        if self.n != n:
+        if self.n != n or not 0 <= n <= MOST:
             raise NotPlain(f"{self.n} numbers are packed, not {n}")
         try:
             data = zlib.decompressobj().decompress(self.data.tobytes(), n * width + 1)

@@ -210,6 +210,11 @@ def _groups(given: Sequence[PartialReport]) -> list[list[PartialReport]]:
         known = next(iter(group.values()), one)
         if one.identity == known.identity and one.state != known.state:
             raise MeshgaugeError(f"{one.path} was changed between two of its partial reports; measure it again")
+        if (one.n_cells, one.n_points) != (known.n_cells, known.n_points):
+            raise MeshgaugeError(
+                f"{one.path} has {one.n_cells:,} cells and {one.n_points:,} points in one partial report, and "
+                f"{known.n_cells:,} and {known.n_points:,} in another"
+            )
         if not _is_again(one, group.setdefault(one.result.spans, one)):
             place = one.path if one.part is None else f"number {one.part[0]} of {one.part[1]} (counted from 0)"
             raise MeshgaugeError(f"two parts that differ are both {place}")

@@ -172,8 +172,9 @@ def merged_diagnosis(
         why = "that was not asked for" if lacking.not_diagnosed == NOT_ASKED else lacking.not_diagnosed
         reason = f"what it takes is not in the partial report of {lacking.path}: {why}"
     else:
-        n_kept = sum(one.open_cells.cells.n for one in given if one.open_cells is not None)
-        reason = _INSIDE if is_double else why_no_memory(n_cells, n_points, memory, PER_CELL * n_kept)
+        kept = [one.open_cells for one in given if one.open_cells is not None]
+        more = max(PER_CELL * sum(one.cells.n for one in kept), sum(one.n_bytes_of_cells for one in kept))
+        reason = _INSIDE if is_double else why_no_memory(n_cells, n_points, memory, more)
     if reason:
         return not_diagnosed(n_cells, LIMIT, reason=reason, tolerance=tolerance)
     from ..doctor.streamed.of_parts import Overlap, Placed, diagnosis_of_parts

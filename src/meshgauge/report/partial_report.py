@@ -150,6 +150,16 @@ def _are_right(unlike: tuple[Unlike, ...], n_measured: int) -> bool:
     )
 
 
+def _belongs(kept: OpenCells, made: PartialReport) -> bool:
+    """Whether what is kept for the diagnosis is of the cells that were measured, and of points that are there."""
+    return (
+        ((kept.first_cell, kept.first_cell + kept.n_cells),) == made.result.spans
+        and kept.dimension == made.dimension
+        and min(kept.first_point, kept.n_points) >= 0
+        and kept.first_point + kept.n_points <= made.n_points
+    )
+
+
 def _check(made: PartialReport) -> None:
     """Raise `NotPlain` if numbers do not belong together, so that none is looked up where there is nothing."""
     result = made.result
@@ -174,6 +184,8 @@ def _check(made: PartialReport) -> None:
         and all(one.counts is None or len(one.counts) == 2 * HALF for one in tallies)
         and (result.sample is None or result.sample.is_right)
         and all(_are_right(tally.unlike, tally.n_measured) for tally in tallies)
+        and min(made.n_cells, made.n_points) >= 0
+        and (made.open_cells is None or _belongs(made.open_cells, made))
     )
     if not right:
         raise NotPlain("its numbers do not belong together")

@@ -13,6 +13,7 @@ from typing import TypeVar
 from ..errors import OptionError
 from ..files.resources import keep_freed
 from ..kernels.threads import thread_count
+from ..look.style import plural
 from .job import Job, forget_points
 from .partial import CellRows, Partial
 from .read import Place, most_cells, places, slice_size
@@ -66,7 +67,7 @@ def measure_pieces(
     size = min(slice_size(job.memory), most_cells(job.pieces)) if size is None else size
     todo = places(job.pieces, size, share)
     if not todo:
-        raise OptionError(f"share {share[0]} of {share[1]} is empty: the mesh has {job.facts.n_cells:,} cells")
+        raise OptionError(f"share {share[0]} of {share[1]} is empty: the mesh has {plural(job.facts.n_cells, 'cell')}")
     n_asked = sum(place.stop - place.start for place in todo)
     total: Partial | None = None
     done = 0

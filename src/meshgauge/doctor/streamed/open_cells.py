@@ -104,6 +104,13 @@ class OpenCells:
         zipped = [one for one in vars(self).values() if isinstance(one, Zipped)]
         return sum(one.data.nbytes for one in (*zipped, *self.inward))
 
+    @property
+    def n_bytes_of_cells(self) -> int:
+        """Of what is said to be packed of cells that are kept, once it is not packed any more."""
+        of_all = (self.marks, self.types, self.parent, self.flags)
+        zipped = [one for one in vars(self).values() if isinstance(one, Zipped) and one not in of_all]
+        return 8 * sum(max(one.n, 0) for one in (*zipped, *self.inward))
+
 
 @dataclass(frozen=True)
 class PartOf:
