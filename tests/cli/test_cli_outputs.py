@@ -25,8 +25,8 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="links and devices of
 class Output:
     """An output of a command.
 
-    ``before`` are the arguments before the option, MESH, OTHER, REPORT and UNDO among them; ``suffixes`` what a name
-    may end with; ``begins`` what the text begins with that is written, None for one that is no text.
+    ``before`` are the arguments before the option, MESH, OTHER, REPORT, PART and UNDO among them; ``suffixes`` what a
+    name may end with; ``begins`` what the text begins with that is written, None for one that is no text.
     """
 
     command: str
@@ -52,6 +52,7 @@ OUTPUTS = (
     Output("report", "--bad", QUIET, [".vtu", ".txt", ".csv", ".inc", ".set", ".bdf", ".cellSet"]),
     Output("report", "--bad-set", QUIET, [".msh"]),
     Output("report", "--partial", ("MESH", "-q"), [".mgp"]),
+    Output("merge", "--html", ("PART", "-q"), [".html"], "<!doctype html>"),
     Output("check", "--junit", ("MESH", "-q"), [".xml"], "<?xml"),
     Output("check", "--sarif", ("MESH", "-q"), [".sarif"], "{"),
     Output("check", "--gitlab", ("MESH", "-q"), [".json"], "["),
@@ -108,6 +109,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     words["REPORT"] = str(folder / "report.json")
     report = command_line.run("report", words["MESH"], "--json")
     Path(words["REPORT"]).write_text(report.stdout)
+    words["PART"] = str(folder / "part.mgp")
+    command_line.run("report", words["MESH"], "--partial", words["PART"], "-q")
     words["BETTER"], words["UNDO"] = str(folder / "better.mesh"), str(folder / "undo.npz")
     command_line.run("orient", words["OTHER"], "-o", words["BETTER"], "--undo", words["UNDO"], "-q")
     return words
