@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from pathlib import Path
@@ -92,6 +93,19 @@ def test_a_killed_process_changes_nothing(tmp_path: Path) -> None:
 def test_what_is_no_scheduler(text: str) -> None:
     with pytest.raises(OptionError, match="--scheduler is"), executor(text):
         pass
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no SIGINT between processes")
+def test_a_worker_finishes_its_task_on_the_first_ctrl_c() -> None:
+    """A terminal sends it to workers as well, and what they had done was lost with the best so far."""
+    with executor("1") as (pool, _):
+        assert pool is not None
+        worker = pool.submit(os.getpid).result()
+        task = pool.submit(time.sleep, 0.2)
+        time.sleep(0.1)
+        os.kill(worker, signal.SIGINT)
+        assert task.result() is None
+        assert pool.submit(signal.getsignal, signal.SIGINT).result() is signal.default_int_handler  # the second ends it
 
 
 def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 from collections.abc import Iterator
 from concurrent.futures import Executor
+from types import FrameType
 
 from ..errors import MeshgaugeError, OptionError
 
@@ -51,11 +53,21 @@ def executor(text: str | None) -> Iterator[tuple[Executor | None, int]]:
         from multiprocessing import get_context
 
         # Not forked: threads of Numba and HDF5 do not survive that.
-        with ProcessPoolExecutor(int(text), mp_context=get_context("spawn")) as pool:
+        with ProcessPoolExecutor(int(text), mp_context=get_context("spawn"), initializer=heed_the_second) as pool:
             yield pool, int(text)
     else:
         with _dask(text) as pool:
             yield pool, 1
+
+
+def heed_the_second() -> None:
+    """Have a worker finish its task on the first Ctrl-C, which a terminal sends to all processes: what it has done is
+    asked for by a program that is to write the best so far."""
+    signal.signal(signal.SIGINT, _first)
+
+
+def _first(number: int, frame: FrameType | None) -> None:
+    signal.signal(number, signal.default_int_handler)
 
 
 @contextlib.contextmanager
