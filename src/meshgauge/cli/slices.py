@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import sys
 import time
@@ -35,7 +36,7 @@ _last: list[tuple[object, Pieces]] = []
 def listed(files: Sequence[str], file_format: str | None, step: StepChoice) -> Pieces | None:
     """Where the arrays of a mesh stand, see `pieces_as_one`. The last is kept: a run asks for its outputs as well, and
     to list some formats all of a mesh is read."""
-    key = (tuple(map(str, files)), file_format, step)
+    key = (tuple(map(os.path.abspath, files)), file_format, step)
     if _last and _last[0][0] == key:
         with contextlib.suppress(ReadError, OSError):
             _last[0][1].check_unchanged()
