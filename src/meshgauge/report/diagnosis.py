@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 Ids = NDArray[np.int64]
 
-CELLS = 1 << 15
+CELLS = 1 << 14
 """Cells that pass by at a time."""
 
 
