@@ -22,7 +22,7 @@ def cells(noise: float, *, of: np.ndarray = CUBE) -> tuple[np.ndarray, np.ndarra
     return points.reshape(-1, 3), np.arange(len(of) * N).reshape(N, len(of))
 
 
-def told(points: np.ndarray, nodes: np.ndarray, row: CellType = HEXAHEDRON) -> tuple[np.ndarray, np.ndarray]:
+def jens_and_clear(points: np.ndarray, nodes: np.ndarray, row: CellType = HEXAHEDRON) -> tuple[np.ndarray, np.ndarray]:
     """J_ENS, and of which cells it is clear that they are valid."""
     values, clear = np.empty(len(nodes)), np.empty(len(nodes), np.bool_)
     with np.errstate(all="ignore"):  # with the JIT off NumPy's scalars warn where compiled code goes on
@@ -36,7 +36,7 @@ def told(points: np.ndarray, nodes: np.ndarray, row: CellType = HEXAHEDRON) -> t
 def test_what_is_clear_is_proved(noise: float, stretch: tuple[float, float, float], away: float) -> None:
     points, nodes = cells(noise)
     points = (points + away) * stretch
-    values, clear = told(points, nodes)
+    values, clear = jens_and_clear(points, nodes)
     with np.errstate(all="ignore"):
         proved = validity("hexahedron", points, nodes, compiled=True)
     assert (proved[clear] == Validity.VALID).all()
@@ -58,7 +58,7 @@ def test_a_wedge_that_is_clear_is_proved(noise: float, stretch: tuple[float, flo
     """As nearly all are that have no negative corner: the certificate asks nothing else of one whose middle is so."""
     points, nodes = cells(noise, of=HALF)
     points *= stretch
-    values, clear = told(points, nodes, WEDGE)
+    values, clear = jens_and_clear(points, nodes, WEDGE)
     with np.errstate(all="ignore"):
         proved = validity("wedge", points, nodes, compiled=True)
     assert (proved[clear] == Validity.VALID).all()
@@ -89,14 +89,14 @@ def test_what_is_told_in_passing_is_the_same(noise: float, row: CellType, of: np
 
 def test_thin_bricks_are_clear() -> None:
     points, nodes = cells(0.0)
-    assert told(points * (1, 1e3, 1e6), nodes)[1].all()
+    assert jens_and_clear(points * (1, 1e3, 1e6), nodes)[1].all()
 
 
 def test_nothing_is_clear_of_what_is_no_number() -> None:
     points, nodes = cells(0.1)
     for corner, value in enumerate((np.nan, np.inf, -np.inf, 1e300, np.nan, np.nan, np.inf, np.nan)):
         points[nodes[corner, corner], corner % 3] = value
-    values, clear = told(points, nodes)
+    values, clear = jens_and_clear(points, nodes)
     assert not clear[:8].any()
     assert clear[8:].all()
     assert (np.isnan(values[:8]) == [True, True, True, False, True, True, True, True]).all()
@@ -105,6 +105,6 @@ def test_nothing_is_clear_of_what_is_no_number() -> None:
 def test_a_cell_as_flat_as_rounding_is_not_clear() -> None:
     points, nodes = cells(0.0)
     points[:, 0] += points[:, 2] * np.repeat(np.linspace(50.0, 150.0, N), 8)  # sheared until corners are flat
-    values, clear = told(points, nodes)
+    values, clear = jens_and_clear(points, nodes)
     assert values[0] > flat.LIMIT > values[-1] > 0
     assert np.array_equal(clear, values > flat.LIMIT)

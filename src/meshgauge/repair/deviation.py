@@ -60,49 +60,53 @@ def deviation(surface: Surface, points: Points, *, is_given: bool) -> Deviation:
     is_given
         True if the surface is one that the user gave: it may be larger than the mesh, and only faces are measured.
     """
-    far, of_triangles = _far(surface, points, is_given=is_given)
-    far_old = np.zeros_like(far)
-    if not len(far):
-        return Deviation(far, far_old, 0.0, 0.0)
+    n_faces = len(surface.face_offsets) - 1
+    far_old = np.zeros(n_faces)
+    if not n_faces:
+        return Deviation(np.zeros(0), far_old, 0.0, 0.0)
     fans, owner = _fans(surface, points)
-    largest = _largest(fans, far[owner], surface.facets, _starts(surface)[owner])
-    mean = mean_from_old(surface, points)
+    start = _starts(surface)
+    far = _from_the_old(surface, fans, owner, start)
+    largest = _largest(fans, far[owner], surface.facets, start[owner])
+    mean = _mean(fans, surface.facets, start[owner])
     if not is_given:
-        np.maximum.at(far_old, faces_of_triangles(surface), of_triangles)
         corners, new, triangles = _old_triangles(surface, points)
+        middle, of_triangles = _from_the_new(corners, new, triangles)
+        np.maximum.at(far_old, faces_of_triangles(surface), of_triangles)
         largest = max(largest, _largest(corners, of_triangles, new, triangles))
-        mean = max(mean, _mean(corners, new, triangles))
+        mean = max(mean, _mean(corners, new, triangles, middle))
     return Deviation(far, far_old, largest, mean)
 
 
 def furthest_of_faces(surface: Surface, points: Points) -> Points:
     """``(n_faces,)`` the larger of the two distances of each face in `Deviation`, without looking for the largest."""
-    far, of_triangles = _far(surface, points, is_given=False)
-    np.maximum.at(far, faces_of_triangles(surface), of_triangles)
+    if not len(surface.faces):
+        return np.zeros(len(surface.face_offsets) - 1)
+    far = _from_the_old(surface, *_fans(surface, points), _starts(surface))
+    np.maximum.at(far, faces_of_triangles(surface), _from_the_new(*_old_triangles(surface, points))[1])
     return far
 
 
-def _far(surface: Surface, points: Points, *, is_given: bool) -> tuple[Points, Points]:
-    """Distances ``(n_faces,)`` of faces as they are from the surface that was, and ``(n_triangles,)`` the other way."""
-    n_faces = len(surface.face_offsets) - 1
-    far = np.zeros(n_faces)
-    if not n_faces:
-        return far, np.empty(0)
-    fans, owner = _fans(surface, points)
-    start, first = _starts(surface), surface.face_offsets[:-1]
+def _from_the_old(surface: Surface, fans: Points, owner: Ids, start: Ids) -> Points:
+    """``(n_faces,)`` distances of the middle, the edges and the points of each face from the surface that was."""
+    far, first = np.zeros(len(start)), surface.face_offsets[:-1]
     for queries, at in (
         (fans[:, 0], owner),
         (0.5 * (fans[:, 0] + fans[:, 1]), owner),
-        (fans[first, 2], np.arange(n_faces)),
+        (fans[first, 2], np.arange(len(start))),
     ):
         np.maximum.at(far, at, surface.facets.distances(queries, start[at]))
-    if is_given:
-        return far, np.empty(0)
-    corners, new, triangles = _old_triangles(surface, points)
-    far_old = new.distances(np.einsum("w,twx->tx", SPREAD[0], corners), triangles.copy())
+    return far
+
+
+def _from_the_new(corners: Points, new: Projection, triangles: Ids) -> tuple[Points, Points]:
+    """``(n,)`` distances of the middle of each old triangle from the new ones, and the largest with those of its
+    points."""
+    middle = new.distances(np.einsum("w,twx->tx", SPREAD[0], corners), triangles.copy())
+    far = middle
     for m in range(3):
-        np.maximum(far_old, new.distances(corners[:, m], triangles.copy()), out=far_old)
-    return far, far_old
+        far = np.maximum(far, new.distances(corners[:, m], triangles.copy()))
+    return middle, far
 
 
 def mean_from_old(surface: Surface, points: Points) -> float:
@@ -135,12 +139,13 @@ def _areas(triangles: Points) -> Points:
     return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
-def _mean(triangles: Points, projection: Projection, start: Ids) -> float:
-    """The mean distance of some triangles from a projection, over their area."""
+def _mean(triangles: Points, projection: Projection, start: Ids, middle: Points | None = None) -> float:
+    """The mean distance of some triangles from a projection, over their area; that of their middles may be known."""
     areas = _areas(triangles)
     total = float(areas.sum())
-    places = [np.einsum("w,twx->tx", weights, triangles) for weights in SPREAD]
-    far = [projection.distances(queries, start.copy()) for queries in places]
+    far = [] if middle is None else [middle]
+    places = (np.einsum("w,twx->tx", weights, triangles) for weights in SPREAD[len(far) :])
+    far += [projection.distances(queries, start.copy()) for queries in places]
     return float(np.mean(far, axis=0) @ areas) / total if total > 0.0 else 0.0
 
 

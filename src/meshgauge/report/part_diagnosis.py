@@ -140,17 +140,16 @@ def open_cells_of_mesh(quality: Quality, *, tolerance: float = TOLERANCE) -> Ope
     from ..doctor.streamed.open_cells import PartOf
     from ..doctor.streamed.opening import open_cells_of
 
-    mesh = without_ghosts(quality.mesh)
-    poly = mesh.polyhedra
-    if poly is not None:
-        mesh = mesh.replace(polyhedra=poly.with_own_faces())
+    real = without_ghosts(quality.mesh)
+    poly = real.polyhedra
+    mesh = real if poly is None else real.replace(polyhedra=poly.with_own_faces())
     part = PartOf(
         n_all_faces=0 if poly is None or poly.labels is not None else poly.n_faces,
         parts=mesh.parts,
         cell_labels=_how(mesh, "cell"),
         point_labels=_how(mesh, "point"),
     )
-    inward = InwardEntries.of(without_ghosts(quality.mesh))
+    inward = InwardEntries.of(real)
     return _limited(open_cells_of(_InMemory(mesh), marks_of(quality), inward, part, tolerance=tolerance))
 
 
