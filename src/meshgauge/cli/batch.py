@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeVar
 
-from ..errors import FailedFile, MeshgaugeError, OptionError, ReadError, WriteError
+from ..errors import FailedFile, MeshgaugeError, ReadError, WriteError
 from ..io import Limits, read_as_one, steps
 from ..io.plumbing.pieces import Pieces, ReadWhole, row_bytes
 from ..io.plumbing.steps import StepChoice, position
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from ..slices import Ask, Job, Partial
     from ..slices.partial import CellRows
     from .ahead import Task
-    from .groups.report import Contents
 
 T = TypeVar("T")
 
@@ -106,7 +105,8 @@ class Batch:
         return _choice(self.reading.step)
 
     @property
-    def _dimension(self) -> Literal[2, 3] | None:
+    def dimension(self) -> Literal[2, 3] | None:
+        """Which cells are measured, if the user says so."""
         return self.reading.dimension.value_or_none
 
     @property
@@ -169,7 +169,7 @@ class Batch:
                 limits=self._limits,
             )
             mesh = mesh if self.purpose is None else mesh.replace(purpose=self.purpose.of_mesh)
-            mesh = mesh.as_measured(self._dimension)
+            mesh = mesh.as_measured(self.dimension)
         if self.purpose == Purposes.fv and mesh.dimension == 2:
             raise ReadError(f"{path}: --for fv asks for solid cells, and its surface cells are measured")
         return mesh
@@ -226,7 +226,7 @@ class Batch:
         ask = replace(
             ask,
             purpose=None if self.purpose is None else self.purpose.of_mesh,
-            dimension=self._dimension,
+            dimension=self.dimension,
             keep_bricks=self.keep_bricks,
             poor_below=self.poor,
         )
@@ -257,52 +257,6 @@ class Batch:
                 terminal.warn("note", f"{path}: is read whole: {reason}")
             return None
 
-    def keep_partial(
-        self, path: str, *, share: tuple[int, int], target: Path, contents: Contents, rules: Sequence[str]
-    ) -> str:
-        """Measure a mesh as a part of another and keep the partial report; what it comes to, in words.
-
-        Raises `ReadError`, `MetricError`, `RuleError` and `WriteError`.
-        """
-        from ..report.parts import partial
-
-        counter, metrics = None, contents.metrics()
-        if rules:
-            from ..check import counting, metrics_of
-
-            counter = counting(rules)
-            metrics = tuple(dict.fromkeys((*metrics, *metrics_of(counter.rules))))
-
-        if self.reading.displacement is not None or self.reading.step == "all":
-            raise OptionError("--partial takes one state of a mesh, with the points of the file")
-        memory = self.allowed_memory
-        with (
-            scheduler.executor(self.scheduler) as (pool, n_processes),
-            slices.progress(path, shown=not self.quiet) as progress,
-        ):
-            made = partial(
-                path,
-                share=share,
-                metrics=metrics,
-                worst=contents.n_worst(several=False),
-                by_region=contents.by is not None,
-                counter=counter,
-                with_diagnosis=contents.diagnosis,
-                purpose=None if self.purpose is None else self.purpose.of_mesh,
-                dimension=self._dimension,
-                keep_bricks=self.keep_bricks,
-                poor_below=self.poor_below,
-                memory=None if memory is None else memory // n_processes,
-                threads=self.threads,
-                executor=pool,
-                file_format=self.reading.file_format,
-                step=self.step,
-                wedge_order=self.wedge_order.value,
-                progress=progress,
-            )
-        made.save(target)
-        return made.summary.all.in_words()
-
     @contextlib.contextmanager
     def in_processes(
         self, paths: Sequence[str], job_of: Callable[[StateReader, str], Callable[[str, StepOf], T]]
@@ -324,7 +278,7 @@ class Batch:
                 file_format=self.reading.file_format,
                 wedge_order=self.wedge_order.value,
                 displacement=self.reading.displacement,
-                dimension=self._dimension,
+                dimension=self.dimension,
                 poor_below=self.poor,
                 limits=self._limits,
                 most=DIAGNOSED,

@@ -121,7 +121,10 @@ def report(
         quiet=quiet,
     )
     if apart.partial is not None:
-        keep = partial(batch.keep_partial, share=share, target=apart.partial, contents=contents, rules=apart.rule or ())
+        from .keep_partial import keep_partial
+
+        rules = apart.rule or ()
+        keep = partial(keep_partial, batch, share=share, target=apart.partial, contents=contents, rules=rules)
         for path, text in batch.each(paths, keep):
             if not quiet:
                 emit(f"{apart.partial}: {text} of {path}")
